@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import html
+import io
+from functools import reduce
 from pathlib import Path
 from typing import Any
 
 import pytest
+from rich.console import Console
 
 from leafcut import api
 from leafcut.model.outcome import Outcome
 from leafcut.processes.registry import report_of
-from leafcut.report.json_answer import overview_as_json
+from leafcut.report.json_answer import as_json, overview_as_json
 from leafcut.report.page import write_page
+from leafcut.report.summary import print_summary
+from leafcut.report.wording import figure, heading, line
 from leafcut.studio.wording import words
 
 ROOT = Path(__file__).parents[2]
@@ -49,6 +54,22 @@ def test_what_is_told_stands_in_the_report_in_the_same_words(outcome: Outcome[An
         assert english.said(tile["words"]) in page
     for row in found["parts"]["rows"]:
         assert row["total"] in page
+
+
+def test_a_fact_has_one_value_on_the_terminal_on_the_page_and_in_the_answer(outcome: Outcome[Any]) -> None:
+    """A figure is defined once: its value is in the answer at its key, its words are in the summary and on the page."""
+    report = report_of(outcome)
+    console = Console(file=io.StringIO(), width=2000)
+    print_summary(report, console)
+    answer, page = as_json(report), html.unescape(write_page(report))
+    lines = [" ".join(row.split()) for row in console.file.getvalue().splitlines()]  # type: ignore[attr-defined]
+    for fact in report.facts:
+        if fact.key:
+            assert reduce(lambda inner, name: inner[name], fact.key.split("."), answer) == fact.value
+        if fact.name:
+            assert f"{heading(fact.name)} {line(fact)}" in lines
+        if fact.name and figure(fact):
+            assert figure(fact) in page and fact.sentence in page
 
 
 def test_the_seconds_of_a_bar_are_the_time_of_its_order(outcome: Outcome[Any]) -> None:

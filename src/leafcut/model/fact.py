@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 
 @dataclass(frozen=True)
 class Fact:
-    """A line of the summary: its name, its words, and how it is set (a style of `rich`, or nothing)."""
+    """A result of a run.
 
-    name: str
-    words: str
-    style: str = ""
+    Attributes
+    ----------
+    key
+        Its place in the JSON answer, names joined by dots; "" for text alone.
+    value
+        A number, a text, or lists and dicts of them.
+    unit
+        Of a number: s, mm, mm², % or °; "" for a count (int) and a cost (float).
+    sentence
+        Text for people; "" for a value for scripts alone.
+    name
+        Heading of the figure and the sentence; a fact without one stands in the title.
+    """
 
-
-@dataclass(frozen=True)
-class SummaryTable:
-    """The table of the summary: titles, the first of them of the names, and rows of cells; `ours` is set in bold."""
-
-    titles: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    ours: tuple[bool, ...]
-    #: Columns of blanks between two columns; fewer where there are many.
-    apart: int = 3
+    key: str = ""
+    value: Any = None
+    unit: str = ""
+    sentence: str = ""
+    name: str = ""

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from leafcut.model.kinds import BEAMS
-from leafcut.report.wording import Said, algorithm_words, feed_mm_min, plain_number
+from leafcut.report.wording import Said, algorithm_words, feed_mm_min, figure, plain_number
 
 if TYPE_CHECKING:
     from leafcut.model.certificate import Certificate
@@ -29,7 +29,7 @@ def as_json(report: PathReport[Any]) -> dict[str, Any]:
     outcome = report.outcome
     gap = plain_number(outcome.gap)
     before, nearest, after = report.stated()
-    return {
+    answer: dict[str, Any] = {
         "input": outcome.part.source or outcome.part.name,
         "output": outcome.output,
         "program_sha256": outcome.program_sha256,
@@ -39,7 +39,7 @@ def as_json(report: PathReport[Any]) -> dict[str, Any]:
         "dialect": outcome.dialect,
         "algorithm": algorithm_words(outcome),
         "seed": outcome.seed,
-        "counts": report.counts(),
+        "counts": {},
         "zero": None if outcome.part.zero is None else asdict(outcome.part.zero),
         "before": _measure(before),
         "nearest": None if nearest is None else _measure(nearest),
@@ -49,7 +49,11 @@ def as_json(report: PathReport[Any]) -> dict[str, Any]:
         "gap_percent": None if gap is None else 100.0 * gap,
         "verified": bool(outcome.verified),
         "missing": missing_as_json(outcome.missing),
-        **report.answer(),
+    }
+    for fact in report.facts:
+        if fact.key:
+            _put(answer, fact.key.split("."), fact.value)
+    return answer | {
         "seconds": plain_number(outcome.seconds),
         "compile_seconds": plain_number(outcome.compile_seconds),
         "tools": [_tool(o, outcome.process in BEAMS) for o in outcome.operations],
@@ -57,6 +61,13 @@ def as_json(report: PathReport[Any]) -> dict[str, Any]:
         "issues": issues_as_json(outcome.issues),
         **_defaults(outcome.defaults),
     }
+
+
+def _put(answer: dict[str, Any], key: Sequence[str], value: Any) -> None:
+    """Put a value into an answer at its place."""
+    for name in key[:-1]:
+        answer = answer.setdefault(name, {})
+    answer[key[-1]] = plain_number(value) if isinstance(value, float) else value
 
 
 def solved_as_json(solved: Solved) -> dict[str, Any]:
@@ -197,18 +208,16 @@ def _workers(number: int, operation: OperationOutcome) -> list[dict[str, Any]]:
 
 
 def overview_as_json(report: PathReport[Any]) -> dict[str, Any]:
-    """Return the figures of an outcome; words as ``{"words": template, "values": {name: words}}``."""
-    found = report.overview()
+    """Return the figures and tables of an outcome for the studio; words as ``{"words": template, "values": {…}}``."""
+    tables = {"parts": {"rows": [], "feet": []}, "norms": {"rows": []}, **report.tables()}
     times = {
-        "kinds": found["times"]["kinds"],
-        "rows": [{k: row[k] for k in ("name", "seconds", "total")} for row in found["times"]["rows"]],
+        "kinds": tables["times"]["kinds"],
+        "rows": [{key: row[key] for key in ("name", "seconds", "total")} for row in tables["times"]["rows"]],
     }
-    return {
-        "tiles": [dict(zip(("name", "figure", "words"), map(_plain, tile), strict=True)) for tile in found["tiles"]],
-        "times": _plain(times),
-        "parts": _plain(found["parts"]),
-        "norms": _plain(found["norms"]),
-    }
+    shown = [(fact.name, figure(fact), fact.sentence) for fact in report.facts if fact.name]
+    tiles = [dict(zip(("name", "figure", "words"), tile, strict=True)) for tile in shown if tile[1]]
+    plain: dict[str, Any] = _plain({**tables, "tiles": tiles, "times": times})
+    return plain
 
 
 def _plain(value: Any) -> Any:

@@ -1,11 +1,12 @@
-"""What is said of new speeds and heights: what they save, and how the feeds of every tool have changed."""
+"""Facts of new speeds and heights: the savings, and the change of each tool's feeds."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from leafcut.model.fact import Fact
-from leafcut.report.wording import clean, count, time_words
+from leafcut.model.saving import plain
+from leafcut.report.wording import clean, said
 from leafcut.units import SECONDS_PER_MINUTE
 
 if TYPE_CHECKING:
@@ -19,26 +20,26 @@ _LIMITS = {
 }
 
 
-def pace_facts(pace: PaceChange) -> list[Fact]:
-    """Return what new heights and speeds saved, and how the feeds of every tool have changed."""
-    facts = []
+def pace_facts(pace: PaceChange | None) -> list[Fact]:
+    """Return the savings of new heights and speeds, and the change of each tool's feeds."""
+    if pace is None:
+        return []
+    facts = [Fact("pace", plain(pace))]
     if pace.retracts_s is not None:
-        words = f"{_saved(pace.retracts_s)}, {count(pace.lowered, 'height')} lower" if pace.lowered else "as they were"
-        facts.append(Fact("retracts", words))
+        lower = said("saved; heights lowered: {number}", number=f"{pace.lowered:,}")
+        facts.append(Fact("pace.retracts_s", pace.retracts_s, "s", lower, said("Retracts")))
     if pace.air_s is not None:
-        near = f", {pace.clearance_mm:.2g} mm or more from all material" if pace.clearance_mm is not None else ""
-        words = f"{_saved(pace.air_s)}, {count(pace.rapids, 'cut')} in the air now a rapid{near}"
-        facts.append(Fact("air", words if pace.rapids else "no cut in the air that could be a rapid"))
+        number, near = f"{pace.rapids:,}", pace.clearance_mm
+        words = said("saved; cuts in the air that are rapids now: {number}", number=number)
+        if near is not None:
+            template = "saved; cuts in the air that are rapids now: {number}, {near} mm or more from all material"
+            words = said(template, number=number, near=f"{near:.2g}")
+        facts.append(Fact("pace.air_s", pace.air_s, "s", words, said("Air")))
     if pace.feeds_s is not None:
-        facts.append(Fact("feeds", _saved(pace.feeds_s) if pace.tools else "as they were"))
-        facts += [Fact("", _tool_words(tool)) for tool in pace.tools]
+        words = said("saved" if pace.feeds_s >= 0.0 else "longer, for chips that the tools can bear")
+        facts.append(Fact("pace.feeds_s", pace.feeds_s, "s", words, said("Feeds")))
+        facts += [Fact(sentence=_tool_words(tool), name="feeds") for tool in pace.tools]
     return facts
-
-
-def _saved(seconds: float) -> str:
-    if seconds < 0:
-        return f"{time_words(-seconds)} more, for chips that the tools bear"
-    return f"{time_words(seconds)} saved" if seconds > 0 else "nothing saved"
 
 
 def _tool_words(tool: ToolPace) -> str:

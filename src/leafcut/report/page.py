@@ -12,7 +12,7 @@ from leafcut.report import views
 from leafcut.report.colours import drawing_css, style_sheet
 from leafcut.report.stock_pictures import stock_pictures
 from leafcut.report.svg import styled
-from leafcut.report.wording import COMPILED, algorithm_words, clean, limits, time_words
+from leafcut.report.wording import COMPILED, algorithm_words, clean, figure, limits, line, time_words, title_words
 
 if TYPE_CHECKING:
     from leafcut.model.outcome import Which
@@ -42,7 +42,7 @@ def write_page(report: PathReport[Any]) -> str:
     environment.filters["drawn"] = Markup
     environment.filters["flags"] = lambda words: Markup(_whole_flags(str(escape(words))))
     page = environment.get_template("page.html.jinja")
-    return page.render(css=css, css_hash=_hash(css), **_content(report), **report.page())
+    return page.render(css=css, css_hash=_hash(css), **{**_content(report), **report.page()})
 
 
 def _whole_flags(html: str) -> str:
@@ -57,7 +57,7 @@ def path_svg(report: PathReport[Any], which: Which) -> str:
 
 def _own_css(report: PathReport[Any]) -> str:
     """Return the styles of what only this kind of work has."""
-    return style_sheet(report.styles, report.package) if report.styles else ""
+    return style_sheet(f"{report.template}.css", report.package) if report.package != "leafcut.report" else ""
 
 
 def _hash(css: str) -> str:
@@ -66,7 +66,7 @@ def _hash(css: str) -> str:
 
 def _content(report: PathReport[Any]) -> dict[str, Any]:
     """Return the content of the page that every process has."""
-    outcome = report.outcome
+    outcome, facts, savings = report.outcome, report.facts, report.savings()
     return {
         "name": clean(outcome.part.name),
         "came_in": report.came_in,
@@ -79,8 +79,12 @@ def _content(report: PathReport[Any]) -> dict[str, Any]:
         "process": clean(outcome.process),
         "algorithm": clean(algorithm_words(outcome)) if report.ordered else "",
         "proof": report.proof,
-        "template": report.template,
-        "counts": report.counts_words(),
+        "template": f"{report.template}.html.jinja",
+        "counts": title_words(facts),
+        "orders": views.cards(outcome, report.orders()),
+        "tiles": [(f.name, figure(f), f.sentence) for f in facts if f.name and f not in savings and figure(f)],
+        "savings": [(f.name, line(f)) for f in savings if f.name],
+        **report.tables(),
         "zero": [f"{name}: {words}" for name, words in (outcome.part.zero.facts() if outcome.part.zero else [])],
         "limits": limits(outcome.issues),
         "seed": outcome.seed,

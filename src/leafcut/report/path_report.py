@@ -1,28 +1,25 @@
-"""What is told of work along one path: of holes and slots, of a program. Other processes start from it."""
+"""Facts and pictures of work along one path: of holes and slots, of a program. Other processes start from it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from leafcut.model.fact import Fact, SummaryTable
+from leafcut.model.fact import Fact
 from leafcut.model.kinds import BEAMS
 from leafcut.model.outcome import Outcome, Which
 from leafcut.model.shown_stock import ShownStock
 from leafcut.report import views
 from leafcut.report.drawing import RAMP, Scene, build_scene, cut_tools, drawing, tool_class
-from leafcut.report.overview import overview
 from leafcut.report.wording import (
-    NO_VALUE,
     at_most_words,
     clean,
     count,
+    heading,
     length_words,
     method_words,
-    percent_words,
     said,
-    saved_percent,
-    time_words,
     tool_count,
 )
 
@@ -35,56 +32,85 @@ D = TypeVar("D")
 
 
 class PathReport(Generic[D]):
-    """What `model.process_report.ProcessReport` asks for, of work that is drawn as paths over holes."""
+    """Facts and pictures of an outcome whose work is drawn as paths over holes; other processes override parts of it.
+
+    Attributes
+    ----------
+    came_in
+        Origin of the order before: ``drawing``, ``plan`` file or ``program``.
+    proof, found
+        Kind of proof, for the badge of the page; finding of the proof, for the summary.
+    ordered
+        Whether there was anything to order.
+    package, template
+        Package and name of the page's template; a package of a process has a style sheet of that name as well.
+    travel
+        Heading of the lengths between the cuts.
+    cleared
+        Width that the tool clears along its path, mm; 0 if drawings show lines.
+    """
 
     came_in = "drawing"
     proof = "read back, same work"
     found = "read back: it does the work that was planned"
     ordered = True
     package = "leafcut.report"
-    template = "path.html.jinja"
-    styles = ""
-    cleared = 0.0
-    file_name = "program"
-    #: What the lengths between the cuts are called in the summary, and in the cards of the page.
+    template = "path"
     travel = "travel"
+    cleared = 0.0
 
-    def __init__(self, outcome: Outcome[D]) -> None:
+    def __init__(self, outcome: Outcome[D], counts: Sequence[Fact] = ()) -> None:
+        """Report an outcome; `counts` replace the counts of holes, slots and tools."""
         self.outcome = outcome
+        self._counts = counts
 
     def stated(self) -> tuple[Measure, Measure | None, Measure]:
-        """Return the three measures as they are."""
+        """Return the measures of the three orders: before, nearest neighbour, as written."""
         return self.outcome.before, self.outcome.nearest, self.outcome.after
 
     def orders(self) -> list[tuple[str, Measure]]:
         """Return the known orders by name, the first and the written one included."""
-        names = (said(f"{self.came_in.capitalize()} order"), said("Nearest neighbour"), said(views.OURS))
-        return [(name, measure) for name, measure in zip(names, self.stated(), strict=True) if measure is not None]
+        measures = zip(self.order_names(), self.stated(), strict=True)
+        return [(name, measure) for name, measure in measures if measure is not None]
 
-    def counts(self) -> dict[str, int]:
-        """Return how many holes, slots, tools and operations there are."""
-        outcome = self.outcome
-        return {
-            "holes": len(outcome.part.holes),
-            "slots": len(outcome.part.slots),
-            "tools": tool_count(outcome),
-            "operations": len(outcome.operations),
-        }
+    def order_names(self) -> tuple[str, str, str]:
+        """Return the names of the three orders."""
+        return said(f"{self.came_in.capitalize()} order"), said("Nearest neighbour"), said(views.OURS)
 
-    def counts_words(self) -> str:
-        """Return ``70 holes · 2 slots · 3 tools``."""
-        part = self.outcome.part
-        words = [count(len(part.holes), "hole")]
-        if part.slots:
-            words.append(count(len(part.slots), "slot"))
-        return " · ".join([*words, count(tool_count(self.outcome), "tool")])
+    # -- facts -------------------------------------------------------------------------------------------------------
 
-    def answer(self) -> dict[str, Any]:
-        """Return nothing: all is said by what every process says."""
-        return {}
+    @cached_property
+    def facts(self) -> list[Fact]:
+        """All facts of the outcome, those of the title first."""
+        bound = self.bound_words()
+        return [
+            *(self._counts or self.counts()),
+            *self.own_facts(),
+            *([Fact(sentence=bound, name="gap")] if bound else []),
+            *([Fact(sentence=method_words(self.outcome), name="method")] if self.outcome.operations else []),
+        ]
+
+    def counts(self) -> list[Fact]:
+        """Return the numbers of holes, slots, tools and operations."""
+        outcome, tools = self.outcome, tool_count(self.outcome)
+        holes, slots = len(outcome.part.holes), len(outcome.part.slots)
+        return [
+            Fact("counts.holes", holes, "", count(holes, "hole")),
+            Fact("counts.slots", slots, "", count(slots, "slot") if slots else ""),
+            Fact("counts.tools", tools, "", count(tools, "tool")),
+            Fact("counts.operations", len(outcome.operations)),
+        ]
+
+    def own_facts(self) -> list[Fact]:
+        """Return the facts of this process alone."""
+        return self.savings()
+
+    def savings(self) -> list[Fact]:
+        """Return the facts of time that was saved by other means than the order."""
+        return []
 
     def bound_words(self) -> str:
-        """Return what is certain of the orders: ``travel time at most 1.24 % above the least possible``.
+        """Return the certain gap of the orders: ``travel time at most 1.24 % above the least possible``; "" for none.
 
         With several tools it says that each tool's path was taken from where the tool before it ended.
         """
@@ -96,12 +122,33 @@ class PathReport(Generic[D]):
         several = len(outcome.operations) > 1
         return words + (", each tool from where the one before it ended" if several else "")
 
+    # -- tables ------------------------------------------------------------------------------------------------------
+
+    def table(self) -> list[tuple[tuple[str, ...], bool]]:
+        """Return the table of the summary, titles first: the cells of each row, and whether it is the written order."""
+        rows = views.cards(self.outcome, self.orders())
+        cells = [
+            (
+                (
+                    heading(row["name"]).removesuffix(" order"),
+                    *(row[key] for key in ("travel", "cut", "time", "saved")),
+                ),
+                row["ours"],
+            )
+            for row in rows
+        ]
+        return [(("order", self.travel, "cutting", "time", "saved"), False), *cells]
+
+    def tables(self) -> dict[str, Any]:
+        """Return the tables that page and studio share: seconds by kind (``times``), and others by name."""
+        return {"times": views.times(self.outcome, self.orders())}
+
     def search_name(self, number: int) -> str:
-        """Return the tool and its work: ``T1 drill Ø6.35, 70 holes``."""
+        """Return the tool and the work of a search: ``T1 drill Ø6.35, 70 holes``."""
         return views.operation_words(self.outcome.operations[number])
 
     def nearest_cost(self) -> float | None:
-        """Return what the nearest neighbour order costs in the solver's unit, or None where that is not known.
+        """Return the cost of the nearest neighbour order in the solver's unit, or None if it is unknown.
 
         Two orders of the same work differ by their travel alone, so the difference of the measures is the difference
         of the costs. With several operations the measures say nothing about one of them.
@@ -114,36 +161,10 @@ class PathReport(Generic[D]):
             return solution.cost + outcome.nearest.time_s - outcome.after.time_s
         return solution.cost + outcome.nearest.travel_mm - outcome.after.travel_mm
 
-    def summary_table(self) -> SummaryTable:
-        """Return the three orders."""
-        before, nearest, after = self.stated()
-        named = ((self.came_in, before), ("nearest neighbour", nearest), ("leafcut", after))
-        known = [(name, measure) for name, measure in named if measure is not None]
-        rows = tuple(
-            (
-                name,
-                length_words(measure.travel_mm),
-                length_words(measure.cut_mm),
-                time_words(measure.time_s),
-                NO_VALUE if measure is before else percent_words(saved_percent(self.outcome, measure)),
-            )
-            for name, measure in known
-        )
-        return SummaryTable(
-            ("order", self.travel, "cutting", "time", "saved"), rows, tuple(name == "leafcut" for name, _ in known)
-        )
-
-    def facts(self) -> list[Fact]:
-        """Return how far the path is from the best possible, and how it was sought."""
-        facts = [] if self.outcome.gap is None else [Fact("gap", self.bound_words())]
-        return facts + ([Fact("method", method_words(self.outcome))] if self.outcome.operations else [])
-
-    def overview(self) -> dict[str, Any]:
-        """Return where the time goes."""
-        return overview(times=views.times(self.outcome, self.orders()))
+    # -- page and pictures -------------------------------------------------------------------------------------------
 
     def page(self) -> dict[str, Any]:
-        """Return the drawings before and after, where the time goes, and the tools."""
+        """Return the values of the page's template: the drawings before and after, and the tools."""
         outcome = self.outcome
         scene = build_scene(outcome)
         return {
@@ -151,8 +172,6 @@ class PathReport(Generic[D]):
             "size": self.size(scene),
             "drawn": bool(outcome.part.holes or outcome.part.slots or len(scene.after.points)),
             "saved": self.saved(),
-            "orders": views.cards(outcome, self.orders()),
-            "times": self.overview()["times"],
             "before": drawing(scene, "before", self._path_words("before"), holes="=holes"),
             "after": drawing(scene, "after", self._path_words("after"), holes="#holes"),
             "wide": scene.frame.wide,
@@ -161,8 +180,7 @@ class PathReport(Generic[D]):
             "tools": views.tools(outcome, scene),
             "tools_say": views.tools_say(outcome),
             "tools_left_out": max(0, len(outcome.operations) - views.MOST_TOOL_ROWS),
-            "staying": self.staying_words(),
-            "pace": [(fact.name, fact.words) for fact in self.pace()],
+            "staying": self.staying(),
             "sections": any(o.lines for o in outcome.operations),
         }
 
@@ -170,37 +188,33 @@ class PathReport(Generic[D]):
         """Return the large figure and the words around it."""
         return views.saved(self.outcome, self.came_in, self.bound_words())
 
-    def staying_words(self) -> list[str]:
-        """Return what keeps its place, and why: nothing of what was planned from a drawing."""
-        return []
-
-    def pace(self) -> list[Fact]:
-        """Return what new heights and speeds saved: none are given to what was planned from a drawing."""
+    def staying(self) -> list[str]:
+        """Return the work that keeps its place, and why; nothing of a drawing does."""
         return []
 
     def size(self, scene: Scene) -> str:
-        """Return how large the work is."""
+        """Return the size of the work."""
         x0, y0, x1, y1 = self.outcome.part.extents
         return f"{x1 - x0:.4g} × {y1 - y0:.4g} mm between centres"
 
     def drawing(self, which: Which) -> str:
-        """Return the path over the holes."""
+        """Return a path as a drawing in SVG that stands alone but for its styles."""
         return drawing(build_scene(self.outcome), which, self._path_words(which), size=True)
 
     def ways(self) -> Iterator[tuple[str, Toolpath]]:
-        """Yield nothing: there is one way to do the work."""
+        """Yield the strategies that were tried and the written one, by name, if there are several."""
         yield from ()
 
     def norms(self) -> str:
-        """Return nothing: there are no parts of a sheet."""
+        """Return norms of time and consumption as a table, CSV; "" for work that has none."""
         return ""
 
     def plan(self, which: Which) -> CutPlan | None:
-        """Return nothing: there are no cuts of a sheet."""
+        """Return the plan of a sheet's cuts; None for other work."""
         return None
 
     def stock(self) -> ShownStock:
-        """Return the tools of the operations, and a block around the cuts."""
+        """Return the stock and its tools: a block around the cuts."""
         return ShownStock({o.tool.number: o.tool for o in self.outcome.operations})
 
     def _path_words(self, which: Which) -> str:
@@ -208,7 +222,8 @@ class PathReport(Generic[D]):
         return f"Path of {clean(self.outcome.part.name)} in {order}"
 
     def _travel_words(self, measure: Measure) -> str:
-        return f"{length_words(measure.travel_mm)} {'with the beam off' if self.outcome.process in BEAMS else 'travel'}"
+        off = "with the beam off" if self.outcome.process in BEAMS else "travel"
+        return f"{length_words(measure.travel_mm)} {off}"
 
 
 def _legend(outcome: Outcome, scene: Scene) -> dict[str, Any]:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from leafcut.model.fact import SummaryTable
 from leafcut.model.issue import LIMITS, Issue, Severity, missing_words
-from leafcut.report.wording import MOTION, clean, group_issues, limits
+from leafcut.report.wording import MOTION, clean, group_issues, heading, limits, line, title_words
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
@@ -19,6 +18,8 @@ if TYPE_CHECKING:
 #: So many different issues are named, and all of the motion and the machine; the report page has them all.
 MOST_ISSUES = 12
 MOST_CHARACTERS = 219
+#: A table of more columns is set closer.
+_FEW_COLUMNS = 5
 _WORST = (Severity.DANGER, Severity.MISSING)
 
 
@@ -61,20 +62,21 @@ def _title(report: PathReport[Any]) -> Text:
     outcome = report.outcome
     machine = f"{clean(outcome.machine.name)} ({clean(outcome.dialect)})"
     name = (clean(outcome.part.name), "bold")
-    return Text.assemble(name, f" · {report.counts_words()}", "\n", (machine, "dim"), overflow="fold")
+    return Text.assemble(name, f" · {title_words(report.facts)}", "\n", (machine, "dim"), overflow="fold")
 
 
 def _table(report: PathReport[Any]) -> Table:
-    """Return the orders, or the strategies, that stand beside each other."""
+    """Return the table of the orders, or of the strategies."""
     from rich.table import Table
     from rich.text import Text
 
-    rows = report.summary_table()
-    table = Table(box=None, padding=(0, rows.apart, 0, 0), header_style="dim", pad_edge=False)
-    table.add_column(rows.titles[0], no_wrap=rows.apart < SummaryTable.apart)
-    for title in rows.titles[1:]:
+    (titles, _), *rows = report.table()
+    many = len(titles) > _FEW_COLUMNS
+    table = Table(box=None, padding=(0, 2 if many else 3, 0, 0), header_style="dim", pad_edge=False)
+    table.add_column(titles[0], no_wrap=many)
+    for title in titles[1:]:
         table.add_column(title, justify="right", no_wrap=True)
-    for cells, ours in zip(rows.rows, rows.ours, strict=True):
+    for cells, ours in rows:
         table.add_row(*(Text(cell, "bold green" if ours else "") for cell in cells))
     return table
 
@@ -89,11 +91,11 @@ def _facts(report: PathReport[Any]) -> Table:
         verified.append(f"; missing: {clean(missing_words(outcome.issues))}", "bold red")
     facts: list[tuple[str, Text]] = [("verified", verified)]
     facts += [(name, Text(words, "yellow")) for name, words in limits(_others(outcome))]
-    facts += [(fact.name, Text(clean(fact.words), fact.style)) for fact in report.facts()]
+    facts += [(heading(fact.name), Text(clean(line(fact)))) for fact in report.facts if fact.name]
     facts += [(name, Text(words)) for name, words in (outcome.part.zero.facts() if outcome.part.zero else [])]
     facts += [
         (name, Text(clean(place), "cyan", overflow="fold"))
-        for name, place in ((report.file_name, outcome.output), ("report", outcome.report))
+        for name, place in (("program", outcome.output), ("report", outcome.report))
         if place
     ]
     if outcome.defaults:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 import unicodedata
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from leafcut.errors import count_of
+from leafcut.model.fact import Fact
 from leafcut.model.issue import LIMITS, Issue, Severity
 from leafcut.model.solution import Solution, gap
 from leafcut.units import SECONDS_PER_MINUTE, format_length, format_time
@@ -102,6 +103,64 @@ def percent_words(percent: float | None, places: int = 1) -> str:
         return NO_VALUE
     number = f"{abs(percent):.{places}f}"
     return (MINUS if percent < 0 and float(number) > 0 else "") + f"{number} %"
+
+
+def share_words(percent: float) -> str:
+    """Return a share: two decimals below one percent, so that 0 means none."""
+    return percent_words(percent, 2 if abs(percent) < 1.0 else 1)
+
+
+def area_words(area: float) -> str:
+    """Return an area in mm², whole from 100 on."""
+    return f"{area:,.0f} mm²" if area >= 100.0 else f"{area:.3g} mm²"
+
+
+def angle_words(degrees: float) -> str:
+    """Return an angle in whole degrees."""
+    return f"{degrees:.0f}°"
+
+
+def money_words(cost: float) -> str:
+    """Return a cost in the unit of the rates: ``12.40``, a small one with three decimals."""
+    return f"{cost:,.{2 if cost >= 0.995 else 3}f}"
+
+
+def _gauge_words(mm: float) -> str:
+    """Return a length with the digits of a gauge if it is short."""
+    return f"{mm:.2f} mm" if abs(mm) < 10.0 else length_words(mm)
+
+
+#: Figure of a number by its unit.
+_FIGURES: dict[str, Callable[[float], str]] = {
+    "s": time_words,
+    "mm": _gauge_words,
+    "mm²": area_words,
+    "%": share_words,
+    "°": angle_words,
+    "": lambda number: f"{number:,}" if isinstance(number, int) else money_words(number),
+}
+
+
+def figure(fact: Fact) -> str:
+    """Return the value of a fact as a page sets it; "" for rows of values and for none."""
+    if isinstance(fact.value, int | float):
+        return _FIGURES[fact.unit](fact.value) if math.isfinite(fact.value) else NO_VALUE
+    return fact.value if isinstance(fact.value, str) else ""
+
+
+def line(fact: Fact) -> str:
+    """Return a fact in one line: its figure and its sentence."""
+    return ", ".join(filter(None, (figure(fact), fact.sentence)))
+
+
+def title_words(facts: Iterable[Fact]) -> str:
+    """Return the facts of the title in one line: ``70 holes · 3 tools``."""
+    return " · ".join(fact.sentence for fact in facts if fact.sentence and not fact.name)
+
+
+def heading(name: str) -> str:
+    """Return the name of a fact at the start of a line: ``time of a sheet``, ``T1``."""
+    return name[:1].lower() + name[1:] if name[1:2].islower() else name
 
 
 def at_most_words(fraction: float, unit: str) -> str:

@@ -9,8 +9,9 @@ import numpy as np
 from leafcut.errors import PlanError
 from leafcut.gcode.dialects import dialect
 from leafcut.model.difference import Difference
+from leafcut.model.fact import Fact
 from leafcut.model.kinds import Head
-from leafcut.model.outcome import OperationOutcome
+from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.part import Part
 from leafcut.model.plan import Candidate, Order, Stage
 from leafcut.model.toolpath import Toolpath
@@ -22,13 +23,13 @@ from leafcut.processes.plan import Plan
 from leafcut.proof.program import check_program, read_back
 from leafcut.read import read_contours
 from leafcut.read.format import Source
+from leafcut.report.path_report import PathReport
 from leafcut.timing.toolpath import measure
 from leafcut.timing.travel import travel_metric
 from leafcut_engrave.model import EngravingDetail
 from leafcut_engrave.options import EngraveOptions
 from leafcut_engrave.plan import DEPTH, TOLERANCE, lay, problem_of, tool_of
 from leafcut_engrave.proof import check_lines
-from leafcut_engrave.report import EngravingReport
 
 
 class Engraving(Process):
@@ -90,11 +91,10 @@ class Engraving(Process):
         """Return the number of lines and their depth."""
         return EngravingDetail(len(plan.work), plan.job.settings.job.depth or DEPTH)
 
-    def report(self, outcome: Outcome[EngravingDetail]) -> EngravingReport:
-        """Return the facts and pictures of an outcome."""
-        from leafcut_engrave.report import EngravingReport
-
-        return EngravingReport(outcome)
+    def report(self, outcome: Outcome[EngravingDetail]) -> PathReport[EngravingDetail]:
+        """Return the report of a path that counts lines, not holes."""
+        lines = outcome.detail.lines
+        return PathReport(outcome, [Fact("counts.lines", lines, "", f"{lines} line{'' if lines == 1 else 's'}")])
 
     def look_at(self, source: Source | str, settings: Settings) -> Part:
         """Return the lines as placed."""

@@ -528,4 +528,4 @@ def test_the_command_line_gives_the_same_time(
     assert answer["after"]["time_s"] == pytest.approx(low.after.time_s)
     assert answer["low_ways_saved_s"] > 10.0
     assert run([*words, "--machine", "linuxcnc-mill", "-o", str(tmp_path / "out.ngc")]) == 0
-    assert "against all ways over the highest" in capsys.readouterr().out
+    assert "saved against moves at the greatest height" in capsys.readouterr().out

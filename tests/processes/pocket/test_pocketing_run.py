@@ -147,9 +147,9 @@ def test_a_cheaper_strategy_that_is_not_written_has_the_reason_beside_it(outcome
     for result in found[:4]:
         assert cheaper[result.strategy][1] in result.passed_over
     shown = replace(outcome, detail=replace(outcome.detail, plans=(replace(plan, results=tuple(found), chosen=4),)))
-    facts = {fact.name: fact.words for fact in PocketReport(shown).facts()}
+    facts = {fact.name: fact.sentence for fact in PocketReport(shown).facts}
     assert facts["contour"] == "not written: leaves 2 % uncut"
-    rows = {row["strategy"]: row for row in PocketReport(shown).answer()["strategies"]}
+    rows = {row["strategy"]: row for row in as_json(PocketReport(shown))["strategies"]}
     assert rows["connected"]["passed_over"] == "gouges 3 mm² of the walls" and "passed_over" not in rows["ants"]
 
 

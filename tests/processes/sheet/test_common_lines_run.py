@@ -15,7 +15,8 @@ import shapely
 from leafcut import api
 from leafcut.errors import LeafcutError, PlanError
 from leafcut.geometry.polyline import Polyline
-from leafcut.processes.sheet.report.cut_words import cut_counts, norm_facts
+from leafcut.processes.registry import report_of
+from leafcut.processes.sheet.report.cut_words import cut_counts
 
 KERF = 1.5
 FAST: dict[str, Any] = {"process": "cut", "thickness": "6", "kerf": "1.5", "iterations": 10, "threads": 1}
@@ -71,8 +72,8 @@ def test_the_parts_share_what_their_lines_take(outcome) -> None:
 
 
 def test_the_summary_says_what_is_cut_once(outcome) -> None:
-    words = dict(norm_facts(outcome.detail.plan))["route"]
-    assert "of contours − 240" in words
+    words = {fact.name: fact.sentence for fact in report_of(outcome).facts}["Path length"]
+    assert "perimeters − 240.0 mm of common edges" in words
     assert cut_counts(outcome.detail.plan)["contours"] == 8
 
 

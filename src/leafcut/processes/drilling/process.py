@@ -15,7 +15,7 @@ from leafcut.processes.drilling.options import DrillOptions
 
 if TYPE_CHECKING:
     from leafcut.model.difference import Difference
-    from leafcut.model.outcome import OperationOutcome
+    from leafcut.model.outcome import OperationOutcome, Outcome
     from leafcut.model.part import Part
     from leafcut.model.plan import Candidate, Order
     from leafcut.model.toolpath import Toolpath

@@ -1,8 +1,6 @@
-"""What is told of holes that are drilled: of their path, of their plate, and of what low ways save."""
+"""Facts and stock of drilled holes: their plate, and the saving of low moves."""
 
 from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 
@@ -11,26 +9,22 @@ from leafcut.model.shown_stock import ShownStock
 from leafcut.processes.drilling.model import DrillingDetail
 from leafcut.report.part_edge import near_edge
 from leafcut.report.path_report import PathReport
-from leafcut.report.wording import time_words
+from leafcut.report.wording import said
 
 #: Less is not worth a line, s: it is shown as 0.00 s.
 _LEAST_SAVED = 0.005
 
 
 class DrillingReport(PathReport[DrillingDetail]):
-    """What holes show."""
+    """Facts and pictures of drilled holes."""
 
-    def answer(self) -> dict[str, Any]:
-        """Return what low ways over a surface save: nothing where they take longer."""
-        saved = self.outcome.detail.low_ways_saved_s
-        return {} if saved is None else {"low_ways_saved_s": max(saved, 0.0)}
-
-    def facts(self) -> list[Fact]:
-        """Return what every path tells, and what low ways over a surface save, if anything."""
+    def savings(self) -> list[Fact]:
+        """Return the saving of low moves over a surface; none if they take longer."""
         saved = self.outcome.detail.low_ways_saved_s
         if saved is None or saved < _LEAST_SAVED:
-            return super().facts()
-        return [Fact("low ways", f"save {time_words(saved)} against all ways over the highest"), *super().facts()]
+            return [] if saved is None else [Fact("low_ways_saved_s", max(saved, 0.0), "s")]
+        words = said("saved against moves at the greatest height")
+        return [Fact("low_ways_saved_s", saved, "s", words, said("Low moves"))]
 
     def stock(self) -> ShownStock:
         """Return the tools, and the part or what is known of the plate: its edge and its thickness."""

@@ -26,7 +26,7 @@ from leafcut.processes.pocket.options import PocketOptions
 
 if TYPE_CHECKING:
     from leafcut.model.issue import Issue
-    from leafcut.model.outcome import OperationOutcome
+    from leafcut.model.outcome import OperationOutcome, Outcome
     from leafcut.model.part import Part
     from leafcut.model.plan import Candidate, Order
     from leafcut.processes.job import Job

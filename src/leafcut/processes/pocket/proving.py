@@ -105,7 +105,7 @@ def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> tuple[Toolpat
 def _uncut(job: PocketJob, removed: list[tuple[int, Removal]]) -> list[Issue]:
     """Return a warning for every pocket of which the program leaves more than the tolerance uncut, with places."""
     from leafcut.geometry.regions import polygons
-    from leafcut.processes.pocket.report.pocket_words import area_words
+    from leafcut.report.wording import area_words
 
     issues = []
     for number, found in removed:

@@ -25,7 +25,7 @@ from leafcut.processes.program.options import ResequenceOptions
 
 if TYPE_CHECKING:
     from leafcut.model.issue import Issue
-    from leafcut.model.outcome import OperationOutcome
+    from leafcut.model.outcome import OperationOutcome, Outcome
     from leafcut.model.part import Part
     from leafcut.model.plan import Candidate, Order
     from leafcut.processes.job import Job

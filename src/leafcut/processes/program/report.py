@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import Any
 
 from leafcut.model.fact import Fact
 from leafcut.model.outcome import Outcome
@@ -32,52 +31,44 @@ class ProgramReport(PathReport[ProgramDetail]):
         if not outcome.detail.certificate.before.works:
             self.found = "but no cut and no hole was found in this program"
 
-    def counts(self) -> dict[str, int]:
-        """Return the counts of the proof and the sections of the program."""
+    def counts(self) -> list[Fact]:
+        """Return the counts of the proof, and the shares of the work that can be reordered and that are reversed."""
         outcome, detail = self.outcome, self.outcome.detail
-        own = {"barriers": detail.barriers, "operations": len(outcome.operations), "pieces": detail.pieces}
-        return {**asdict(detail.certificate.before), **own}
-
-    def counts_words(self) -> str:
-        """Return the work of a program, and the shares that can be reordered and that are reversed."""
-        detail = self.outcome.detail
-        counts = detail.certificate.before
-        words = [count(counts.holes, "hole")] if counts.holes else []
-        words += [count(counts.cuts, "cutting move")] if counts.cuts else []
+        numbers, turned = asdict(detail.certificate.before), detail.certificate.reversed_cuts
+        nouns = {"holes": "hole", "cuts": "cutting move"}
+        work = [Fact(f"counts.{k}", n, "", count(n, nouns[k]) if n and k in nouns else "") for k, n in numbers.items()]
         free = detail.pieces - sum(group.count for group in detail.staying)
-        if detail.pieces:
-            words.append(f"{free:,} of {count(detail.pieces, 'piece')} of work free to be ordered")
-        if self.outcome.after == self.outcome.before:
-            words.append("order unchanged")
-        turned = detail.certificate.reversed_cuts
-        return " · ".join([*(words or ["no work"]), *([f"{turned} reversed"] if turned else [])])
+        words = f"{free:,} of {count(detail.pieces, 'piece')} of work free to be ordered" if detail.pieces else ""
+        facts = [
+            *work,
+            Fact("counts.barriers", detail.barriers),
+            Fact("counts.operations", len(outcome.operations)),
+            Fact("counts.pieces", detail.pieces, "", words),
+            Fact(sentence="order unchanged" if outcome.after == outcome.before else ""),
+        ]
+        if not any(fact.sentence for fact in facts):
+            facts.append(Fact(sentence="no work"))
+        return [*facts, Fact(sentence=f"{turned} reversed" if turned else "")]
 
-    def answer(self) -> dict[str, Any]:
-        """Return the proof, the reasons for fixed pieces, and the effect of new speeds."""
+    def own_facts(self) -> list[Fact]:
+        """Return the proof, fixed pieces, new moves across avoided areas, savings, and the stock that is left."""
         detail = self.outcome.detail
-        proof = certificate_as_json(detail.certificate)
-        answer = {
-            "certificate": proof,
-            "staying": [asdict(group) for group in detail.staying],
-            "avoided_areas": asdict(detail.avoided),
-        }
-        stock = {} if detail.stock is None else {"stock": plain(detail.stock)}
-        return {**answer, **stock, **({} if detail.pace is None else {"pace": plain(detail.pace)})}
+        head, *reasons = staying_words(detail, MOST_REASONS) or [""]
+        stays = f"{head}: {'; '.join(reasons)}" if head else ""
+        left = (
+            [] if detail.stock is None else [Fact("stock", plain(detail.stock), "", stock_words(detail.stock), "stock")]
+        )
+        return [
+            Fact("certificate", certificate_as_json(detail.certificate)),
+            Fact("staying", [asdict(group) for group in detail.staying], "", stays, "stays" if stays else ""),
+            Fact("avoided_areas", asdict(detail.avoided)),
+            *left,
+            *self.savings(),
+        ]
 
-    def facts(self) -> list[Fact]:
-        """Return the gap, fixed pieces, findings of the stock simulation, and the search."""
-        head, *reasons = staying_words(self.outcome.detail, MOST_REASONS) or [""]
-        stays = [Fact("stays", f"{head}: {'; '.join(reasons)}")] if head else []
-        facts = super().facts()
-        at = next((k for k, fact in enumerate(facts) if fact.name == "method"), len(facts))
-        stock = self.outcome.detail.stock
-        left = [Fact("stock", stock_words(stock))] if stock else []
-        return [*facts[:at], *stays, *self.pace(), *left, *facts[at:]]
-
-    def pace(self) -> list[Fact]:
-        """Return the time that new heights and speeds save, if requested."""
-        pace = self.outcome.detail.pace
-        return pace_facts(pace) if pace else []
+    def savings(self) -> list[Fact]:
+        """Return the savings of new heights and speeds, if requested."""
+        return pace_facts(self.outcome.detail.pace)
 
     def saved(self) -> views.PageRow:
         """Return the headline figure; state it if the order is unchanged."""
@@ -85,7 +76,7 @@ class ProgramReport(PathReport[ProgramDetail]):
         same = outcome.before == outcome.after and outcome.before.time_s > 0
         return {**row, "percent": "The order stays as it was."} if same else row
 
-    def staying_words(self) -> list[str]:
+    def staying(self) -> list[str]:
         """Return the pieces that keep their place, with reasons."""
         return staying_words(self.outcome.detail)
 

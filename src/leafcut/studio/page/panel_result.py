@@ -255,7 +255,6 @@ class ResultPanel:
         kept = self.view.studio.history.artefact(record.id, "overview")
         if kept is not None:
             draw_figures(json.loads(kept.data), w)
-        self._pace(answer)
         self._staying(answer)
         self._tools(answer)
         with box("dl", "facts"):
@@ -277,18 +276,6 @@ class ResultPanel:
                 w(f"result.{what}", number=f"{number:,}") for what, number in certificate["before"].items() if number
             )
             text("p", w("result.certificate", counted=counted), "quiet small")
-
-    def _pace(self, answer: dict[str, Any]) -> None:
-        """Show the time that a known stock saves."""
-        w, pace = self.view.words, answer.get("pace", {})
-        told = [name for name in ("retracts", "air", "feeds") if pace.get(f"{name}_s") is not None]
-        if not told:
-            return
-        text("p", w("result.pace"), "quiet small")
-        with box("ul", "plain-list"):
-            for name in told:
-                numbers = {"lowered": f"{pace['lowered']:,}", "rapids": f"{pace['rapids']:,}"}
-                text("li", w(f"result.pace_{name}", time=format_time(pace[f"{name}_s"]), **numbers))
 
     def _staying(self, answer: dict[str, Any]) -> None:
         """Show the reasons for fixed pieces of a program."""

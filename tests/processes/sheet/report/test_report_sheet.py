@@ -25,7 +25,6 @@ from leafcut.processes.sheet.report.cut_words import (
     clock,
     contour_words,
     cut_title,
-    money_words,
     name_words,
     size_words,
 )
@@ -35,6 +34,7 @@ from leafcut.report.json_answer import as_json
 from leafcut.report.page import path_svg, write_page
 from leafcut.report.summary import print_summary
 from leafcut.report.svg import STEPS
+from leafcut.report.wording import money_words
 from page_parser import Page
 
 DATA = CutData(
@@ -378,8 +378,8 @@ def test_the_terminal_says_the_ways_between_and_sensible_digits(sheet_outcome):
     assert re.search(r"order +between +cutting", shown)
     assert re.search(r"drawing +18.00 m +550.8 mm", shown)  # 1500 × 12, 542.8 + 8
     assert re.search(r"leafcut +4.50 m", shown)
-    assert "kerf 0.237 mm" in shown
-    assert "5.00 a sheet, 50.00 for the batch" in shown
+    assert "kerf 0.237 mm" in " ".join(shown.split())
+    assert re.search(r"cost of a sheet +5.00", shown) and re.search(r"batch of 10 .*cost 50.00", shown)
 
 
 def test_a_gap_is_said_of_the_starts_that_were_tried(sheet_outcome):

@@ -1,134 +1,389 @@
-"""Report of a pocketing run: the chosen strategy, compared with the others."""
+"""Facts and page of pockets: the chosen strategy, compared with the others."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
-from leafcut.model.fact import Fact, SummaryTable
+import numpy as np
+
+from leafcut.model.fact import Fact
+from leafcut.model.measure import Measure
 from leafcut.model.outcome import Outcome, Which
-from leafcut.model.saving import plain
+from leafcut.model.pocket import SAME_PLACE, PocketMeasures, PocketPath
 from leafcut.model.shown_stock import ShownStock
-from leafcut.model.toolpath import Toolpath
+from leafcut.model.tool import Tool
+from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder
 from leafcut.processes.pocket.model import PocketDetail
-from leafcut.processes.pocket.report import pocket_page
-from leafcut.processes.pocket.report.level_way import way_over_level
-from leafcut.processes.pocket.report.pocket_words import (
-    STRATEGY_TITLES,
-    StrategyFigures,
-    chosen_words,
-    facts,
-    pocket_counts,
-    pocket_counts_words,
-    pockets_as_json,
-    strategy_cells,
-    strategy_figures,
+from leafcut.processes.pocket.report.pocket_drawing import (
+    PocketScene,
+    build_pocket_scene,
+    pocket_drawing,
+    shapes_of,
+    small_drawing,
 )
-from leafcut.report.overview import overview
+from leafcut.processes.pocket.report.pocket_words import (
+    StrategyFigures,
+    added,
+    levels_words,
+    plain_measures,
+    several_depths,
+    strategy_figures,
+    wider_words,
+    written,
+)
+from leafcut.report import chart, views
 from leafcut.report.pace_words import pace_facts
 from leafcut.report.path_report import PathReport
-from leafcut.report.wording import clean, time_words
+from leafcut.report.wording import (
+    NO_VALUE,
+    angle_words,
+    area_words,
+    clean,
+    count,
+    feed_mm_min,
+    length_words,
+    number_words,
+    percent_words,
+    plain_number,
+    said,
+    saved_percent,
+    share_words,
+    time_words,
+)
+
+#: Larger drawings are not swept for uncut material, number of segments.
+MOST_PIECES = 200_000
+#: A strategy that leaves so much more uncut than the usual one does not do the same work, percent.
+LESS_WORK = 0.1
+#: Smaller shares of air cutting are not reported.
+_AIR = 0.01
+#: Height above the work for moves between the pieces of a path, mm.
+_ABOVE = 2.0
+_FEEDS = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)
+#: Columns of the table of strategies, and those that the summary leaves out.
+_TITLES = ("feed", "rapid", "retracts", "uncut", "step-over mm", "engaged", "mean", "air", "program")
+_WIDE = ("step-over mm", "air")
 
 
 class PocketReport(PathReport[PocketDetail]):
-    """Views of a pocketing outcome."""
+    """Facts and pictures of a pocketing outcome."""
 
     proof = "read back and simulated"
     found = "read back and simulated: it does the work that was planned"
     package = "leafcut.processes.pocket.report"
-    template = "pocket.html.jinja"
-    styles = "pocket.css"
-    file_name = "file"
+    template = "pocket"
 
     def __init__(self, outcome: Outcome[PocketDetail]) -> None:
         super().__init__(outcome)
+        plans = outcome.detail.plans
         # A single region needs no order.
         self.ordered = any(len(o.solution.nodes) != 1 for o in outcome.operations)
         self.cleared = outcome.operations[0].tool.diameter
+        self.chosen = " and ".join(dict.fromkeys(plan.result.strategy for plan in plans))
+        self.usual = " and ".join(dict.fromkeys(plan.usual.strategy for plan in plans))
+        self.compared = any(plan.usual is not plan.result for plan in plans)
 
-    def counts(self) -> dict[str, int]:
-        """Return the numbers of pockets, islands and levels."""
-        return pocket_counts(self.outcome)
+    @cached_property
+    def strategies(self) -> list[StrategyFigures]:
+        """All strategies with their measures."""
+        return strategy_figures(self.outcome)
 
-    def counts_words(self) -> str:
-        """Return ``1 pocket of 180 × 140 mm · 3 islands · 2 levels · end mill Ø10``."""
-        return pocket_counts_words(self.outcome)
+    def orders(self) -> list[tuple[str, Measure]]:
+        """Return the measures of the usual strategy, if it is another one, and of the written one."""
+        usual = [(self.usual.capitalize(), self.outcome.before)] if self.compared else []
+        return [*usual, (f"{views.OURS}: {self.chosen}", self.outcome.after)]
 
-    def answer(self) -> dict[str, Any]:
-        """Return the measures of one level of the written path, all strategies, and the effect of new feeds."""
-        pace = self.outcome.detail.pace
-        return {**pockets_as_json(self.outcome), **({} if pace is None else {"pace": plain(pace)})}
+    @cached_property
+    def facts(self) -> list[Fact]:
+        """Facts for the operator, and the reasons why strategies are not written."""
+        reasons = [
+            Fact(sentence=clean(f"{word}: {reason}"), name=row.name)
+            for word, name in (("not possible", "refused"), ("not written", "passed_over"))
+            for row in self.strategies
+            if (reason := getattr(row, name))
+        ]
+        return [*self.counts(), *self._times(), *self._path_facts(), *self._tool_facts(), *self.savings(), *reasons]
 
-    def pace(self) -> list[Fact]:
-        """Return the time that feeds by engagement save, if requested."""
-        pace = self.outcome.detail.pace
-        return pace_facts(pace) if pace else []
+    def counts(self) -> list[Fact]:
+        """Return the numbers of pockets, islands, levels and tools: ``1 pocket of 180 × 140 mm · 3 islands``."""
+        plans, tool = self.outcome.detail.plans, self.outcome.operations[0].tool
+        largest = max((plan.pocket.outline for plan in plans), key=lambda outline: abs(outline.area))
+        x0, y0, x1, y1 = largest.extents
+        number, islands = len(plans), sum(len(plan.pocket.islands) for plan in plans)
+        levels = sum(len(plan.levels) for plan in plans) if several_depths(plans) else len(plans[0].heights)
+        size = f"{' of' if number == 1 else ', the largest'} {x1 - x0:.4g} × {y1 - y0:.4g} mm"
+        return [
+            Fact("counts.pockets", number, "", count(number, "pocket") + size),
+            Fact("counts.islands", islands, "", count(islands, "island") if islands else ""),
+            Fact("counts.levels", levels, "", count(levels, "level") if levels else ""),
+            Fact("counts.tools", len({o.tool.number for o in self.outcome.operations}), "",
+                 f"end mill Ø{tool.diameter:g}"),
+        ]  # fmt: skip
+
+    def savings(self) -> list[Fact]:
+        """Return the savings of feeds by engagement, if requested."""
+        return pace_facts(self.outcome.detail.pace)
+
+    def _times(self) -> list[Fact]:
+        """Return the times of the program and of the usual strategy."""
+        outcome = self.outcome
+        times = [Fact("after.time_s", outcome.after.time_s, "s", said("by {way}", way=self.chosen), said("Time"))]
+        if self.compared:
+            saved = saved_percent(outcome, outcome.after)
+            template = "by {way}; {percent} saved" if saved >= 0.0 else "by {way}; {percent} more now"
+            words = said(template, way=self.usual, percent=percent_words(abs(saved)))
+            times.append(Fact("before.time_s", outcome.before.time_s, "s", words, said("Usual time")))
+        return times
+
+    def _path_facts(self) -> list[Fact]:
+        """Return the measures of the written path over one level."""
+        outcome, m = self.outcome, written(self.outcome)
+        rules, plain = outcome.detail.plans[0].rules, plain_measures(m)
+
+        def fact(key: str, unit: str, sentence: str, name: str) -> Fact:
+            return Fact(f"pocket.{key}", plain[key], unit, sentence, said(name))
+
+        above = 100.0 * ((m.feed_mm + m.rapid_mm) / m.floor_mm - 1.0) if m.floor_mm > 0.0 else math.nan
+        rapids, lifted = length_words(m.rapid_mm), said("never lifted")
+        if m.retracts:
+            number = "1 retract" if m.retracts == 1 else "{number} retracts"
+            lifted = said(f"{number}, {{length}} of rapids", number=f"{m.retracts:,}", length=rapids)
+        area, whole = area_words(m.uncovered_mm2), area_words(m.reachable_mm2)
+        asked = said(
+            "{asked} mm asked for; passes that meet in the middle: {middle} mm apart",
+            asked=f"{rules.step_over:.4g}", middle=f"{m.max_core:.2f}",
+        )  # fmt: skip
+        floor = said("area ÷ step-over is {length}", length=length_words(m.floor_mm))
+        mean = said("at most; {angle} on average", angle=angle_words(plain["mean_engagement_deg"]))
+        facts = [
+            Fact("pocket", self._pocket(plain)),
+            Fact("strategies", [_strategy(row) for row in self.strategies]),
+            fact("feed_mm", "mm", lifted, "Path over a level"),
+            Fact(value=above, unit="%", sentence=floor, name=said("Above minimum")),
+            fact("uncovered_percent", "%", said("{area} of {whole}", area=area, whole=whole), "Uncut"),
+            fact("gouge_mm2", "mm²", said("by simulation of the program"), "Gouge"),
+            fact("max_engagement_deg", "°", mean, "Engagement"),
+            fact("max_step_over", "mm", asked, "Step-over"),
+            fact("max_width", "mm", wider_words(m, rules.tool_diameter) if m.wide_mm > 0.0 else "", "Widest cut"),
+        ]
+        if m.feed_mm > 0.0 and m.air_mm >= _AIR * m.feed_mm:
+            path, tool = outcome.path_after, outcome.operations[0].tool
+            fast = float(path.value[np.isin(path.kind, _FEEDS)].max(initial=tool.feed))
+            share, template = percent_words(100.0 * m.air_mm / m.feed_mm), "{share} of the path cuts nothing"
+            if fast > tool.feed * (1.0 + 1e-6):
+                template += ", at up to {feed} mm/min"
+            air = said(template, share=share, feed=number_words(feed_mm_min(fast)))
+            facts.append(fact("air_mm", "mm", air, "Air"))
+        return facts
+
+    def _tool_facts(self) -> list[Fact]:
+        """Return the levels and the tool."""
+        plans, tool = self.outcome.detail.plans, self.outcome.operations[0].tool
+        rules, first, lines = plans[0].rules, plans[0].levels, levels_words(plans)
+        levels, words = f"{len(first)} × {abs(first[0]):.4g} mm", "; ".join(lines)
+        depth, stock = f"{min(plan.heights[-1] for plan in plans):.4g}", f"{rules.stock:g}"
+        if several_depths(plans):
+            number = sum(len(plan.levels) for plan in plans)
+            levels = said("{number} in {pockets} pockets", number=str(number), pockets=str(len(plans)))
+        elif rules.stock > 0.0:
+            words = said("to Z{depth}, then {stock} mm along the walls", depth=depth, stock=stock)
+        else:
+            words = said("to Z{depth}", depth=depth)
+        side = "climb" if rules.climb else "conventional"
+        feed, speed = number_words(feed_mm_min(tool.feed)), f"{tool.spindle_rpm:,.0f}"
+        cut = said(f"{{feed}} mm/min, {{speed}} rpm, {side}", feed=feed, speed=speed)
+        return [
+            Fact(value=levels, sentence=words, name=said("Levels")),
+            Fact(value=f"Ø{tool.diameter:g} mm", sentence=cut, name=said("Tool")),
+        ]
+
+    def _pocket(self, plain: dict[str, Any]) -> dict[str, Any]:
+        """Return the written path over one level for the JSON answer; lengths without approach and departure."""
+        plans = self.outcome.detail.plans
+        rules = plans[0].rules
+        return {
+            "strategy": ", ".join(dict.fromkeys(plan.result.strategy for plan in plans)),
+            **plain,
+            "levels": sorted({z for plan in plans for z in plan.heights}, reverse=True),
+            "floors": [plan.heights[-1] for plan in plans],
+            "tool_diameter_mm": rules.tool_diameter,
+            "step_over_mm": rules.step_over,
+            "stock_mm": rules.stock,
+        }
+
+    def table(self) -> list[tuple[tuple[str, ...], bool]]:
+        """Return all possible strategies, measured over one level."""
+        keep = [k for k, title in enumerate(_TITLES) if title not in _WIDE]
+        rows = [((row.name, *(_cells(row)[k] for k in keep)), row.chosen) for row in self.strategies if row.measures]
+        return [(("one level", *(_TITLES[k] for k in keep)), False), *rows]
+
+    def page(self) -> dict[str, Any]:
+        """Return the drawing, and the strategies side by side."""
+        outcome, plans = self.outcome, self.outcome.detail.plans
+        scene = build_pocket_scene(plans, outcome.missing)
+        paths = [plan.result.path for plan in plans if plan.result.path is not None]
+        shapes = [
+            shapes_of(plan.pocket, path, plan.rules)
+            for plan, path in zip(plans, paths, strict=True)
+            if sum(p.path.n_segments for p in path.pieces) <= MOST_PIECES
+        ]
+        diameter = plans[0].rules.tool_diameter
+        svg = pocket_drawing(scene, paths, "pocket", self._words(self.chosen), shapes=shapes, tool_diameter=diameter)
+        return {
+            "size": self._size(),
+            "saved": self.saved(),
+            "way": "Rapids",
+            "pocket": {
+                "svg": svg,
+                "wide": scene.frame.wide,
+                "strategy": self.chosen,
+                "kinds": {piece.kind for path in paths for piece in path.pieces},
+                "rapids": any(path.retracts for path in paths),
+                "uncut": any(not s.uncovered.is_empty for s in shapes),
+                "far": any(not s.unreachable.is_empty for s in shapes),
+                "small": self._small(scene),
+                "strategies": self._rows(),
+            },
+        }
+
+    def saved(self) -> views.PageRow:
+        """Return the large figure and the words around it: the saved time, or that of the program if it is alone."""
+        outcome = self.outcome
+        if not self.compared:
+            alone = all(len(plan.results) == 1 for plan in outcome.detail.plans)
+            words = "Only this strategy was tried; best compares all." if alone else "What most shops run."
+            by = f"by {self.chosen}"
+            figure = time_words(outcome.after.time_s)
+            return {"figure": figure, "worse": False, "words": by, "percent": words, "gap": ""}
+        row = views.saved(outcome, self.came_in, "")
+        known = [plan.usual.measures for plan in outcome.detail.plans if plan.usual.measures is not None]
+        now, usual = written(outcome), added(known)
+        less = ""
+        if now.uncovered_percent > usual.uncovered_percent + LESS_WORK:
+            less = f" But {share_words(now.uncovered_percent)} of the pocket stays uncut."
+        compared = f"{'longer than' if row['worse'] else 'saved compared with'} {self.usual}"
+        return {**row, "words": compared, "percent": row["percent"] + less, "gap": _shorter(now, usual)}
+
+    def drawing(self, which: Which) -> str:
+        """Return the paths over one level: usual (``before``) and written (``after``)."""
+        plans = self.outcome.detail.plans
+        chosen = [plan.usual if which == "before" else plan.result for plan in plans]
+        paths = [result.path for result in chosen if result.path is not None]
+        words = self._words(self.usual if which == "before" else self.chosen)
+        scene, diameter = build_pocket_scene(plans, self.outcome.missing), plans[0].rules.tool_diameter
+        return pocket_drawing(scene, paths, which, words, tool_diameter=diameter, size=True)
+
+    def ways(self) -> Iterator[tuple[str, Toolpath]]:
+        """Yield the path of each strategy over one level of all pockets."""
+        outcome = self.outcome
+        for row in self.strategies:
+            paths = self._paths(row.name)
+            if row.measures is not None and paths:
+                yield row.name, way_over_level(paths, outcome.detail.plans[0].levels[0], outcome.operations[0].tool)
 
     def stock(self) -> ShownStock:
         """Return the tools and the stock: the solid with filled pockets if known, else a block around the cuts."""
         found, before = super().stock(), self.outcome.detail.before
         return found if before is None else replace(found, surface=before)
 
-    def summary_table(self) -> SummaryTable:
-        """Return all possible strategies, measured over one level."""
-        rows = [row for row in self._figures() if row.measures is not None]
-        return SummaryTable(
-            ("one level", *STRATEGY_TITLES),
-            tuple((row.name, *strategy_cells(row)) for row in rows),
-            tuple(row.chosen for row in rows),
-            apart=2,
-        )
+    def _words(self, strategy: str) -> str:
+        return f"Tool path over one level of {clean(self.outcome.part.name)}, {strategy}"
 
-    def facts(self) -> list[Fact]:
-        """Return the time of the program, facts for the operator, and refused strategies."""
-        outcome = self.outcome
+    def _size(self) -> str:
+        """Return the box of several pockets; "" for one, whose counts give its size."""
+        boxes = [plan.pocket.outline.extents for plan in self.outcome.detail.plans]
+        if len(boxes) == 1:
+            return ""
+        x0, y0, x1, y1 = (f(b[i] for b in boxes) for i, f in enumerate((min, min, max, max)))
+        return f"together {x1 - x0:.4g} × {y1 - y0:.4g} mm"
+
+    def _paths(self, strategy: str) -> list[PocketPath]:
+        every = (r for p in self.outcome.detail.plans for r in p.results if r.strategy == strategy)
+        return [r.path for r in every if r.path is not None]
+
+    def _rows(self) -> list[views.PageRow]:
+        """Return the table of strategies with bars of their times."""
+        longest = max((r.program_s for r in self.strategies), default=0.0) or 1.0
         return [
-            Fact("program", f"{time_words(outcome.after.time_s)} by {chosen_words(outcome)}", "bold"),
-            *(Fact(*fact) for fact in facts(outcome)),
-            *self.pace(),
-            *(
-                Fact(row.name, f"not possible: {clean(row.refused)}", "dim")
-                for row in self._figures()
-                if row.measures is None
-            ),
-            *(
-                Fact(row.name, f"not written: {clean(row.passed_over)}", "dim")
-                for row in self._figures()
-                if row.passed_over
-            ),
+            {
+                "name": row.name,
+                "chosen": row.chosen,
+                "refused": clean(row.refused),
+                "passed_over": clean(row.passed_over),
+                "cells": _cells(row),
+                "bar": chart.bar(row.program_s / longest, "ours" if row.chosen else "plain") if row.measures else "",
+            }
+            for row in self.strategies
         ]
 
-    def overview(self) -> dict[str, Any]:
-        """Return the figures of the program and the shares of its time."""
-        return overview(pocket_page.facts(self.outcome), pocket_page.times(self.outcome))
+    def _small(self, scene: PocketScene) -> list[views.PageRow]:
+        """Return a small drawing of every strategy that has a path in all pockets."""
+        return [
+            {
+                "name": row.name,
+                "way": length_words(row.measures.feed_mm + row.measures.rapid_mm),
+                "chosen": row.chosen,
+                "svg": small_drawing(scene, self._paths(row.name), f"{row.name} over one level"),
+            }
+            for row in self.strategies
+            if row.measures is not None
+        ]
 
-    def page(self) -> dict[str, Any]:
-        """Return the drawing, the strategies side by side, the facts of the program."""
-        outcome = self.outcome
-        return {
-            "size": pocket_page.pocket_size(outcome),
-            "saved": pocket_page.saved(outcome),
-            "orders": pocket_page.cards(outcome),
-            "way": "Rapids",
-            "pocket": pocket_page.pocket_content(outcome),
-        }
 
-    def drawing(self, which: Which) -> str:
-        """Return the paths over one level: usual (``before``) and written (``after``)."""
-        return pocket_page.pocket_svg(self.outcome, which)
+def _strategy(row: StrategyFigures) -> dict[str, Any]:
+    """Return a strategy for the JSON answer."""
+    measured = {} if row.measures is None else {**plain_measures(row.measures), "time_s": plain_number(row.program_s)}
+    reasons = {name: clean(getattr(row, name)) for name in ("refused", "passed_over") if getattr(row, name)}
+    return {"strategy": row.name, "chosen": row.chosen, **measured, **reasons}
 
-    def ways(self) -> Iterator[tuple[str, Toolpath]]:
-        """Yield the path of each strategy over one level of all pockets."""
-        outcome = self.outcome
-        for row in self._figures():
-            found = [r.path for p in outcome.detail.plans for r in p.results if r.strategy == row.name]
-            paths = [path for path in found if path is not None]
-            if row.measures is not None and paths:
-                yield (
-                    row.name,
-                    way_over_level(paths, outcome.detail.plans[0].levels[0], outcome.operations[0].tool),
-                )
 
-    def _figures(self) -> list[StrategyFigures]:
-        return strategy_figures(self.outcome)
+def _cells(row: StrategyFigures) -> tuple[str, ...]:
+    """Return the figures of a strategy, as `_TITLES` has them; none if it is refused."""
+    m = row.measures
+    if m is None:
+        return ()
+    return (
+        length_words(m.feed_mm),
+        length_words(m.rapid_mm) if m.retracts else NO_VALUE,
+        f"{m.retracts:,}" if m.retracts else NO_VALUE,
+        share_words(m.uncovered_percent),
+        f"{m.max_step_over:.2f}",
+        angle_words(math.degrees(m.max_engagement)),
+        angle_words(math.degrees(m.mean_engagement)),
+        length_words(m.air_mm),
+        time_words(row.program_s),
+    )
+
+
+def _shorter(now: PocketMeasures, usual: PocketMeasures) -> str:
+    """Return the change of the path's length over one level."""
+    length, before = (m.feed_mm + m.rapid_mm for m in (now, usual))
+    if not before > 0.0:
+        return ""
+    percent = 100.0 * (1.0 - length / before)
+    return f"The path over a level is {percent_words(abs(percent))} {'shorter' if percent >= 0.0 else 'longer'}."
+
+
+def way_over_level(paths: Sequence[PocketPath], level: float, tool: Tool) -> Toolpath:
+    """Return the paths of all pockets over one level as a toolpath; the tool plunges at the start of each piece."""
+    builder = ToolpathBuilder()
+    builder.tool(tool.number)
+    builder.spindle(tool.spindle_rpm)
+    for path in paths:
+        for number, piece in enumerate(path.pieces):
+            x, y, _ = builder.position
+            if not number or math.dist((x, y), piece.path.start) > SAME_PLACE:
+                builder.rapid(z=_ABOVE)
+                builder.rapid(*piece.path.start)
+                builder.feed(z=level, feed=tool.feed)
+            for step in piece.path.segments():
+                if step.is_arc:
+                    builder.arc(step.bulge < 0.0, (*step.end, level), Arc((*step.center, level)), feed=tool.feed)
+                else:
+                    builder.feed(*step.end, feed=tool.feed)
+    builder.rapid(z=_ABOVE)
+    return builder.build()

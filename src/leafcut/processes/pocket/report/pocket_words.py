@@ -1,4 +1,4 @@
-"""Strategies of pockets compared, as plain values and in words."""
+"""Measures of pockets and their strategies, as plain values and in words."""
 
 from __future__ import annotations
 
@@ -8,29 +8,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
 from leafcut.model.outcome import Outcome
 from leafcut.model.pocket import PocketMeasures, PocketPlan, PocketProgram
-from leafcut.model.toolpath import Kind
 from leafcut.processes.pocket.model import PocketDetail
 from leafcut.report.wording import (
     NO_VALUE,
-    clean,
     count,
-    feed_mm_min,
-    length_words,
-    number_words,
     percent_words,
     plain_number,
     said,
-    saved_percent,
-    time_words,
 )
-
-#: Smaller shares of air cutting are not reported.
-AIR_TOLD = 0.01
-_FEEDS = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)
 
 
 @dataclass(frozen=True)
@@ -123,42 +110,8 @@ def compared(outcome: Outcome[PocketDetail]) -> bool:
     return any(plan.usual is not plan.result for plan in outcome.detail.plans)
 
 
-# -- plain values ----------------------------------------------------------------------------------------------------
-
-
-def pockets_as_json(outcome: Outcome[PocketDetail]) -> dict[str, Any]:
-    """Return the written path over one level, and all strategies.
-
-    Lengths are measured in the plane, without approach and departure. Several pockets give sums of lengths, and maxima
-    of step-over and engagement.
-    """
-    plans = outcome.detail.plans
-    names = list(dict.fromkeys(plan.result.strategy for plan in plans))
-    first = plans[0]
-    return {
-        "pocket": {
-            "strategy": ", ".join(names),
-            **_plain(written(outcome)),
-            "levels": sorted({z for plan in plans for z in plan.heights}, reverse=True),
-            "floors": [plan.heights[-1] for plan in plans],
-            "tool_diameter_mm": first.rules.tool_diameter,
-            "step_over_mm": first.rules.step_over,
-            "stock_mm": first.rules.stock,
-        },
-        "strategies": [
-            {
-                "strategy": row.name,
-                "chosen": row.chosen,
-                **({} if row.measures is None else {**_plain(row.measures), "time_s": plain_number(row.program_s)}),
-                **({"refused": clean(row.refused)} if row.measures is None else {}),
-                **({"passed_over": clean(row.passed_over)} if row.passed_over else {}),
-            }
-            for row in strategy_figures(outcome)
-        ],
-    }
-
-
-def _plain(m: PocketMeasures) -> dict[str, Any]:
+def plain_measures(m: PocketMeasures) -> dict[str, Any]:
+    """Return measures over one level as the JSON answer has them."""
     return {
         "length_mm": plain_number(m.feed_mm + m.rapid_mm),
         "feed_mm": plain_number(m.feed_mm),
@@ -179,45 +132,7 @@ def _plain(m: PocketMeasures) -> dict[str, Any]:
     }
 
 
-def pocket_counts(outcome: Outcome[PocketDetail]) -> dict[str, int]:
-    """Return the numbers of pockets, islands and levels."""
-    plans = outcome.detail.plans
-    return {
-        "pockets": len(plans),
-        "islands": sum(len(plan.pocket.islands) for plan in plans),
-        "levels": sum(len(plan.levels) for plan in plans) if several_depths(plans) else len(plans[0].heights),
-        "tools": len({o.tool.number for o in outcome.operations}),
-    }
-
-
 # -- words -----------------------------------------------------------------------------------------------------------
-
-
-def pocket_counts_words(outcome: Outcome[PocketDetail]) -> str:
-    """Return ``1 pocket of 180 × 140 mm · 3 islands · 2 levels · end mill Ø10``."""
-    counts = pocket_counts(outcome)
-    tool = outcome.operations[0].tool
-    largest = max((plan.pocket.outline for plan in outcome.detail.plans), key=lambda outline: abs(outline.area))
-    x0, y0, x1, y1 = largest.extents
-    number = counts["pockets"]
-    size = f"{count(number, 'pocket')}{' of' if number == 1 else ', the largest'} {x1 - x0:.4g} × {y1 - y0:.4g} mm"
-    words = [count(counts[name], name[:-1]) for name in ("islands", "levels") if counts[name]]
-    return " · ".join([size, *words, f"end mill Ø{tool.diameter:g}"])
-
-
-def angle_words(angle: float) -> str:
-    """Return an angle in whole degrees."""
-    return f"{math.degrees(angle):.0f}°"
-
-
-def area_words(area: float) -> str:
-    """Return an area in mm², whole from 100 on."""
-    return f"{area:,.0f} mm²" if area >= 100.0 else f"{area:.3g} mm²"
-
-
-def uncut_words(percent: float) -> str:
-    """Return an uncut share: two decimals below one percent; 0 only if it rounds to none."""
-    return percent_words(percent, 2 if percent < 1.0 else 1)
 
 
 def usual_words(outcome: Outcome[PocketDetail]) -> str:
@@ -228,48 +143,6 @@ def usual_words(outcome: Outcome[PocketDetail]) -> str:
 def chosen_words(outcome: Outcome[PocketDetail]) -> str:
     """Return the strategies that are written: ``contour``."""
     return " and ".join(dict.fromkeys(plan.result.strategy for plan in outcome.detail.plans))
-
-
-def strategy_cells(row: StrategyFigures) -> tuple[str, ...]:
-    """Return the figures of a strategy: feed, rapid, retracts, uncut, engagement at most and on average, time."""
-    m = row.measures
-    if m is None:
-        return ()
-    return (
-        length_words(m.feed_mm),
-        length_words(m.rapid_mm) if m.retracts else NO_VALUE,
-        f"{m.retracts:,}" if m.retracts else NO_VALUE,
-        uncut_words(m.uncovered_percent),
-        angle_words(m.max_engagement),
-        angle_words(m.mean_engagement),
-        time_words(row.program_s),
-    )
-
-
-#: Headings of `strategy_cells`.
-STRATEGY_TITLES = ("feed", "rapid", "retracts", "uncut", "engaged", "mean", "program")
-
-
-def facts(outcome: Outcome[PocketDetail]) -> list[tuple[str, str]]:
-    """Return facts for the operator, name and words."""
-    plans = outcome.detail.plans
-    rules, tool = plans[0].rules, outcome.operations[0].tool
-    walls = f", {rules.stock:g} mm for the walls" if rules.stock > 0.0 else ""
-    m = written(outcome)
-    fast = float(outcome.path_after.value[np.isin(outcome.path_after.kind, _FEEDS)].max(initial=tool.feed))
-    faster = f", at up to {number_words(feed_mm_min(fast))} mm/min" if fast > tool.feed * (1.0 + 1e-6) else ""
-    air = f"{percent_words(100.0 * m.air_mm / m.feed_mm)} of the path cuts nothing{faster}" if m.feed_mm > 0.0 else ""
-    beside = f"{time_words(outcome.before.time_s)} by {usual_words(outcome)}, {_saved(outcome)}"
-    above = 100.0 * ((m.feed_mm + m.rapid_mm) / m.floor_mm - 1.0) if m.floor_mm > 0.0 else math.nan
-    return [
-        *(("levels", f"{words}{walls}") for words in levels_words(plans)),
-        ("milling", f"{'climb' if rules.climb else 'conventional'}, {_step_over_words(m, rules.step_over)}"),
-        *([("wider", wider_words(m, rules.tool_diameter))] if m.wide_mm > 0.0 else []),
-        *([("air", air)] if m.air_mm >= AIR_TOLD * m.feed_mm else []),
-        ("tool", f"Ø{tool.diameter:g}, {number_words(feed_mm_min(tool.feed))} mm/min, {tool.spindle_rpm:,.0f} rpm"),
-        ("minimum", f"{length_words(m.floor_mm)} = area ÷ step-over; this path is {percent_words(above)} above it"),
-        *([("against", beside)] if compared(outcome) else []),
-    ]
 
 
 def several_depths(plans: Sequence[PocketPlan]) -> bool:
@@ -291,20 +164,9 @@ def levels_words(plans: Sequence[PocketPlan]) -> list[str]:
     return words
 
 
-def _step_over_words(m: PocketMeasures, step_over: float) -> str:
-    """Return the planned and the measured step-over; a single pass has none."""
-    kept = f"step-over {step_over:.4g} mm at most"
-    return f"{kept}, {m.max_step_over:.2f} mm measured" if m.max_step_over > 0.0 else kept
-
-
 def wider_words(m: PocketMeasures, diameter: float) -> str:
     """Return the share of the path that cuts much wider than the step-over, and the widest cut."""
     full = said("the full width of the tool") if m.max_width > 0.99 * diameter else f"{m.max_width:.2f} mm"
     share = percent_words(100.0 * m.wide_mm / m.feed_mm) if m.feed_mm > 0.0 else NO_VALUE
     words = "first cuts and corners, {share} of the path, are wider than the step-over: up to {full}"
     return said(words, share=share, full=full)
-
-
-def _saved(outcome: Outcome[PocketDetail]) -> str:
-    percent = saved_percent(outcome, outcome.after)
-    return f"{percent_words(abs(percent))} {'saved' if percent >= 0.0 else 'more'}"

@@ -1,4 +1,4 @@
-"""What a cutting plan says of itself: time norm, cost and data, as plain values and in words."""
+"""Time norm, cost and data of a cutting plan as plain values, and names of its cuts and parts."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from leafcut.report.wording import (
     clock,
     count,
     length_words,
-    percent_words,
     plain_number,
     said,
     time_words,
@@ -36,55 +35,50 @@ def cut_counts(plan: CutPlan) -> dict[str, int]:
     }
 
 
-def cut_counts_words(plan: CutPlan) -> str:
-    """Return ``4 parts · 16 contours · 16 pierces``."""
-    return " · ".join(count(number, name[:-1]) for name, number in cut_counts(plan).items() if number)
-
-
 def cutting_as_json(detail: SheetDetail) -> dict[str, Any]:
     """Return data, time norm and cost of a cutting plan, and what its orders before would have cost."""
     plan = detail.plan
     data, norm = plan.data, plan.measures
+    contours = [plan.sheet.contours[i] for c in plan.cuts if not c.common for i in c.contours]
+    cut = Counter(c.part for c in contours if c.contour.kind == "cut")
     return {
-        "cutting": {
-            "process": data.process,
-            "material": data.material,
-            "thickness_mm": data.thickness,
-            "amps": data.amps,
-            "speed_mm_min": data.feed * SECONDS_PER_MINUTE,
-            "kerf_mm": data.kerf,
-            "pierce_delay_s": data.pierce_delay,
-            "pierce_height_mm": data.pierce_height,
-            "cut_height_mm": data.cut_height,
-            "volts": data.volts,
-            **rates_as_json(data.rates),
-            "source": data.source,
-            "confidence": data.confidence,
-            "sheet": _times(norm.sheet),
-            "quantity": norm.quantity,
-            "batch": _times(norm.batch),
-            "utilisation_percent": None if norm.utilisation is None else 100.0 * norm.utilisation,
-            "cost": norm.cost,
-            "batch_cost": norm.batch_cost,
-            "consumption": {"sheet": consumption_as_json(norm.used), "batch": consumption_as_json(norm.batch_used)},
-            "norms": norms_as_json(norm),
-            "parts": [
-                {
-                    "part": p.part,
-                    "name": p.name,
-                    "area_mm2": plain_number(p.area),
-                    "contours": part_kinds(plan, p.part).count("cut"),
-                    **_times(p.times),
-                    "cost": p.cost,
-                    "consumption": consumption_as_json(p.used),
-                }
-                for p in norm.parts
-            ],
-            "pieces": _pieces(norm),
-            "before": _order(detail, 0),
-            "nearest": _order(detail, 1),
-            "after": _order(detail, 2),
-        }
+        "process": data.process,
+        "material": data.material,
+        "thickness_mm": data.thickness,
+        "amps": data.amps,
+        "speed_mm_min": data.feed * SECONDS_PER_MINUTE,
+        "kerf_mm": data.kerf,
+        "pierce_delay_s": data.pierce_delay,
+        "pierce_height_mm": data.pierce_height,
+        "cut_height_mm": data.cut_height,
+        "volts": data.volts,
+        **rates_as_json(data.rates),
+        "source": data.source,
+        "confidence": data.confidence,
+        "sheet": _times(norm.sheet),
+        "quantity": norm.quantity,
+        "batch": _times(norm.batch),
+        "utilisation_percent": None if norm.utilisation is None else 100.0 * norm.utilisation,
+        "cost": norm.cost,
+        "batch_cost": norm.batch_cost,
+        "consumption": {"sheet": consumption_as_json(norm.used), "batch": consumption_as_json(norm.batch_used)},
+        "norms": norms_as_json(norm),
+        "parts": [
+            {
+                "part": p.part,
+                "name": p.name,
+                "area_mm2": plain_number(p.area),
+                "contours": cut[p.part],
+                **_times(p.times),
+                "cost": p.cost,
+                "consumption": consumption_as_json(p.used),
+            }
+            for p in norm.parts
+        ],
+        "pieces": _pieces(norm),
+        "before": _order(detail, 0),
+        "nearest": _order(detail, 1),
+        "after": _order(detail, 2),
     }
 
 
@@ -137,11 +131,6 @@ def name_words(name: str) -> str:
     return re.sub(r"(\d)kw\b", r"\1 kW", name.replace("_", " "), flags=re.IGNORECASE)
 
 
-def money_words(cost: float) -> str:
-    """Return a cost in the unit of the rates: ``12.40``, a small one with three decimals."""
-    return cost_figure(cost, 2 if cost >= 0.995 else 3)
-
-
 def cost_figure(cost: float, places: int) -> str:
     """Return a cost with so many decimals."""
     return f"{cost:,.{places}f}"
@@ -190,33 +179,6 @@ def part_title(plan: CutPlan, part: int) -> str:
     return " · ".join(words)
 
 
-def norm_facts(plan: CutPlan) -> list[tuple[str, str]]:
-    """Return the lines of the summary: (name, words)."""
-    data, norm = plan.data, plan.measures
-    how = f"{data.process}{f' {data.amps:g} A' if data.amps is not None else ''}"
-    once = f" − {length_words(norm.sheet.common_mm)} cut once for two parts" if norm.sheet.common_mm > 0.0 else ""
-    between = length_words(norm.sheet.rapid_mm)
-    facts = [
-        (
-            "cut with",
-            f"{how}, {data.material} {size_words(data.thickness)} mm, {data.feed * SECONDS_PER_MINUTE:.0f} mm/min, "
-            f"kerf {size_words(data.kerf)} mm, pierce {data.pierce_delay:.3g} s",
-        ),
-        ("sheet", _norm_words(norm.sheet)),
-        ("route", f"{length_words(norm.sheet.perimeter_mm)} of contours{once}, {between} between"),
-    ]
-    if norm.quantity > 1:
-        facts.append(("batch", f"{count(norm.quantity, 'sheet')}, {time_words(norm.batch.total_s)}"))
-    if norm.utilisation is not None:
-        facts.append(("used", f"{percent_words(100.0 * norm.utilisation)} of the sheet"))
-    if norm.cost:
-        facts.append(("cost", _cost_words(norm)))
-    used = [f"{amount} {name}" for name, amount in amounts(norm.used, data.rates) if amount != NO_VALUE]
-    if used:
-        facts.append(("uses", ", ".join(used)))
-    return facts
-
-
 def amounts(used: Consumption, rates: ConsumptionRates) -> list[tuple[str, str]]:
     """Return what is used up and how much of it, in words; of what the chart says nothing a dash."""
     # Names are the chart's, and the same in each language; what has none is called by what it is.
@@ -240,15 +202,3 @@ def _amount(value: float | None, unit: str) -> str:
     if 0.0 < value < _LEAST_AMOUNT:
         figure = f"< {_LEAST_AMOUNT:.4f}"
     return f"{figure.rstrip('.') if value else 0} {unit}".rstrip()
-
-
-def _norm_words(times: CutTimes) -> str:
-    return (
-        f"{time_words(times.total_s)}: cutting {time_words(times.cut_s)}, "
-        f"piercing {time_words(times.pierce_s)}, rapids {time_words(times.rapid_s)}"
-    )
-
-
-def _cost_words(norm: CutMeasures) -> str:
-    batch = f", {money_words(norm.batch_cost)} for the batch" if norm.quantity > 1 else ""
-    return f"{money_words(norm.cost)} a sheet{batch}"

@@ -1,67 +1,131 @@
-"""What is told of a sheet: its parts, its cuts, the time and the cost of a sheet and of the batch."""
+"""Facts and page of a sheet: its parts, its cuts, time and cost of a sheet and of the batch."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
+from itertools import compress
 from typing import Any
 
-from leafcut.model.cutting import CutMeasures, CutPlan
+from leafcut.model.cutting import CutMeasures, CutPlan, CutTimes
 from leafcut.model.fact import Fact
 from leafcut.model.measure import Measure
 from leafcut.model.outcome import Outcome, Which
 from leafcut.model.shown_stock import CUT_THROUGH, ShownStock
 from leafcut.processes.sheet.model import SheetDetail
-from leafcut.processes.sheet.report import sheet_page
-from leafcut.processes.sheet.report.cut_words import cut_counts, cut_counts_words, cutting_as_json, norm_facts
-from leafcut.processes.sheet.report.norms import norms_text
-from leafcut.processes.sheet.report.sheet_drawing import build_sheet_scene, sheet_drawing
-from leafcut.report.overview import overview
+from leafcut.processes.sheet.report.cut_words import (
+    amounts,
+    cost_figure,
+    cut_counts,
+    cutting_as_json,
+    name_words,
+    part_kinds,
+    size_words,
+)
+from leafcut.processes.sheet.report.norms import NormRow, batch_row, norm_rows, norms_text, sheet_row
+from leafcut.processes.sheet.report.sheet_detail import detail, looked_at
+from leafcut.processes.sheet.report.sheet_drawing import (
+    SheetScene,
+    build_sheet_scene,
+    part_id,
+    part_window,
+    sheet_drawing,
+    stretches,
+)
+from leafcut.report import views
+from leafcut.report.drawing import RAMP
 from leafcut.report.path_report import PathReport
-from leafcut.report.wording import at_most_words, count
+from leafcut.report.views import PageRow
+from leafcut.report.wording import (
+    NO_VALUE,
+    at_most_words,
+    clean,
+    count,
+    feed_mm_min,
+    length_words,
+    money_words,
+    percent_words,
+    said,
+    time_words,
+)
+
+#: Maximum number of rows in the table of parts.
+MOST_PART_ROWS = 500
+#: A table of more parts is scrolled on a screen.
+_LONG_TABLE = 24
+#: Shorter times outside all parts have no row, s.
+_LEAST_REST = 0.05
+_WHICH = ("before", "nearest", "after")
 
 
 class SheetReport(PathReport[SheetDetail]):
-    """What a sheet shows."""
+    """Facts and pictures of a sheet."""
 
     package = "leafcut.processes.sheet.report"
-    template = "sheet.html.jinja"
-    styles = "sheet.css"
-    # The ways from cut to cut are told, as in the plan; all travel would count every rise and descent.
+    template = "sheet"
+    # Travel from cut to cut, as in the plan; all travel would include every rise and descent.
     travel = "between"
 
     def __init__(self, outcome: Outcome[SheetDetail]) -> None:
         super().__init__(outcome)
+        self.cuts = outcome.detail.plan
         if "--plan" in outcome.options:
             self.came_in = "plan"
-
-    def stock(self) -> ShownStock:
-        """Return that a sheet is cut through."""
-        return CUT_THROUGH
 
     def stated(self) -> tuple[Measure, Measure | None, Measure]:
         """Return the three measures with the lengths of the plans: along the cuts, and between them in X and Y.
 
-        What the torch rises and descends, `Measure` has besides; a controller that finds the sheet itself does that
-        without the program.
+        `Measure` includes the rise and descent of the torch, which some controllers do without the program.
         """
         outcome, (before, nearest, after) = self.outcome, self.outcome.detail.norms
         near = outcome.nearest if outcome.nearest is None or nearest is None else _of_sheet(outcome.nearest, nearest)
         return _of_sheet(outcome.before, before), near, _of_sheet(outcome.after, after)
 
-    def counts(self) -> dict[str, int]:
-        """Return how many parts, contours, marks and pierces there are."""
-        return cut_counts(self.outcome.detail.plan)
+    def counts(self) -> list[Fact]:
+        """Return the numbers of parts, contours, marks and pierces."""
+        numbers = cut_counts(self.cuts).items()
+        return [Fact(f"counts.{name}", n, "", count(n, name[:-1]) if n else "") for name, n in numbers]
 
-    def counts_words(self) -> str:
-        """Return ``4 parts · 16 contours · 16 pierces``."""
-        return cut_counts_words(self.outcome.detail.plan)
-
-    def answer(self) -> dict[str, Any]:
-        """Return data, time and cost of the plan."""
-        return cutting_as_json(self.outcome.detail)
+    def own_facts(self) -> list[Fact]:
+        """Return the cutting data, time, lengths, cost and consumption of a sheet, and the batch."""
+        plan, (first, _, norm) = self.cuts, self.outcome.detail.norms
+        times, answer = norm.sheet, cutting_as_json(self.outcome.detail)
+        cutting, rapids, pierced = map(time_words, (times.cut_s, times.rapid_s, times.pierce_s))
+        cut, between = length_words(times.cut_mm), length_words(times.rapid_mm)
+        path = said("perimeters + {between} between", between=between)
+        if times.common_mm > 0.0:
+            common, template = (
+                length_words(times.common_mm),
+                "perimeters − {common} of common edges + {between} between",
+            )
+            path = said(template, common=common, between=between)
+        on_sheet = said("{time} of cutting, {rapids} of rapids", time=cutting, rapids=rapids)
+        facts = [
+            Fact("cutting", answer),
+            Fact(sentence="; ".join(words for _, words in _data_rows(plan)), name="cut with"),
+            Fact("cutting.sheet.total_s", times.total_s, "s", on_sheet, said("Time of a sheet")),
+            Fact("cutting.sheet.pierces", times.pierces, "", said("{time} of piercing", time=pierced), said("Pierces")),
+            Fact("cutting.sheet.perimeter_mm", times.perimeter_mm, "mm",
+                 said("{length} cut, leads included", length=cut), said("Perimeter")),
+            Fact("cutting.sheet.length_mm", times.length_mm, "mm", path, said("Path length")),
+        ]  # fmt: skip
+        if norm.utilisation is not None:
+            parts = said("{area} m² of parts", area=f"{sum(p.area for p in norm.parts) / 1e6:.3g}")
+            used = 100.0 * norm.utilisation
+            facts.append(Fact("cutting.utilisation_percent", used, "%", parts, said("Sheet used")))
+        if norm.cost > 0.0:
+            earlier = said(f"{{cost}} in the {self.came_in}’s order", cost=money_words(first.cost))
+            facts.append(Fact("cutting.cost", norm.cost, "", earlier, said("Cost of a sheet")))
+        if norm.quantity > 1:
+            every = said("all sheets, one after the other")
+            cost = said("cost {cost}", cost=money_words(norm.batch_cost)) if norm.cost > 0.0 else every
+            name = said("Batch of {number}", number=f"{norm.quantity:,}")
+            facts.append(Fact("cutting.batch.total_s", norm.batch.total_s, "s", cost, name))
+        uses = [f"{amount} {name}" for name, amount in amounts(norm.used, plan.data.rates) if amount != NO_VALUE]
+        return [*facts, *([Fact(sentence=", ".join(uses), name="uses")] if uses else [])]
 
     def bound_words(self) -> str:
-        """Return how far the cost of the cuts and the ways between them is from the least, with the starts tried."""
+        """Return the certain gap of the cuts and the moves between them, with the starts that were tried."""
         outcome = self.outcome
         if outcome.gap is None:
             return ""
@@ -73,56 +137,280 @@ class SheetReport(PathReport[SheetDetail]):
         return words + (", each band from where the one before it ended" if several else "")
 
     def search_name(self, number: int) -> str:
-        """Return what is ordered at once: all of the cuts, or a band of them."""
+        """Return the cuts that are ordered at once: all of them, or a band."""
         operations = self.outcome.operations
         cuts = count(operations[number].cuts, "cut")
         return cuts if len(operations) == 1 else f"band {number + 1}, {cuts}"
 
     def nearest_cost(self) -> float | None:
-        """Return nothing: starts are refined along their contours once the order is found."""
+        """Return None: starts are refined along their contours after the order is known."""
         return None
 
-    def facts(self) -> list[Fact]:
-        """Return what it is cut with, its time and its cost."""
-        return [*(Fact(*fact) for fact in norm_facts(self.outcome.detail.plan)), *super().facts()]
-
-    def overview(self) -> dict[str, Any]:
-        """Return time and cost, where the time goes, and the parts."""
-        plan = self.outcome.detail.plan
-        return overview(
-            sheet_page.facts(self, plan),
-            sheet_page.norm_times(self),
-            sheet_page.parts_table(plan),
-            sheet_page.norms_table(plan),
-        )
+    def tables(self) -> dict[str, Any]:
+        """Return the seconds of cutting, piercing and rapids, the parts, and the norms."""
+        kinds = {"feed": said("cutting"), "dwell": said("piercing"), "rapid": said("rapids")}
+        rows = [
+            (name, {"feed": t.cut_s, "dwell": t.pierce_s, "rapid": t.rapid_s}, time_words(t.total_s))
+            for name, t in self._times()
+        ]
+        return {"times": views.stacked(kinds, rows), "parts": parts_table(self.cuts), "norms": norms_table(self.cuts)}
 
     def norms(self) -> str:
         """Return the table of norms."""
-        return norms_text(self.outcome.detail.plan)
+        return norms_text(self.cuts)
 
     def page(self) -> dict[str, Any]:
-        """Return drawings, time and cost, parts, cutting data."""
-        plan = self.outcome.detail.plan
+        """Return drawings, orders, parts and cutting data."""
+        known, plan = self._plans(), self.cuts
+        scene = build_sheet_scene(known, self.outcome.missing)
         return {
-            "size": sheet_page.sheet_size(plan),
-            "saved": sheet_page.saved(self, plan),
-            "orders": sheet_page.cards(self),
+            "size": sheet_size(plan),
+            "saved": self.saved(),
             "way": "Between cuts",
-            "sheet": sheet_page.sheet_content(self, plan),
+            "parts": _parts(scene, plan),
+            "sheet": {
+                "drawings": self._drawings(scene),
+                "wide": scene.frame.wide,
+                "details": [detail(plan, number) for number in looked_at(plan)],
+                "legend": _legend(scene, known),
+                "orders": [
+                    (f"{t.pierces:,}", length_words(t.rapid_mm), length_words(t.length_mm)) for _, t in self._times()
+                ],
+                "common": any(n.sheet.common_mm > 0.0 for n in self.outcome.detail.norms if n is not None),
+                "data": _data(plan),
+            },
         }
+
+    def saved(self) -> PageRow:
+        """Return the large figure and the words around it."""
+        outcome, row = self.outcome, super().saved()
+        if not outcome.before.time_s > 0.0:
+            return {**row, "percent": "There is nothing to cut."}
+        seconds, quantity = outcome.before.time_s - outcome.after.time_s, self.cuts.measures.quantity
+        first = outcome.detail.norms[0].sheet.rapid_mm
+        words = f"{percent_words(abs(outcome.saved_percent))} {'more' if row['worse'] else 'less'} machine time"
+        if seconds > 0.0:
+            sheets = f"the batch of {quantity:,} sheets" if quantity > 1 else "100 sheets"
+            words += f", {time_words((quantity if quantity > 1 else 100) * seconds)} on {sheets}"
+        words += "."
+        if first > 0.0:
+            shorter = 100.0 * (1.0 - self.cuts.measures.sheet.rapid_mm / first)
+            side = "shorter" if shorter >= 0.0 else "longer"
+            words += f" The travel between the cuts is {percent_words(abs(shorter))} {side}."
+        return {**row, "percent": words}
 
     def drawing(self, which: Which) -> str:
         """Return the cuts in an order on the sheet."""
-        known = [plan for plan in self.outcome.detail.plans if plan is not None]
-        words = sheet_page.plan_words(self, 0 if which == "before" else 2)
-        return sheet_drawing(build_sheet_scene(known, self.outcome.missing), self.plan(which), which, words, size=True)
+        scene = build_sheet_scene(self._plans(), self.outcome.missing)
+        return sheet_drawing(scene, self.plan(which), which, self._words(which), size=True)
 
     def plan(self, which: Which) -> CutPlan:
         """Return the plan of an order."""
         before, _, after = self.outcome.detail.plans
         return before if which == "before" else after
 
+    def stock(self) -> ShownStock:
+        """Return that a sheet is cut through."""
+        return CUT_THROUGH
+
+    def _plans(self) -> list[CutPlan]:
+        return [plan for plan in self.outcome.detail.plans if plan is not None]
+
+    def _times(self) -> list[tuple[str, CutTimes]]:
+        """Return the times of a sheet in the known orders, by name."""
+        norms = zip(self.order_names(), self.outcome.detail.norms, strict=True)
+        return [(name, norm.sheet) for name, norm in norms if norm is not None]
+
+    def _drawings(self, scene: SheetScene) -> list[PageRow]:
+        captions = (f"Before: the {self.came_in}’s order", "Nearest neighbour", "After: leafcut")
+        rows: list[PageRow] = []
+        # The page reads from left to right: before and after stand side by side, the third order below them.
+        for k in (0, 2, 1):
+            plan = self.outcome.detail.plans[k]
+            if plan is not None:
+                parts = "#sheet-parts" if rows else "=sheet-parts"
+                svg = sheet_drawing(scene, plan, _WHICH[k], self._words(_WHICH[k]), parts=parts)
+                way = f"{length_words(plan.measures.sheet.rapid_mm)} between the cuts"
+                rows.append({"caption": captions[k], "way": way, "svg": svg})
+        return rows
+
+    def _words(self, which: str) -> str:
+        """Return the title of a drawing."""
+        orders = {"before": f"the {self.came_in}’s order", "nearest": "nearest-neighbour order"}
+        return f"Cuts of {clean(self.outcome.part.name)} in {orders.get(which, 'leafcut’s order')}"
+
 
 def _of_sheet(measure: Measure, norm: CutMeasures) -> Measure:
     """Return a measure with the lengths of a sheet's plan."""
     return replace(measure, travel_mm=norm.sheet.rapid_mm, cut_mm=norm.sheet.cut_mm)
+
+
+def sheet_size(plan: CutPlan) -> str:
+    """Return ``sheet 900 × 1500 mm``, or how large the work is where nobody said how large the sheet is."""
+    sheet = plan.sheet
+    boxes = [sheet.outline.extents] if sheet.outline is not None else [c.path.extents for c in plan.cuts]
+    if not boxes:
+        return "nothing to cut"
+    x0, y0, x1, y1 = (f(b[i] for b in boxes) for i, f in enumerate((min, min, max, max)))
+    return f"{'sheet' if sheet.outline is not None else 'cuts on'} {x1 - x0:.4g} × {y1 - y0:.4g} mm"
+
+
+def _legend(scene: SheetScene, plans: list[CutPlan]) -> PageRow:
+    """Return the legend of the drawings, limited to what they show."""
+    cuts = [cut for plan in plans for cut in plan.cuts]
+    kinds = {kind for cut in cuts for kind, _, _ in stretches(cut)}
+    return {
+        "kinds": kinds,
+        "true_kerf": scene.true_kerf,
+        "stock": scene.sheet.outline is not None,
+        "clamps": bool(scene.sheet.zones),
+        "edges": any(c.kind == "cut" and not c.pierce for c in cuts),
+        "pierces": any(c.kind == "cut" and c.pierce for c in cuts),
+        "every": {1: "numbers give the order", 2: "every second has its number in the order"}.get(
+            scene.every, f"every {scene.every}th has its number in the order"
+        ),
+        "ramp": [f"r{i}" for i in range(0, RAMP, 3)] if scene.many else None,
+    }
+
+
+def _time_cells(times: CutTimes) -> dict[str, str]:
+    return {
+        "cutting": time_words(times.cut_s),
+        "piercing": time_words(times.pierce_s),
+        "rapids": time_words(times.rapid_s),
+        "total": time_words(times.total_s),
+    }
+
+
+# -- parts -----------------------------------------------------------------------------------------------------------
+
+
+def parts_table(plan: CutPlan) -> PageRow:
+    """Return one row per part, and the sums under them."""
+    norm = plan.measures
+    with_cost = norm.cost > 0.0
+    places = 3 if with_cost and min((p.cost for p in norm.parts), default=1.0) < 0.1 else 2
+    rows = [
+        {
+            "part": p.part,
+            "number": clean(f"{p.part} {p.name}".rstrip()) if p.part else said("in no part"),
+            "contours": _contours_words(plan, p.part),
+            "area": f"{p.area / 100.0:,.4g}" if p.area else NO_VALUE,
+            **_cells(p.times, p.cost, places),
+        }
+        for p in norm.parts[:MOST_PART_ROWS]
+    ]
+    # What is in no cut: the ways at the beginning and the end of the program.
+    rest = norm.sheet.total_s - sum(p.times.total_s for p in norm.parts)
+    feet = []
+    if rest >= _LEAST_REST:
+        ends = CutTimes(rapid_s=rest)
+        only = {"perimeter": "", "pierces": "", "cutting": "", "piercing": "", "cost": "", "total": time_words(rest)}
+        feet.append({"name": said("beginning and end"), **_cells(ends, 0.0, places), **only})
+    feet.append({"name": said("Sheet"), **_cells(norm.sheet, norm.cost, places)})
+    if norm.quantity > 1:
+        sheets = said("{number} sheets", number=f"{norm.quantity:,}")
+        feet.append({"name": sheets, **_cells(norm.batch, norm.batch_cost, places)})
+    left_out = len(norm.parts) - len(rows)
+    return {"rows": rows, "feet": feet, "cost": with_cost, "left_out": left_out, "long": len(rows) > _LONG_TABLE}
+
+
+def _parts(scene: SheetScene, plan: CutPlan) -> PageRow:
+    """Return the table of the parts, each with its picture."""
+    table = parts_table(plan)
+    shown = [
+        {**row, "href": f"#{part_id(row['part'])}" if window else "", "window": window}
+        for row in table["rows"]
+        for window in [part_window(scene, row["part"])]
+    ]
+    return {**table, "rows": shown}
+
+
+def _cells(times: CutTimes, cost: float, places: int) -> dict[str, str]:
+    return {
+        "perimeter": length_words(times.perimeter_mm),
+        "pierces": f"{times.pierces:,}",
+        **_time_cells(times),
+        "cost": cost_figure(cost, places),
+    }
+
+
+def _contours_words(plan: CutPlan, part: int) -> str:
+    """Return how many contours of a part are cut, and how many marks it has."""
+    mine = part_kinds(plan, part)
+    marks = mine.count("mark")
+    return f"{len(mine) - marks}" + (f" + {count(marks, 'mark')}" if marks else "")
+
+
+# -- norms -----------------------------------------------------------------------------------------------------------
+
+
+def norms_table(plan: CutPlan) -> PageRow:
+    """Return a row of time and consumption for each kind of part, and the sums under them."""
+    norm, rates = plan.measures, plan.data.rates
+    found = norm_rows(norm)
+    rows = found[:MOST_PART_ROWS]
+    feet = [(said("Sheet"), sheet_row(norm))]
+    if norm.quantity > 1:
+        feet.append((said("{number} sheets", number=f"{norm.quantity:,}"), batch_row(norm)))
+    of_sheet = amounts(norm.used, rates)
+    known = [amount != NO_VALUE for _, amount in of_sheet]
+
+    def cells(row: NormRow) -> PageRow:
+        told = [amount for _, amount in compress(amounts(row.used, rates), known)]
+        perimeter = length_words(row.total_perimeter)
+        return {"perimeter": perimeter, "clock": [f"{figure:,}" for figure in row.clock], "amounts": told}
+
+    return {
+        "rows": [
+            {
+                "name": clean(row.name),
+                "each": length_words(row.perimeter),
+                "quantity": f"{row.quantity:,}",
+                **cells(row),
+            }
+            for row in rows
+        ],
+        "feet": [{"name": name, **cells(row)} for name, row in feet],
+        "names": [name for name, _ in compress(of_sheet, known)],
+        "unknown": [name for name, amount in of_sheet if amount == NO_VALUE],
+        "left_out": len(found) - len(rows),
+        "long": len(rows) > _LONG_TABLE,
+    }
+
+
+# -- cutting data ----------------------------------------------------------------------------------------------------
+
+
+def _data_rows(plan: CutPlan) -> list[tuple[str, str]]:
+    """Return the row of the cut chart that was used: heading and words; the words stand alone as well."""
+    data = plan.data
+    amps = f" {data.amps:g} A" if data.amps is not None else ""
+    place = f"{data.pierce_delay:.3g} s at {size_words(data.pierce_height)} mm" if data.can_pierce else "at the edge"
+    rows = [
+        ("process", name_words(data.process) + amps),
+        ("material", f"{name_words(data.material)}, {size_words(data.thickness)} mm"),
+        ("speed", f"{feed_mm_min(data.feed):,.0f} mm/min"),
+        ("kerf", f"kerf {size_words(data.kerf)} mm"),
+        ("pierce", f"pierce {place}"),
+        ("cut height", f"cut height {size_words(data.cut_height)} mm"),
+    ]
+    if data.volts is not None:
+        rows.append(("arc", f"arc {data.volts:g} V"))
+    if data.rates.nozzle:
+        rows.append(("nozzle", f"nozzle {data.rates.nozzle}"))
+    gases = [name_words(gas) for gas in (data.rates.gas, data.rates.second_gas) if gas]
+    return rows + ([("gas", f"gas {' and '.join(gases)}")] if gases else [])
+
+
+def _data(plan: CutPlan) -> PageRow:
+    """Return the cutting data with their source and the confidence in them."""
+    # A word or two, and in some charts the reason after a comma.
+    confidence, why = [*re.split(r"[,;:]\s*", clean(plan.data.confidence), maxsplit=1), ""][:2]
+    return {
+        "rows": [(name, clean(words.removeprefix(f"{name} "))) for name, words in _data_rows(plan)],
+        "source": clean(plan.data.source),
+        "confidence": confidence,
+        "why": why,
+        "sure": not plan.data.confidence.startswith("low"),
+    }
