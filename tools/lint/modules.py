@@ -9,12 +9,16 @@ from graphlib import CycleError, TopologicalSorter
 import grimp
 import sources
 
+#: Modules of ours that may import modules named by strings: the lazy names of the library, the processes, the add-ons.
+_BY_STRING = ("__init__.py", "processes/registry.py", "addons/")
+
 
 def faults() -> Iterator[str]:
     """Yield every fault."""
     yield from circular_imports(_imports())
     yield from repeated_names()
     yield from late_imports_of_shapely()
+    yield from imports_by_string()
 
 
 def _imports() -> dict[str, set[str]]:
@@ -57,3 +61,11 @@ def late_imports_of_shapely() -> Iterator[str]:
     for file in sources.modules():
         for place, match in sources.matches(r"^ +(import shapely|from shapely\S* import [^#\n]*)$", file):
             yield f"{place}: '{match[1]}' in a function; move it to the top or add the reason as a comment"
+
+
+def imports_by_string() -> Iterator[str]:
+    """Yield imports of modules named by strings, which import-linter does not see."""
+    for file in sources.modules():
+        for place, match in sources.matches(r"\b(import_module|__import__)\b", file):
+            if not place.removeprefix("src/leafcut/").startswith(_BY_STRING):
+                yield f"{place}: {match[1]} hides an import from import-linter; import the module itself"
