@@ -336,11 +336,7 @@ def _write_or_print(made: ImportedMachine, output: str | None, *, as_json: bool)
         for note in made.notes:
             print(f"note: {note}", file=sys.stderr)
         return
-    from rich.console import Console
-
-    from leafcut.report.profile_summary import print_profile
-
-    print_profile(made.title, [(v.key, v.value, v.how.value, v.source) for v in made.values], made.notes, Console())
+    _print_profile(made)
     print(f"wrote {output}; use it with --machine {output}")
 
 
@@ -354,3 +350,18 @@ def _as_answer(made: ImportedMachine, output: str | None) -> Mapping[str, Any]:
         "notes": [*made.notes],
     }
     return {**answer, "output": output} if output else {**answer, "output": "", "profile": made.text}
+
+
+def _print_profile(made: ImportedMachine) -> None:
+    """Print the values of a profile, each with its key and its origin; those that were assumed last."""
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console()
+    table = Table("Key", "Value", "", "From", title=made.title, box=None, pad_edge=False, title_justify="left")
+    for v in sorted(made.values, key=lambda one: one.how.value == "assumed"):
+        words = ", ".join(map(str, v.value)) if isinstance(v.value, list) else str(v.value)
+        table.add_row(v.key, words.replace("True", "true").replace("False", "false"), v.how.value, v.source)
+    console.print(table, markup=False)
+    for note in made.notes:
+        console.print(f"note: {note}", markup=False, highlight=False, soft_wrap=True)
