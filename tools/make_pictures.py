@@ -11,8 +11,7 @@ from curved_part import FIXTURES, holes_csv, part_stl
 
 import leafcut
 from leafcut.processes.registry import report_of
-from leafcut.report.page import path_svg
-from leafcut.report.stock_pictures import stock_pictures
+from leafcut.report.page import path_svg, stock_pictures
 
 ROOT = Path(__file__).parents[1]
 PICTURES = ROOT / "docs" / "pictures"
