@@ -25,7 +25,7 @@ from leafcut.model.heartbeat import OnProgress, Progress
 from leafcut.model.issue import Issue
 from leafcut.order.executors import WatchedExecutor, run_tasks
 from leafcut.read.registry import format_name, read_source
-from leafcut.report.batch_page import batch_page
+from leafcut.report.several import batch_page
 
 #: The table and the report, beside the programs.
 TABLE, PAGE = "batch.csv", "batch.html"
