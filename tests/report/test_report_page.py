@@ -15,8 +15,8 @@ from leafcut.model.solution import WorkerFigures
 from leafcut.processes.program.model import ProgramDetail
 from leafcut.processes.registry import report_of
 from leafcut.report import views
-from leafcut.report.colours import drawing_css, ramp_css
 from leafcut.report.page import write_page
+from leafcut.report.styles import drawing_css, ramp_css
 from leafcut.report.views import HEAD_LINES, MOST_ISSUE_ROWS, WHOLE_PROGRAM_LINES
 from page_parser import Page
 

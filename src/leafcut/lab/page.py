@@ -35,33 +35,26 @@ def write_page(
     for package in _NEEDED:
         if find_spec(package) is None:
             raise LeafcutError(f"the report of an experiment needs the package {package}: pip install 'leafcut[lab]'")
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-    from markupsafe import Markup
+    from leafcut.report.styles import drawing_css, page_templates, style_sheet
 
-    from leafcut.report.colours import drawing_css, style_sheet
-
-    environment = Environment(
-        loader=PackageLoader("leafcut.lab", ""),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["drawn"] = Markup  # what our own functions drew is escaped already
     results = Results.of(description, rows)
-    return environment.get_template("page.html.jinja").render(
-        css=drawing_css() + style_sheet("page.css") + style_sheet("lab.css", "leafcut.lab"),
-        version=__version__,
-        of=description,
-        done=len(results.rows),
-        state=_state(description, results, rows, wanted, left_out),
-        blocks=[*before, *_blocks(results)],
-        failed=[
-            f"{row.instance}, {', '.join(row.levels.values())}, seed {row.seed}: {row.failed}"
-            for row in rows
-            if row.failed
-        ],
-        circumstances=circumstances(results.rows),
+    return (
+        page_templates("leafcut.lab")
+        .get_template("page.html.jinja")
+        .render(
+            css=drawing_css() + style_sheet("page.css") + style_sheet("lab.css", "leafcut.lab"),
+            version=__version__,
+            of=description,
+            done=len(results.rows),
+            state=_state(description, results, rows, wanted, left_out),
+            blocks=[*before, *_blocks(results)],
+            failed=[
+                f"{row.instance}, {', '.join(row.levels.values())}, seed {row.seed}: {row.failed}"
+                for row in rows
+                if row.failed
+            ],
+            circumstances=circumstances(results.rows),
+        )
     )
 
 

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError
-from leafcut.report.colours import drawing_css
 from leafcut.report.drawing import RAMP
+from leafcut.report.styles import drawing_css
 from leafcut.report.svg import element, nice_step, short, text, text_within, tick_words, ticks, title
 from leafcut.units import SECONDS_PER_MINUTE, format_time
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from leafcut.errors import LeafcutError
 from leafcut.model.issue import missing_words
 from leafcut.report import views
-from leafcut.report.colours import drawing_css, style_sheet
+from leafcut.report.styles import drawing_css, page_templates, style_sheet
 from leafcut.report.svg import styled
 from leafcut.report.wording import COMPILED, algorithm_words, clean, figure, limits, line, time_words, title_words
 
@@ -34,19 +34,10 @@ def write_page(report: PathReport[Any]) -> str:
 
     Everything from files is escaped by the template or by `svg.element`; a content security policy lets nothing run.
     """
-    from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
     from markupsafe import Markup, escape
 
     css = drawing_css() + style_sheet("page.css") + _own_css(report)
-    environment = Environment(
-        loader=ChoiceLoader([PackageLoader("leafcut.report", ""), PackageLoader(report.package, "")]),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    # What our own functions drew is escaped already; the mark of it is given here, once, and nowhere else.
-    environment.filters["drawn"] = Markup
+    environment = page_templates("leafcut.report", report.package)
     environment.filters["flags"] = lambda words: Markup(_whole_flags(str(escape(words))))
     page = environment.get_template("page.html.jinja")
     return page.render(css=css, css_hash=_hash(css), **{**_content(report), **report.page()})

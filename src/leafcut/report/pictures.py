@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from leafcut.model.nest import NestOutcome
 from leafcut.model.simulation import Simulation
 from leafcut.model.solution import Solved
-from leafcut.report.colours import drawing_css
 from leafcut.report.frame import Frame
 from leafcut.report.part_edge import path_segments
 from leafcut.report.plan_view import trace
+from leafcut.report.styles import drawing_css
 from leafcut.report.svg import STEPS, element, in_steps, lines_data, short, styled, title
 from leafcut.report.wording import clean, count
 

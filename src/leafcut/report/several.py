@@ -147,19 +147,8 @@ def _print(table: Table, lines: Sequence[str], rows: Sequence[dict[str, Any]], c
 
 def batch_page(rows: Sequence[Mapping[str, Any]], version: str) -> str:
     """Return the page of a batch; `rows` are those of its table, by name."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-    from markupsafe import Markup
+    from leafcut.report.styles import drawing_css, page_templates, style_sheet
 
-    from leafcut.report.colours import drawing_css, style_sheet
-
-    environment = Environment(
-        loader=PackageLoader("leafcut.report", ""),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["drawn"] = Markup  # our own style sheets
     done = [row for row in rows if row["state"] == "written"]
     timed = [row for row in done if row["before_s"] and row["after_s"]]
     before, after = (sum(float(row[name]) for row in timed) for name in ("before_s", "after_s"))
@@ -167,17 +156,21 @@ def batch_page(rows: Sequence[Mapping[str, Any]], version: str) -> str:
     state = [f"{count(len(done), 'program')} written"]
     if len(done) < len(rows):
         state.append(f"{len(rows) - len(done)} refused")
-    return environment.get_template("batch.html.jinja").render(
-        css=drawing_css() + style_sheet("page.css"),
-        version=version,
-        state=state,
-        refused=[row for row in rows if row["state"] != "written"],
-        rows=[_cells(row) for row in done],
-        total=[
-            time_words(before),
-            time_words(after),
-            percent_words(saved),
-        ],
+    return (
+        page_templates("leafcut.report")
+        .get_template("batch.html.jinja")
+        .render(
+            css=drawing_css() + style_sheet("page.css"),
+            version=version,
+            state=state,
+            refused=[row for row in rows if row["state"] != "written"],
+            rows=[_cells(row) for row in done],
+            total=[
+                time_words(before),
+                time_words(after),
+                percent_words(saved),
+            ],
+        )
     )
 
 

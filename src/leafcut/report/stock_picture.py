@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from PIL.Image import Image as Picture
 
     from leafcut.material.height_field import HeightField
-    from leafcut.report.colours import RGB
+    from leafcut.report.styles import RGB
 
 #: From the top of the stock to its deepest place: lightness falls steadily, readable with any colour vision, and stays
 #: light enough for shadows.

@@ -71,7 +71,7 @@ class _Static(StaticFiles):
 
 def colours_css() -> str:
     """Return the report's colours for a page that can be told to be light or dark, beside the system's own way."""
-    from leafcut.report.colours import style_sheet
+    from leafcut.report.styles import style_sheet
 
     light, dark = re.findall(r":root \{(.*?)\}", style_sheet("drawing.css"), flags=re.DOTALL)[:2]
     return (

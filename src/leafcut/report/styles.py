@@ -1,10 +1,14 @@
-"""The ramp of colours along a path, and the style sheets that pages and drawings carry inside."""
+"""Styles and templates of pages and drawings: the ramp of colours along a path, style sheets inside, Jinja."""
 
 from __future__ import annotations
 
 from importlib.resources import files
+from typing import TYPE_CHECKING
 
 from leafcut.report.drawing import RAMP
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
 
 RGB = tuple[int, int, int]
 
@@ -36,6 +40,23 @@ def ramp_css() -> str:
 def style_sheet(name: str, package: str = "leafcut.report") -> str:
     """Return a style sheet that is shipped in a package."""
     return (files(package) / name).read_text(encoding="utf-8")
+
+
+def page_templates(*packages: str) -> Environment:
+    """Return the templates of packages: all values are escaped, except those with the filter ``drawn``."""
+    from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
+    from markupsafe import Markup
+
+    environment = Environment(
+        loader=ChoiceLoader([PackageLoader(package, "") for package in packages]),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    # Our own drawings and style sheets are escaped already; they are marked here, and nowhere else.
+    environment.filters["drawn"] = Markup
+    return environment
 
 
 def drawing_css() -> str:
