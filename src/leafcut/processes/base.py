@@ -149,8 +149,6 @@ class Process(Work, Protocol):
         What a machine must work with to do it; empty where any will do.
     pictured
         How a small picture shows what it works: ``holes`` as dots, ``lines``, or ``areas`` filled.
-    passes
-        Changes of a found order for what depends on neighbouring tasks.
     with_nearest
         Whether the outcome compares with the nearest-neighbour order.
     """
@@ -170,7 +168,6 @@ class Process(Work, Protocol):
     form: ClassVar[FormGroups] = ()
     heads: ClassVar[tuple[Head, ...]] = ()
     pictured: ClassVar[str] = "lines"
-    passes: ClassVar[Sequence[Pass]] = ()
     with_nearest: ClassVar[bool] = True
 
     def used(self) -> Mapping[str, Conditions]:
@@ -201,6 +198,11 @@ class Process(Work, Protocol):
             One line: what is wrong, where, and what to do.
         """
         ...
+
+    @property
+    def passes(self) -> Sequence[Pass]:
+        """Changes of a found order for what depends on neighbouring tasks."""
+        return ()
 
     def given(self, plan: Plan) -> Candidate:
         """Return the motion in the order of the input."""

@@ -450,6 +450,24 @@ def test_the_spindle_changes_speed_no_more_often_than_before(tmp_path: Path) -> 
     assert changes[0] == 9 and changes[1] == 3
 
 
+def test_a_shorter_order_that_alternates_between_speeds_is_grouped_by_speed(tmp_path: Path) -> None:
+    """From left to right each piece has another speed than the one before; the input changes the speed every second."""
+    from leafcut.model.toolpath import Kind
+
+    slow, fast = [(0, 20), (60, 40), (80, 100)], [(10, 30), (50, 70), (90, 110)]
+    runs = [
+        (speed, run) for pair in zip(slow, fast, strict=True) for speed, run in zip((2000, 3000), pair, strict=True)
+    ]
+    body = "".join(f"G0 X{x} Y0\nS{speed}\nG1 Z-1 F300\nY5\nG0 Z5\n" for speed, run in runs for x in run)
+    file = tmp_path / "speeds.ngc"
+    file.write_text(f"G21 G90 G94 G17\nT1 M6\nS1000 M3\nG43 H1\nG0 Z5\n{body}M5\nM2\n")
+    outcome = leafcut.optimize(file, machine="linuxcnc-mill")
+    path = interpret_program(outcome.text, dialect("linuxcnc")).path
+    changes = np.diff(path.value[path.kind == Kind.SPINDLE]) != 0
+    assert outcome.after.time_s < outcome.before.time_s
+    assert changes[1:-1].sum() == 1
+
+
 @pytest.mark.parametrize(
     "head", ["G0 G43 Z15 H1", "G0 X0 Y0\nG0 Z15", "G0 X0 Y0\nG43 H1 Z15 T2", "G0 X0 Y0\nG43 H1\nG0 Z15"]
 )

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from leafcut.model.part import Part
     from leafcut.model.plan import Candidate, Order
     from leafcut.processes.job import Job
-    from leafcut.processes.plan import OrderRefused, Plan
+    from leafcut.processes.plan import OrderRefused, Pass, Plan
     from leafcut.processes.program.model import ProgramDetail
     from leafcut.processes.program.report import ProgramReport
     from leafcut.read.format import Source
@@ -118,6 +118,13 @@ class ForeignProgram(Process):
         (source,) = sources
         check_is_text(source.path, source.data)
         return plan_program(job, source.path, source.data, "auto" if asked == self.command else asked)
+
+    @property
+    def passes(self) -> Sequence[Pass]:
+        """No more changes of the spindle speed than in the input."""
+        from leafcut.processes.program.planning import with_few_speed_changes
+
+        return (with_few_speed_changes,)
 
     def given(self, plan: Plan) -> Candidate:
         """Return the program as it is."""
