@@ -15,7 +15,7 @@ import pytest
 import leafcut
 from leafcut.cli import app as cli
 from leafcut.gcode.dialects import dialect_template
-from leafcut.results import Result
+from leafcut.results.base import Result
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 PLATE, BRACKET = str(EXAMPLES / "plate_10.dxf"), str(EXAMPLES / "bracket.dxf")
@@ -62,7 +62,7 @@ def test_the_plain_values_are_those_that_the_command_prints(
     name, found = case
     command, inputs, options = CALLS[name]
     flags = [word for option, value in options.items() for word in (f"--{option.replace('_', '-')}", str(value))]
-    flags += ["--dry-run"] if name in ("drill", "reorder") else []
+    flags += ["--dry-run"] if name in ("drill", "reorder", "nest") else []
     cli.run([*command.split(), *map(files, inputs), *flags, "--json"])
     printed = json.loads(capsys.readouterr().out)
     assert printed["schema"] == 1 and "error" not in printed

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from leafcut.cli.app import run
+from leafcut.processes import registry
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 HEAVY = {"ezdxf", "gerbonara", "jinja2", "numba", "numpy", "optuna", "rich", "shapely"}
@@ -27,6 +28,7 @@ import leafcut
 step("import")
 
 from leafcut.cli.app import run
+from leafcut.processes import registry
 run(["--version"])
 step("command line")
 
@@ -83,3 +85,25 @@ def test_the_version_is_the_same_without_the_command_line(
 ) -> None:
     assert run(["--version"]) == 0
     assert capsys.readouterr().out == f"{process[0]}\n"
+
+
+#: The process of each command, by its package.
+PROCESS_OF = {"drill": "drilling", "cut": "sheet", "pocket": "pocket", "reorder": "program", "nest": "nesting"}
+
+
+@pytest.mark.parametrize("command", ["drill", "nest", "reorder"])
+def test_a_command_loads_its_own_process_and_result_only(command: str) -> None:
+    words = [command, "missing.dxf", *(["--dry-run"] if command != "nest" else [])]
+    code = f"{RECORD}from leafcut.cli.app import run\nprint(run({words!r}))\nstep('run')\nprint(json.dumps(loaded))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    status, last = done.stdout.splitlines()
+    modules = set(json.loads(last)["run"])
+    processes = {name for name in PROCESS_OF.values() if f"leafcut.processes.{name}.process" in modules}
+    results = {name.rpartition(".")[2] for name in modules if name.startswith("leafcut.results.")} - {"base"}
+    own = "nest" if command == "nest" else "program"
+    assert (status, processes, results) == ("1", {PROCESS_OF[command]}, {own})
+
+
+def test_every_command_of_a_process_is_known_without_loading_it() -> None:
+    assert [one.command for one in registry.processes()] == list(registry.commands())
+    assert [registry.of_command(word) for word in registry.commands()] == list(registry.processes())

@@ -26,13 +26,13 @@ _HOMES = {
     "solve": "leafcut.api",
     "tool_speeds": "leafcut.api",
     "read_part": "leafcut.api",
-    "ProgramResult": "leafcut.results",
-    "NestResult": "leafcut.results",
-    "SimulationResult": "leafcut.results",
-    "VerificationResult": "leafcut.results",
-    "StockResult": "leafcut.results",
-    "TourResult": "leafcut.results",
-    "ToolSpeedsResult": "leafcut.results",
+    "ProgramResult": "leafcut.results.program",
+    "NestResult": "leafcut.results.nest",
+    "SimulationResult": "leafcut.results.simulation",
+    "VerificationResult": "leafcut.results.verification",
+    "StockResult": "leafcut.results.stock",
+    "TourResult": "leafcut.results.tour",
+    "ToolSpeedsResult": "leafcut.results.tool_speeds",
     "ReadOptions": "leafcut.options",
     "WantedDrawing": "leafcut.read.nest_list",
     "Issue": "leafcut.model.issue",
@@ -81,13 +81,13 @@ if TYPE_CHECKING:
     from leafcut.model.toolpath import Toolpath as Toolpath
     from leafcut.options import ReadOptions as ReadOptions
     from leafcut.read.nest_list import WantedDrawing as WantedDrawing
-    from leafcut.results import NestResult as NestResult
-    from leafcut.results import ProgramResult as ProgramResult
-    from leafcut.results import SimulationResult as SimulationResult
-    from leafcut.results import StockResult as StockResult
-    from leafcut.results import ToolSpeedsResult as ToolSpeedsResult
-    from leafcut.results import TourResult as TourResult
-    from leafcut.results import VerificationResult as VerificationResult
+    from leafcut.results.nest import NestResult as NestResult
+    from leafcut.results.program import ProgramResult as ProgramResult
+    from leafcut.results.simulation import SimulationResult as SimulationResult
+    from leafcut.results.stock import StockResult as StockResult
+    from leafcut.results.tool_speeds import ToolSpeedsResult as ToolSpeedsResult
+    from leafcut.results.tour import TourResult as TourResult
+    from leafcut.results.verification import VerificationResult as VerificationResult
 else:
 
     def __getattr__(name):

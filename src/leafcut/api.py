@@ -27,17 +27,7 @@ from leafcut.processes.deadline import Deadline
 from leafcut.processes.job import Job, machine_of, refuse_missing
 from leafcut.processes.settings import collect, files_read, settings_for
 from leafcut.read import Input
-from leafcut.read.nest_list import WantedDrawing
-from leafcut.results import (
-    NestResult,
-    ProgramResult,
-    SimulationResult,
-    StockResult,
-    ToolSpeedsResult,
-    TourResult,
-    VerificationResult,
-    of_model,
-)
+from leafcut.results.base import of_model
 
 if TYPE_CHECKING:
     from leafcut.options.keywords import (
@@ -53,7 +43,15 @@ if TYPE_CHECKING:
         ToolSpeedsKeywords,
         VerifyKeywords,
     )
-    from leafcut.processes.base import Process
+    from leafcut.processes.base import Process, Work
+    from leafcut.read.nest_list import WantedDrawing
+    from leafcut.results.nest import NestResult
+    from leafcut.results.program import ProgramResult
+    from leafcut.results.simulation import SimulationResult
+    from leafcut.results.stock import StockResult
+    from leafcut.results.tool_speeds import ToolSpeedsResult
+    from leafcut.results.tour import TourResult
+    from leafcut.results.verification import VerificationResult
     from leafcut.timing.fitting import Fitted
 
 
@@ -107,13 +105,14 @@ def optimize(
         One line: what is wrong, where, and what to do. Nothing was written.
     """
     from leafcut.order.compiling import compile_seconds
+    from leafcut.results.program import ProgramResult
 
     began, compiled = time.perf_counter(), compile_seconds()
     sources = _sources(source)
-    settings = _collected(options, options_file, defaults_file)
-    tables = [file for one in registry.processes() for file in one.reads_besides(settings)]
-    inputs = [*_named(*sources), options_file, defaults_file, *tables, *files_read(settings)]
-    outputs = [output, report, *(file for one in _asked(process) for file in one.writes_besides(settings))]
+    settings = _collected(process, options, options_file, defaults_file)
+    inputs = [*_named(*sources), options_file, defaults_file, *files_read(settings)]
+    asked = registry.of_drawings(process)
+    outputs = [output, report, *(asked.writes_besides(settings) if asked else ())]
     for k, target in enumerate(outputs):
         check_output(target, [*inputs, *outputs[:k]])
     settings = _usual(settings, process)
@@ -192,10 +191,16 @@ def _sources(source: Input | Sequence[Input]) -> list[Input]:
 
 
 def _collected(
-    options: Mapping[str, Any], file: str | Path | None = None, defaults: str | Path | None = None
+    process: str | Work,
+    options: Mapping[str, Any],
+    file: str | Path | None = None,
+    defaults: str | Path | None = None,
 ) -> Settings:
+    """Return the settings of a run of a kind of work, or of what ``--process`` asks for."""
     check_is_there("--options", Path(file) if file else None)
-    return collect(options, Path(file) if file else None, Path(defaults) if defaults else None)
+    work = registry.of_command(process) if isinstance(process, str) else process
+    own = work.options if work else None
+    return collect(options, Path(file) if file else None, Path(defaults) if defaults else None, own)
 
 
 def _settings(
@@ -206,19 +211,14 @@ def _settings(
     input_kind: str = "",
 ) -> Settings:
     """Return the settings of a kind of work; an option that it does not use is refused."""
-    return settings_for(_collected(options, file, defaults), registry.work(work), input_kind)
-
-
-def _asked(word: str) -> list[Process]:
-    """Return the processes of drawings that ``--process`` asks for by their own name."""
-    return [one for one in registry.processes() if one.reads == "drawing" and word in one.asked_as]
+    asked = registry.work(work)
+    return settings_for(_collected(asked, options, file, defaults), asked, input_kind)
 
 
 def _usual(settings: Settings, word: str) -> Settings:
     """Return the settings with what the process that is asked for takes where nobody said anything."""
-    for one in _asked(word):
-        settings = one.usual(settings)
-    return settings
+    asked = registry.of_drawings(word)
+    return asked.usual(settings) if asked else settings
 
 
 def _work(run: Job, sources: Sequence[Input], asked: str) -> tuple[Process, Outcome[Any]]:
@@ -283,6 +283,8 @@ def nest(
     ReadError, OptionError, PlanError, VerifyError, OutputError
         One line: what is wrong, where, and what to do. Nothing was written.
     """
+    from leafcut.results.nest import NestResult
+
     settings = _settings("nest", options, options_file, defaults_file)
     outcome, read = registry.command("nest")(
         parts, output, settings, beside=[options_file, defaults_file], progress=progress, cancelled=cancelled
@@ -324,6 +326,7 @@ def solve(
     `progress`, `observe`, `cancelled` and `options` are those of `optimize`.
     """
     from leafcut.read import read
+    from leafcut.results.tour import TourResult
 
     settings = _settings("solve", options, None, defaults_file)
     part = source if isinstance(source, Part) else read(source, settings.read, looking_for(progress, "reading"))
@@ -381,6 +384,8 @@ def simulate(
 
     `defaults_file` and `progress` are those of `optimize`.
     """
+    from leafcut.results.simulation import SimulationResult
+
     settings = _settings("simulate", options, None, defaults_file)
     found = registry.command("simulate")(program, settings, dialect, progress)
     return of_model(SimulationResult, found, [*_named(program), *_files(dialect), defaults_file, *files_read(settings)])
@@ -447,6 +452,8 @@ def stock(
 
     `defaults_file` and `progress` are those of `optimize`.
     """
+    from leafcut.results.stock import StockResult
+
     settings = _settings("stock", options, None, defaults_file)
     found = registry.command("stock")(program, settings, dialect, progress, same_as=same_as)
     read = [*_named(program, same_as), *_files(dialect), defaults_file, *files_read(settings)]
@@ -486,6 +493,7 @@ def tool_speeds(
         One line: what is wrong, where, and what to do. Nothing was written.
     """
     from leafcut.report.front_chart import check_name, front_svg
+    from leafcut.results.tool_speeds import ToolSpeedsResult
 
     settings = _settings("cutting-data", options, None, defaults_file, "drawing" if drawing is not None else "none")
     inputs = [*_named(drawing), defaults_file, *files_read(settings)]
@@ -523,6 +531,8 @@ def verify(
 
     `defaults_file` and `progress` are those of `optimize`.
     """
+    from leafcut.results.verification import VerificationResult
+
     settings = _settings("verify", options, None, defaults_file)
     proof = registry.command("verify")(original, new, settings, dialect, progress, allow_reverse=allow_reverse)
     read = [*_named(original, new), *_files(dialect), defaults_file, *files_read(settings)]
@@ -547,8 +557,7 @@ def output_name(
     """
     from leafcut.read.registry import format_name
 
-    settings = _collected(options, options_file, defaults_file)
-    settings = _usual(settings, process)
+    settings = _usual(_collected(process, options, options_file, defaults_file), process)
     extension = program_extension(settings.post.dialect or machine_of(settings).controller)
     if format_name(source) == "gcode":
         return Path(source).name
@@ -580,7 +589,7 @@ def default_machine(work: str) -> str:
 
 def dialect_of(options: Mapping[str, Any], process: str = "auto") -> str:
     """Return the dialect in which `optimize` would write with these options: its name, or the path of its file."""
-    settings = _usual(collect(options), process)
+    settings = _usual(_collected(process, options), process)
     return settings.post.dialect or machine_of(settings).controller
 
 

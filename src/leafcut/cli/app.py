@@ -7,7 +7,7 @@ import os
 import re
 import sys
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
@@ -17,7 +17,6 @@ from typing import Annotated, Any
 from cyclopts import App, CycloptsError, Group, Parameter
 
 from leafcut._version import __version__
-from leafcut.cli import checks, programs, study, tools
 from leafcut.cli.flags import command_of, usage_of
 from leafcut.cli.json_output import print_json
 from leafcut.cli.shared import DONE, REFUSED, STATUSES, USAGE, failure, print_line, printable
@@ -83,6 +82,19 @@ _SIMPLE = {
     "list": "leafcut.cli.listing:list_known",
     "defaults": "leafcut.cli.defaults:show_defaults",
 }
+#: Functions of the commands that make programs.
+_OPTIMIZE, _NEST = "leafcut.cli.programs:optimize", "leafcut.cli.programs:nest"
+#: Other commands with options of the option groups: function, kind of work, and further arguments of `command_of`.
+_WORKING: dict[str, tuple[str, str, dict[str, Any]]] = {
+    "filter": ("leafcut.cli.programs:filter_program", "", {}),
+    "simulate": ("leafcut.cli.checks:simulate", "simulate", {}),
+    "stock": ("leafcut.cli.checks:stock", "stock", {}),
+    "verify": ("leafcut.cli.checks:verify", "verify", {}),
+    "solve": ("leafcut.cli.study:solve", "solve", {"first": _MAIN["solve"]}),
+    "tools speeds": (
+        GROUPS["tools"][1]["speeds"], "cutting-data", {"first": _MAIN["speeds"], "helps": lambda: _HELPS_OF_SPEEDS},
+    ),
+}  # fmt: skip
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -146,13 +158,13 @@ def _with_command(arguments: Sequence[str]) -> list[str]:
 
 def _command_names() -> list[str]:
     """Return the names of all commands, but not of those that have a command before them, such as `lab run`."""
-    working = [name for name, *_ in _working_commands() if " " not in name]
+    working = [name for name in _working_names() if " " not in name]
     return [*working, *_SIMPLE, *GROUPS]
 
 
 def _told(problem: CycloptsError, command: str) -> str:
     """Return what a person is told of a command line that the parser refuses."""
-    works = {name: works for name, _, works, _ in _working_commands()}.get(command, [])
+    works = _working_command(command)[1] if command in _working_names() else []
 
     def why(flag: str, name: str) -> str:
         if not works or any(name == used for _, used, _ in used_by(*works)):
@@ -194,13 +206,19 @@ def app(arguments: Sequence[str] = ()) -> App:
     for name, (help_text, commands) in GROUPS.items():
         made.command(App(name=name, help=help_text, help_format="plaintext", help_epilogue="", group=_GROUP_OF[name]))
         for one, place in commands.items() if not arguments or asked.partition(" ")[0] == name else ():
-            if f"{name} {one}" != "tools speeds":
+            if f"{name} {one}" not in _WORKING:
                 _add(made, f"{name} {one}", resolve_name(place))
     for name, place in _SIMPLE.items():
         if not arguments or asked in ("", name):
             _add(made, name, resolve_name(place))
-    for name, function, works, special in _working_commands():
+    for name in _working_names():
         if not arguments or f"{name} ".startswith(f"{asked} ".lstrip()):
+            try:
+                function, works, special = _working_command(name)
+            except OptionError:  # a plug-in that cannot be used
+                if asked == name:
+                    raise
+                continue
             options = used_by(*works) if not arguments or asked == name else ()
             command = command_of(function, options, all_shown=everything or not arguments, **special)
             hidden = bool(special.get("first")) and not everything
@@ -216,37 +234,45 @@ def _add(made: App, name: str, command: Callable[..., int], help: str | None = N
     parent_app.command(command, last, help=help, help_epilogue=end, usage=usage_of(name, command), **shown)
 
 
-def _working_commands() -> Iterator[tuple[str, Callable[..., int], Sequence[Work], dict[str, Any]]]:
-    """Yield the commands with options of the option groups.
+def _working_names() -> tuple[str, ...]:
+    """Return the commands with options of the option groups: `optimize`, those of the processes, and others."""
+    return ("optimize", *registry.commands(), *_WORKING)
 
-    Each with its name, its function, the kinds of work whose options it has, and further arguments of `command_of`.
+
+def _working_command(name: str) -> tuple[Callable[..., int], Sequence[Work], dict[str, Any]]:
+    """Return a command with options of the option groups. Of the processes only its own is loaded.
+
+    Its function, the kinds of work whose options it has, and further arguments of `command_of`.
     """
-    by_optimize = [one for one in registry.processes() if one.reads]
-    every = {"process": _process_flag("process", registry.asked_words()), "sources": _inputs(_EVERY_INPUT)}
-    main = registry.process("drill").form[0][1]
-    yield "optimize", programs.optimize, by_optimize, {
-        "annotations": every, "fixed": {"command": "optimize"}, "first": main,
-    }  # fmt: skip
-    for one in registry.processes():
-        first = one.form[0][1]
-        special: dict[str, Any] = {"first": first, "help": one.help}
-        if not one.reads:
-            yield one.command, programs.nest, [one], special
-            continue
-        words = [word for word in one.asked_as if word != one.command]
-        process = {"process": _process_flag("kind of program", ["auto", *words])} if words else {}
-        special["annotations"] = {"sources": _inputs(one.takes), **process}
-        special["fixed"] = {"command": one.command} | ({} if words else {"process": "auto"})
-        special["helps"] = partial(_helps_of, one)
-        yield one.command, programs.optimize, [one], special
-    file = Annotated[str, Parameter(name="FILE", help="a drawing, a drill file or a program")]
-    yield "filter", programs.filter_program, by_optimize, {"annotations": {**every, "sources": file}}
-    for name, function in (("simulate", checks.simulate), ("stock", checks.stock), ("verify", checks.verify)):
-        yield name, function, [registry.work(name)], {}
-    yield "solve", study.solve, [registry.work("solve")], {"first": _MAIN["solve"]}
-    yield "tools speeds", tools.tool_speeds, [registry.work("cutting-data")], {
-        "first": _MAIN["speeds"], "helps": lambda: _HELPS_OF_SPEEDS,
-    }  # fmt: skip
+    if name in ("optimize", "filter"):
+        works = [one for one in registry.processes() if one.reads]
+        every = {"process": _process_flag("process", registry.asked_words()), "sources": _inputs(_EVERY_INPUT)}
+        if name == "optimize":
+            first = registry.process("drill").form[0][1]
+            return resolve_name(_OPTIMIZE), works, {
+                "annotations": every, "fixed": {"command": "optimize"}, "first": first,
+            }  # fmt: skip
+        file = Annotated[str, Parameter(name="FILE", help="a drawing, a drill file or a program")]
+        return resolve_name(_WORKING[name][0]), works, {"annotations": {**every, "sources": file}}
+    if name in _WORKING:
+        place, work, special = _WORKING[name]
+        return resolve_name(place), [registry.work(work)], special
+    process = registry.of_command(name)
+    assert process is not None
+    return _making_command(process)
+
+
+def _making_command(process: Process) -> tuple[Callable[..., int], Sequence[Work], dict[str, Any]]:
+    """Return the command of a process."""
+    special: dict[str, Any] = {"first": process.form[0][1], "help": process.help}
+    if not process.reads:
+        return resolve_name(_NEST), [process], special
+    words = [word for word in process.asked_as if word != process.command]
+    flag = {"process": _process_flag("kind of program", ["auto", *words])} if words else {}
+    special["annotations"] = {"sources": _inputs(process.takes), **flag}
+    special["fixed"] = {"command": process.command} | ({} if words else {"process": "auto"})
+    special["helps"] = partial(_helps_of, process)
+    return resolve_name(_OPTIMIZE), [process], special
 
 
 def _helps_of(process: Process) -> dict[str, tuple[str, str]]:

@@ -37,12 +37,12 @@ class Time(str):
 
 #: Types that the help shows by their names, by unit or kind of an option. All of them are texts that `option_spec`
 #: reads.
-_SHOWN = {
+_SHOWN = {"s": Time, "path": File, "text": Name, "names": Name} | {
     key: type(name, (str,), {"__slots__": ()})
     for key, name in {
-        "mm": "LENGTH", "s": "TIME", "mm/s": "SPEED", "rad": "ANGLE", "rpm": "RPM", "W": "POWER", "N·mm": "TORQUE",
+        "mm": "LENGTH", "mm/s": "SPEED", "rad": "ANGLE", "rpm": "RPM", "W": "POWER", "N·mm": "TORQUE",
         "N": "FORCE", "number": "NUMBER", "whole": "NUMBER", "share": "NUMBER", "percent": "PERCENT",
-        "point": "POINT", "place": "POINT", "path": "FILE", "text": "NAME", "names": "NAME",
+        "point": "POINT", "place": "POINT",
     }.items()
 }  # fmt: skip
 

@@ -183,8 +183,7 @@ def tune_options(
     as_json: Json = False,
 ) -> int:
     """Seek the parameters of an algorithm on some inputs, and judge them on the others."""
-    from leafcut.cli.batch import inputs_of
-    from leafcut.cli.several import expanded
+    from leafcut.cli.several import expanded, inputs_of
     from leafcut.files.whole_files import check_output, write_together
     from leafcut.lab.page import rows_as_csv, write_page
     from leafcut.lab.tuning import TuningTask, command_of, options_text, search_block, tune

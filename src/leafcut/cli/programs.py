@@ -14,7 +14,7 @@ from cyclopts import Group, Parameter
 from leafcut.cli.flags import File, Json, Name, Time, switch
 from leafcut.cli.json_output import print_json
 from leafcut.cli.progress import Reporter
-from leafcut.cli.several import all_drill_files, check_own, expanded, places_beside, targets_of
+from leafcut.cli.several import all_drill_files, check_own, expanded, inputs_of, places_beside, targets_of
 from leafcut.cli.shared import (
     DONE,
     INCOMPLETE,
@@ -85,8 +85,6 @@ def optimize(
 
     The search ends when its colonies agree; --time-limit and --preset limit it.
     """
-    from leafcut.cli.batch import inputs_of
-
     output, report = dashed(output), dashed(report)
     asked = process if command == "optimize" or process != "auto" else command
     check_file_name("--report", report)
@@ -171,6 +169,8 @@ def _check_one_file(given: Mapping[str, Any], several: str) -> None:
 
 
 def _check_workers(executor: str | None, workers: int | None) -> None:
+    if executor is None and workers is None:
+        return
     from leafcut.order.executors import MOST_WORKERS, check_executor
 
     if executor is not None:

@@ -6,12 +6,64 @@ import glob
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from leafcut.errors import OptionError, ReadError
+from leafcut.errors import OptionError, ReadError, count_of
 from leafcut.files.digests import is_unchanged
 from leafcut.files.whole_files import OutputError, check_output, decoded, same_file
 
+#: The table and the report, beside the programs.
+TABLE, PAGE = "batch.csv", "batch.html"
+#: Ending of a list of inputs, and its most lines.
+LIST, MOST_INPUTS = ".list", 100_000
 #: Stands for standard input.
 _DASH = "-"
+
+
+def inputs_of(words: Iterable[str]) -> list[str]:
+    """Return the inputs: a folder stands for its files, and a list (.list) for the inputs on its lines.
+
+    Files of a folder are taken if leafcut may read them, by content or extension. Lines of a list that begin with # are
+    comments; relative paths are relative to the list.
+
+    Raises
+    ------
+    OptionError
+        A folder has no input, a list cannot be read, or there are too many inputs.
+    """
+    found: list[str] = []
+    for word in words:
+        path = Path(word)
+        if path.is_dir():
+            inside = sorted(one for one in path.iterdir() if one.is_file() and not one.name.startswith("."))
+            files = [str(one) for one in inside if one.name not in (TABLE, PAGE) and _is_input(one)]
+            if not files:
+                raise OptionError(f"{word}: this folder has no drawing and no program")
+            found += files
+        elif path.suffix.lower() == LIST:
+            found += _listed(path)
+        else:
+            found.append(word)
+    if len(found) > MOST_INPUTS:
+        raise OptionError(f"{count_of(len(found), 'input')}; at most {MOST_INPUTS:,} are possible")
+    return found
+
+
+def _is_input(path: Path) -> bool:
+    """Return whether a file of a folder is an input: one that leafcut reads and did not write."""
+    from leafcut.read.registry import format_name
+
+    kind = format_name(path)
+    return bool(kind) and not (kind == "gcode" and is_unchanged(decoded(path.read_bytes())[0]))
+
+
+def _listed(path: Path) -> list[str]:
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as problem:
+        raise OptionError(f"{path}: cannot be read as a list of inputs ({problem})") from None
+    names = [line.strip() for line in lines if line.strip() and not line.lstrip().startswith("#")]
+    if not names:
+        raise OptionError(f"{path}: this list names no input")
+    return [name if ":" in name else str(path.parent / name) for name in names]
 
 
 def expanded(

@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from leafcut import api
-from leafcut.cli.batch import PAGE, REFUSED, TABLE, WRITTEN, BatchRow, read_table, run_batch, sha_of
+from leafcut.cli.batch import REFUSED, WRITTEN, BatchRow, read_table, run_batch, sha_of
+from leafcut.cli.several import PAGE, TABLE
 from leafcut.cli.shared import with_source
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files.whole_files import OutputError, check_output

@@ -67,8 +67,9 @@ class PluginKind(Generic[T]):
 
     def names(self) -> tuple[str, ...]:
         """Return the names that may be asked for, in order, without importing anything of the packages."""
-        own = self.built_in()
-        return tuple(name for name in entry_names(self.group) if name not in own)
+        named = entry_names(self.group)
+        own = self.built_in() if named else ()
+        return tuple(name for name in named if name not in own)
 
     def load(self, name: str) -> T:
         """Return what the plug-in of that name adds; the name is one of `names`.

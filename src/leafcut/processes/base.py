@@ -94,6 +94,8 @@ class Work(Protocol):
     ----------
     name, title
         By which it is asked for, and as a message calls it: "drilling".
+    options
+        The groups of options that are its own; the first one's table in a file may hold all that it uses.
     uses
         The options of shared groups that it uses, each with the conditions for its use (`use`).
     otherwise
@@ -104,6 +106,7 @@ class Work(Protocol):
 
     name: ClassVar[str]
     title: ClassVar[str]
+    options: ClassVar[tuple[type[OptionGroup], ...]] = ()
     uses: ClassVar[Mapping[str, Conditions]] = {}
     otherwise: ClassVar[Mapping[str, str]] = {}
     helps: ClassVar[Mapping[str, tuple[str, str]]] = {}
@@ -120,8 +123,6 @@ class Process(Work, Protocol):
     ----------
     name
         By which formats say what they are for, too.
-    options
-        The groups of options that are its own; the first one's table in a file may hold all that it uses.
     asked_as
         What ``--process`` may say of its input to have it.
     reads
@@ -153,7 +154,6 @@ class Process(Work, Protocol):
         Whether the outcome compares with the nearest-neighbour order.
     """
 
-    options: ClassVar[tuple[type[OptionGroup], ...]] = ()
     asked_as: ClassVar[tuple[str, ...]] = ()
     reads: ClassVar[str] = ""
     formats: ClassVar[tuple[str, ...]] = ()
@@ -277,10 +277,6 @@ class Process(Work, Protocol):
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> Any:
         """Return the part of the outcome that this process alone has."""
         ...
-
-    def reads_besides(self, settings: Settings) -> list[Path]:
-        """Return the files that it reads beside its input."""
-        return []
 
     def writes_besides(self, settings: Settings) -> list[Path]:
         """Return the files that it writes beside the program."""

@@ -66,7 +66,7 @@ class ChoosingSpeeds(Work):
     Parameters
     ----------
     drilling
-        The options of drilling: for a drawing its program is planned, with the usual search, though not written.
+        Drilling: for a drawing its program is planned, with the usual search, though not written.
     """
 
     name = "cutting-data"
@@ -83,10 +83,11 @@ class ChoosingSpeeds(Work):
         tool_diameter=(absent("tools"), input_is_not("drawing")),
     )
 
-    def __init__(self, drilling: Mapping[str, Conditions]) -> None:
+    def __init__(self, drilling: Work) -> None:
         unused = {name for group in (PostOptions, SolveOptions, AcoOptions, FireflyOptions) for name in group.specs()}
         unused -= {"preset", "time_limit", "seed", "threads"}
-        self.drilling = {name: need for name, need in drilling.items() if name not in unused}
+        self.drilling = {name: need for name, need in drilling.used().items() if name not in unused}
+        self.options = drilling.options  # type: ignore[misc]  # those of its one object
 
     def used(self) -> Mapping[str, Conditions]:
         """Return its own options, and those of drilling for a drawing."""

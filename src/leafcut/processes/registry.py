@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -31,6 +32,10 @@ BUILT_IN = {
     "pocket": "leafcut.processes.pocket.process:Pocketing",
     "program": "leafcut.processes.program.process:ForeignProgram",
 }
+#: Commands that are not named as their process is: process → command.
+_COMMAND_OF = {"program": "reorder"}
+#: The process of an input that is good for several, by the kind of input.
+_USUAL = {"drawing": "drill", "program": "program"}
 #: Commands and words behind ``--process`` that are no processes: no plug-in can take their names.
 OTHER_COMMANDS = (
     "auto", "optimize", "filter", "solve", "simulate", "stock", "verify", "machine", "tools", "list", "install",
@@ -127,6 +132,31 @@ def names() -> tuple[str, ...]:
     return (*BUILT_IN, *PACKAGED.names())
 
 
+def commands() -> tuple[str, ...]:
+    """Return the commands of all processes, without loading one."""
+    return tuple(_COMMAND_OF.get(name, name) for name in names())
+
+
+def of_command(word: str) -> Process | None:
+    """Return the process of a command, without loading another one; None for any other word.
+
+    Raises
+    ------
+    OptionError
+        It is a plug-in that cannot be used.
+    """
+    built_in = next((name for name in BUILT_IN if _COMMAND_OF.get(name, name) == word), None)
+    name = built_in or next((name for name in PACKAGED.names() if name == word), None)
+    return process(name) if name else None
+
+
+def of_drawings(word: str) -> Process | None:
+    """Return the process of drawings that ``--process`` asks for by a word; None for "auto" and words of programs."""
+    named = None if word == "auto" else of_command(word)
+    some = [named] if named or word == "auto" else processes()
+    return next((one for one in some if one and one.reads == "drawing" and word in one.asked_as), None)
+
+
 def processes() -> Iterator[Process]:
     """Yield all processes; a plug-in that cannot be loaded is left out, and told where it is asked for by name."""
     for name in names():
@@ -137,28 +167,28 @@ def processes() -> Iterator[Process]:
                 raise
 
 
-def groups() -> tuple[type[OptionGroup], ...]:
-    """Return all groups of options in the order in which they are told: those of processes behind the job's."""
-    own = [group for one in processes() for group in one.options]
+def groups(own: Iterable[type[OptionGroup]] | None = None) -> tuple[type[OptionGroup], ...]:
+    """Return all groups of options in the order in which they are told: those of processes behind the job's.
+
+    Where groups of processes are given as `own`, these and the shared ones: no process is loaded.
+    """
+    if own is None:
+        own = [group for one in processes() for group in one.options]
     place = SHARED.index(CutDataOptions) + 1
     return (*SHARED[:place], *own, *SHARED[place:])
 
 
 def works() -> tuple[Work, ...]:
     """Return all kinds of work: the processes, and what leafcut does besides."""
-    return (
-        *processes(),
-        Solving(),
-        Simulating(),
-        CuttingStock(),
-        Verifying(),
-        ChoosingSpeeds(_built_in("drill").used()),
-    )
+    return (*processes(), *map(work, ("solve", "simulate", "stock", "verify", "cutting-data")))
 
 
 def work(name: str) -> Work:
-    """Return a kind of work by its name; one of the processes, where nothing else has it."""
-    return next((one for one in works() if one.name == name), None) or process(name)
+    """Return a kind of work by its name, without loading another one."""
+    if name == ChoosingSpeeds.name:
+        return ChoosingSpeeds(_built_in("drill"))
+    kinds: tuple[type[Work], ...] = (Solving, Simulating, CuttingStock, Verifying)
+    return next((kind() for kind in kinds if kind.name == name), None) or process(name)
 
 
 def command(name: str) -> Any:
@@ -218,9 +248,8 @@ def check_asked(word: str) -> None:
     OptionError
         Names what there is.
     """
-    if word not in asked_words():
-        if word in PACKAGED.names():
-            process(word)  # one that cannot be used says why
+    named = None if word == "auto" else of_command(word)
+    if word != "auto" and not (named and word in named.asked_as) and word not in asked_words():
         raise OptionError(f"--process: unknown process '{word}'; choose one of {', '.join(asked_words())}")
 
 
@@ -235,20 +264,40 @@ def process_for(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
     check_asked(asked)
     if len(inputs) > 1:
         return _joining(inputs, asked)
-    format_, _ = inputs[0]
-    kind = "program" if "program" in format_.processes else "drawing"
+    if asked == "auto":
+        return process(_usual_name(inputs))
+    kind = _kind(inputs)
+    named = of_command(asked)
+    if named and named.reads == kind and asked in named.asked_as:
+        return named
     fitting = [one for one in processes() if one.reads == kind]
     for one in fitting:
         if asked in one.instead:
             raise OptionError(f"{asked}: {one.instead[asked]}")
-    if asked == "auto":
-        alone = (one for one in fitting if one.by_itself and format_.processes == (one.name,))
-        return next(alone, fitting[0])
     for one in fitting:
         if asked in one.asked_as:
             return one
     words = " or ".join(", ".join(word for one in fitting for word in one.asked_as).rsplit(", ", 1))
     raise OptionError(f"{asked}: the input is a drawing, not a program; use {words}")
+
+
+def _kind(inputs: Sequence[tuple[Format, Source]]) -> str:
+    """Return what the first of some inputs is, a program or a drawing."""
+    return "program" if "program" in inputs[0][0].processes else "drawing"
+
+
+def _usual_name(inputs: Sequence[tuple[Format, Source]]) -> str:
+    """Return the process that makes a program of some inputs where none is asked for."""
+    if len(inputs) > 1:
+        return _joining(inputs, "auto").name
+    format_, kind = inputs[0][0], _kind(inputs)
+    only = format_.processes[0] if len(format_.processes) == 1 else ""
+    if only in names():
+        with suppress(OptionError):  # a plug-in that cannot be used
+            one = process(only)
+            if one.by_itself and one.reads == kind:
+                return only
+    return _USUAL[kind]
 
 
 def needed_word(inputs: Sequence[tuple[Format, Source]], asked: str) -> str:
@@ -257,7 +306,7 @@ def needed_word(inputs: Sequence[tuple[Format, Source]], asked: str) -> str:
     Which kind of program one is, is looked up in it: where that was said, it has to be said again.
     """
     chosen = process_for(inputs, asked)
-    said_by_input = asked in ("auto", chosen.command) and process_for(inputs, "auto") is chosen
+    said_by_input = asked in ("auto", chosen.command) and _usual_name(inputs) == chosen.name
     return "" if said_by_input else asked
 
 

@@ -6,7 +6,7 @@ An option that is given and not used is refused, never ignored.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -23,19 +23,29 @@ from leafcut.processes import registry
 from leafcut.processes.base import Work
 
 
-def collect(values: Mapping[str, Any], file: Path | None = None, defaults: Path | None = None) -> Settings:
+def collect(
+    values: Mapping[str, Any],
+    file: Path | None = None,
+    defaults: Path | None = None,
+    own: Iterable[type[OptionGroup]] | None = None,
+) -> Settings:
     """Return the settings of a file of defaults, if any, overridden by a `file`, if any, and these by `values`.
 
     `values` maps option names to values; None stands for "not given". A number without a unit means the same here, in
     the files and on the command line (`units.BARE_UNIT`). Files that the defaults name are sought from where their own
-    file lies.
+    file lies. `own` are the groups of the process that is asked for, where one is: if only its options and shared ones
+    are given, no other process is loaded.
 
     Raises
     ------
     OptionError
         An unknown name (the nearest known one is named), or a value out of its bounds; of a file with its line.
     """
-    given: dict[type[OptionGroup], dict[str, Any]] = {group: {} for group in registry.groups()}
+    asked = frozenset(name for name, value in values.items() if value is not None)
+    groups = registry.groups(own)
+    if file or defaults or not asked <= _by_name(groups).keys():
+        groups = registry.groups()
+    given: dict[type[OptionGroup], dict[str, Any]] = {group: {} for group in groups}
     usual: set[str] = set()
     if defaults:
         for group, table in _file_tables(defaults):
@@ -44,9 +54,8 @@ def collect(values: Mapping[str, Any], file: Path | None = None, defaults: Path 
     for group, table in _file_tables(file) if file else ():
         given[group].update(table)
         usual.difference_update(table)
-    asked = frozenset(name for name, value in values.items() if value is not None)
     for name in asked:
-        given[group_of(name)][name] = values[name]
+        given[group_of(name, groups)][name] = values[name]
     made = {group: group(**group.as_typed(table)) for group, table in given.items()}
     names = frozenset(name for table in given.values() for name in table)
     return Settings(MappingProxyType(made), given=names, asked=asked, defaults=frozenset(usual) - asked)
@@ -59,8 +68,13 @@ def all_options() -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]:
             yield group, name, spec
 
 
-def group_of(name: str) -> type[OptionGroup]:
-    """Return the group that holds the option `name`; refuse a removed option, or name the nearest option."""
+def group_of(name: str, groups: Iterable[type[OptionGroup]] = ()) -> type[OptionGroup]:
+    """Return the group that holds the option `name`; refuse a removed option, or name the nearest option.
+
+    `groups` are searched first, so that no process is loaded if one of them holds it.
+    """
+    if found := _by_name(tuple(groups)).get(name):
+        return found
     names = _by_name(registry.groups())
     if name not in names:
         raise OptionError(why_removed(name) or f"unknown option '{name}'{nearest(name, names)}")
@@ -87,9 +101,11 @@ def options_of_file(file: Path) -> dict[str, Any]:
 def used_by(*works: Work) -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]:
     """Yield every option that one of some kinds of work uses, as `all_options` does."""
     used = {name for work in works for name in work.used()}
-    for group, name, spec in all_options():
-        if name in used:
-            yield group, name, spec
+    own = [group for work in works for group in work.options]
+    for group in registry.groups(own):
+        for name, spec in group.specs().items():
+            if name in used:
+                yield group, name, spec
 
 
 def settings_for(settings: Settings, work: Work, input_kind: str = "") -> Settings:
@@ -115,16 +131,15 @@ def settings_for(settings: Settings, work: Work, input_kind: str = "") -> Settin
 def _check_files(settings: Settings) -> None:
     """Refuse files that options name and that are not there; that the others can be read, their readers find out."""
     for name in sorted(settings.given):
-        group = group_of(name)
+        group = group_of(name, settings.groups)
         if group.specs()[name].names_input:
             check_is_there(flag_name(name), getattr(settings.of(group), name))
 
 
 def files_read(settings: Settings) -> list[str]:
     """Return the files that given options name and that are read."""
-    values = [
-        (group_of(name).specs()[name], getattr(settings.of(group_of(name)), name)) for name in sorted(settings.given)
-    ]
+    places = [(name, group_of(name, settings.groups)) for name in sorted(settings.given)]
+    values = [(group.specs()[name], getattr(settings.of(group), name)) for name, group in places]
     return [str(value) for spec, value in values if not spec.is_output and spec.names_file(value)]
 
 
@@ -145,14 +160,14 @@ def _unused(settings: Settings, work: Work, input_kind: str) -> Iterator[tuple[s
     used = work.used()
 
     def value_of(name: str) -> Any:
-        return getattr(settings.of(group_of(name)), name)
+        return getattr(settings.of(group_of(name, settings.groups)), name)
 
     for name in sorted(settings.given):
         if name not in used:
             yield name, why_unused(name, work.title, work.otherwise.get(name, ""))
             continue
         # What is off and would not be used does what is asked for.
-        off = group_of(name).specs()[name].kind == "flag" and value_of(name) is False
+        off = group_of(name, settings.groups).specs()[name].kind == "flag" and value_of(name) is False
         for condition in () if off else used[name]:
             if not condition.holds(value_of, input_kind):
                 yield name, condition.refusal(name, flag_name)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from leafcut.model.cutter import bodies_of
@@ -196,12 +195,6 @@ class Drilling(Process):
         ground = work.ground
         mesh, boxes = (None, ()) if ground is None else (ground.mesh, ground.boxes)
         return DrillingDetail(saved, plan.job.settings.job.thickness, mesh, boxes)
-
-    def reads_besides(self, settings: Settings) -> list[Path]:
-        """Return the tool library, the order file, the surface and the fixture."""
-        ours = settings.of(DrillOptions)
-        files = (settings.job.tools, ours.hole_order, ours.surface, ours.fixture_file)
-        return [file for file in files if file is not None]
 
     def report(self, outcome: Outcome[DrillingDetail]) -> DrillingReport:
         """Return the facts and pictures of an outcome."""

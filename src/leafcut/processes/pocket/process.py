@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from leafcut.model.kinds import Head
@@ -215,11 +214,6 @@ class Pocketing(Process):
             pace,
             None if solid is None else solid.before,
         )
-
-    def reads_besides(self, settings: Settings) -> list[Path]:
-        """Return the file of the material."""
-        named = settings.job.material
-        return [Path(named)] if JobOptions.specs()["material"].names_file(named) else []
 
     def report(self, outcome: Outcome[PocketDetail]) -> PocketReport:
         """Return the facts and pictures of an outcome."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from leafcut.files.whole_files import check_is_text
@@ -177,14 +176,6 @@ class ForeignProgram(Process):
         from leafcut.processes.program.finishing import detail_of
 
         return detail_of(plan, best)
-
-    def reads_besides(self, settings: Settings) -> list[Path]:
-        """Return the solid of the stock, the material, and the tool library."""
-        stock = settings.stock.workpiece
-        solid = [Path(stock)] if stock and StockOptions.specs()["workpiece"].names_file(stock) else []
-        named = settings.job.material
-        material = [Path(named)] if JobOptions.specs()["material"].names_file(named) else []
-        return [*solid, *material, *([settings.job.tools] if settings.job.tools else [])]
 
     def report(self, outcome: Outcome[ProgramDetail]) -> ProgramReport:
         """Return the facts and pictures of an outcome."""

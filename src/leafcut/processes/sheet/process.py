@@ -97,10 +97,6 @@ class SheetCutting(Process):
 
         return cut(run, sources[0])
 
-    def reads_besides(self, settings: Settings) -> list[Path]:
-        """Return the cut chart and the plan file."""
-        return [file for file in (settings.cut_data.chart, settings.of(CutOptions).plan) if file is not None]
-
     def writes_besides(self, settings: Settings) -> list[Path]:
         """Return the plan file and the table of norms, where they are asked for."""
         options = settings.of(CutOptions)

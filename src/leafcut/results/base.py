@@ -1,0 +1,113 @@
+"""What all results can do: describe, show and save themselves."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, fields
+from html import escape
+from pathlib import Path
+from typing import Any, TypeVar
+
+from leafcut.errors import OptionError
+from leafcut.files.schemas import ANSWER, numbered
+from leafcut.files.whole_files import OutputError, check_output, write_together
+from leafcut.model.issue import Issue, Severity
+
+#: Dangers and missing work that a notebook shows below the picture.
+_MOST_ISSUES = 5
+
+#: Ending of a file's name, "" for any other → what the file holds.
+Kinds = dict[str, Callable[[], str | bytes]]
+R = TypeVar("R", bound="Result")
+
+
+@dataclass(frozen=True, repr=False, eq=False, kw_only=True)
+class Result:
+    """What all results can do.
+
+    Attributes
+    ----------
+    inputs
+        The files that were read; `save` never overwrites them.
+    """
+
+    inputs: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        line = f"{type(self).__name__}({self._line()})"
+        return "".join(letter if letter.isprintable() else "?" for letter in line)
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the picture as an image, which runs no script, and the line of `repr`."""
+        line, svg = escape(repr(self)), self._picture()
+        worst = [issue for issue in self._issues() if issue.severity in (Severity.DANGER, Severity.MISSING)]
+        lines = [line, *(escape(f"{issue.severity}: {issue}") for issue in worst[:_MOST_ISSUES])]
+        address = base64.b64encode(svg.encode()).decode()
+        image = f'<img alt="{line}" style="max-width: 40em" src="data:image/svg+xml;base64,{address}">' if svg else ""
+        return f"<figure>{image}<figcaption>{'<br>'.join(lines)}</figcaption></figure>"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the result as plain values: the object that the command prints with ``--json``."""
+        return dict(numbered(ANSWER, self._answer()))
+
+    def save(self, path: str | Path) -> None:
+        """Write the result to a file. The ending of its name selects the kind; every result has ``.json``.
+
+        Raises
+        ------
+        OptionError
+            The result has no file of this kind.
+        OutputError
+            The file cannot be written, or is one of `inputs`.
+        """
+        file = Path(path)
+        check_output(file, self.inputs)
+        try:
+            contents = {name: text.encode() if isinstance(text, str) else text for name, text in self._files(file)}
+        except UnicodeEncodeError as problem:
+            raise OutputError(f"{file}: cannot be written (a letter that is not in {problem.encoding})") from None
+        for name in contents:
+            check_output(name, self.inputs)
+        write_together(
+            {name: data.decode("latin-1") for name, data in contents.items()}, encoding="latin-1", newline=""
+        )
+
+    def _files(self, file: Path) -> Iterable[tuple[str, str | bytes]]:
+        """Yield the files that `save` writes: name and content."""
+        kinds = self._kinds()
+        content = kinds.get(file.suffix.lower(), kinds.get(""))
+        if content is None:
+            endings = " or ".join(", ".join(self._endings()).rsplit(", ", 1))
+            raise OptionError(f"{file}: unknown kind of file; choose a name that ends in {endings}")
+        yield str(file), content()
+
+    def _endings(self) -> Iterable[str]:
+        """Return the endings of names from which `save` selects."""
+        return self._kinds()
+
+    def _kinds(self) -> Kinds:
+        """Return the files that `save` can write, each from its content alone."""
+        pictured: Kinds = {".svg": self._picture} if "_picture" in vars(type(self)) else {}
+        return {".json": lambda: json.dumps(self.to_dict(), indent=2, ensure_ascii=False) + "\n", **pictured}
+
+    def _line(self) -> str:
+        raise NotImplementedError
+
+    def _answer(self) -> dict[str, Any]:
+        raise NotImplementedError
+
+    def _picture(self) -> str:
+        """Return a stand-alone SVG; "" where there is nothing to see."""
+        return ""
+
+    def _issues(self) -> tuple[Issue, ...]:
+        found: tuple[Issue, ...] = getattr(self, "issues", ())
+        return found
+
+
+def of_model(kind: type[R], found: Any, inputs: Iterable[object]) -> R:
+    """Return a result of the model as one of the library; `inputs` are the files that were read, or None."""
+    values = {field.name: getattr(found, field.name) for field in fields(found)}
+    return kind(**values, inputs=tuple(dict.fromkeys(str(one) for one in inputs if one is not None)))

@@ -1,0 +1,42 @@
+"""A program as a result."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from leafcut.errors import count_of
+from leafcut.model.outcome import Outcome
+from leafcut.processes import registry
+from leafcut.results.base import Kinds, Result
+from leafcut.units import format_time
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class ProgramResult(Result, Outcome[Any]):
+    """A program, and the work as it was before and is now. `save` writes the program, ``.html`` or ``.svg``."""
+
+    def _line(self) -> str:
+        before, after = format_time(self.before.time_s), format_time(self.after.time_s)
+        times = f"{before} → {after}, {self.saved_percent:.1f} % saved"
+        missing = f", {count_of(len(self.missing), 'issue')} of missing work" if self.missing else ""
+        return f"{self.part.name}: {times}, {'' if self.verified else 'not '}verified{missing}"
+
+    def _answer(self) -> dict[str, Any]:
+        from leafcut.report.json_answer import as_json
+
+        return as_json(registry.report_of(self))
+
+    def _picture(self) -> str:
+        from leafcut.report.page import path_svg
+
+        return path_svg(registry.report_of(self), "after")
+
+    def _kinds(self) -> Kinds:
+        from leafcut.report.page import write_page
+
+        program: Kinds = {
+            "": lambda: self.text.encode(self.encoding),
+            ".html": lambda: write_page(registry.report_of(self)),
+        }
+        return super()._kinds() | program

@@ -1,0 +1,37 @@
+"""The stock that a program leaves as a result."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from leafcut.errors import count_of
+from leafcut.material.stock_cut import StockCut
+from leafcut.results.base import Kinds, Result
+
+_MM3_PER_CM3 = 1000.0
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class StockResult(Result, StockCut):
+    """What a program leaves of its stock. `save` writes ``.png``, ``.stl`` or ``.svg``."""
+
+    def _line(self) -> str:
+        dangers = len(self.rapids) + len(self.collisions)
+        removed = f"{self.removed_mm3 / _MM3_PER_CM3:.2f} cm³ by {count_of(len(self.tools), 'tool')}"
+        return f"{self.program}: {removed}, {count_of(dangers, 'collision')}"
+
+    def _answer(self) -> dict[str, Any]:
+        from leafcut.report.stock_report import stock_as_json
+
+        return stock_as_json(self)
+
+    def _picture(self) -> str:
+        from leafcut.report.pictures import stock_picture
+
+        return stock_picture(self)
+
+    def _kinds(self) -> Kinds:
+        from leafcut.report.stock_report import as_file
+
+        return super()._kinds() | {".png": lambda: as_file(self, ".png"), ".stl": lambda: as_file(self, ".stl")}

@@ -1,0 +1,42 @@
+"""A map and a tour as a result."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from leafcut.errors import count_of
+from leafcut.model.issue import Issue
+from leafcut.model.solution import Solved
+from leafcut.results.base import Kinds, Result
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class TourResult(Result, Solved):
+    """A map and a tour. `save` writes ``.tour`` (TSPLIB), the points of the map as ``.csv``, or ``.svg``."""
+
+    def _line(self) -> str:
+        gap = "" if self.gap is None else f", gap {100.0 * self.gap:.2f} %"
+        points = count_of(len(self.part.holes), "point")
+        return f"{self.part.name}: {points}, length {self.solution.cost:,.6g}{gap}, {self.solution.algorithm}"
+
+    def _answer(self) -> dict[str, Any]:
+        from leafcut.report.json_answer import solved_as_json
+
+        return solved_as_json(self)
+
+    def _picture(self) -> str:
+        from leafcut.report.pictures import tour_picture
+
+        return tour_picture(self)
+
+    def _issues(self) -> tuple[Issue, ...]:
+        return self.part.issues
+
+    def _kinds(self) -> Kinds:
+        from leafcut.read.csvmap import points_text
+        from leafcut.read.tsplib import tour_text
+
+        part, nodes = self.part, self.solution.nodes
+        tour = {".tour": lambda: tour_text(part.name, nodes, every=part.grouping is None)}
+        return super()._kinds() | tour | {".csv": lambda: points_text(part)}
