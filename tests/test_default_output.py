@@ -88,3 +88,34 @@ def test_a_dry_run_writes_nothing(shop: Path, capsys: pytest.CaptureFixture[str]
     assert run(["jobs/plate.dxf", "--thickness", "6", "--dry-run", "-o", "x.nc"]) == 2
     assert "--dry-run writes no program; leave -o out" in capsys.readouterr().err
     assert names(shop) == ["part.nc", "plate.dxf"]
+
+
+NEST = ("--sheet", "500x300", "--nester", "rectangles", "-q")
+
+
+def test_nested_sheets_stand_beside_the_first_part_and_a_changed_one_is_not_replaced(
+    shop: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copy(EXAMPLES / "bracket.dxf", shop / "bracket.dxf")
+    before = names(shop)
+    assert run(["nest", "jobs/bracket.dxf:3", *NEST, "--dry-run"]) == 0
+    assert names(shop) == before
+    assert run(["nest", "jobs/bracket.dxf:4", *NEST]) == 0  # 3 on the first sheet
+    sheets = [name for name in names(shop) if name not in before]
+    assert sheets == ["bracket.leafcut_1.dxf", "bracket.leafcut_2.dxf"]
+    assert all(is_unchanged((shop / name).read_text()) for name in sheets)
+    assert run(["nest", "jobs/bracket.dxf:4", *NEST]) == 0
+    edited = (shop / sheets[1]).read_text().replace("CUT_HOLES", "HOLES")
+    (shop / sheets[1]).write_text(edited)
+    assert run(["nest", "jobs/bracket.dxf:4", *NEST]) == 1
+    assert f"jobs/{sheets[1]}: exists, and leafcut did not write it or it was changed since; name it with -o" in (
+        capsys.readouterr().err
+    )
+    assert (shop / sheets[1]).read_text() == edited
+
+
+def test_a_nest_of_a_parts_list_has_the_name_of_the_list(shop: Path) -> None:
+    shutil.copy(EXAMPLES / "bracket.dxf", shop / "bracket.dxf")
+    (shop / "order.csv").write_text("bracket.dxf,2\n")
+    assert run(["nest", "jobs/order.csv", *NEST]) == 0
+    assert "order.dxf" in names(shop)

@@ -80,7 +80,7 @@ def test_simulate_verify_and_nest_take_the_defaults_that_they_use(
     assert "from your defaults file: --machine haas-vf2\n" in said(capsys, "simulate", program)[0]
     found = json.loads(said(capsys, "verify", program, program, "--json")[0])
     assert found["defaults"] == ["--machine haas-vf2"]
-    words = ["nest", str(examples / "bracket.dxf"), "--nester", "rectangles", *FAST]
+    words = ["nest", str(examples / "bracket.dxf"), "--nester", "rectangles", "--dry-run", *FAST]
     text, _ = said(capsys, *words, "--machine", "plasma-table")
     assert "of your defaults: --kerf 1.5mm, --sheet 300x200" in " ".join(text.split())
     assert "not written: name a file for the sheet, -o FILE.dxf" in text

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, replace
@@ -316,6 +317,27 @@ def filter_program(
     return DONE
 
 
+def _sheets_beside(parts: Sequence[str]) -> str | None:
+    """Return the default file of nested sheets: beside the first part, under its name; None where there is no part.
+
+    Raises
+    ------
+    OutputError
+        It cannot be written, or leafcut did not write the file of that name, or one that may be a numbered sheet of it.
+    """
+    from leafcut.read.nest_list import file_and_quantity
+
+    inputs = [file_and_quantity(word)[0] for word in parts]
+    if not inputs:
+        return None
+    file = Path(places_beside(inputs[:1], [f"{Path(inputs[0]).stem}.dxf"], inputs)[0])
+    numbered = re.compile(re.escape(file.stem) + r"(_v\d+)?(_\d+)?\.dxf", re.IGNORECASE)
+    for sheet in sorted(file.parent.iterdir() if file.parent.is_dir() else ()):
+        if numbered.fullmatch(sheet.name):
+            check_own(str(sheet), inputs)
+    return str(file)
+
+
 def nest(
     *parts: Annotated[
         str, Parameter(name="PARTS", help="drawings with quantities, such as bracket.dxf:10, or a parts list (CSV)")
@@ -324,9 +346,10 @@ def nest(
         File | None,
         Parameter(
             name=["--output", "-o"],
-            help="nested sheet to write (DXF), - for standard output if there is one (default: none is written)",
+            help="nested sheet to write (DXF), - for standard output if there is one (default: beside the first part)",
         ),
     ] = None,
+    dry_run: Annotated[bool, switch("--dry-run", help="write no drawing")] = False,
     options_file: OptionsFile = None,
     no_defaults: NoDefaults = False,
     as_json: Json = False,
@@ -339,9 +362,11 @@ def nest(
     refuse_dash("nest", *parts)
     refuse_dash("--options", options_file)
     to_standard_output = dashed(output) == DASH
+    if dry_run and output is not None:
+        raise OptionError("--dry-run writes no drawing; leave -o out")
     if to_standard_output and as_json:
         raise OptionError("--json and -o - both write to standard output; leave one out")
-    file = None if to_standard_output else output
+    file = None if to_standard_output or dry_run else output or _sheets_beside(parts)
     with nothing_new_in(file), Reporter(quiet=quiet) as reporter:
         outcome = api.nest(
             [*parts],

@@ -1,4 +1,4 @@
-"""Digest of a program in its header: it shows whether anyone has changed the program since leafcut wrote it."""
+"""Digest of a program or drawing in its header: it shows whether anyone has changed it since leafcut wrote it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def signed(text: str) -> str:
 
 
 def is_unchanged(text: str) -> bool:
-    """Return whether a program has a digest and is as leafcut wrote it."""
+    """Return whether a program or drawing has a digest and is as leafcut wrote it."""
     return _PLACE.search(text, 0, _HEADER) is not None and signed(text) == text
 
 

@@ -57,9 +57,14 @@ def read_wanted(words: Sequence[str | WantedDrawing]) -> list[WantedDrawing]:
     return found
 
 
-def _named(word: str) -> Iterator[WantedDrawing]:
+def file_and_quantity(word: str) -> tuple[str, int]:
+    """Return the file and the quantity that a word names, such as ``bracket.dxf:10``."""
     match = _NUMBERED.fullmatch(word)
-    file, quantity = (match[1], int(match[2])) if match else (word, 1)
+    return (match[1], int(match[2])) if match else (word, 1)
+
+
+def _named(word: str) -> Iterator[WantedDrawing]:
+    file, quantity = file_and_quantity(word)
     if quantity < 1:
         raise OptionError(f"{shown(word)}: the quantity must be 1 or more")
     if not file.lower().endswith(".csv"):

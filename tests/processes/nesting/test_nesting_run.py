@@ -231,7 +231,7 @@ def test_a_drawing_is_never_written_over(drawings: Path) -> None:
 
 
 def test_the_command_line_answers_in_json(drawings: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["nest", f"{drawings}/plate.dxf:6", "--sheet", "300x200", "--nester", "rectangles", "--json"]
+    words = ["nest", f"{drawings}/plate.dxf:6", "--sheet", "300x200", "--nester", "rectangles", "--json", "--dry-run"]
     assert run(words) == 0
     answer = json.loads(capsys.readouterr().out)
     assert answer["variants"]

@@ -101,7 +101,7 @@ def test_what_has_no_room_is_told_first_and_by_the_exit_status_and_no_sheet_is_i
     first, second, *_ = capsys.readouterr().out.splitlines()
     assert first.startswith("missing: L436 no room for 3 of plate")
     assert "130x130 (1 of 1 taken at 9), 70x70 (2 of 2 taken at 3)" in second
-    assert run(["nest", f"{plate}:9", *flags, "--json"]) == 3
+    assert run(["nest", f"{plate}:9", *flags, "--json", "--dry-run"]) == 3
     answer = json.loads(capsys.readouterr().out)
     assert answer["variants"][0]["cost"] == 15.0
     assert [(s["name"], s["count"], s["price"]) for s in answer["sheets"]] == [("130x130", 1, 9.0), ("70x70", 2, 3.0)]

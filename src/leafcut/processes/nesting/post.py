@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from leafcut.files.digests import DIGEST_LINE, signed
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.nest import Layout, Nest, Stock
 
@@ -91,9 +92,10 @@ def _draw(space: Any, path: Polyline, layer: str) -> Any:
 
 
 def _text(drawing: Any) -> str:
+    """Return a drawing as text, with its digest in a comment (group code 999)."""
     stream = io.StringIO()
     drawing.write(stream)
-    return stream.getvalue()
+    return signed(f"999\n{DIGEST_LINE}\n{stream.getvalue()}")
 
 
 @contextmanager
