@@ -140,6 +140,15 @@ class JobOptions(OptionGroup):
         minimum=1,
         default_words="20 m/min surface speed; for end mills from the tool library or --material",
     )
+    step_down: float | None = option(
+        "quantity",
+        None,
+        "step-down: depth per level of a pocket, or of an end mill's cut",
+        unit="mm",
+        minimum=0.001,
+        maximum=1000,
+        default_words="half the tool diameter",
+    )
     diameter_tolerance: float = option(
         "quantity",
         0.05,

@@ -208,12 +208,18 @@ class _JobOptions6(TypedDict, total=False):
 
 
 class _JobOptions7(TypedDict, total=False):
+    # Of optimize, pocket, tool_speeds.
+    step_down: Quantity | None
+    """Step-down: depth per level of a pocket, or of an end mill's cut (mm; default: half the tool diameter)."""
+
+
+class _JobOptions8(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, tool_speeds.
     end_point: str | Sequence[Quantity] | None
     """End point of the tool, x,y, or free (mm; default: at the last hole)."""
 
 
-class _JobOptions8(TypedDict, total=False):
+class _JobOptions9(TypedDict, total=False):
     # Of optimize, cut, reorder.
     keep_order: bool | None
     """Keep the given order; a program is only timed."""
@@ -396,8 +402,6 @@ class _PocketOptions1(TypedDict, total=False):
     """Where the material of a solid's pockets begins: at its highest place, or at the surface around each, where
     all else of the solid is milled already (default: highest).
     """
-    step_down: Quantity | None
-    """Step-down: depth per level (mm; default: half the tool diameter)."""
     stock: Quantity | None
     """Stock that roughing leaves on the walls for the finishing pass (mm)."""
     finishing_pass: bool | None
@@ -642,10 +646,6 @@ class _SpeedOptions1(TypedDict, total=False):
     """Length that every end mill is fed in the material for one part (mm; default: end mills are left out)."""
     cut_width: Quantity | None
     """Width of an end mill's cut (mm; default: the tool's diameter: a slot)."""
-    cut_depth: Quantity | None
-    """Depth of an end mill's cut (mm; default: half of the tool's diameter)."""
-    min_life: Quantity | None
-    """Shortest tool life allowed, in the cut (s; default: 300s)."""
 
 
 class _SpeedOptions2(TypedDict, total=False):
@@ -682,6 +682,7 @@ class OptimizeKeywords(
     _JobOptions6,
     _JobOptions7,
     _JobOptions8,
+    _JobOptions9,
     _CutDataOptions1,
     _CutDataOptions2,
     _CutDataOptions3,
@@ -728,7 +729,7 @@ class DrillKeywords(
     _JobOptions3,
     _JobOptions4,
     _JobOptions5,
-    _JobOptions7,
+    _JobOptions8,
     _DrillOptions1,
     _SolveOptions1,
     _SolveOptions2,
@@ -762,8 +763,8 @@ class CutKeywords(
     _JobOptions3,
     _JobOptions4,
     _JobOptions5,
-    _JobOptions7,
     _JobOptions8,
+    _JobOptions9,
     _CutDataOptions1,
     _CutDataOptions2,
     _CutDataOptions3,
@@ -802,6 +803,7 @@ class PocketKeywords(
     _JobOptions5,
     _JobOptions6,
     _JobOptions7,
+    _JobOptions8,
     _PocketOptions1,
     _PocketDrawingOptions1,
     _SolveOptions1,
@@ -834,7 +836,7 @@ class ReorderKeywords(
     _JobOptions4,
     _JobOptions5,
     _JobOptions6,
-    _JobOptions8,
+    _JobOptions9,
     _CutDataOptions1,
     _CutDataOptions2,
     _ResequenceOptions1,
@@ -940,6 +942,7 @@ class ToolSpeedsKeywords(
     _JobOptions5,
     _JobOptions6,
     _JobOptions7,
+    _JobOptions8,
     _DrillOptions1,
     _SolveOptions2,
     _SpeedOptions1,

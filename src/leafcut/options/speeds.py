@@ -52,16 +52,6 @@ class SpeedOptions(OptionGroup):
         default_words="the tool's diameter: a slot",
         needs=(given("cut_length"),),
     )
-    cut_depth: float | None = option(
-        "quantity",
-        None,
-        "depth of an end mill's cut",
-        unit="mm",
-        minimum=0.001,
-        maximum=1000,
-        default_words="half of the tool's diameter",
-        needs=(given("cut_length"),),
-    )
     shop_rate: float | None = option(
         "number",
         None,
@@ -69,9 +59,6 @@ class SpeedOptions(OptionGroup):
         minimum=0,
         maximum=1e6,
         default_words="60 for cutting-data, else 0",
-    )
-    min_life: float = option(
-        "quantity", 300.0, "shortest tool life allowed, in the cut", unit="s", minimum=1, maximum=14_400
     )
     max_power: float | None = option(
         "quantity",

@@ -81,6 +81,7 @@ class ChoosingSpeeds(Work):
         "retract_height",
         "material",
         tool_diameter=(absent("tools"), input_is_not("drawing")),
+        step_down=(given("cut_length"),),
     )
 
     def __init__(self, drilling: Work) -> None:

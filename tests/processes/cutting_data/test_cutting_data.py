@@ -111,14 +111,17 @@ def test_each_objective_chooses_the_best_of_all_that_is_allowed_and_the_front_ru
 
 
 @pytest.mark.parametrize(
-    ("limit", "of"),
+    ("limit", "least_life", "of"),
     [
-        ({"max_power": "0.3 kW"}, lambda p: p.power / 300.0),
-        ({"min_life": "2h"}, lambda p: 7200.0 / p.life),
+        ({"max_power": "0.3 kW"}, 300.0, lambda p: p.power / 300.0),
+        ({}, 7200.0, lambda p: 7200.0 / p.life),
     ],
 )
-def test_no_point_is_beyond_a_limit_and_the_limit_is_what_stops_the_quickest(limit: dict[str, Any], of: Any) -> None:
+def test_no_point_is_beyond_a_limit_and_the_limit_is_what_stops_the_quickest(
+    limit: dict[str, Any], least_life: float, of: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     free = chosen(leafcut.tool_speeds(**DRILL, objective="time"))
+    monkeypatch.setattr(run_of_speeds, "_LEAST_LIFE", least_life)
     bound = chosen(leafcut.tool_speeds(**DRILL, **limit, objective="time"))
     assert of(free.best) > 1.0
     assert all(of(point) <= 1.0 + 1e-9 for point in bound.points)
@@ -157,6 +160,18 @@ def test_end_mills_are_chosen_for_beside_the_drills_of_a_drawing(library: Path, 
     assert mill.time == pytest.approx(1000.0 / mill.feed * (1.0 + 120.0 / mill.life))
     with pytest.raises(OptionError, match="--cut-length: only used with --tools"):
         leafcut.tool_speeds(str(examples / "plate_10.dxf"), material="c45", depth=3, cut_length="1 m")
+
+
+def test_the_step_down_is_the_depth_of_an_end_mills_cut(library: Path) -> None:
+    """Half as deep takes half the power; the default is half of the diameter of 8 mm."""
+    given: dict[str, Any] = {"tools": library, "material": "c45", "cut_length": 500, "holes": 1, "depth": 3}
+    full, same, half = (
+        {(p.rpm, p.feed): p.power for p in chosen(leafcut.tool_speeds(**given, step_down=depth), 2).points}
+        for depth in (None, 4, 2)
+    )
+    assert full == same
+    both = full.keys() & half.keys()
+    assert both and all(half[point] == pytest.approx(0.5 * full[point]) for point in both)
 
 
 def test_mills_of_high_speed_steel_have_half_the_chip_of_carbide_ones(library: Path) -> None:
@@ -252,7 +267,8 @@ def test_the_costs_of_the_library_count(library: Path) -> None:
         ({"depth": None}, "no depth of holes: give --depth or --thickness"),
         ({"shop_rate": -3}, "--shop-rate: -3 is below the minimum of 0"),
         ({"max_power": "1 W"}, "has a power of at most 0.001 kW: it is at least"),
-        ({"min_life": "5h"}, "--min-life: 18000 s is above the maximum of 14400 s"),
+        ({"min_life": "5h"}, "--min-life was removed in 1.0: a tool lasts 5 min in the cut at least"),
+        ({"step_down": 3}, "--step-down: only used with --cut-length"),
         ({"material": "6061", "tool_material": "carbide"}, "no tool-life constants of carbide drills; there are those"),
         ({"material": "copper"}, "copper has no tool-life constants of hss drills; there are none of drills at all"),
         ({"machine": "laser-table"}, "--machine laser-table: has no spindle"),

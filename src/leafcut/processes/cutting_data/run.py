@@ -42,6 +42,8 @@ _MOVE = 1.5
 _WORN_CHANGE = 120.0
 #: Longest tool life that is counted on, s: after half a shift a tool is replaced.
 _MAX_LIFE = 14_400.0
+#: Shortest tool life allowed, s in the cut: a tool that lasts less is changed too often.
+_LEAST_LIFE = 300.0
 #: Steps of the spindle speed, 1/min, and of the feed rate, mm/s: finer than any chart of cutting data.
 _RPM_STEP, _FEED_STEP = 10.0, 5.0 / 60.0
 #: A mill without a cut of its own cuts so deep, in diameters.
@@ -135,7 +137,7 @@ def _works(
             lives = material.lives_of(CuttingWork.DRILL, kind)
             yield ToolWork(tool, CuttingWork.DRILL, lives, fed, cut, idle, cut / holes, holes=holes), kind
         elif tool.kind is ToolKind.END_MILL and options.cut_length is not None:
-            yield _mill(tool, options, options.cut_length, material, kind), kind
+            yield _mill(tool, settings, options.cut_length, material, kind), kind
         else:
             why = "give --cut-length" if tool.kind is ToolKind.END_MILL else "only drills and end mills have them"
             left_out.setdefault(why, []).append(f"T{tool.number}")
@@ -215,9 +217,9 @@ def _stated(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int, f
             yield tool, 0, 0.0, 0.0, 0.0
 
 
-def _mill(tool: Tool, options: SpeedOptions, length: float, material: WorkMaterial, kind: ToolMaterial) -> ToolWork:
-    width = min(options.cut_width or tool.diameter, tool.diameter)
-    depth = options.cut_depth or _DEPTH * tool.diameter
+def _mill(tool: Tool, settings: Settings, length: float, material: WorkMaterial, kind: ToolMaterial) -> ToolWork:
+    width = min(settings.of(SpeedOptions).cut_width or tool.diameter, tool.diameter)
+    depth = settings.job.step_down or _DEPTH * tool.diameter
     lives, teeth = material.lives_of(CuttingWork.MILL, kind), tool.teeth or 0
     return ToolWork(tool, CuttingWork.MILL, lives, fed=length, cut=length, width=width, depth=depth, teeth=teeth)
 
@@ -302,7 +304,7 @@ def _grid(work: ToolWork, kind: ToolMaterial, machine: Machine, material: WorkMa
 
 
 def _limits(work: ToolWork, options: SpeedOptions, machine: Machine) -> list[CuttingLimit]:
-    limits = [CuttingLimit("tool life", "--min-life", options.min_life, format_time, lambda y: y.life, at_least=True)]
+    limits = [CuttingLimit("tool life", "tool or material", _LEAST_LIFE, format_time, lambda y: y.life, at_least=True)]
     power = options.max_power or machine.spindle_power
     torque, thrust = machine.spindle_torque, machine.max_thrust
     if power:

@@ -48,7 +48,7 @@ class Drilling(Process):
     title = "drilling"
     options = (DrillOptions,)
     uses = use(ReadOptions) | use(MachineOptions) | ORDERED | WRITTEN
-    uses |= use(JobOptions, but=("material", "keep_order", "tool_diameter")) | use(
+    uses |= use(JobOptions, but=("material", "keep_order", "tool_diameter", "step_down")) | use(
         JobOptions, material=(given("tools"),), diameter_tolerance=()
     )
     uses |= use(PostOptions, *CHANGES)

@@ -44,15 +44,6 @@ class PocketOptions(OptionGroup):
         choices=("highest", "surface"),
         of_file=True,
     )
-    step_down: float | None = option(
-        "quantity",
-        None,
-        "step-down: depth per level",
-        unit="mm",
-        minimum=0.001,
-        maximum=1000,
-        default_words="half the tool diameter",
-    )
     stock: float = option(
         "quantity",
         0.0,

@@ -66,7 +66,7 @@ def prepared(run: Job, source: Source) -> tuple[PocketJob, list[Issue]]:
     levels = tuple(
         levels_of(
             depth,
-            options,
+            settings.job.step_down,
             rules.tool_diameter,
             top if over is None else -depths[over],
             settings.job.thickness,

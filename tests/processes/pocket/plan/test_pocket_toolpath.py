@@ -74,11 +74,10 @@ def lay(path: PocketPath, levels: tuple[float, ...] = (-2.0,), entry: str = "ram
 
 
 def test_levels_are_equal_and_none_is_deeper_than_the_step_down() -> None:
-    options = PocketOptions(step_down=2.0)
-    assert levels_of(5.0, options, 10.0).levels == pytest.approx([-5 / 3, -10 / 3, -5.0])
-    assert levels_of(4.0, options, 10.0).levels == pytest.approx([-2.0, -4.0])
-    assert levels_of(4.0, PocketOptions(), 10.0) == PocketLevels(0.0, (-4.0,))
-    assert levels_of(9.0, options, 10.0, begin=-4.0).levels == pytest.approx([-4 - 5 / 3, -4 - 10 / 3, -9.0])
+    assert levels_of(5.0, 2.0, 10.0).levels == pytest.approx([-5 / 3, -10 / 3, -5.0])
+    assert levels_of(4.0, 2.0, 10.0).levels == pytest.approx([-2.0, -4.0])
+    assert levels_of(4.0, None, 10.0) == PocketLevels(0.0, (-4.0,))
+    assert levels_of(9.0, 2.0, 10.0, begin=-4.0).levels == pytest.approx([-4 - 5 / 3, -4 - 10 / 3, -9.0])
 
 
 def test_finishing_passes_are_two_diameters_deep_at_most() -> None:
@@ -98,7 +97,7 @@ def test_depth_is_needed_and_levels_are_counted() -> None:
     with pytest.raises(OptionError, match="--depth"):
         milled_pockets(Part("part", pockets=(Pocket(box(0, 0, 60, 60)),)), None, 10.0)
     with pytest.raises(OptionError, match="levels"):
-        levels_of(100.0, PocketOptions(step_down=0.01), 10.0)
+        levels_of(100.0, 0.01, 10.0)
 
 
 def test_a_spindle_or_a_feed_that_the_machine_does_not_have_is_refused() -> None:

@@ -93,7 +93,7 @@ def rules_of(options: PocketOptions, diameter: float | None, tolerance: float = 
 
 def levels_of(
     depth: float,
-    options: PocketOptions,
+    step_down: float | None,
     diameter: float,
     begin: float = 0.0,
     thickness: float | None = None,
@@ -118,7 +118,7 @@ def levels_of(
             f"a pocket of {depth:g} mm is below the plate of --thickness {thickness:g} mm by more than "
             f"--break-through {beyond:g} mm: the tool would mill what the plate lies on"
         )
-    step, high = options.step_down or 0.5 * diameter, depth + begin
+    step, high = step_down or 0.5 * diameter, depth + begin
     count = max(math.ceil(high / step - 1e-9), 1)
     if count > MOST_LEVELS:
         raise OptionError(f"--step-down {step:g} mm gives {count:,} levels; {MOST_LEVELS:,} are the most")
