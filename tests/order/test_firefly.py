@@ -141,13 +141,11 @@ def test_the_same_seed_gives_the_same_answer_on_any_number_of_threads(local: boo
     assert local or other.nodes.tolist() != answers[0].nodes.tolist()
 
 
-def test_the_search_ends_when_nothing_got_shorter_for_as_long_as_was_said() -> None:
+def test_the_search_ends_when_nothing_got_shorter_for_twenty_iterations_or_after_those_that_were_asked_for() -> None:
     problem = RoutingProblem.of_points([(0, 0), (0, 9), (9, 9), (9, 0), (5, 5)], closed=True)
-    for patience in (1, 7):
-        found = solve(
-            problem, SolveOptions(algorithm="firefly", bound=False), firefly=FireflyOptions(firefly_patience=patience)
-        )
-        assert found.iterations == patience
+    for iterations in (None, 1, 31):
+        found = solve(problem, SolveOptions(algorithm="firefly", iterations=iterations, bound=False))
+        assert found.iterations == (iterations or firefly.PATIENCE)
 
 
 def test_costs_between_too_many_nodes_are_refused_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:

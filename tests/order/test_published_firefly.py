@@ -135,7 +135,7 @@ def test_the_same_seed_gives_the_same_tour_and_given_ends_stay_ends(mode: str) -
     ways = [
         solve(
             problem, SolveOptions(algorithm="firefly", iterations=300, seed=seed, threads=threads, bound=False),
-            firefly=FireflyOptions(variant="published", firefly_mode=mode, firefly_patience=300),
+            firefly=FireflyOptions(variant="published", firefly_mode=mode),
         )
         for seed, threads in ((1, 1), (1, 2), (2, 1))
     ]  # fmt: skip
@@ -151,8 +151,8 @@ def test_eight_places_have_the_shortest_of_all_orders() -> None:
     orders = np.array([(0, *rest) for rest in itertools.permutations(range(1, 8))])
     shortest = (d[orders[:, :-1], orders[:, 1:]].sum(axis=1) + d[orders[:, -1], 0]).min()
     found = solve(
-        RoutingProblem.of_points(xy, closed=True), SolveOptions(algorithm="firefly", bound=False),
-        firefly=FireflyOptions(variant="published", firefly_patience=200),
+        RoutingProblem.of_points(xy, closed=True), SolveOptions(algorithm="firefly", iterations=400, bound=False),
+        firefly=FireflyOptions(variant="published"),
     )  # fmt: skip
     assert found.cost == pytest.approx(shortest)
 

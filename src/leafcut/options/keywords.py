@@ -559,8 +559,6 @@ class _FireflyOptions1(TypedDict, total=False):
     """
     absorption: float | None
     """Absorption: how fast attractiveness falls with tour distance (γ) (default: 0.015)."""
-    firefly_patience: int | None
-    """Stop after this many iterations without improvement (default: 20; unlimited with --time-limit)."""
 
 
 class _PostOptions1(TypedDict, total=False):

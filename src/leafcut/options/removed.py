@@ -24,6 +24,7 @@ REMOVED = {
     "elitist_weight": "it is the number of ants, as in the book (e of eas)",
     "feed_increase": "--feeds raises a feed by 50 % at most",
     "feed_step": "feeds are tried in steps of 5 mm/min",
+    "firefly_patience": "the search ends after 20 iterations without a gain, or at --iterations or --time-limit",
     "firefly_start": "the published variant starts from random tours, leafcut's from greedy tours",
     "gas_rate": "now --cutting-rate (gas, power and consumables together)",
     "heat_time": "--heat-distance keeps consecutive starts apart",

@@ -128,6 +128,11 @@ class SolveOptions(OptionGroup):
         if self.target_gap is not None and not self.bound:
             raise OptionError("--target-gap: needs the lower bound; leave out --no-bound")
 
+    @property
+    def is_limited(self) -> bool:
+        """Whether a time limit or a number of iterations ends the search."""
+        return self.time_limit is not None or self.iterations is not None
+
 
 @dataclass(frozen=True)
 class AcoOptions(OptionGroup):
@@ -240,13 +245,5 @@ class FireflyOptions(OptionGroup):
         "absorption: how fast attractiveness falls with tour distance (γ)",
         minimum=0,
         maximum=100,
-        needs=(FIREFLIES,),
-    )
-    firefly_patience: int | None = option(
-        "whole",
-        None,
-        "stop after this many iterations without improvement",
-        minimum=1,
-        default_words="20; unlimited with --time-limit",
         needs=(FIREFLIES,),
     )

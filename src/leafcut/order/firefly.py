@@ -91,15 +91,14 @@ class Flight:
 
     @classmethod
     def of(cls, options: FireflyOptions, limited: bool) -> Flight:
-        """Return the parameters; with a time limit nothing else ends the search but what is asked for."""
+        """Return the parameters; a search that is `limited`, in time or iterations, ends there and nowhere else."""
         mode = MODES[options.firefly_mode]
-        patience = options.firefly_patience
         return cls(
             fireflies=options.n_fireflies or mode.fireflies,
             attractiveness=mode.attractiveness if options.attractiveness is None else options.attractiveness,
             absorption=options.absorption,
             switch=0.01 * mode.switch_at,
-            patience=patience if patience is not None else math.inf if limited else PATIENCE,
+            patience=math.inf if limited else PATIENCE,
             at_random=options.variant == "published",
             complex=options.firefly_mode == "complex",
         )

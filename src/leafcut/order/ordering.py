@@ -234,7 +234,7 @@ class Swarm:
                     "--variant published moves closed tours of places: it keeps no precedence, direction or choice of "
                     "starts; use --variant leafcut"
                 )
-            flight = Flight.of(firefly, limited=options.time_limit is not None)
+            flight = Flight.of(firefly, limited=options.is_limited)
             swarm = OrderFireflies(ordering, flight, options.seed, first)
             self._show(brightness=lambda: brightness_of(swarm.lengths), step=lambda: step_of_fireflies(swarm, best))
             self.propose: Propose = swarm.propose

@@ -296,7 +296,7 @@ def _fireflies(instance: Instance, run: AlgorithmRun) -> SearchResult:
     from leafcut.order.loop import search
 
     options, stop, best = run.options, run.stop, run.best
-    flight = room.Flight.of(run.firefly, limited=options.time_limit is not None)
+    flight = room.Flight.of(run.firefly, limited=options.is_limited)
     if run.firefly.variant == "published":
         from leafcut.order.published_firefly import run_published
 
