@@ -12,6 +12,7 @@ from leafcut.errors import OptionError
 from leafcut.model.motion import Kind
 from rs274_moves import moves_of_rs274, run_rs274
 
+MACHINES = Path(leafcut.__file__).parent / "machines"
 FAST = {"process": "drill", "thickness": 5, "algorithm": "nn", "bound": False}
 
 
@@ -27,15 +28,24 @@ def made(holes: Path, **options: Any) -> list[str]:
     return leafcut.optimize(holes, **FAST, **options).text.splitlines()
 
 
+def with_changes(folder: Path, machine: str, *lines: str) -> str:
+    """Return the path of a profile: a shipped one with more lines in the table of tool changes."""
+    profile = (MACHINES / f"{machine}.toml").read_text(encoding="utf-8")
+    more = "".join(f"{line} = true\n" for line in lines)
+    (folder / "mine.toml").write_text(profile.replace("[tool_change]\n", f"[tool_change]\n{more}"), encoding="utf-8")
+    return str(folder / "mine.toml")
+
+
 @pytest.mark.parametrize("machine", ["linuxcnc-mill", "haas-vf2"])
-def test_the_next_tool_is_named_after_each_change_but_the_last(holes: Path, machine: str) -> None:
-    lines = [line for line in made(holes, machine=machine, preselect_tool=True) if line.startswith("T")]
+def test_the_next_tool_is_named_after_each_change_but_the_last(holes: Path, tmp_path: Path, machine: str) -> None:
+    own = with_changes(tmp_path, machine, "preselect")
+    lines = [line for line in made(holes, machine=own) if line.startswith("T")]
     assert lines == ["T1 M6", "T2", "T2 M6", "T3", "T3 M6"]
     assert [line for line in made(holes, machine=machine) if line.startswith("T")] == ["T1 M6", "T2 M6", "T3 M6"]
 
 
-def test_an_optional_stop_stands_before_each_change_with_the_spindle_off(holes: Path) -> None:
-    lines = made(holes, machine="linuxcnc-mill", optional_stop=True)
+def test_an_optional_stop_stands_before_each_change_with_the_spindle_off(holes: Path, tmp_path: Path) -> None:
+    lines = made(holes, machine=with_changes(tmp_path, "linuxcnc-mill", "optional_stop"))
     stops = [number for number, line in enumerate(lines) if line == "M1"]
     assert len(stops) == 2
     for stop in stops:
@@ -47,7 +57,8 @@ def test_an_optional_stop_stands_before_each_change_with_the_spindle_off(holes: 
 def test_the_program_with_them_is_read_back_as_planned_and_moves_as_without(
     holes: Path, tmp_path: Path, rs274: str
 ) -> None:
-    outcome = leafcut.optimize(holes, **FAST, machine="linuxcnc-mill", preselect_tool=True, optional_stop=True)
+    own = with_changes(tmp_path, "linuxcnc-mill", "preselect", "optional_stop")
+    outcome = leafcut.optimize(holes, **FAST, machine=own)
     assert (outcome.path_after.kind == Kind.PAUSE).sum() == 2
     found = []
     for text in (outcome.text, "\n".join(made(holes, machine="linuxcnc-mill")) + "\n"):
@@ -62,6 +73,10 @@ def test_the_program_with_them_is_read_back_as_planned_and_moves_as_without(
     ("machine", "why"),
     [("grbl-3018", "changed by hand"), ("fagor-8055", "takes up the length of its tool")],
 )
-def test_a_tool_is_not_named_ahead_where_its_word_does_more(holes: Path, machine: str, why: str) -> None:
-    with pytest.raises(OptionError, match=f"--preselect-tool: .*{why}.*; leave it out"):
-        made(holes, machine=machine, preselect_tool=True)
+def test_a_tool_is_not_named_ahead_where_its_word_does_more(
+    holes: Path, tmp_path: Path, machine: str, why: str
+) -> None:
+    with pytest.raises(
+        OptionError, match=f"--machine {machine}: .*{why}.*; take tool_change.preselect out of the mach"
+    ):
+        made(holes, machine=with_changes(tmp_path, machine, "preselect"))

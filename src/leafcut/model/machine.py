@@ -75,6 +75,8 @@ class Machine:
     spindle_min_rpm, spindle_max_rpm
     tool_changer
         True: M6 changes by itself; False: a person changes, the program pauses.
+    preselect_tool, optional_stop
+        Whether programs name the next tool after each change, and stop before each if a switch is on (M1).
     tool_change_s
         Time of one change, chip to chip where the machine does it.
     tool_change_position
@@ -117,6 +119,8 @@ class Machine:
     spindle_torque: float = 0.0
     max_thrust: float = 0.0
     tool_changer: bool = True
+    preselect_tool: bool = False
+    optional_stop: bool = False
     tool_change_s: float = 10.0
     tool_change_position: tuple[float, float] | None = None
     spindle_start_s: float = 0.0

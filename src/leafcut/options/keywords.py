@@ -586,14 +586,6 @@ class _PostOptions3(TypedDict, total=False):
 
 
 class _PostOptions4(TypedDict, total=False):
-    # Of optimize, drill.
-    preselect_tool: bool | None
-    """After each tool change, name the next tool (T without M6), so that the magazine has it ready."""
-    optional_stop: bool | None
-    """Optional stop (M1) before each tool change."""
-
-
-class _PostOptions5(TypedDict, total=False):
     # Of optimize, cut.
     beam_power: int | None
     """Laser power for cutting, S word (GRBL: value of $30) (default: 1000)."""
@@ -699,7 +691,6 @@ class OptimizeKeywords(
     _PostOptions2,
     _PostOptions3,
     _PostOptions4,
-    _PostOptions5,
     _StockOptions1,
     _FeedOptions1,
     _SpeedOptions2,
@@ -738,7 +729,6 @@ class DrillKeywords(
     _PostOptions1,
     _PostOptions2,
     _PostOptions3,
-    _PostOptions4,
     total=False,
 ):
     """Keywords of `leafcut.drill`."""
@@ -775,7 +765,7 @@ class CutKeywords(
     _FireflyOptions1,
     _PostOptions1,
     _PostOptions2,
-    _PostOptions5,
+    _PostOptions4,
     _SpeedOptions2,
     total=False,
 ):

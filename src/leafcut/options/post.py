@@ -31,10 +31,6 @@ class PostOptions(OptionGroup):
         "write header comments: source, options, tools, extents, time",
     )
     coolant: bool = option("flag", False, "turn coolant on while cutting")
-    preselect_tool: bool = option(
-        "flag", False, "after each tool change, name the next tool (T without M6), so that the magazine has it ready"
-    )
-    optional_stop: bool = option("flag", False, "optional stop (M1) before each tool change")
     beam_power: int = option(
         "whole",
         1000,

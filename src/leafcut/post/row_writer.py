@@ -32,10 +32,12 @@ class Writer:
         tool_names: Mapping[int, str],
         start_s: float,
         rapid_velocity: float = math.nan,
+        preselect_tool: bool = False,
     ) -> None:
         decimals = dialect.decimals_inch if options.output_units == "inch" else dialect.decimals_mm
         self.path, self.dialect, self.options = path, dialect, options
         self.tool_names, self.start_s, self.rapid_velocity = tool_names, start_s, rapid_velocity
+        self.preselect_tool = preselect_tool
         self.numbers = NumberFormat(options.output_units == "inch", decimals, dialect.point_required)
         self.out = Blocks(dialect, options.line_numbers)
         # Texts of where the tool is, and the same in mm; None and NaN where that is not known.
@@ -327,7 +329,7 @@ class Writer:
             self.out.say(f"T{row.ref}", offset, "M6")
             self.out.modal("D", offset)
             following = next(self.tools, row.ref)
-            if following != row.ref and self.options.preselect_tool:
+            if following != row.ref and self.preselect_tool:
                 self.out.say(f"T{following}")
         self.pending_offset = row.ref if self.dialect.length_offset else None
         # At a height of the machine any tool is clear of the part; elsewhere the new one may be longer.

@@ -79,7 +79,7 @@ class SinumerikWriter(Writer):
         self.out.say(f'T="{row.ref}"')
         self.out.say("M6")
         following = next(self.tools, row.ref)
-        if following != row.ref and self.options.preselect_tool:
+        if following != row.ref and self.preselect_tool:
             self.out.say(f'T="{following}"')
         self.pending_offset = self._tool_now = row.ref
         self.safe = self.at_machine_height

@@ -35,6 +35,7 @@ def write_program(
     tool_names: Mapping[int, str] = _NO_NAMES,
     spindle_start_s: float = 0.0,
     rapid_velocity: float = math.nan,
+    preselect_tool: bool = False,
 ) -> str:
     """Return the program.
 
@@ -54,6 +55,8 @@ def write_program(
         Dwell after a start of the spindle that the toolpath does not follow by a dwell of its own.
     rapid_velocity
         Speed of rapids, mm/s, for a dialect whose G0 states it (`Dialect.rapid_feed`); NaN: not stated.
+    preselect_tool
+        After each tool change name the next tool (T without M6).
 
     Raises
     ------
@@ -62,7 +65,7 @@ def write_program(
     """
     check_options(dialect, options)
     writer = _WRITERS.get(dialect.language, Writer)(
-        toolpath, dialect, options, tool_names, spindle_start_s, rapid_velocity
+        toolpath, dialect, options, tool_names, spindle_start_s, rapid_velocity, preselect_tool
     )
     return writer.program(header if options.header else ())
 

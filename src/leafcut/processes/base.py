@@ -79,8 +79,6 @@ def use(group: type[OptionGroup], *names: str, but: Iterable[str] = (), **needs:
 #: cutting data that a program without speeds of its own is cut with.
 ORDERED = use(SolveOptions) | use(AcoOptions) | use(FireflyOptions)
 WRITTEN = use(PostOptions, *POST, "coolant")
-#: Options of programs that may change tools.
-CHANGES = ("preselect_tool", "optional_stop")
 _LOOKED_UP = (absent("cut_speed"),)
 LOOKED_UP = use(CutDataOptions, "cut_speed")
 LOOKED_UP |= use(CutDataOptions, cut_process=_LOOKED_UP, amps=_LOOKED_UP, nozzle=_LOOKED_UP, chart=_LOOKED_UP)
@@ -252,6 +250,7 @@ class Process(Work, Protocol):
             header(plan, given, best),
             tool_names=tool_names(plan),
             rapid_velocity=max(plan.job.machine.rapid_velocity),
+            preselect_tool=plan.job.machine.preselect_tool,
         )
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:

@@ -113,11 +113,6 @@ def check_words_used(settings: Settings, machine: Machine, words: Dialect) -> No
         ("beam_power", powered, no_power),
         ("mark_power", powered, no_power),
         ("coolant", words.torch is None, f"{words.name} has no coolant"),
-        ("preselect_tool", machine.tool_changer, f"tools of {machine.name} are changed by hand"),
-        ("preselect_tool", words.tool_change == "M6", f"{words.name} has no M6"),
-        ("preselect_tool", words.language != "klartext", f"{words.name} programs name no tool before its call"),
-        ("preselect_tool", words.length_offset != "D", f"a T of {words.name} takes up the length of its tool, too"),
-        ("optional_stop", "M1" in words.m_words.split(), f"{words.name} has no M1"),
     ):
         if name in settings.asked and not used:
             raise OptionError(f"{flag_name(name)}: {why}; leave it out")

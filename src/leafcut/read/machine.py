@@ -192,6 +192,8 @@ def _machine_of(data: dict[str, Any], place: str) -> Machine:
         max_thrust=spindle.quantity("max_thrust", "N", 0.0),
         spindle_start_s=spindle.quantity("start_time", "s"),
         tool_changer=change.flag("automatic", True),
+        preselect_tool=change.flag("preselect", False),
+        optional_stop=change.flag("optional_stop", False),
         tool_change_s=change.quantity("time", "s"),
         tool_change_position=change.optional("position", lambda key: _xy(change.vector(key, "mm", size=2))),
         nozzle_diameter=top.quantity("nozzle_diameter", "mm"),

@@ -294,6 +294,12 @@ PROFILE_KEYS: tuple[ProfileKey, ...] = (
         told=True,
     ),
     ProfileKey(
+        "tool_change.preselect",
+        "true: programs name the next tool after each change (T without M6), so that the magazine has it ready",
+        False,
+    ),
+    ProfileKey("tool_change.optional_stop", "true: an optional stop (M1) before each change", False),
+    ProfileKey(
         "tool_change.time",
         "time of one change",
         "10 s",

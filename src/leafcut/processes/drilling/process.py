@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 from leafcut.model.cutter import bodies_of
 from leafcut.model.kinds import Head
-from leafcut.options import JobOptions, MachineOptions, PostOptions, ReadOptions, Settings
+from leafcut.options import JobOptions, MachineOptions, ReadOptions, Settings
 from leafcut.options.condition import given
-from leafcut.processes.base import CHANGES, ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, use
+from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, use
 from leafcut.processes.drilling.options import DrillOptions
 
 if TYPE_CHECKING:
@@ -51,7 +51,6 @@ class Drilling(Process):
     uses |= use(JobOptions, but=("material", "keep_order", "tool_diameter", "step_down")) | use(
         JobOptions, material=(given("tools"),), diameter_tolerance=()
     )
-    uses |= use(PostOptions, *CHANGES)
     otherwise = {"keep_order": "--algorithm none keeps the order of the drawing"}  # noqa: RUF012  # the protocol says that it is of the class
     helps = {  # noqa: RUF012  # the protocol says that it is of the class
         "thickness": ("thickness of the plate: the holes go through", "unknown: the holes are blind"),
@@ -81,7 +80,7 @@ class Drilling(Process):
             ),
         ),
         ("place", (*PLACE, "work_offset")),
-        ("post", (*POST, "coolant", *CHANGES)),
+        ("post", (*POST, "coolant")),
         ("solve", SEARCH_MORE),
     )
 
@@ -107,7 +106,7 @@ class Drilling(Process):
         """Return one stage of tasks for each tool: a hole has one choice, a slot two directions."""
         from leafcut.gcode.dialects import dialect
         from leafcut.processes.drilling.plan.drill_toolpath import stages_of
-        from leafcut.processes.drilling.spec import planned, wanted_nodes
+        from leafcut.processes.drilling.spec import check_tool_changes, planned, wanted_nodes
         from leafcut.processes.job import check_words_used
         from leafcut.processes.plan import Plan
 
@@ -115,6 +114,7 @@ class Drilling(Process):
         words = dialect(job.settings.post.dialect or job.machine.controller)
         job = job.for_words(words)
         check_words_used(job.settings, job.machine, words)
+        check_tool_changes(job.machine, words)
         wanted = wanted_nodes(work, job.settings.of(DrillOptions).hole_order)
         return Plan(
             job=job,
@@ -215,6 +215,4 @@ def _motion(plan: Plan, work: DrillPlan, order: Order) -> Toolpath:
 
     machine, post = plan.job.machine, plan.job.settings.post
     pause = plan.words.hand_change_pause and not machine.tool_changer
-    return lay_toolpath(
-        work, machine, order.choices, coolant=post.coolant, pause=pause, optional_stop=post.optional_stop
-    )
+    return lay_toolpath(work, machine, order.choices, coolant=post.coolant, pause=pause)

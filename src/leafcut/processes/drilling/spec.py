@@ -20,6 +20,8 @@ from leafcut.processes.drilling.plan.drilling import DrillPlan, plan_drilling
 from leafcut.processes.job import Job, library_of
 
 if TYPE_CHECKING:
+    from leafcut.gcode.dialects import Dialect
+    from leafcut.model.machine import Machine
     from leafcut.processes.drilling.plan.drilling import DrillPlan
     from leafcut.read.format import Source
 
@@ -165,3 +167,28 @@ def wanted_nodes(plan: DrillPlan, path: Path | None) -> dict[int, Ints]:
                 raise PlanError(f"{what}: hole {hole + 1} is listed twice")
         found[number] = np.array([node_of[hole] for hole in holes], dtype=np.int32)
     return found
+
+
+def check_tool_changes(machine: Machine, words: Dialect) -> None:
+    """Refuse a profile that wants tool changes for which the controller has no words.
+
+    Raises
+    ------
+    OptionError
+        The key of the profile, and the reason.
+    """
+    for possible, why in (
+        (machine.tool_changer, "its tools are changed by hand"),
+        (words.tool_change == "M6", f"{words.name} has no M6"),
+        (words.language != "klartext", f"{words.name} programs name no tool before its call"),
+        (words.length_offset != "D", f"a T of {words.name} takes up the length of its tool, too"),
+    ):
+        if machine.preselect_tool and not possible:
+            raise OptionError(
+                f"--machine {machine.name}: {why}; take tool_change.preselect out of the machine's profile"
+            )
+    if machine.optional_stop and "M1" not in words.m_words.split():
+        raise OptionError(
+            f"--machine {machine.name}: {words.name} has no M1; take tool_change.optional_stop out of the machine's "
+            "profile"
+        )

@@ -18,7 +18,7 @@ from leafcut.options import (
     SpeedOptions,
 )
 from leafcut.options.condition import one_of
-from leafcut.processes.base import CHANGES, ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, Process, all_of, use
+from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, Process, all_of, use
 from leafcut.processes.cutting_machines import for_cutting
 from leafcut.processes.sheet.options import CutOptions
 
@@ -51,7 +51,7 @@ class SheetCutting(Process):
     uses = use(ReadOptions, but=("z_zero",)) | use(SheetOptions) | use(MachineOptions)
     uses |= use(JobOptions, *_JOB, start_point=(one_of("start_corner", "free"),)) | use(CutDataOptions)
     uses |= use(SpeedOptions, "shop_rate")
-    uses |= ORDERED | use(PostOptions, but=("coolant", *CHANGES))
+    uses |= ORDERED | use(PostOptions, but=("coolant",))
     helps = {  # noqa: RUF012  # the protocol says that it is of the class
         "thickness": ("thickness of the sheet", "must be given"),
         "material": ("material of the sheet, by its name in the cut chart", ""),

@@ -90,15 +90,13 @@ def lay_toolpath(
     *,
     coolant: bool = False,
     pause: bool = False,
-    optional_stop: bool = False,
 ) -> Toolpath:
     """Return the motions of the whole program: `orders` has one array of nodes per operation.
 
     Between holes the tool travels at the R plane (G99) or at the initial plane (G98, `always_initial`). A move over a
     keep-out zone is lifted by a rapid of its own, not by G98 on a single hole: LinuxCNC 2.9 was seen to rise on a slant
     when G98 follows G99 in one series of cycles, other controllers do not. With `pause` the program waits (M0) after
-    every tool change, for a controller whose M6 may not; with `optional_stop` it stops (M1) before each, if a switch of
-    the machine says so.
+    every tool change, for a controller whose M6 may not.
     """
     builder = ToolpathBuilder()
     if machine.safe_z is not None:
@@ -106,7 +104,7 @@ def lay_toolpath(
     for number, (operation, nodes) in enumerate(zip(plan.operations, orders, strict=True)):
         if number:
             _leave_for_tool_change(builder, plan, machine, coolant)
-            if optional_stop:
+            if machine.optional_stop:
                 builder.pause(optional=True)
         take_tool(builder, machine, operation.tool, plan.clearance_height, coolant=coolant, pause=pause)
         if operation.slots:
