@@ -18,6 +18,7 @@ from leafcut.options.option_spec import OptionGroup, flag_name, written
 from leafcut.processes import registry
 from leafcut.processes.settings import all_options, collect, settings_for, used_by
 from meshes import binary_stl, box_triangles
+from own_machines import machine_of_power
 
 TOOLS = """
 [[tool]]
@@ -137,7 +138,7 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
             **common,
         )
         api.optimize(at["pocket.png"], machine="haas-vf2", pixel_size=1, **common)
-        fed = {"feeds": True, "max_power": "5 kW", "strategy": "zigzag", "step_over": 0.4}
+        fed = {"feeds": True, "machine": machine_of_power(out, "5 kW"), "strategy": "zigzag", "step_over": 0.4}
         (out / "teeth.toml").write_text(TOOLS.replace('kind = "end-mill"', 'kind = "end-mill"\nteeth = 3'))
         api.optimize(at["pocket.dxf"], tools=out / "teeth.toml", material="c45", open_paths="drop", **fed, **common)
     elif work == "program":

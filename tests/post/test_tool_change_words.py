@@ -10,9 +10,9 @@ import pytest
 import leafcut
 from leafcut.errors import OptionError
 from leafcut.model.motion import Kind
+from own_machines import own_machine
 from rs274_moves import moves_of_rs274, run_rs274
 
-MACHINES = Path(leafcut.__file__).parent / "machines"
 FAST = {"process": "drill", "thickness": 5, "algorithm": "nn", "bound": False}
 
 
@@ -28,12 +28,9 @@ def made(holes: Path, **options: Any) -> list[str]:
     return leafcut.optimize(holes, **FAST, **options).text.splitlines()
 
 
-def with_changes(folder: Path, machine: str, *lines: str) -> str:
-    """Return the path of a profile: a shipped one with more lines in the table of tool changes."""
-    profile = (MACHINES / f"{machine}.toml").read_text(encoding="utf-8")
-    more = "".join(f"{line} = true\n" for line in lines)
-    (folder / "mine.toml").write_text(profile.replace("[tool_change]\n", f"[tool_change]\n{more}"), encoding="utf-8")
-    return str(folder / "mine.toml")
+def with_changes(folder: Path, machine: str, *keys: str) -> str:
+    """Return the path of a profile that wants more at a tool change."""
+    return own_machine(folder, machine, tool_change=dict.fromkeys(keys, True))
 
 
 @pytest.mark.parametrize("machine", ["linuxcnc-mill", "haas-vf2"])

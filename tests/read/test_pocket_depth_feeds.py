@@ -14,6 +14,7 @@ from leafcut import api
 from leafcut.model.toolpath import Kind
 from leafcut.read.work_materials import load_material
 from made_solids import box, cut, rounded, saved
+from own_machines import machine_of_power
 
 pytestmark = pytest.mark.usefixtures("opencascade_at_hand")
 
@@ -38,8 +39,9 @@ def test_the_deepest_level_of_all_pockets_counts_for_the_power_of_each(tmp_path:
     )  # fmt: skip
     (tmp_path / "shop.toml").write_text(LIBRARY)
     found = api.optimize(
-        saved(tmp_path / "two.step", solid), process="pocket", preset="fast", threads=1, machine="linuxcnc-mill",
-        strategy="contour", tools=tmp_path / "shop.toml", feeds=True, material="c45", max_power="0.4 kW",
+        saved(tmp_path / "two.step", solid), process="pocket", preset="fast", threads=1,
+        machine=machine_of_power(tmp_path, "0.4 kW"),
+        strategy="contour", tools=tmp_path / "shop.toml", feeds=True, material="c45",
     )  # fmt: skip
     path = found.written
     assert path is not None

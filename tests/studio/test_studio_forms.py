@@ -36,7 +36,7 @@ EN = words("en")
 #: Done by the studio itself, or of `leafcut stock` alone.
 NOT_OFFERED = {
     "part", "save_plan", "save_norms", "all_variants", "remnants_out", "remnant_size",
-    *(set(SpeedOptions.specs()) - {"max_power", "shop_rate"}),
+    *(set(SpeedOptions.specs()) - {"shop_rate"}),
 }  # fmt: skip
 #: A page says the feed of a program's materials by the speed alone.
 OF_A_CHART = {"cut_process", "material", "thickness", "amps", "nozzle", "chart"}

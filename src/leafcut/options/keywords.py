@@ -644,12 +644,6 @@ class _SpeedOptions2(TypedDict, total=False):
     """Cost of machine and operator by the hour, in any currency (default: 60 for cutting-data, else 0)."""
 
 
-class _SpeedOptions3(TypedDict, total=False):
-    # Of optimize, pocket, reorder, tool_speeds.
-    max_power: Quantity | None
-    """Limit of the spindle's power (kW; default: the machine's, else none)."""
-
-
 class OptimizeKeywords(
     _ReadOptions1,
     _ReadOptions2,
@@ -694,7 +688,6 @@ class OptimizeKeywords(
     _StockOptions1,
     _FeedOptions1,
     _SpeedOptions2,
-    _SpeedOptions3,
     total=False,
 ):
     """Keywords of `leafcut.optimize`."""
@@ -804,7 +797,6 @@ class PocketKeywords(
     _PostOptions2,
     _PostOptions3,
     _FeedOptions1,
-    _SpeedOptions3,
     total=False,
 ):
     """Keywords of `leafcut.pocket`."""
@@ -837,7 +829,6 @@ class ReorderKeywords(
     _PostOptions1,
     _StockOptions1,
     _FeedOptions1,
-    _SpeedOptions3,
     total=False,
 ):
     """Keywords of `leafcut.reorder`."""
@@ -935,7 +926,6 @@ class ToolSpeedsKeywords(
     _SolveOptions2,
     _SpeedOptions1,
     _SpeedOptions2,
-    _SpeedOptions3,
     total=False,
 ):
     """Keywords of `leafcut.tool_speeds`."""

@@ -60,12 +60,3 @@ class SpeedOptions(OptionGroup):
         maximum=1e6,
         default_words="60 for cutting-data, else 0",
     )
-    max_power: float | None = option(
-        "quantity",
-        None,
-        "limit of the spindle's power",
-        unit="W",
-        minimum=1,
-        maximum=1e6,
-        default_words="the machine's, else none",
-    )

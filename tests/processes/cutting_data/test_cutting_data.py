@@ -17,6 +17,7 @@ from leafcut.errors import LeafcutError, OptionError, PlanError
 from leafcut.model.cutting_front import CuttingData
 from leafcut.processes.cutting_data import run as run_of_speeds
 from leafcut.read.tools import load_tools
+from own_machines import machine_of_power
 
 LIBRARY = """# my tools
 [[tool]]
@@ -111,18 +112,18 @@ def test_each_objective_chooses_the_best_of_all_that_is_allowed_and_the_front_ru
 
 
 @pytest.mark.parametrize(
-    ("limit", "least_life", "of"),
+    ("power", "least_life", "of"),
     [
-        ({"max_power": "0.3 kW"}, 300.0, lambda p: p.power / 300.0),
-        ({}, 7200.0, lambda p: 7200.0 / p.life),
+        ("0.3 kW", 300.0, lambda p: p.power / 300.0),
+        ("300 kW", 7200.0, lambda p: 7200.0 / p.life),
     ],
 )
 def test_no_point_is_beyond_a_limit_and_the_limit_is_what_stops_the_quickest(
-    limit: dict[str, Any], least_life: float, of: Any, monkeypatch: pytest.MonkeyPatch
+    power: str, least_life: float, of: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     free = chosen(leafcut.tool_speeds(**DRILL, objective="time"))
     monkeypatch.setattr(run_of_speeds, "_LEAST_LIFE", least_life)
-    bound = chosen(leafcut.tool_speeds(**DRILL, **limit, objective="time"))
+    bound = chosen(leafcut.tool_speeds(**DRILL, machine=machine_of_power(tmp_path, power), objective="time"))
     assert of(free.best) > 1.0
     assert all(of(point) <= 1.0 + 1e-9 for point in bound.points)
     assert max(map(of, bound.points)) > 0.9
@@ -266,7 +267,6 @@ def test_the_costs_of_the_library_count(library: Path) -> None:
         ({"holes": None}, "no number of holes: give a drawing or --holes"),
         ({"depth": None}, "no depth of holes: give --depth or --thickness"),
         ({"shop_rate": -3}, "--shop-rate: -3 is below the minimum of 0"),
-        ({"max_power": "1 W"}, "has a power of at most 0.001 kW: it is at least"),
         ({"min_life": "5h"}, "--min-life was removed in 1.0: a tool lasts 5 min in the cut at least"),
         ({"step_down": 3}, "--step-down: only used with --cut-length"),
         ({"material": "6061", "tool_material": "carbide"}, "no tool-life constants of carbide drills; there are those"),
@@ -282,6 +282,12 @@ def test_what_cannot_be_chosen_is_refused_in_one_line_that_says_why(given: dict[
         leafcut.tool_speeds(**options)
     assert words in str(refused.value)
     assert "\n" not in str(refused.value)
+
+
+def test_a_spindle_without_the_power_for_any_speed_is_refused(tmp_path: Path) -> None:
+    words = "has a power of at most 0.001 kW: it is at least .*; change spindle.power of the machine"
+    with pytest.raises(PlanError, match=words):
+        leafcut.tool_speeds(**DRILL, machine=machine_of_power(tmp_path, "1 W"))
 
 
 def test_files_are_refused_before_anything_is_written(tmp_path: Path, library: Path, examples: Path) -> None:

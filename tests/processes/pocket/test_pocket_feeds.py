@@ -26,6 +26,7 @@ from leafcut.processes.pocket.proof.chips import measured_chips
 from leafcut.processes.registry import report_of
 from leafcut.read.work_materials import load_material
 from leafcut.report.json_answer import as_json
+from own_machines import machine_of_power
 
 #: A pocket of 28 × 20 mm with round corners.
 POCKET = shapely.box(5, 5, 23, 15).buffer(5, quad_segs=32)
@@ -157,16 +158,18 @@ def library_tool(tmp_path: Path) -> dict[str, Any]:
     return {**GIVEN, "feed": None, "spindle_speed": None, "tools": tmp_path / "shop.toml", "material": "c45"}
 
 
-def test_a_weak_spindle_lowers_the_feed_in_slots(drawing: Path, library_tool: dict[str, Any]) -> None:
-    slow = api.optimize(drawing, feeds=True, max_power="0.16 kW", **library_tool)
+def test_a_weak_spindle_lowers_the_feed_in_slots(drawing: Path, tmp_path: Path, library_tool: dict[str, Any]) -> None:
+    slow = api.optimize(drawing, feeds=True, machine=machine_of_power(tmp_path, "0.16 kW"), **library_tool)
     low, high = slow.detail.pace.tools[0].feed_after
     assert low < 9.7
     assert high > 10.0
 
 
-def test_a_spindle_too_weak_for_any_feed_is_refused(drawing: Path, library_tool: dict[str, Any]) -> None:
+def test_a_spindle_too_weak_for_any_feed_is_refused(
+    drawing: Path, tmp_path: Path, library_tool: dict[str, Any]
+) -> None:
     with pytest.raises(PlanError, match=r"the spindle gives 0\.0398 kW to it; give a smaller --step-down"):
-        api.optimize(drawing, feeds=True, max_power="0.053 kW", **library_tool)
+        api.optimize(drawing, feeds=True, machine=machine_of_power(tmp_path, "0.053 kW"), **library_tool)
 
 
 def test_a_material_of_unknown_force_gives_a_warning(drawing: Path, library_tool: dict[str, Any]) -> None:
@@ -184,10 +187,6 @@ def test_a_material_of_unknown_force_gives_a_warning(drawing: Path, library_tool
         ({"feed": None, "spindle_speed": None}, "feed and spindle speed of T1 .* --feed and --spindle"),
         ({"feed": None}, "the feed of T1 end-mill Ø6 is not stated, .*; give --feed, or"),
         ({"spindle_speed": None}, "the spindle speed of T1 end-mill Ø6 is not stated"),
-        ({"max_power": "2 kW"}, "--max-power: only used with --material"),
-        ({"max_power": "2 kW", "material": "c45"}, "--max-power: the number of teeth of T1 end-mill Ø6 is not known"),
-        ({"max_power": "2 kW", "material": "plastic"}, "--max-power: the force that 'plastic' needs is not known"),
-        ({"feeds": None, "max_power": "2 kW"}, "--max-power: only used with --feeds"),
     ],
 )
 def test_feeds_are_refused_where_their_data_are_missing(options: dict[str, Any], words: str, drawing: Path) -> None:
@@ -200,15 +199,15 @@ def test_feeds_are_refused_where_their_data_are_missing(options: dict[str, Any],
     [("helix", 3.0), *(pytest.param(*entry, marks=pytest.mark.slow) for entry in [("ramp", 3.0), ("helix", 8.0)])],
 )
 def test_a_ramp_or_helix_keeps_the_power_limit_by_a_height_field(
-    entry: str, angle: float, drawing: Path, library_tool: dict[str, Any]
+    entry: str, angle: float, drawing: Path, tmp_path: Path, library_tool: dict[str, Any]
 ) -> None:
     """Cells measure the volume that each descending move removes; without the limit it needs more power."""
     given = {**library_tool, "entry": entry, "entry_angle": f"{angle} deg", "plunge_feed": "400 mm/min"}
-    weak = api.optimize(drawing, feeds=True, max_power=f"{200 / DRIVE_EFFICIENCY} W", **given)
+    weak = api.optimize(drawing, feeds=True, machine=machine_of_power(tmp_path, f"{200 / DRIVE_EFFICIENCY} W"), **given)
     limit = weak.detail.pace.tools[0].limits[0]
     assert (limit.name, limit.limit) == ("power", pytest.approx(200.0))
     assert limit.after <= 200.0 * 1.0001
-    strong = api.optimize(drawing, feeds=True, max_power="10 kW", **given)
+    strong = api.optimize(drawing, feeds=True, machine=machine_of_power(tmp_path, "10 kW"), **given)
     needs = [_power_down(found.text) for found in (weak, strong)]
     assert needs[0] < 200.0 * 1.02
     assert needs[1] > needs[0] * 1.1
@@ -228,7 +227,9 @@ def _power_down(text: str) -> float:
     return float((((found.rate[sinks] - end) * force[0] + end * force[1]) / 1000.0).max())
 
 
-def test_a_plunge_keeps_the_power_by_hand_and_is_refused_above_it(drawing: Path, library_tool: dict[str, Any]) -> None:
+def test_a_plunge_keeps_the_power_by_hand_and_is_refused_above_it(
+    drawing: Path, tmp_path: Path, library_tool: dict[str, Any]
+) -> None:
     """9π mm² × feed × kc of what a tooth sinks, 300 of them in a second: that is within 100 W, and 400 mm/min are not.
 
     The proof finds a plunge that needs more in the full, and lets one pass where a slot as deep has been.
@@ -239,7 +240,9 @@ def test_a_plunge_keeps_the_power_by_hand_and_is_refused_above_it(drawing: Path,
         return 9.0 * math.pi * feed / 60.0 * steel.kc11 * (feed / 60.0 / 300.0) ** -steel.mc / 1000.0
 
     given = {**library_tool, "entry": "plunge", "plunge_feed": "400 mm/min"}
-    found = api.optimize(drawing, feeds=True, max_power=f"{200 / DRIVE_EFFICIENCY} W", **given)
+    found = api.optimize(
+        drawing, feeds=True, machine=machine_of_power(tmp_path, f"{200 / DRIVE_EFFICIENCY} W"), **given
+    )
     path = found.written
     before = path.before
     down = (path.kind == Kind.FEED) & (before[:, 2] > path.end[:, 2]) & (before[:, 2] <= 0.5)

@@ -232,7 +232,7 @@ def _front(
     own = tool.life_cost if tool.life_cost is not None else _TOOL_COST
     prices = Prices(_shop_rate(options) / _SECONDS_PER_HOUR, own, _WORN_CHANGE, _MAX_LIFE)
     grid = _grid(work, kind, machine, material)
-    limits = _limits(work, options, machine)
+    limits = _limits(work, machine)
     found: list[Yields] = []
     candidates = allowed = 0
     for rpm, feed in grid.blocks():
@@ -303,12 +303,15 @@ def _grid(work: ToolWork, kind: ToolMaterial, machine: Machine, material: WorkMa
     )
 
 
-def _limits(work: ToolWork, options: SpeedOptions, machine: Machine) -> list[CuttingLimit]:
+def _limits(work: ToolWork, machine: Machine) -> list[CuttingLimit]:
     limits = [CuttingLimit("tool life", "tool or material", _LEAST_LIFE, format_time, lambda y: y.life, at_least=True)]
-    power = options.max_power or machine.spindle_power
-    torque, thrust = machine.spindle_torque, machine.max_thrust
+    power, torque, thrust = machine.spindle_power, machine.spindle_torque, machine.max_thrust
     if power:
-        limits.append(CuttingLimit("power", "--max-power", power, lambda w: f"{w / 1000.0:.3g} kW", lambda y: y.power))
+        limits.append(
+            CuttingLimit(
+                "power", "spindle.power of the machine", power, lambda w: f"{w / 1000.0:.3g} kW", lambda y: y.power
+            )
+        )
     if torque:
         limits.append(
             CuttingLimit(

@@ -16,9 +16,7 @@ from leafcut.options import (
     ReadOptions,
     Settings,
     SheetOptions,
-    SpeedOptions,
 )
-from leafcut.options.condition import given
 from leafcut.options.search import FIREFLIES
 from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, all_of, use
 from leafcut.processes.pocket.options import PocketOptions
@@ -55,7 +53,7 @@ class Pocketing(Process):
     uses = use(ReadOptions, "units", "layers", "solid", "up", "z_zero", *PLACE, "strict") | use(
         SheetOptions, "join_tolerance", "open_paths"
     )
-    uses |= use(FeedOptions) | use(SpeedOptions, max_power=(given("feeds"),))
+    uses |= use(FeedOptions)
     uses |= use(PocketDrawingOptions) | use(MachineOptions) | use(JobOptions, but=("keep_order",)) | ORDERED | WRITTEN
     #: Whatever the algorithm is, fireflies may order the grid: every strategy is tried.
     uses |= {name: tuple(one for one in needs if one != FIREFLIES) for name, needs in use(FireflyOptions).items()}
@@ -81,7 +79,7 @@ class Pocketing(Process):
         ("main", _MAIN),
         ("search", SEARCH),
         ("pocket", (*all_of(PocketOptions, _MAIN), *all_of(PocketDrawingOptions, _MAIN), "spindle_speed", "material")),
-        ("pace", ("feeds", "max_power")),
+        ("pace", ("feeds",)),
         ("place", (*PLACE, *_PLACES)),
         ("read", ("units", "layers", "solid", "up", "z_zero", "join_tolerance", "strict")),
         ("post", (*POST, "coolant")),

@@ -27,7 +27,7 @@ from leafcut.model.pace import Pace, PaceRules, PaceStretch, SpindleLoad, ToolLi
 from leafcut.model.pace_change import FeedLimit, PaceChange, ToolPace
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import MOTIONS, Kind
-from leafcut.options import FeedOptions, SpeedOptions, flag_name
+from leafcut.options import FeedOptions, flag_name
 from leafcut.processes.job import Job
 from leafcut.processes.keep_out import meetings
 from leafcut.processes.program.options import ResequenceOptions
@@ -535,7 +535,7 @@ class _Job:
         if spindle is None:
             yield "power and torque do not limit feeds: give --material"
         elif not spindle.limited:
-            yield "power and torque do not limit feeds: the machine's are unknown; give --max-power"
+            yield "power and torque do not limit feeds: the machine's are unknown; give spindle.power in its profile"
         elif toothless:
             yield f"power and torque do not limit feeds of {named(toothless)}: give the number of teeth with --tools"
         yield "slots are fed as other cuts"
@@ -577,16 +577,14 @@ def _spindle(run: Job) -> SpindleLoad | None:
     Raises
     ------
     OptionError
-        The material is not known, or a limit is given without one.
+        The material is not known.
     """
     from leafcut.read.work_materials import load_material
 
     if "material" not in run.settings.given:
-        if "max_power" in run.settings.given:
-            raise OptionError("--max-power: only used with --material; add --material or leave it out")
         return None
     material = load_material(run.settings.job.material)
-    power = run.settings.of(SpeedOptions).max_power or run.machine.spindle_power
+    power = run.machine.spindle_power
     return SpindleLoad(material, power or math.inf, run.machine.spindle_torque or math.inf, DRIVE_EFFICIENCY)
 
 

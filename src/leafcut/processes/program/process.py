@@ -15,7 +15,6 @@ from leafcut.options import (
     PostOptions,
     ReadOptions,
     Settings,
-    SpeedOptions,
     StockOptions,
 )
 from leafcut.options.condition import given
@@ -66,7 +65,6 @@ class ForeignProgram(Process):
         clearance_height=(given("keep_out"),),
     )
     uses |= use(StockOptions, but=("part",)) | use(FeedOptions)
-    uses |= use(SpeedOptions, max_power=(given("feeds"),))
     uses |= use(PostOptions, "dialect", "header", "line_numbers")
     otherwise = {  # noqa: RUF012  # the protocol says that it is of the class
         "output_units": "a program keeps its own units",
@@ -96,7 +94,6 @@ class ForeignProgram(Process):
             (
                 "low_retracts",
                 "material",
-                "max_power",
                 "solid",
                 "up",
                 "z_zero",

@@ -18,7 +18,7 @@ from leafcut.model.machine import Machine
 from leafcut.model.pocket import FILM, PocketLevels, PocketRules
 from leafcut.model.tool import Tool
 from leafcut.model.work_material import WorkMaterial
-from leafcut.options import Settings, SpeedOptions
+from leafcut.options import Settings
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.rules import MillingData, finishing_levels
 from leafcut.units import SECONDS_PER_MINUTE
@@ -65,7 +65,7 @@ def feed_limits(
     limits = FeedLimits(
         tool.diameter, tool.feed, tool.spindle_rpm, most, depth, finish, FILM * tool.diameter,
     )  # fmt: skip
-    power = _power(settings, machine, tool)
+    power = _power(machine, tool)
     if power is None:
         return limits, []
     if material is None or not tool.teeth:
@@ -76,31 +76,13 @@ def feed_limits(
 
 
 def _unlimited(settings: Settings, tool: Tool, material: WorkMaterial | None) -> Issue:
-    """Return why the power of the machine's spindle limits no feed.
-
-    Raises
-    ------
-    OptionError
-        A limit of the spindle was given.
-    """
-    asked = "max_power" in settings.given
+    """Return why the power of the machine's spindle limits no feed."""
     if "material" not in settings.given:
-        if asked:
-            raise OptionError("--max-power: only used with --material; add --material or leave it out")
         return Issue("L705", "power and torque do not limit feeds: give --material", severity=Severity.NOTE)
     if material is None:
         name = settings.job.material
-        if asked:
-            raise OptionError(
-                f"--max-power: the force that '{name}' needs is not known; name a material of "
-                "`leafcut list materials` with --material"
-            )
         words = f"power and torque do not limit feeds: the force that '{name}' needs is not known"
         return Issue("L705", f"{words}; name a material of `leafcut list materials`", severity=Severity.NOTE)
-    if asked:
-        raise OptionError(
-            f"--max-power: the number of teeth of {tool.label} is not known; give a library that states it with --tools"
-        )
     words = f"power and torque do not limit feeds of {tool.label}: give the number of teeth with --tools"
     return Issue("L705", words, severity=Severity.NOTE)
 
@@ -144,9 +126,9 @@ def _check_stated(settings: Settings, tool: Tool, mill: Tool | None) -> None:
         )
 
 
-def _power(settings: Settings, machine: Machine, tool: Tool) -> float | None:
+def _power(machine: Machine, tool: Tool) -> float | None:
     """Return what the spindle gives to a cut at the tool's speed, W; None where that is not known."""
-    power, torque = settings.of(SpeedOptions).max_power or machine.spindle_power, machine.spindle_torque
+    power, torque = machine.spindle_power, machine.spindle_torque
     found = [power * DRIVE_EFFICIENCY] if power else []
     if torque:
         found.append(torque / 1000.0 * math.tau * tool.spindle_rpm / SECONDS_PER_MINUTE)
