@@ -5,8 +5,8 @@
     python -m benchmarks golden compare FOLDER OTHER
 
 It writes programs, JSON answers, report pages, plan files and studio drawings, for the shipped examples and for the
-programs in ``tests/styles``, each on three machines. Without the measured seconds the output repeats (same seed, same
-program). A refusal is written as its message.
+programs in ``tests/styles``, each on three machines, and for sheets on which each option of cutting has an effect.
+Without the measured seconds the output repeats (same seed, same program). A refusal is written as its message.
 """
 
 from __future__ import annotations
@@ -60,6 +60,54 @@ VARIANTS: dict[str, tuple[str, str, dict[str, Any]]] = {
     ),
 }
 
+_PLASMA = {"machine": "plasma-table", "thickness": 6.0, "iterations": 20}
+_LASER = {"machine": "laser-table", "thickness": 3.0, "iterations": 20}
+#: Sheets that `drawn_sheets` draws: name → (drawing, options). ``planned`` is True for the plan of the same sheet by
+#: nearest neighbours, a part of whose choices is fixed.
+SHEETS: dict[str, tuple[str, dict[str, Any]]] = {
+    "leads": ("crowded", _PLASMA),
+    "leads-again": ("tight", _PLASMA),
+    "leads-nearest": ("crowded", {**_PLASMA, "algorithm": "nn"}),
+    "leads-given": ("plain", {**_PLASMA, "algorithm": "none"}),
+    "leads-distance": ("tight", {**_PLASMA, "objective": "distance"}),
+    "lines": ("crowded", {**_PLASMA, "lead_in": "line", "lead_out": "none"}),
+    "chains": ("tight", {**_PLASMA, "chains": True}),
+    "chains-sweep": ("crowded", {**_PLASMA, "chains": True, "sweep": "y", "start_corner": "upper-right"}),
+    "common": ("joined", {**_PLASMA, "common_lines": True, "kerf": 2.0}),
+    "common-laser": ("joined", {**_LASER, "common_lines": True, "kerf": 2.0}),
+    "common-sweep": ("joined", {**_PLASMA, "common_lines": True, "kerf": 2.0, "sweep": "x"}),
+    "joints": ("crowded", {**_PLASMA, "micro_joints": 1, "joint_width": 0.8}),
+    "joints-laser": ("tight", {**_LASER, "micro_joints": 2}),
+    "heat": ("tight", {**_PLASMA, "heat_distance": 40.0}),
+    "heat-laser": ("tight", {**_LASER, "heat_distance": 40.0}),
+    "sweep": ("crowded", {**_PLASMA, "sweep": "x", "start_corner": "lower-right"}),
+    "sweep-heat": ("tight", {**_PLASMA, "sweep": "y", "heat_distance": 30.0}),
+    "plan": ("crowded", {**_PLASMA, "planned": True}),
+    "plan-kept": ("crowded", {**_PLASMA, "planned": True, "keep_order": True}),
+    "plan-sweep": ("crowded", {**_PLASMA, "planned": True, "sweep": "x"}),
+    "plan-laser": ("tight", {**_LASER, "planned": True}),
+    "plan-chains": ("tight", {**_PLASMA, "planned": True, "chains": True}),
+    "plan-chains-kept": ("tight", {**_PLASMA, "planned": True, "chains": True, "keep_order": True}),
+    "kept": ("crowded", {**_PLASMA, "keep_order": True}),
+    "laser": ("tight", _LASER),
+    "laser-holes": ("crowded", {**_LASER, "start_point": (0.0, 0.0), "end_point": (0.0, 0.0)}),
+    "laser-clamp": ("crowded", {**_LASER, "keep_out": "70 30 76 40"}),
+    "laser-grbl": (
+        "crowded",
+        {**_LASER, "machine": "grbl-laser-20w", "cut_speed": 300.0, "kerf": 0.2, "pierce_delay": 0.0},
+    ),
+    "controller": ("crowded", {**_PLASMA, "compensation": "controller", "dialect": "qtplasmac"}),
+    "controller-chains": ("tight", {**_PLASMA, "compensation": "controller"}),
+    "uncompensated": ("crowded", {**_PLASMA, "compensation": "none"}),
+    "loops": ("tight", {**_PLASMA, "corner_loops": True}),
+    "probe": ("tight", {**_PLASMA, "dialect": "plasma"}),
+    "flame": ("crowded", {"machine": "flame-table", "thickness": 12.0, "iterations": 20}),
+    "water": ("tight", {"machine": "water-table", "thickness": 10.0, "iterations": 20}),
+    "edge": ("plain", {**_PLASMA, "thickness": 25.0, "amps": 45.0}),
+    "clamp": ("crowded", {**_PLASMA, "keep_out": "70 30 76 40", "end_point": (0.0, 0.0)}),
+    "ants": ("tight", {**_PLASMA, "algorithm": "mmas", "local_search": False}),
+}
+
 #: Measured seconds: keys in JSON; on a report page the computing time, a chart, and the rows of the workers.
 _CLOCKED = {"seconds", "compile_seconds", "history"}
 _CLOCK_WORDS = re.compile(
@@ -98,6 +146,7 @@ def write(folder: Path, only: str) -> None:
                 place.mkdir(parents=True, exist_ok=True)
                 _write(place, source, process, options)
                 print(name, flush=True)
+        _sheets(folder / "sheet", only)
         if only in "nest":
             _nest(folder / "nest")
         for program in _styles():
@@ -105,11 +154,75 @@ def write(folder: Path, only: str) -> None:
                 _simulate(folder / "simulate", str(program.relative_to(ROOT)))
 
 
+def drawn_sheets(folder: Path) -> None:
+    """Draw the sheets of `SHEETS`: parts with holes 12 mm and 7 mm apart, one kerf apart, and parts without holes."""
+    import ezdxf
+
+    for name, columns, rows, gap in (
+        ("crowded", 4, 3, 12.0),
+        ("tight", 6, 5, 7.0),
+        ("joined", 3, 2, 2.0),
+        ("plain", 3, 2, 40.0),
+    ):
+        document = ezdxf.new(units=4)
+        space, step = document.modelspace(), 46.0 + gap
+        for row in range(rows):
+            for column in range(columns):
+                x, y = 15.0 + step * column, 15.0 + step * row
+                corners = [(x, y), (x + 46.0, y), (x + 46.0, y + 46.0), (x, y + 46.0)]
+                if name != "joined" and (row + column) % 3 == 1:
+                    corners = [(x, y), (x + 46.0, y), (x + 46.0, y + 30.0), (x + 25.0, y + 46.0), (x, y + 46.0)]
+                space.add_lwpolyline(corners, close=True, dxfattribs={"layer": "CUT"})
+                if name == "plain":
+                    continue
+                space.add_circle((x + 15.0, y + 15.0), 8.0, dxfattribs={"layer": "CUT"})
+                if (row + column) % 2:
+                    space.add_circle((x + 34.0, y + 20.0), 4.0, dxfattribs={"layer": "CUT"})
+                elif name == "crowded":
+                    space.add_line((x + 10.0, y + 35.0), (x + 30.0, y + 35.0), dxfattribs={"layer": "MARK"})
+        width, height = 30.0 + step * columns - gap, 30.0 + step * rows - gap
+        edge = [(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)]
+        space.add_lwpolyline(edge, close=True, dxfattribs={"layer": "SHEET"})
+        document.saveas(folder / f"{name}.dxf")
+
+
+def _sheets(folder: Path, only: str) -> None:
+    """Write the outputs of `SHEETS`."""
+    import leafcut
+
+    with tempfile.TemporaryDirectory() as work:
+        drawn_sheets(Path(work))
+        for name, (drawing, options) in SHEETS.items():
+            if only not in f"sheet/{name}":
+                continue
+            place, source = folder / name, f"{work}/{drawing}.dxf"
+            place.mkdir(parents=True, exist_ok=True)
+            more = {"cut_process": "plasma", "ignore_layers": "MARK", **options}
+            if "grbl" in name or more["machine"] in ("plasma-table", "laser-table"):
+                del more["ignore_layers"]
+            if more["machine"] != "plasma-table":
+                del more["cut_process"]
+            if more.pop("planned", False):
+                plan = Path(work) / "fixed.json"
+                nearest = {**more, "algorithm": "nn", "keep_order": False}
+                leafcut.optimize(source, process="cut", threads=1, **nearest, save_plan=plan)
+                content = json.loads(plan.read_text())
+                for number, cut in enumerate(content["cuts"]):
+                    led = cut.get("lead_in", {}).get("style", "none") != "none" and not number % 3
+                    named = {"order": bool(number % 2), "start": led, "lead": led, "bridge": "bridge" in cut}
+                    cut["fixed"] = [word for word, fixed in named.items() if fixed]
+                plan.write_text(json.dumps(content))
+                more["plan"] = plan
+            _write(place, source, "cut", more, work)
+            print(f"sheet/{name}", flush=True)
+
+
 def _styles() -> list[Path]:
     return [file for file in sorted((ROOT / "tests" / "styles").glob("*.*")) if file.suffix != ".md"]
 
 
-def _write(place: Path, source: str, process: str, options: dict[str, Any]) -> None:
+def _write(place: Path, source: str, process: str, options: dict[str, Any], elsewhere: str = "") -> None:
+    """Write the outputs of a job; the folder `elsewhere` of its input is left out of them."""
     import leafcut
     from leafcut.processes.registry import report_of
     from leafcut.report.json_answer import as_json
@@ -117,23 +230,30 @@ def _write(place: Path, source: str, process: str, options: dict[str, Any]) -> N
 
     with tempfile.TemporaryDirectory() as work:
         program, report, plan = (Path(work) / name for name in ("program.nc", "report.html", "plan.json"))
-        more: dict[str, Any] = {"save_plan": plan} if process == "cut" else {}
+        more: dict[str, Any] = {"save_plan": plan} if process == "cut" and not options.get("common_lines") else {}
         try:
             outcome = leafcut.optimize(source, program, report=report, process=process, threads=1, **options, **more)
         except leafcut.LeafcutError as problem:
-            (place / "refused.txt").write_text(str(problem).replace(work, ""))
+            (place / "refused.txt").write_text(_named(str(problem), work, elsewhere))
             return
         for file in (program, report, plan):
             if file.exists():
                 text = file.read_text(encoding=outcome.encoding if file == program else "utf-8")
-                (place / file.name).write_text(_CLOCK_WORDS.sub("", text.replace(work, "")))
+                (place / file.name).write_text(_CLOCK_WORDS.sub("", _named(text, work, elsewhere)))
         answer = json.dumps(_unclocked(as_json(report_of(outcome))), indent=1, sort_keys=True)
-        (place / "answer.json").write_text(answer.replace(work, ""))
+        (place / "answer.json").write_text(_named(answer, work, elsewhere))
         scenes = {"part": outcome_part_scene, "before": lambda o: outcome_scene(o, "before")}
         scenes["after"] = lambda o: outcome_scene(o, "after")
         for kind, scene in scenes.items():
             with contextlib.suppress(leafcut.LeafcutError):
                 (place / f"{kind}.scene").write_bytes(scene(outcome))
+
+
+def _named(text: str, *folders: str) -> str:
+    """Return a text without the names of folders."""
+    for folder in filter(None, folders):
+        text = text.replace(folder, "")
+    return text
 
 
 def _nest(folder: Path) -> None:
