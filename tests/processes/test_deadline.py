@@ -10,7 +10,11 @@ from typing import Any
 import pytest
 import shapely
 
+from leafcut.model.measure import Measure
+from leafcut.model.plan import Candidate, Order
 from leafcut.model.pocket import PocketPath, PocketRules
+from leafcut.model.problem import Metric
+from leafcut.model.toolpath import ToolpathBuilder
 from leafcut.options import SolveOptions
 from leafcut.order import solve as solving
 from leafcut.processes import deadline as module
@@ -20,8 +24,10 @@ from leafcut.processes.pocket.plan import grid
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.strategies import WAYS, ClearingWay, SearchTime
 from leafcut.processes.settings import collect
-from leafcut.processes.sheet import run as cutting
+from leafcut.processes.sheet import passes
+from leafcut.processes.sheet.passes import HeadTravel
 from leafcut.processes.sheet.plan import freed_parts
+from leafcut.processes.sheet.plan.cutting import CutSequence
 
 
 def given_to(works: list[float], takes: Callable[[float], float], limit: float | None) -> list[float | None]:
@@ -140,16 +146,19 @@ def test_freeing_parts_later_ends_with_the_time_of_all_searches(monkeypatch: pyt
         looks.append(given[-1]())
         return []
 
-    plan = SimpleNamespace(cuts=(), crossings=1, close=0)
-    laid: Any = SimpleNamespace(plan=plan, round=SimpleNamespace(crossing=(1,)), order=[], score=lambda _: 0.0)
-    job: Any = SimpleNamespace(
-        start=None, end=None, freed=(), cutting=SimpleNamespace(contours=[], pairs=[]), travel=lambda: None,
-        run=SimpleNamespace(deadline=deadline, cancelled=threading.Event()),
-    )  # fmt: skip
+    cuts: Any = SimpleNamespace(cuts=(), crossings=1, close=0)
+    before = Candidate(
+        Order(()), ToolpathBuilder().build(), Measure(0.0, 0.0, 0.0), (cuts, SimpleNamespace(crossing=(1,)))
+    )
+    nothing: Any = SimpleNamespace(contours=[], pairs=[], rules=SimpleNamespace(kerf=1.0))
+    order = Order((CutSequence(nothing, ()),))
+    settings = collect({})
+    work: Any = SimpleNamespace(head=HeadTravel(Metric(), 0.0, None, None), freed=(), order_fixed=False, planned=None)
+    plan: Any = SimpleNamespace(work=work, job=Job(settings, machine_of(settings), deadline))
     monkeypatch.setattr(module, "clock", lambda: now[0])
     monkeypatch.setattr(freed_parts, "cut_free_later", slow)
-    monkeypatch.setattr(cutting, "_laid", lambda *_: laid)
-    assert cutting._kept_off(job, laid) is laid
+    monkeypatch.setattr(passes, "motion", lambda *_: before)
+    assert passes.detach_later(plan, order) is order
     assert looks == [True, False]
     assert deadline.left == 0.0
 

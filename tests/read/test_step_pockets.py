@@ -25,7 +25,7 @@ from leafcut.model.toolpath import Kind, ToolpathBuilder
 from leafcut.options import ReadOptions
 from leafcut.processes.pocket.plan.rules import milled_pockets
 from leafcut.processes.pocket.proof.pocket import check_pockets
-from leafcut.processes.sheet.job import check_thickness
+from leafcut.processes.sheet.spec import check_thickness
 from leafcut.read import read_contours, read_pockets
 from made_solids import DOWN, UP, box, cone, cut, cylinder, fused, rounded, saved
 

@@ -32,6 +32,8 @@ class Stage:
         Name of the search in progress reports.
     first
         int32[k]: choices that the user wants first, in this order.
+    parts
+        Number of parts that the tasks belong to, for one ant per part; 0 for one ant per choice.
     """
 
     problem: RoutingProblem
@@ -39,6 +41,7 @@ class Stage:
     given: Ints
     name: str = "ordering"
     first: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
+    parts: int = 0
 
 
 @dataclass(frozen=True, eq=False)

@@ -206,6 +206,12 @@ class Process(Work, Protocol):
         """Return the motion in the order of the input."""
         return self.generate(plan, plan.given)
 
+    def nearest(self, plan: Plan) -> Candidate | None:
+        """Return the motion in the nearest-neighbour order; None to compare with none."""
+        from leafcut.processes.ordering import nearest_order
+
+        return self.generate(plan, nearest_order(plan.job, plan.stages)) if self.with_nearest else None
+
     def generate(self, plan: Plan, order: Order) -> Candidate:
         """Return the motion of an order.
 

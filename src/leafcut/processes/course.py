@@ -12,7 +12,6 @@ from leafcut._version import __version__
 from leafcut.errors import PlanError
 from leafcut.model.outcome import Outcome
 from leafcut.model.plan import Candidate, Order, Stage
-from leafcut.options import SolveOptions
 from leafcut.processes.job import Job, machine_issues, refuse_missing, refuse_too_large
 from leafcut.processes.ordering import find_order
 from leafcut.processes.plan import OrderRefused, Plan
@@ -37,23 +36,26 @@ def run_process(process: Process, job: Job, sources: Sequence[Source], asked: st
     """
     from leafcut.order.compiling import announced
 
-    if own := getattr(process, "run", None):
-        done: Outcome[Any] = own(job, sources, asked)
-        return done
     with announced(job.tell):
         plan = process.plan(job, sources, asked)
         refuse_missing(plan.job.settings, sources[0], plan.issues)
         given = process.given(plan)
         if process.reads == "drawing":
             _refuse_early(plan, given)
-        nearest = process.generate(plan, _nearest_order(plan)) if process.with_nearest else None
-        order = find_order(plan.job, plan.stages)
-        check_order(plan.stages, order)
-        for improve in process.passes:
-            order = improve(plan, order)
+        nearest = process.nearest(plan)
+        order = given.order if plan.keeps_given else _searched(process, plan)
         best = _proved(process, plan, order, given, nearest)
         best = process.finish(plan, best)
     return _outcome(process, plan, given, nearest, best)
+
+
+def _searched(process: Process, plan: Plan) -> Order:
+    """Return the order of the search, changed by the passes of the process."""
+    order = find_order(plan.job, plan.stages, deadline=plan.job.deadline.part(plan.search_share))
+    check_order(plan.stages, order)
+    for improve in process.passes:
+        order = improve(plan, order)
+    return order
 
 
 def _refuse_early(plan: Plan, given: Candidate) -> None:
@@ -85,10 +87,6 @@ def check_order(stages: Sequence[Stage], order: Order) -> None:
         raise PlanError(f"{stage.name}: {wrong}; this is a fault of the algorithm, choose another --algorithm")
 
 
-def _nearest_order(plan: Plan) -> Order:
-    return find_order(plan.job.quiet(), plan.stages, SolveOptions(algorithm="nn", bound=False))
-
-
 def _proved(process: Process, plan: Plan, order: Order, given: Candidate, nearest: Candidate | None) -> Candidate:
     """Return the proved program of the best order; tasks that a proof names keep their place in the next trial."""
     trial = 0
@@ -104,7 +102,7 @@ def _proved(process: Process, plan: Plan, order: Order, given: Candidate, neares
 
 def _cheapest(process: Process, plan: Plan, best: Candidate, given: Candidate, nearest: Candidate | None) -> Candidate:
     """Return the candidate with the least time: the search does not see all that the machine's clock sees."""
-    if not plan.unforced:
+    if plan.keeps_given or not plan.unforced:
         return best
     objective = plan.job.settings.solve.objective
     other = min(process.alternatives(plan, given, nearest), key=lambda one: one.cost(objective))

@@ -20,7 +20,8 @@ from leafcut.geometry.arrays import Ints, Point
 from leafcut.model.plan import Order, Stage
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
-from leafcut.options import SolveOptions
+from leafcut.options import AcoOptions, SolveOptions
+from leafcut.options.search import ANTS_AS_PARTS
 from leafcut.processes.deadline import Deadline
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ def find_order(
         job.tell(stages[number].name, 1.0 - left / total)
         own = replace(options, time_limit=deadline.part(problem.n_clusters / left).seconds)
         solution = solve(
-            problem, own, settings.aco, firefly=settings.firefly,
+            problem, own, _ants(settings.aco, stages[number]), firefly=settings.firefly,
             progress=job.passing_on(stages[number].name, left / total, tasks / total), observe=job.observe,
             cancelled=job.cancelled, bound_late=job.bound_late(tasks / total),
         )  # fmt: skip
@@ -77,8 +78,9 @@ def find_order(
         left = max(left - tasks, 1)
         return solution
 
-    def quick(_: int, problem: RoutingProblem, options: SolveOptions) -> Solution:
-        solution = solve(problem, options, settings.aco, firefly=settings.firefly, cancelled=job.cancelled)
+    def quick(number: int, problem: RoutingProblem, options: SolveOptions) -> Solution:
+        ants = _ants(settings.aco, stages[number])
+        solution = solve(problem, options, ants, firefly=settings.firefly, cancelled=job.cancelled)
         deadline.spend(solution.seconds)
         return solution
 
@@ -89,6 +91,16 @@ def find_order(
             stages, search, options, quick, job.cancelled, lambda part: job.bound_late(part.n_clusters / total)
         )
     return Order(tuple(solution.nodes for solution in solutions), tuple(solutions))
+
+
+def nearest_order(job: Job, stages: Sequence[Stage]) -> Order:
+    """Return the nearest-neighbour order, for comparison."""
+    return find_order(job.quiet(), stages, SolveOptions(algorithm="nn", bound=False))
+
+
+def _ants(options: AcoOptions, stage: Stage) -> AcoOptions:
+    """Return the options with one ant for each part of a stage, if they ask for that."""
+    return replace(options, n_ants=stage.parts) if options.n_ants == ANTS_AS_PARTS and stage.parts else options
 
 
 def restated(job: Job, stages: Sequence[Stage], order: Order) -> list[Solution]:

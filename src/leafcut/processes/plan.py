@@ -49,6 +49,10 @@ class Plan:
         The first position of the tool, mm, if the user states it.
     issues
         What is noticed before the order is searched.
+    keeps_given
+        Whether the order of the input must stay; then no order is searched.
+    search_share
+        Share of the time left for the search; the passes have the rest.
     unforced
         Whether the order of the input or the nearest-neighbour order may replace a worse one.
     encoding
@@ -70,6 +74,8 @@ class Plan:
     given_words: str = "in the drawing's order"
     start: Point | None = None
     issues: Sequence[Issue] = ()
+    keeps_given: bool = False
+    search_share: float = 1.0
     unforced: bool = True
     encoding: str = "utf-8"
     limits: Machine | None = None

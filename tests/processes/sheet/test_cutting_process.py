@@ -10,7 +10,7 @@ import pytest
 
 from leafcut import api
 from leafcut.errors import OptionError
-from leafcut.processes.sheet.job import cut_process_of
+from leafcut.processes.sheet.spec import cut_process_of
 from leafcut.read.cutchart import load_chart
 from leafcut.read.machine import load_machine, machine_names, machine_template
 from rs274_moves import run_rs274

@@ -429,9 +429,7 @@ def test_an_order_that_detaches_a_part_before_its_holes_is_refused(drawing: Path
 def test_a_sheet_that_the_machine_cannot_reach_is_refused_before_it_is_planned(
     drawing: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(
-        "leafcut.processes.sheet.plan.cutting.prepare_cutting", lambda *_: pytest.fail("it was planned")
-    )
+    monkeypatch.setattr("leafcut.processes.sheet.spec.prepare_cutting", lambda *_: pytest.fail("it was planned"))
     profile = Path(str(files("leafcut.machines") / "plasma-table.toml")).read_text()
     (tmp_path / "small.toml").write_text(profile.replace('"2505 mm"', '"200 mm"'))
     with pytest.raises(VerifyError, match=r"X goes from 20\.000 to 290\.000 mm"):
@@ -508,9 +506,7 @@ def test_what_cannot_be_cut_is_refused_in_one_line(drawing: Path, options, error
 def test_what_the_controller_has_no_words_for_is_refused_before_the_search(
     drawing: Path, monkeypatch: pytest.MonkeyPatch, options, words: str
 ) -> None:
-    monkeypatch.setattr(
-        "leafcut.processes.sheet.plan.cutting.prepare_cutting", lambda *_: pytest.fail("it was planned")
-    )
+    monkeypatch.setattr("leafcut.processes.sheet.spec.prepare_cutting", lambda *_: pytest.fail("it was planned"))
     with pytest.raises(PostError, match=words):
         api.optimize(drawing, **{**FAST, **options})
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from leafcut.errors import OptionError
 from leafcut.model.kinds import Head
 from leafcut.options import CutDataOptions, MachineOptions, ReadOptions, Settings, SheetOptions, SolveOptions
 from leafcut.processes.base import Process, all_of, use
@@ -13,9 +11,7 @@ from leafcut.processes.cutting_machines import for_cutting
 from leafcut.processes.nesting.options import NestOptions
 
 if TYPE_CHECKING:
-    from leafcut.model.outcome import Outcome
     from leafcut.model.part import Part
-    from leafcut.processes.job import Job
     from leafcut.read.format import Source
 
 
@@ -48,10 +44,6 @@ class Nesting(Process):
     def usual(self, settings: Settings) -> Settings:
         """Return the settings of what is cut: what is nested will be."""
         return for_cutting(settings)
-
-    def run(self, run: Job, sources: Sequence[Source], asked: str) -> Outcome[Any]:
-        """Refuse: parts are nested by the command `nest`."""
-        raise OptionError("to nest parts, use leafcut nest")
 
     def look_at(self, source: Source | str, settings: Settings) -> Part:
         """Return the contours as they are drawn: what is nested is placed by that."""

@@ -23,9 +23,14 @@ from leafcut.processes.cutting_machines import for_cutting
 from leafcut.processes.sheet.options import CutOptions
 
 if TYPE_CHECKING:
-    from leafcut.model.outcome import Outcome
+    from leafcut.model.difference import Difference
+    from leafcut.model.issue import Issue
+    from leafcut.model.outcome import OperationOutcome, Outcome
     from leafcut.model.part import Part
+    from leafcut.model.plan import Candidate, Order
+    from leafcut.model.toolpath import Toolpath
     from leafcut.processes.job import Job
+    from leafcut.processes.plan import Pass, Plan
     from leafcut.processes.sheet.model import SheetDetail
     from leafcut.processes.sheet.report.sheet_report import SheetReport
     from leafcut.processes.suitability import Suitability, WholeDrawing
@@ -91,11 +96,81 @@ class SheetCutting(Process):
             return Suitability(_BY_NAME, "sheet_layers", {**drawing.figures, "layers": words}, *works)
         return Suitability(COUNTED * drawing.share_of_outlines, "outlines", drawing.figures, *works)
 
-    def run(self, run: Job, sources: Sequence[Source], asked: str) -> Outcome[SheetDetail]:
-        """Cut the contours of a drawing."""
-        from leafcut.processes.sheet.run import cut
+    def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
+        """Return the cuts in one stage, or in one for each band; a cut has a choice for each start and direction."""
+        from leafcut.processes.sheet.spec import planned
 
-        return cut(run, sources[0])
+        return planned(job, sources[0])
+
+    @property
+    def passes(self) -> Sequence[Pass]:
+        """Sliding starts, heat, pierces in metal, leads apart, detached parts, the given order."""
+        from leafcut.processes.sheet.passes import PASSES
+
+        return PASSES
+
+    def given(self, plan: Plan) -> Candidate:
+        """Return the motion in the order of the drawing, or of the plan file."""
+        from leafcut.model.plan import Order
+
+        return self.generate(plan, Order((plan.work.given,)))
+
+    def nearest(self, plan: Plan) -> Candidate:
+        """Return the motion in the nearest-neighbour order."""
+        from leafcut.model.plan import Order
+
+        return self.generate(plan, Order((plan.work.nearest,)))
+
+    def generate(self, plan: Plan, order: Order) -> Candidate:
+        """Return the motion of an order."""
+        from leafcut.processes.sheet.passes import motion
+
+        return motion(plan, order)
+
+    def write(self, plan: Plan, given: Candidate, best: Candidate) -> str:
+        """Return the program in the words of a torch or a beam."""
+        from leafcut.processes.plan import header
+        from leafcut.processes.sheet.post import write_cut_program
+
+        post = plan.job.settings.post
+        return write_cut_program(best.detail[0], best.path, plan.words, post, header(plan, given, best))
+
+    def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
+        """Compare the program with the motion, with the limits of the machine, and with the drawing."""
+        from leafcut.processes.keep_out import meetings
+        from leafcut.processes.sheet.proof.cut_motion import check_cut_motion, read_back
+        from leafcut.processes.sheet.proof.divided import check_divided
+        from leafcut.processes.sheet.proof.sheet import check_sheet
+
+        work, words, post, cuts = plan.work, plan.words, plan.job.settings.post, best.detail[0]
+        written = read_back(text, cuts, words, post.material_number)
+        problems = check_cut_motion(best.path, written, words, post.output_units)
+        if work.obstacles is not None and not problems:
+            problems = meetings(plan.job, work.obstacles, best.path)
+        problems = problems or check_divided(work.drawn, cuts.sheet, plan.spec.half)
+        problems = problems or check_sheet(cuts.sheet, cuts, text, written, words, plan.job.machine, plan.spec)
+        return written, problems
+
+    def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
+        """Return the cuts of each band in their order."""
+        from leafcut.model.outcome import OperationOutcome
+        from leafcut.model.tool import Tool, ToolKind
+
+        data = plan.work.data
+        tool = Tool(number=1, diameter=data.kerf, kind=ToolKind.TORCH, name=data.process, feed=data.feed)
+        return tuple(OperationOutcome(tool, "", (), False, s, cuts=len(s.nodes)) for s in best.order.solutions)
+
+    def issues(self, plan: Plan, best: Candidate) -> Sequence[Issue]:
+        """Return what is noticed of heat, of starts in the air, and of parts that a head may hit."""
+        from leafcut.processes.sheet.passes import order_issues
+
+        return order_issues(plan, best)
+
+    def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> SheetDetail:
+        """Return the cuts in the three orders, with their times and costs."""
+        from leafcut.processes.sheet.model import SheetDetail
+
+        return SheetDetail((given.detail[0], None if nearest is None else nearest.detail[0], best.detail[0]))
 
     def writes_besides(self, settings: Settings) -> list[Path]:
         """Return the plan file and the table of norms, where they are asked for."""

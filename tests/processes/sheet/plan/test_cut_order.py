@@ -87,7 +87,7 @@ def assert_legal(cutting: Cutting, order) -> None:
 def test_the_innermost_contours_come_first() -> None:
     cutting = cutting_of(part_in_hole())
     assert [cutting.contours[s.contour].index for s in drawing_order(cutting)] == [3, 2, 1, 0]
-    problem, _ = problem_of(cutting)
+    problem = problem_of(cutting)
     assert {tuple(p) for p in problem.precedence.tolist()} == {(1, 0), (2, 1), (3, 2)}
 
 
@@ -122,15 +122,15 @@ def test_a_mark_comes_before_the_cuts_of_its_part() -> None:
 def test_a_node_costs_its_pierce_its_path_and_what_it_takes_to_come_down() -> None:
     """A square of 50 mm cut 0.75 mm outside is 4 · 50 + 2π · 0.75 long; leads of 6 mm, 20 mm/s, half a second."""
     cutting = cutting_of(two_squares(), lead_in="line", lead_out="line")
-    problem, starts = problem_of(cutting, Metric("linear", velocity=(100.0, 100.0), acceleration=(1e3, 1e3)), 1.25)
-    full = [k for k, n in enumerate(starts) if cutting.starts[n].lead_out.length == 6.0]
+    problem = problem_of(cutting, Metric("linear", velocity=(100.0, 100.0), acceleration=(1e3, 1e3)), 1.25)
+    full = [k for k, s in enumerate(cutting.starts) if s.lead_out.length == 6.0]
     wanted = (200.0 + 2.0 * math.pi * 0.75 + 6.0 + 6.0) / 20.0 + 0.5 + 1.25
     assert full
     assert problem.service[full] == pytest.approx(wanted, rel=1e-4)
 
 
 def test_the_measure_of_the_literature_counts_the_ways_only() -> None:
-    problem, _ = problem_of(cutting_of(two_squares()))
+    problem = problem_of(cutting_of(two_squares()))
     assert not problem.service.any()
 
 

@@ -83,6 +83,10 @@ class Cutting:
             found[start.contour].append(number)
         return found
 
+    def starts_of(self, members: Sequence[int]) -> list[CutStart]:
+        """Return the starts of some contours."""
+        return [self.starts[number] for k in members for number in self.by_contour[k]]
+
     def cut(self, start: CutStart) -> Cut:
         """Return the run of the torch that begins at a start; the same ones are asked for again and again."""
         if start not in self._made:
@@ -103,6 +107,35 @@ class Cutting:
         length = contour.path.length + start.lead_in.length + start.lead_out.length + overcut_of(contour, rules)
         feed = rules.feed_of(contour.kind, small=contour.is_small(rules))
         return length / feed + (rules.data.pierce_delay if start.pierce and contour.kind == "cut" else 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class CutSequence:
+    """Cuts of a sheet in order, each by its start.
+
+    Raises
+    ------
+    PlanError
+        A contour is cut twice or not at all, or a part is detached before a contour inside it is cut.
+    """
+
+    cutting: Cutting
+    starts: tuple[CutStart, ...]
+
+    def __post_init__(self) -> None:
+        """Refuse an order that no later check would see."""
+        contours, cut = self.cutting.contours, [k for s in self.starts for k in s.contours]
+        at = {k: place for place, k in enumerate(cut)}
+        if len(at) != len(contours) or len(cut) != len(at):
+            raise PlanError(
+                "the order does not cut every contour once; this is a fault of the algorithm, choose another"
+            )
+        for a, b in self.cutting.pairs:
+            if at[a] > at[b]:
+                raise PlanError(
+                    f"{contours[b].name()} would be cut before {contours[a].name()}; remove 'order' from the plan "
+                    "file, or leave out --sweep"
+                )
 
 
 def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
@@ -229,8 +262,8 @@ def _around(sheet: Sheet, position: Mapping[int, int], contour: CutContour) -> i
 
 def build_problem(
     cutting: Cutting, members: Sequence[int], metric: Metric, overhead: float, start: Point | None, end: Point | None
-) -> tuple[RoutingProblem, NDArray[np.int64]]:
-    """Return the routing problem of some contours, and the start (position in `Cutting.starts`) of every node.
+) -> RoutingProblem:
+    """Return the routing problem of some contours; its nodes are their starts (`Cutting.starts_of`).
 
     Parameters
     ----------
@@ -247,8 +280,7 @@ def build_problem(
         What must come first goes round in a circle.
     """
     check_order(cutting)
-    starts = np.array([number for k in members for number in cutting.by_contour[k]], dtype=np.int64)
-    nodes = [cutting.starts[number] for number in starts.tolist()]
+    nodes = cutting.starts_of(members)
     cluster_of = {k: c for c, k in enumerate(members)}
     timed = metric.unit == "s"
     pairs = [(cluster_of[a], cluster_of[b]) for a, b in cutting.head_pairs if a in cluster_of and b in cluster_of]
@@ -262,7 +294,7 @@ def build_problem(
         start=start,
         end=end,
         name=cutting.sheet.name,
-    ), starts
+    )
 
 
 def check_order(cutting: Cutting) -> None:

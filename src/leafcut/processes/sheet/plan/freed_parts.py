@@ -23,8 +23,10 @@ import shapely
 from numpy.typing import NDArray
 from shapely.geometry.polygon import orient
 
+from leafcut.errors import count_of
 from leafcut.geometry.arrays import Point
 from leafcut.model.cutting import Cut
+from leafcut.model.issue import Issue, Severity
 from leafcut.model.sheet import Sheet
 
 #: A move that reaches no deeper over a part does not cross it, mm: moves that start in its kerf leave along it.
@@ -70,6 +72,30 @@ class Round:
     close: tuple[int, ...] = ()
     ways: int = 0
     radius: float = 0.0
+
+
+def freed_issue(led: Round, cuts: Sequence[Cut]) -> Issue | None:
+    """Return the note or warning on moves of a head that stays down: the number that cross detached parts, and that of
+    detours around them; None without either."""
+    if not (led.crossing or led.close or led.corners):
+        return None
+    round_ = f"{len(led.corners)} of {led.ways} travel moves go around parts that are cut free"
+    unknown = "; the diameter of its nozzle is unknown (nozzle_diameter in the machine's profile), so only its middle "
+    unknown = "" if led.radius > 0.0 else f"{unknown}is counted"
+    if not (led.crossing or led.close):
+        words = f"the head stays down between cuts: {round_}, none crosses one{unknown}"
+        return Issue("L623", words, "", Severity.NOTE)
+    first = min((*led.crossing, *led.close))
+    x, y = cuts[min(first, len(cuts) - 1)].path.start
+    over = [f"{len(led.crossing)} of {led.ways} travel moves cross parts that are cut free"] if led.crossing else []
+    wide = f"a nozzle of {2.0 * led.radius:g} mm comes over parts that are cut free on "
+    more = count_of(len(led.close), "more travel move")
+    over += [f"{wide}{more if led.crossing else f'{len(led.close)} of {led.ways} travel moves'}"] if led.close else []
+    words = (
+        f"the head stays down between cuts, and {' and '.join(over)}; free parts may tip up ({round_}){unknown}: hold "
+        "them with --micro-joints, or watch them"
+    )
+    return Issue("L623", words, f"the first on the way to ({x:.4g}, {y:.4g})")
 
 
 def freed_by(sheet: Sheet, cut: Cut) -> list[int]:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from leafcut.geometry.arrays import Point
+from leafcut.model.issue import Issue, Severity
 from leafcut.processes.sheet.plan.cutting import Cutting
 from leafcut.processes.sheet.plan.leads.cut_starts import CutStart
 from leafcut.timing.travel import Travel
@@ -34,6 +35,18 @@ class _Limits:
 def too_near(cutting: Cutting, order: Sequence[CutStart], apart: float) -> list[tuple[int, int]]:
     """Return pairs of consecutive positions whose starts are nearer than `apart`, mm; the later position is second."""
     return [(i, j) for j in range(len(order)) for i in _hot_before(cutting, order, j, apart)]
+
+
+def heat_issue(cutting: Cutting, order: Sequence[CutStart], apart: float) -> Issue:
+    """Return the note or warning on the starts that stay nearer than `apart`, mm, to the start before."""
+    left = too_near(cutting, order, apart)
+    if not left:
+        words = f"no cut starts within {apart:g} mm of a hot one; the nearest-neighbour order ignores heat"
+        return Issue("L614", words, "", Severity.NOTE)
+    x, y = order[left[0][1]].entry
+    starts = "1 cut starts" if len(left) == 1 else f"{len(left)} cuts start"
+    words = f"{starts} within {apart:g} mm of a hot one: no small change of the order avoids that"
+    return Issue("L614", words, f"the first at ({x:.4g}, {y:.4g})")
 
 
 def _hot_before(cutting: Cutting, order: Sequence[CutStart], j: int, apart: float) -> list[int]:

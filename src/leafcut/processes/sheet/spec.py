@@ -1,23 +1,55 @@
-"""A sheet, its rules and its machine made ready: what is the same for every order of its cuts."""
+"""A sheet, its rules and its machine resolved, the cuts to be ordered, and the search for chains."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+import contextlib
+import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from leafcut.errors import OptionError, shown
+from leafcut.errors import OptionError, PlanError, shown
+from leafcut.gcode.dialects import dialect
 from leafcut.geometry.arrays import Point
 from leafcut.model.cutting import CutData, PlanFile
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import CutMethod, Head, method_of
-from leafcut.model.problem import Metric
+from leafcut.model.obstacles import Obstacles
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.processes.cutting_machines import CUTTING_MACHINES
 from leafcut.processes.job import Job, check_words_used, refuse_missing, refuse_too_large
+from leafcut.processes.ordering import nearest_order
+from leafcut.processes.plan import Plan
 from leafcut.processes.sheet.options import CutOptions
+from leafcut.processes.sheet.passes import SEARCH_SHARE, HeadTravel, SheetWork, sequence_of, stages_of
+from leafcut.processes.sheet.plan.apply_plan_file import follow_plan, plan_order
+from leafcut.processes.sheet.plan.chains.chain_cutting import (
+    chain_blocks,
+    chain_problem,
+    chains_of,
+    planned_chains,
+    with_chains,
+)
+from leafcut.processes.sheet.plan.cut_rules import resolve_rules
+from leafcut.processes.sheet.plan.cutting import (
+    CutSequence,
+    bands,
+    corner_point,
+    drawing_order,
+    in_bands,
+    prepare_cutting,
+    with_options,
+)
+from leafcut.processes.sheet.plan.freed_parts import FreedShapes
+from leafcut.processes.sheet.plan.leads.clear_pierces import clear_pierces
+from leafcut.processes.sheet.plan.leads.leads_apart import leads_apart
+from leafcut.processes.sheet.post import check_words
+from leafcut.processes.sheet.proof.laid_runs import Asked
+from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
+from leafcut.proof.envelope import check_envelope
+from leafcut.read.plan_file import load_plan
+from leafcut.timing.travel import travel_metric
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
@@ -26,10 +58,11 @@ if TYPE_CHECKING:
     from leafcut.model.sheet import Sheet
     from leafcut.processes.sheet.plan.cut_rules import CutRules
     from leafcut.processes.sheet.plan.cutting import Cutting
-    from leafcut.processes.sheet.plan.freed_parts import FreedShapes
+    from leafcut.processes.sheet.plan.leads.cut_starts import CutStart
     from leafcut.read.format import Source
 
-
+#: Share of the time left for the search for chains; the rest is for the order of all cuts.
+CHAIN_PART = 0.4
 #: Thicknesses that differ by less are the same, mm: inches become mm with a rounding error.
 _SAME_THICKNESS = 0.001
 #: A sheet is as thick as its solid within this, mm: gauges and inches are rounded in drawings.
@@ -41,104 +74,162 @@ _SUBSTITUTE, _SUBSTITUTE_PART = 0.5, 0.1
 _RELIT = 3.0
 
 
-@dataclass(frozen=True)
-class SheetJob:
-    """What is the same for every order of one sheet."""
+def planned(job: Job, source: Source) -> Plan:
+    """Read the sheet and its rules, and return its cuts, with chains where they save time."""
+    from leafcut.order.compiling import announced
 
-    run: Job
-    part: Part
-    #: The sheet before holes and notches were divided, for the proof.
-    drawn: Sheet
-    cutting: Cutting
-    data: CutData
-    metric: Metric
-    overhead: float
-    start: Point | None
-    end: Point | None
-    words: Dialect
-    plan: PlanFile | None
-    probe: Probe | None
-    #: Parts as a head may meet them that stays down between cuts; None where it rises.
-    freed: FreedShapes | None = None
-
-    @property
-    def switches(self) -> bool:
-        """Whether the controller can put the torch off while it moves."""
-        return switches(self.words)
-
-    @property
-    def box(self) -> tuple[float, float, float, float]:
-        """Smallest x and y, largest x and y of what is cut, mm."""
-        return _box(self.cutting.sheet)
-
-    def travel(self) -> Callable[[Point, Point], float]:
-        """Return what a way costs."""
-        from leafcut.timing.travel import travel_cost
-
-        return lambda a, b: travel_cost(self.metric, a, b)
-
-
-def prepared(run: Job, source: Source) -> tuple[SheetJob, list[Issue]]:
-    """Read the sheet and its rules, and make it ready for the search."""
-    from leafcut.gcode.dialects import dialect
-    from leafcut.processes.sheet.plan.apply_plan_file import follow_plan
-    from leafcut.processes.sheet.plan.cut_rules import resolve_rules
-    from leafcut.processes.sheet.plan.cutting import corner_point, prepare_cutting, with_options
-    from leafcut.processes.sheet.plan.freed_parts import FreedShapes
-    from leafcut.processes.sheet.post import check_words
-    from leafcut.processes.zones import parse_zones, refuse_higher_zones
-    from leafcut.proof.envelope import check_envelope
-    from leafcut.read.plan_file import load_plan
-    from leafcut.timing.travel import travel_metric
-
-    settings = run.settings
+    settings = job.settings
     options = settings.of(CutOptions)
-    run.tell("reading")
-    data, issues = _cut_data(run)
+    job.tell("reading")
+    data, issues = _cut_data(job)
     issues += _joint_issues(data, options)
-    words = dialect(settings.post.dialect or run.machine.controller)
+    words = dialect(settings.post.dialect or job.machine.controller)
     _check_dialect(words, data.process)
-    check_words_used(settings, run.machine, words)
-    probe = probe_for(run.machine, words, options)
+    check_words_used(settings, job.machine, words)
+    probe = probe_for(job.machine, words, options)
     if words.torch is not None and not words.torch.waits and not words.moves_z:
         if options.pierce_delay:
             raise OptionError(f"{words.name} has no wait for the pierce; leave out --pierce-delay")
         data = replace(data, pierce_delay=0.0)  # a beam that is dark while the machine stands pierces as it goes
-    rules = resolve_rules(data, options, switches=switches(words), max_feed=run.machine.max_feed)
-    part, sheet = _sheet(run, source)
+    darkens = words.torch is not None and words.torch.darkens
+    rules = resolve_rules(data, options, switches=darkens, max_feed=job.machine.max_feed)
+    part, sheet = _sheet(job, source)
     sheet = with_options(sheet, options, parse_zones(settings.job.keep_out))
     if words.moves_z:
         refuse_higher_zones(settings.job.keep_out, settings.job.clearance_height)
     drawn, sheet, narrow = _reached(sheet, rules)
     issues += narrow
-    refuse_too_large(check_envelope(_bounds(sheet), run.machine), part, settings)
+    refuse_too_large(check_envelope(_bounds(sheet), job.machine), part, settings)
     marks = any(c.contour.kind == "mark" for c in sheet.contours)
     check_words(words, settings.post, marks=marks, compensates=options.compensation == "controller")
-    plan = load_plan(options.plan) if options.plan else None
-    run.tell("looking for places to pierce")
+    file = load_plan(options.plan) if options.plan else None
+    job.tell("looking for places to pierce")
     cutting = prepare_cutting(sheet, rules)
-    if plan is not None:
-        cutting = follow_plan(cutting, plan, everything=settings.job.keep_order)
-        issues += _plan_issues(plan, data)
-    start = corner_point(sheet, options.start_corner) or _xy(settings.job.start_point)
-    job = SheetJob(
-        run=run,
-        part=part,
-        drawn=drawn,
-        cutting=cutting,
-        data=data,
-        metric=travel_metric(run.machine, settings.solve.objective),
-        overhead=_overhead(run, data, probe) if words.moves_z else 0.0,
-        start=start,
-        end=_xy(settings.job.end_point),
-        words=words,
-        plan=plan,
-        probe=probe,
-        freed=None if words.moves_z else FreedShapes(cutting.sheet, 0.5 * run.machine.nozzle_diameter),
-    )
+    if file is not None:
+        cutting = follow_plan(cutting, file, everything=settings.job.keep_order)
+        issues += _plan_issues(file, data)
     issues += _register_issues(words, data, options)
-    refuse_missing(settings, source, (*sheet.issues, *issues, *cutting.issues))
-    return job, [*sheet.issues, *issues, *cutting.issues, *_probe_issues(probe)]
+    issues = [*sheet.issues, *issues, *cutting.issues]
+    refuse_missing(settings, source, issues)
+    head = HeadTravel(
+        travel_metric(job.machine, settings.solve.objective),
+        _overhead(job, data, probe) if words.moves_z else 0.0,
+        corner_point(sheet, options.start_corner) or _xy(settings.job.start_point),
+        _xy(settings.job.end_point),
+    )
+    known, given, fits = _given(cutting, file, options, head)
+    with announced(job.tell):
+        nearest = nearest_order(job, stages_of(job, cutting, head, known))
+        joined = _chained(job, cutting, file, head.overhead)
+    work = SheetWork(
+        drawn=drawn,
+        cutting=joined,
+        given=given,
+        nearest=_ready(sequence_of(job, cutting, nearest.choices), head),
+        data=data,
+        head=head,
+        planned=file if fits else None,
+        order_fixed=options.heat_distance > 0.0 or (options.sweep != "free" and fits),
+        probe=probe,
+        freed=None if words.moves_z else FreedShapes(cutting.sheet, 0.5 * job.machine.nozzle_diameter),
+        obstacles=_obstacles(job, words.moves_z),
+    )
+    if joined is not cutting:
+        known = in_bands(joined, drawing_order(joined), options)
+    beam = settings.post.beam_power if words.torch is not None and words.torch.power else None
+    return Plan(
+        job=job,
+        part=part,
+        words=words,
+        work=work,
+        spec=Asked(
+            half=rules.half,
+            joints=options.micro_joints,
+            joint_width=options.joint_width,
+            safe_height=settings.job.clearance_height,
+            probe=probe,
+            power=beam,
+            material_number=settings.post.material_number,
+        ),
+        stages=stages_of(job, joined, head, known),
+        kind="cut",
+        box=_box(cutting.sheet),
+        issues=[*issues, *_probe_issues(probe)],
+        keeps_given=settings.job.keep_order,
+        search_share=SEARCH_SHARE,
+        unforced=False,
+    )
+
+
+def _given(
+    cutting: Cutting, file: PlanFile | None, options: CutOptions, head: HeadTravel
+) -> tuple[list[CutStart], CutSequence, bool]:
+    """Return the order of the drawing or of the plan file, the same with all choices of the plan file if they fit, and
+    whether they do."""
+    known = in_bands(cutting, plan_order(cutting, file) if file else drawing_order(cutting), options)
+    known = clear_pierces(cutting, known, head.cost, None, None)
+    given, fits = CutSequence(cutting, tuple(known)), False
+    if file is not None:
+        with contextlib.suppress(PlanError):
+            whole = follow_plan(cutting, file, everything=True)
+            whole = with_chains(whole, planned_chains(whole, file, everything=True))
+            given, fits = CutSequence(whole, tuple(plan_order(whole, file))), True
+    return known, _leads_apart(given, head), fits
+
+
+def _ready(order: CutSequence, head: HeadTravel) -> CutSequence:
+    """Return an order of a search with pierces in metal and leads that do not meet."""
+    starts = clear_pierces(order.cutting, order.starts, head.cost, head.start, head.end)
+    return _leads_apart(CutSequence(order.cutting, tuple(starts)), head)
+
+
+def _leads_apart(order: CutSequence, head: HeadTravel) -> CutSequence:
+    return CutSequence(order.cutting, tuple(leads_apart(order.cutting, order.starts, head.cost, head.start, head.end)))
+
+
+def _chained(job: Job, cutting: Cutting, file: PlanFile | None, overhead: float) -> Cutting:
+    """Return the cutting with chains where they save time.
+
+    Bridges that a plan file fixes are kept; with ``keep_order`` all its bridges are.
+
+    Raises
+    ------
+    PlanError
+        A bridge of the plan file cannot be made.
+    """
+    from leafcut.order.solve import solve
+
+    settings, options, keep = job.settings, job.settings.of(CutOptions), job.settings.job.keep_order
+    chains = [] if file is None else planned_chains(cutting, file, everything=keep)
+    if not options.chains or keep or settings.solve.algorithm == "none":
+        return with_chains(cutting, chains)
+    blocks = chain_blocks(cutting, bands(cutting, options), chains)
+    deadline, left = job.deadline.part(CHAIN_PART), sum(map(len, blocks))
+    for block in blocks:
+        job.tell("looking for bridges")
+        own = deadline.part(len(block) / left)
+        left -= len(block)
+        found = chain_problem(cutting, options, overhead, min(job.machine.rapid_velocity[:2]), block)
+        if found is None:
+            continue
+        search = replace(settings.solve, bound=False, algorithm="auto", time_limit=own.seconds)
+        tell = job.passing_on("joining cuts", 0.0, 1.0)
+        solution = solve(found.problem, search, settings.aco, progress=tell, cancelled=job.cancelled)
+        own.spend(solution.seconds)
+        chains = [*chains, *chains_of(cutting, found, [int(n) for n in solution.nodes], options, chains)]
+    return with_chains(cutting, chains)
+
+
+def _obstacles(job: Job, moves_z: bool) -> Obstacles | None:
+    """Return the keep-out zones with the heights at which they may be crossed; None without zones."""
+    settings = job.settings.job
+    zones = parse_zones(settings.keep_out)
+    if not len(zones):
+        return None
+    heights = np.full(len(zones), math.inf)
+    if moves_z:
+        heights = crossing_heights(settings.keep_out, settings.clearance_height)
+    return Obstacles(zones, heights, dogleg=job.machine.rapid_style == "dogleg")
 
 
 def _reached(sheet: Sheet, rules: CutRules) -> tuple[Sheet, Sheet, list[Issue]]:
@@ -168,11 +259,6 @@ def _box(sheet: Sheet) -> tuple[float, float, float, float]:
     x0, y0 = boxes[:, :2].min(axis=0).tolist()
     x1, y1 = boxes[:, 2:].max(axis=0).tolist()
     return x0, y0, x1, y1
-
-
-def switches(words: Dialect) -> bool:
-    """Return whether the controller can put the torch off while it moves."""
-    return words.torch is not None and words.torch.darkens
 
 
 def _sheet(run: Job, source: Source) -> tuple[Part, Sheet]:
