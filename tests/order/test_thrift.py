@@ -12,7 +12,7 @@ from leafcut.model.solution import Solution
 from leafcut.options import SolveOptions
 from leafcut.order.sequential import SECONDS_PER_KICK, budget
 from leafcut.order.solve import solve
-from leafcut.order.thrift import FIRST_STRETCH, Thrift
+from leafcut.order.stop import FIRST_STRETCH, Thrift
 from leafcut.report.wording import was_spared
 
 XY = np.random.default_rng(1).uniform(0.0, 300.0, (100, 2))

@@ -55,8 +55,7 @@ from leafcut.order.observing import ClusterPlaces, brightness_of, on_candidates,
 from leafcut.order.precedence import broken_pair, checked_pairs, keeps
 from leafcut.order.running import SearchResult, set_budget, set_budget_of_visits, until_interrupted
 from leafcut.order.statistics import Best, Watched, WorkerLog
-from leafcut.order.stop import Stop
-from leafcut.order.thrift import Thrift
+from leafcut.order.stop import Stop, Thrift
 from leafcut.order.workers import Workers
 
 #: Candidates of each node for ants that choose every edge of a tour among them.

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 NO_VALUE = "–"
 #: A smaller gap is none: the path is the best there is.
 LEAST_GAP = 1e-4
-#: Of a search that ended by `order.thrift`.
+#: Of a search that ended by `order.stop.Thrift`.
 SPARED = "more search would take longer than it saves"
 MINUS = "−"
 
