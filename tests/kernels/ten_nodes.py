@@ -16,7 +16,6 @@ from leafcut.kernels import (
     chords,
     construct,
     cost,
-    coverage,
     directed,
     engagement,
     firefly,
@@ -202,7 +201,7 @@ def in_order(xy: np.ndarray, closed: bool, ways: int) -> list[object]:
 
 def unused() -> tuple[object, ...]:
     """Name the kernel modules, so that a new one is not forgotten here."""
-    first = (annealing, bands, candidates, chords, construct, cost, coverage, directed, engagement, firefly, greedy)
+    first = (annealing, bands, candidates, chords, construct, cost, directed, engagement, firefly, greedy)
     second = (insertion, kicks, layers)
     rest = (
         lin_kernighan,

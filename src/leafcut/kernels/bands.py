@@ -1,4 +1,4 @@
-"""Places of the plane in horizontal bands: all in a box are found without looking at the others."""
+"""Places of the plane in horizontal bands: those in a box, or near a piece of a path, are found without the others."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from numpy.typing import NDArray
 
-from leafcut.kernels import part
+from leafcut.kernels import kernel, part
 
 
 class Bands(NamedTuple):
@@ -47,3 +47,47 @@ def from_left(bands: Bands, band: int, x: float) -> int:
         else:
             high = middle
     return int(low)
+
+
+@part
+def distance_from(x: float, y: float, ax: float, ay: float, bx: float, by: float) -> float:
+    """Return the distance of a place from the straight line from a to b."""
+    length2 = (bx - ax) * (bx - ax) + (by - ay) * (by - ay)
+    share = ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / length2 if length2 > 0.0 else 0.0
+    if share <= 0.0:
+        return math.sqrt((x - ax) * (x - ax) + (y - ay) * (y - ay))
+    if share >= 1.0:
+        return math.sqrt((x - bx) * (x - bx) + (y - by) * (y - by))
+    return abs(((ay - y) * (bx - ax) - (ax - x) * (by - ay)) / length2) * math.sqrt(length2)
+
+
+@kernel
+def near_places(
+    places: Bands, limit: NDArray, longest: float, begin: NDArray, end: NDArray, count: NDArray, found: NDArray
+) -> int:
+    """Count the places that each piece of a way is near enough to, and list them where there is room.
+
+    =========== ============= =======================================================
+    limit       float64[n]    how far each place may be from a piece, mm
+    longest     float         the longest limit, mm
+    begin, end  float64[m, 2] of each piece, mm
+    count       int64[m]      places of each piece
+    found       int64[k]      places, piece after piece, in the order of the bands
+    =========== ============= =======================================================
+
+    Changes: count, found. Returns the sum of `count`.
+    """
+    total = 0
+    for i in range(len(begin)):
+        ax, ay, bx, by = begin[i, 0], begin[i, 1], end[i, 0], end[i, 1]
+        first = total
+        for band in range(band_at(places, min(ay, by) - longest), band_at(places, max(ay, by) + longest) + 1):
+            at = from_left(places, band, min(ax, bx) - longest)
+            while at < places.first[band + 1] and places.x[at] <= max(ax, bx) + longest:
+                if distance_from(places.x[at], places.y[at], ax, ay, bx, by) <= limit[places.row[at]]:
+                    if total < len(found):
+                        found[total] = places.row[at]
+                    total += 1
+                at += 1
+        count[i] = total - first
+    return total

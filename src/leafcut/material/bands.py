@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from leafcut.geometry.arrays import Floats, Indices
-from leafcut.kernels.bands import Bands
-from leafcut.kernels.coverage import near_places
+from leafcut.kernels.bands import Bands, near_places
 
 
 def bands_of(places: Floats, side: float) -> Bands:
