@@ -50,7 +50,7 @@ def raise_by_mesh(field: HeightField, mesh: Mesh) -> None:
     PlanError
         There would be too many triangles over each.
     """
-    from leafcut.kernels.from_above import raise_cell_middles
+    from leafcut.kernels.surface import raise_cell_middles
 
     cell = field.cell
     size = np.ptp(mesh.triangles[:, :, :2], axis=1) / cell + 1.0
