@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from leafcut.kernels.cost import TIED, is_straight, rest_to_rest, straight, tour_cost, travel
 from leafcut.model.problem import METRICS, Metric
 from leafcut.order.instance import cost_model
-from leafcut.timing.travel import travel_cost
 from plain_python import plain_python
+from travel_reference import travel_cost
 
 # To the nanometre: squares of what is smaller than 1e-154 are 0, which no machine will notice.
 COORDINATES = st.floats(-300, 300).map(lambda v: round(v, 6))

@@ -15,8 +15,8 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.order import spanning_tree
 from leafcut.order.instance import Instance, build_instance
 from leafcut.order.spanning_tree import in_the_plane, smallest_tree
-from leafcut.timing.travel import travel_cost
 from plain_python import plain_python
+from travel_reference import travel_cost
 
 MACHINE = {"velocity": (250.0, 150.0), "acceleration": (800.0, 300.0), "per_mm": 1e-6}
 ZONES = np.array([[20.0, 10.0, 60.0, 40.0], [70.0, 70.0, 75.0, 95.0]])

@@ -18,7 +18,7 @@ from leafcut.order import bound as bound_module
 from leafcut.order import spanning_tree
 from leafcut.order.bound import lower_bound
 from leafcut.order.instance import build_instance
-from leafcut.timing.travel import travel_cost
+from travel_reference import travel_cost
 
 MACHINE = {"velocity": (40.0, 20.0), "acceleration": (90.0, 70.0), "per_mm": 1e-6}
 ZONES = np.array([[10.0, 10.0, 30.0, 20.0]])

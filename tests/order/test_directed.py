@@ -12,7 +12,7 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.order import directed
 from leafcut.order.directed import build_directed, is_directed, least_costs
 from leafcut.order.instance import path_cost
-from leafcut.timing.travel import travel_cost
+from travel_reference import travel_cost
 
 M = 8
 START, END = (1.0, 2.0), (30.0, 5.0)

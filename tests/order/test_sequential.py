@@ -27,7 +27,7 @@ from leafcut.order.sequential import PathSearch, greedy_path
 from leafcut.order.solve import keep_better, solve
 from leafcut.order.statistics import Best
 from leafcut.order.stop import Stop
-from leafcut.timing.travel import travel_cost
+from travel_reference import travel_cost
 
 METRICS = [Metric(), Metric("linear", (40.0, 20.0), (90.0, 70.0)), Metric("dogleg", (40.0, 20.0), (90.0, 70.0))]
 ENDS = [(None, None), ((1.0, 2.0), None), (None, (30.0, 5.0)), ((1.0, 2.0), (30.0, 5.0)), "closed"]

@@ -18,8 +18,8 @@ from leafcut.errors import SolveError
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import ALGORITHMS, AcoOptions, SolveOptions
 from leafcut.order.solve import keep_better, solve
-from leafcut.timing.travel import travel_cost
 from packages import Installer, shop
+from travel_reference import travel_cost
 
 ANTS = ("as", "eas", "asrank", "mmas", "acs")
 #: That of the package in `docs/plugins.md`, which is installed for these tests: it is held to what leafcut's own are.

@@ -1,4 +1,4 @@
-"""What travel between two nodes costs: the metric that a solver sees, and its reference in plain Python."""
+"""Cost of travel between two places on a machine: the metric of the search, and the same in plain Python."""
 
 from __future__ import annotations
 
@@ -76,15 +76,15 @@ def _rectangles(zones: ArrayLike | None) -> NDArray[np.float64]:
 
 
 def travel_cost(metric: Metric, a: Point, b: Point) -> float:
-    """Return the cost of going from `a` to `b` (mm): the reference that the compiled code is tested against.
+    """Return the cost of travel from `a` to `b` (mm), as the kernels have it.
 
     Raises
     ------
     PlanError
-        The metric is EXPLICIT: its costs are by index, not by place.
+        The metric is one of maps: `kernels.cost` alone has the rules of TSPLIB.
     """
-    if metric.name == "EXPLICIT":
-        raise PlanError("the metric EXPLICIT has costs by index, not by place")
+    if metric.name not in _COSTS:
+        raise PlanError(f"the metric {metric.name} is one of maps, not of a machine")
     cost = _COSTS[metric.name](metric, a, b)
     if metric.relief is not None:
         cost += _rise_and_fall(metric, metric.relief, a, b)
@@ -148,48 +148,10 @@ def _dogleg(metric: Metric, a: Point, b: Point) -> float:
     return max(axes) + metric.per_mm * math.dist(a, b)
 
 
-def _nearest_whole(x: float) -> int:
-    """TSPLIB's nint of a number that is not negative: halves go up."""
-    return int(x + 0.5)
-
-
-def _att(_: Metric, a: Point, b: Point) -> float:
-    """The pseudo-Euclidean distance of TSPLIB 95, section 2.5."""
-    exact = math.sqrt(((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2) / 10.0)
-    rounded = _nearest_whole(exact)
-    return float(rounded + 1 if rounded < exact else rounded)
-
-
-#: TSPLIB 95's value of pi and its radius of the earth in km: the rule is only met with these.
-_TSPLIB_PI = 3.141592
-_EARTH_KM = 6378.388
-
-
-def _radians(degrees_minutes: float) -> float:
-    """Radians of TSPLIB's DDD.MM; the degrees are cut off, not rounded, as its FAQ corrects the 1995 text."""
-    degrees = int(degrees_minutes)
-    return _TSPLIB_PI * (degrees + 5.0 * (degrees_minutes - degrees) / 3.0) / 180.0
-
-
-def _geo(_: Metric, a: Point, b: Point) -> float:
-    """Kilometres on the idealised earth of TSPLIB 95, section 2.4; x is the latitude, y the longitude."""
-    (latitude_a, longitude_a), (latitude_b, longitude_b) = (tuple(map(_radians, p)) for p in (a, b))
-    q1 = math.cos(longitude_a - longitude_b)
-    q2, q3 = math.cos(latitude_a - latitude_b), math.cos(latitude_a + latitude_b)
-    cosine = 0.5 * ((1.0 + q1) * q2 - (1.0 - q1) * q3)
-    return float(int(_EARTH_KM * math.acos(max(-1.0, min(1.0, cosine))) + 1.0))
-
-
 _COSTS: dict[str, Callable[[Metric, Point, Point], float]] = {
     "euclidean": lambda _, a, b: math.dist(a, b),
     "chebyshev": lambda _, a, b: max(abs(a[0] - b[0]), abs(a[1] - b[1])),
     "manhattan": lambda _, a, b: abs(a[0] - b[0]) + abs(a[1] - b[1]),
-    "EUC_2D": lambda _, a, b: float(_nearest_whole(math.dist(a, b))),
-    "CEIL_2D": lambda _, a, b: float(math.ceil(math.dist(a, b))),
-    "MAX_2D": lambda _, a, b: float(max(_nearest_whole(abs(a[0] - b[0])), _nearest_whole(abs(a[1] - b[1])))),
-    "MAN_2D": lambda _, a, b: float(_nearest_whole(abs(a[0] - b[0]) + abs(a[1] - b[1]))),
-    "ATT": _att,
-    "GEO": _geo,
     "linear": _linear,
     "dogleg": _dogleg,
 }
