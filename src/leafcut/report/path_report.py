@@ -145,7 +145,8 @@ class PathReport(Generic[D]):
 
     def search_name(self, number: int) -> str:
         """Return the tool and the work of a search: ``T1 drill Ø6.35, 70 holes``."""
-        return views.operation_words(self.outcome.operations[number])
+        operation = self.outcome.operations[number]
+        return f"{views.tool_words(operation.tool)}, {views.work_words(operation)}"
 
     def nearest_cost(self) -> float | None:
         """Return the cost of the nearest neighbour order in the solver's unit, or None if it is unknown.

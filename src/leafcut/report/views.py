@@ -152,11 +152,6 @@ def number_of(tool: Tool) -> str:
     return f"T{tool.number}" if tool.number else ""
 
 
-def operation_words(operation: OperationOutcome) -> str:
-    """Return ``T1 drill Ø6.35, 70 holes``."""
-    return f"{tool_words(operation.tool)}, {work_words(operation)}"
-
-
 def tool_words(tool: Tool) -> str:
     """Return ``T3 drill Ø6.35``; of a tool in a program, which does not say how wide it is, ``T3 drill``."""
     return clean(tool.label if tool.diameter > 0 else f"{number_of(tool)} {tool.name or tool.kind.value}".strip())

@@ -131,7 +131,6 @@ def _optimize(
     from leafcut.processes.registry import report_of
     from leafcut.read.plan_file import plan_text
     from leafcut.report.json_answer import as_json, overview_as_json
-    from leafcut.report.views import operation_words
 
     outcome = api.optimize(
         call.sources[0], process=call.process, progress=tell, observe=observe, cancelled=cancelled, **call.options
@@ -151,7 +150,8 @@ def _optimize(
     kind = f"text/plain; charset={outcome.encoding}"
     artefacts = {"program": Artefact(output, kind, outcome.text.encode(outcome.encoding)), **_pages(report, output)}
     searches = [
-        (operation_words(o), o.solution.history, o.solution.lower_bound, o.solution.unit) for o in outcome.operations
+        (report.search_name(n), o.solution.history, o.solution.lower_bound, o.solution.unit)
+        for n, o in enumerate(outcome.operations)
     ]
     artefacts["search"] = _searches(searches, observe)
     artefacts["overview"] = Artefact("", "application/json", json.dumps(overview_as_json(report)).encode())
