@@ -366,8 +366,8 @@ def test_what_knowing_the_stock_saves_is_told_beside_the_figures(page: Page) -> 
     typed(page, "Workpiece", "-5,-5,-10,240,160,0")
     typed(page, "Tool diameter", "3")
     run(page)
-    expect(page.locator("#result-panel")).to_contain_text("by lower retracts (29 heights)")
-    expect(page.locator("#result-panel")).to_contain_text("by rapids in the air (16 cuts)")
+    expect(page.locator("#result-panel")).to_contain_text("heights lowered: 29")
+    expect(page.locator("#result-panel")).to_contain_text("cuts in the air that are rapids now: 16")
 
 
 def test_missing_work_comes_first_in_red_and_is_hatched_in_the_drawing(page: Page, tmp_path: Path) -> None:
