@@ -56,8 +56,8 @@ def test_a_default_passes_its_own_check_and_has_a_help(group: type) -> None:
         (JobOptions, "tools", 5, "a path"),
         (ReadOptions, "units", "yard", "unknown value"),
         (PostOptions, "dialect", 5, "a text"),
-        (PocketOptions, "step_over", "60 mm", "a fraction such as 0.6 or 60%"),
-        (PocketOptions, "step_over", "60", "above the maximum of 0.95"),
+        (JobOptions, "step_over", "60 mm", "a fraction such as 0.6 or 60%"),
+        (JobOptions, "step_over", "60", "above the maximum of 0.95"),
         (ReadOptions, "rotate", "361", "361 deg is above the maximum of 360 deg"),
         (ReadOptions, "rotate", "-400", "-400 deg is below the minimum of -360 deg"),
     ],
@@ -73,7 +73,7 @@ def test_what_cannot_be_used_is_refused_with_its_flag(group: Any, name: str, val
         (PocketOptions, "entry_angle", "95", "95 deg is above the maximum of 45.8366 deg"),
         (JobOptions, "feed", "0", "0 mm/min is below the minimum of 0.06 mm/min"),
         (JobOptions, "depth", "0", "0 mm is below the minimum of 0.001 mm"),
-        (PocketOptions, "step_over", 2, "2 is above the maximum of 0.95"),
+        (JobOptions, "step_over", 2, "2 is above the maximum of 0.95"),
     ],
 )
 def test_a_value_out_of_bounds_is_told_in_the_units_a_person_types(
@@ -164,14 +164,14 @@ def test_what_is_written_is_read_again_as_the_same(group: Any, name: str, spec: 
 
 def test_a_share_is_a_number_or_percent_of_it() -> None:
     for said in (0.45, "0.45", "45%", " 45 % "):
-        assert PocketOptions(step_over=said).step_over == pytest.approx(0.45)  # type: ignore[arg-type]
+        assert JobOptions(step_over=said).step_over == pytest.approx(0.45)  # type: ignore[arg-type]
 
 
 def test_a_decimal_comma_is_a_point_in_what_holds_one_number_and_parts_what_holds_several() -> None:
     found = collect({"thickness": "6,5", "dwell": "0,5s", "start_point": "10,20", "step_over": "62,5%"})
     assert (found.job.thickness, found.of(DrillOptions).dwell) == (6.5, 0.5)
     assert found.job.start_point == (10.0, 20.0)
-    assert found.of(PocketOptions).step_over == 0.625
+    assert found.of(JobOptions).step_over == 0.625
 
 
 @pytest.mark.parametrize("name", ["clearance_height", "seed", "layers", "start_point"])

@@ -140,6 +140,14 @@ class JobOptions(OptionGroup):
         minimum=1,
         default_words="20 m/min surface speed; for end mills from the tool library or --material",
     )
+    step_over: float | None = option(
+        "share",
+        None,
+        "maximum step-over in a pocket, or width of an end mill's cut, as a share of the tool diameter",
+        minimum=0.02,
+        maximum=0.95,
+        default_words="0.6 in pockets, else a full slot",
+    )
     step_down: float | None = option(
         "quantity",
         None,

@@ -209,6 +209,10 @@ class _JobOptions6(TypedDict, total=False):
 
 class _JobOptions7(TypedDict, total=False):
     # Of optimize, pocket, tool_speeds.
+    step_over: float | str | None
+    """Maximum step-over in a pocket, or width of an end mill's cut, as a share of the tool diameter (default: 0.6
+    in pockets, else a full slot).
+    """
     step_down: Quantity | None
     """Step-down: depth per level of a pocket, or of an end mill's cut (mm; default: half the tool diameter)."""
 
@@ -396,8 +400,6 @@ class _PocketOptions1(TypedDict, total=False):
     """Tool number of the end mill, also in the tool library (default: 1; with a library its end mill of that
     diameter, or its only one).
     """
-    step_over: float | str | None
-    """Maximum step-over, as a share of the tool diameter (default: 0.6)."""
     pocket_top: Literal["highest", "surface", None]
     """Where the material of a solid's pockets begins: at its highest place, or at the surface around each, where
     all else of the solid is milled already (default: highest).
@@ -634,8 +636,6 @@ class _SpeedOptions1(TypedDict, total=False):
     """Cutting edges of tools whose library does not say their material (default: hss)."""
     cut_length: Quantity | None
     """Length that every end mill is fed in the material for one part (mm; default: end mills are left out)."""
-    cut_width: Quantity | None
-    """Width of an end mill's cut (mm; default: the tool's diameter: a slot)."""
 
 
 class _SpeedOptions2(TypedDict, total=False):

@@ -16,6 +16,7 @@ REMOVED = {
     "colonies_on": "one colony uses all threads; leave it out",
     "consumables_rate": "now --cutting-rate (gas, power and consumables together)",
     "cut_depth": "now --step-down",
+    "cut_width": "now --step-over (a share of the tool diameter)",
     "date": "the header of the same job is always the same; your editor or file system keeps the date",
     "device": "now --parallel gpu",
     "drill_diameter": "now --tool-diameter",

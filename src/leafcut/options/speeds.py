@@ -42,16 +42,6 @@ class SpeedOptions(OptionGroup):
         default_words="end mills are left out",
         needs=(given("tools"),),
     )
-    cut_width: float | None = option(
-        "quantity",
-        None,
-        "width of an end mill's cut",
-        unit="mm",
-        minimum=0.001,
-        maximum=1000,
-        default_words="the tool's diameter: a slot",
-        needs=(given("cut_length"),),
-    )
     shop_rate: float | None = option(
         "number",
         None,

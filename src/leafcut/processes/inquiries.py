@@ -81,6 +81,7 @@ class ChoosingSpeeds(Work):
         "retract_height",
         "material",
         tool_diameter=(absent("tools"), input_is_not("drawing")),
+        step_over=(given("cut_length"),),
         step_down=(given("cut_length"),),
     )
 

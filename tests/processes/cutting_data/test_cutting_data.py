@@ -163,12 +163,13 @@ def test_end_mills_are_chosen_for_beside_the_drills_of_a_drawing(library: Path, 
         leafcut.tool_speeds(str(examples / "plate_10.dxf"), material="c45", depth=3, cut_length="1 m")
 
 
-def test_the_step_down_is_the_depth_of_an_end_mills_cut(library: Path) -> None:
-    """Half as deep takes half the power; the default is half of the diameter of 8 mm."""
+@pytest.mark.parametrize("narrow", [{"step_down": 2}, {"step_over": 0.5}], ids=["depth", "width"])
+def test_step_over_and_step_down_are_the_cut_of_an_end_mill(library: Path, narrow: dict[str, Any]) -> None:
+    """Half as deep or wide takes half the power; the default is a slot half of the diameter of 8 mm deep."""
     given: dict[str, Any] = {"tools": library, "material": "c45", "cut_length": 500, "holes": 1, "depth": 3}
     full, same, half = (
-        {(p.rpm, p.feed): p.power for p in chosen(leafcut.tool_speeds(**given, step_down=depth), 2).points}
-        for depth in (None, 4, 2)
+        {(p.rpm, p.feed): p.power for p in chosen(leafcut.tool_speeds(**given, **cut), 2).points}
+        for cut in ({}, {"step_down": 4}, narrow)
     )
     assert full == same
     both = full.keys() & half.keys()
@@ -273,7 +274,7 @@ def test_the_costs_of_the_library_count(library: Path) -> None:
         ({"material": "copper"}, "copper has no tool-life constants of hss drills; there are none of drills at all"),
         ({"machine": "laser-table"}, "--machine laser-table: has no spindle"),
         ({"layers": "x"}, "--layers: only used for a drawing; leave it out"),
-        ({"cut_width": 3}, "--cut-width: only used with --cut-length"),
+        ({"step_over": 0.5}, "--step-over: only used with --cut-length"),
     ],
 )
 def test_what_cannot_be_chosen_is_refused_in_one_line_that_says_why(given: dict[str, Any], words: str) -> None:

@@ -130,7 +130,7 @@ def test_every_level_of_the_program_clears_the_pocket_and_stays_inside_it(outcom
 
 def test_a_cheaper_strategy_that_is_not_written_has_the_reason_beside_it(outcome: Outcome) -> None:
     [plan] = outcome.detail.plans
-    options = {PocketOptions: PocketOptions(step_over=0.6)}
+    options = {PocketOptions: PocketOptions()}
     settings = SimpleNamespace(of=options.__getitem__, solve=SimpleNamespace(objective="time"))
     job: Any = SimpleNamespace(run=SimpleNamespace(settings=settings), exact=plan.rules, rules=plan.rules)
     sound = PocketMeasures(1000.0, 0.0, 0, reachable_mm2=1000.0)

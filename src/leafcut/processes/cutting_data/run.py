@@ -218,7 +218,7 @@ def _stated(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int, f
 
 
 def _mill(tool: Tool, settings: Settings, length: float, material: WorkMaterial, kind: ToolMaterial) -> ToolWork:
-    width = min(settings.of(SpeedOptions).cut_width or tool.diameter, tool.diameter)
+    width = (settings.job.step_over or 1.0) * tool.diameter
     depth = settings.job.step_down or _DEPTH * tool.diameter
     lives, teeth = material.lives_of(CuttingWork.MILL, kind), tool.teeth or 0
     return ToolWork(tool, CuttingWork.MILL, lives, fed=length, cut=length, width=width, depth=depth, teeth=teeth)

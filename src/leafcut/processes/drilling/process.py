@@ -48,7 +48,7 @@ class Drilling(Process):
     title = "drilling"
     options = (DrillOptions,)
     uses = use(ReadOptions) | use(MachineOptions) | ORDERED | WRITTEN
-    uses |= use(JobOptions, but=("material", "keep_order", "tool_diameter", "step_down")) | use(
+    uses |= use(JobOptions, but=("material", "keep_order", "tool_diameter", "step_over", "step_down")) | use(
         JobOptions, material=(given("tools"),), diameter_tolerance=()
     )
     otherwise = {"keep_order": "--algorithm none keeps the order of the drawing"}  # noqa: RUF012  # the protocol says that it is of the class

@@ -33,9 +33,6 @@ class PocketOptions(OptionGroup):
         maximum=99_999_999,
         default_words="1; with a library its end mill of that diameter, or its only one",
     )
-    step_over: float = option(
-        "share", 0.6, "maximum step-over, as a share of the tool diameter", minimum=0.02, maximum=0.95
-    )
     pocket_top: str = option(
         "text",
         "highest",

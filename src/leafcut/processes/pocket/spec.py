@@ -60,7 +60,7 @@ def prepared(run: Job, source: Source) -> tuple[PocketJob, list[Issue]]:
     if mill is not None:
         # The depths of a solid are known now: the mill may be too short.
         mill = _library_mill(run, max(depths))
-    rules = rules_of(options, diameter)
+    rules = rules_of(options, settings.job.step_over, diameter)
     around = lying_in(part.pockets, rules.tolerance)
     solid, tops = _solid(run, source, whole, part, rules.radius)
     levels = tuple(

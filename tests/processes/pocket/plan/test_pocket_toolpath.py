@@ -90,7 +90,7 @@ def test_finishing_passes_are_two_diameters_deep_at_most() -> None:
 )
 def test_rules_say_in_one_line_what_is_missing_or_wrong(diameter: float | None, strategy: str, words: str) -> None:
     with pytest.raises(OptionError, match=words):
-        rules_of(PocketOptions(strategy=strategy), diameter)
+        rules_of(PocketOptions(strategy=strategy), None, diameter)
 
 
 def test_depth_is_needed_and_levels_are_counted() -> None:

@@ -25,6 +25,8 @@ from leafcut.processes.spindle_moves import check_spindle_heights
 #: How far a path may leave the exact one, mm, and as a share of the step-over: passes that are close are as true.
 TOLERANCE, TRUE = 0.01, 0.05
 
+#: Step-over where none is given, as a share of the diameter.
+STEP_OVER = 0.6
 #: Straight down an end mill cuts with its centre, where nothing turns: a third of the feed.
 PLUNGE_PART = 1.0 / 3.0
 #: A pocket of more levels is a mistake.
@@ -60,8 +62,10 @@ class MillingData:
         return self.plunge_feed if self.limits is None else plunge_feed(self.limits, self.plunge_feed)
 
 
-def rules_of(options: PocketOptions, diameter: float | None, tolerance: float = TOLERANCE) -> PocketRules:
-    """Return how pockets are cleared in the plane.
+def rules_of(
+    options: PocketOptions, step_over: float | None, diameter: float | None, tolerance: float = TOLERANCE
+) -> PocketRules:
+    """Return how pockets are cleared in the plane; `step_over` is a share of the diameter.
 
     Raises
     ------
@@ -73,20 +77,20 @@ def rules_of(options: PocketOptions, diameter: float | None, tolerance: float = 
         raise OptionError(
             "a pocket needs the diameter of its end mill; give --tool-diameter, or a tool library with --tools"
         )
-    step_over = options.step_over * diameter
-    if options.stock > step_over:
+    widest = (step_over or STEP_OVER) * diameter
+    if options.stock > widest:
         raise OptionError(
-            f"--stock {options.stock:g} mm is more than the step-over of {step_over:.4g} mm: the finishing pass would "
+            f"--stock {options.stock:g} mm is more than the step-over of {widest:.4g} mm: the finishing pass would "
             "cut wider than any other; give less stock or a larger --step-over"
         )
     if options.strategy == "adaptive" and options.max_engagement is None:
         raise OptionError("--strategy adaptive needs an engagement limit; give --max-engagement")
     return PocketRules(
         tool_diameter=diameter,
-        step_over=step_over,
+        step_over=widest,
         stock=options.stock,
         climb=options.milling == "climb",
-        tolerance=min(tolerance, TRUE * step_over),
+        tolerance=min(tolerance, TRUE * widest),
         max_engagement=options.max_engagement,
     )
 
