@@ -22,7 +22,9 @@ from leafcut.order.kicks import BREADTH, choices, work_tour
 from leafcut.order.solve import solve
 from leafcut.order.stop import Stop
 
-SIMPLE, COMPLEX = (Flight.of(FireflyOptions(firefly_mode=mode), limited=False) for mode in ("simple", "complex"))
+SIMPLE, COMPLEX = (
+    Flight.of(FireflyOptions(variant=variant), limited=False) for variant in ("leafcut", "published-complex")
+)
 
 
 def places(n: int, seed: int = 1) -> np.ndarray:

@@ -25,7 +25,7 @@ from leafcut.processes import registry
 from leafcut.processes.settings import collect, settings_for
 
 SIMPLE, COMPLEX = (
-    Flight.of(FireflyOptions(firefly_mode=mode, variant="published"), limited=False) for mode in ("simple", "complex")
+    Flight.of(FireflyOptions(variant=variant), limited=False) for variant in ("published", "published-complex")
 )
 
 
@@ -127,15 +127,15 @@ def test_of_m_times_n_moves_the_n_shortest_are_kept_and_no_tour_of_before() -> N
     assert all(not np.array_equal(tour, old) for tour in tours for old in before)
 
 
-@pytest.mark.parametrize("mode", ["simple", "complex"])
-def test_the_same_seed_gives_the_same_tour_and_given_ends_stay_ends(mode: str) -> None:
+@pytest.mark.parametrize("variant", ["published", "published-complex"])
+def test_the_same_seed_gives_the_same_tour_and_given_ends_stay_ends(variant: str) -> None:
     problem = RoutingProblem.of_points(
         np.random.default_rng(3).uniform(0, 50, (25, 2)), start=(0.0, 0.0), end=(50.0, 50.0)
     )
     ways = [
         solve(
             problem, SolveOptions(algorithm="firefly", iterations=300, seed=seed, threads=threads, bound=False),
-            firefly=FireflyOptions(variant="published", firefly_mode=mode),
+            firefly=FireflyOptions(variant=variant),
         )
         for seed, threads in ((1, 1), (1, 2), (2, 1))
     ]  # fmt: skip

@@ -547,17 +547,15 @@ class _AcoOptions1(TypedDict, total=False):
 
 class _FireflyOptions1(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, reorder, solve.
-    variant: Literal["leafcut", "published", None]
-    """Firefly variant; published: position-wise distances, the n best of m × n moves, no local search (default:
-    leafcut).
+    variant: Literal["leafcut", "published", "published-complex", None]
+    """Firefly variant; published: position-wise distances, the n best of m × n moves, no local search, with the
+    settings published for simple or for complex pockets (default: leafcut).
     """
-    firefly_mode: Literal["simple", "complex", None]
-    """Published settings to start from: for simple or for complex pockets (default: simple)."""
     n_fireflies: int | None
-    """Number of fireflies (n) (default: 11 in simple mode, 10 in complex)."""
+    """Number of fireflies (n) (default: 11; 10 for published-complex)."""
     attractiveness: float | None
-    """Attractiveness: inversions per move towards a near tour (β₀); tried per move where published (default: 20 in
-    simple mode, 15 in complex).
+    """Attractiveness: inversions per move towards a near tour (β₀); tried per move where published (default: 20;
+    15 for published-complex).
     """
     absorption: float | None
     """Absorption: how fast attractiveness falls with tour distance (γ) (default: 0.015)."""

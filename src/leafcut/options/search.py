@@ -210,15 +210,9 @@ class FireflyOptions(OptionGroup):
     variant: str = option(
         "text",
         "leafcut",
-        "firefly variant; published: position-wise distances, the n best of m × n moves, no local search",
-        choices=("leafcut", "published"),
-        needs=(FIREFLIES,),
-    )
-    firefly_mode: str = option(
-        "text",
-        "simple",
-        "published settings to start from: for simple or for complex pockets",
-        choices=("simple", "complex"),
+        "firefly variant; published: position-wise distances, the n best of m × n moves, no local search, with the "
+        "settings published for simple or for complex pockets",
+        choices=("leafcut", "published", "published-complex"),
         needs=(FIREFLIES,),
     )
     n_fireflies: int | None = option(
@@ -227,7 +221,7 @@ class FireflyOptions(OptionGroup):
         "number of fireflies (n)",
         minimum=1,
         maximum=10_000,
-        default_words="11 in simple mode, 10 in complex",
+        default_words="11; 10 for published-complex",
         needs=(FIREFLIES,),
     )
     attractiveness: float | None = option(
@@ -236,7 +230,7 @@ class FireflyOptions(OptionGroup):
         "attractiveness: inversions per move towards a near tour (β₀); tried per move where published",
         minimum=0,
         maximum=1000,
-        default_words="20 in simple mode, 15 in complex",
+        default_words="20; 15 for published-complex",
         needs=(FIREFLIES,),
     )
     absorption: float = option(

@@ -11,7 +11,7 @@ What the sources leave open is settled as follows.
 - β is how many inversions a flight has; an iteration is as many flights as there are nodes (`FLIGHTS`).
 - Long inversions have 2 to A nodes, short ones no more than a share of all, or 50 where mended. Until the switch, at a
   share of the iterations (or of the time limit), they are long, then short: first far, then fine.
-- Simple and complex mode differ in their defaults only: fireflies, β0, and the switch.
+- The settings for simple and for complex pockets differ in their defaults only: fireflies, β0, and the switch.
 
 Differs: inversions are made one after the other, and each is kept unless it makes the tour longer, instead of trying
 all from one place and keeping the n best tours of all, which soon are copies of one (`order.published_firefly`). All
@@ -56,7 +56,12 @@ class Mode:
     switch_at: float
 
 
-MODES = {"simple": Mode(11, 20.0, 27.0), "complex": Mode(10, 15.0, 37.0)}
+#: By the value of `--variant`.
+MODES = {
+    "leafcut": Mode(11, 20.0, 27.0),
+    "published": Mode(11, 20.0, 27.0),
+    "published-complex": Mode(10, 15.0, 37.0),
+}
 
 #: Iterations without a shorter tour after which the published system ends.
 PATIENCE = 20
@@ -92,15 +97,15 @@ class Flight:
     @classmethod
     def of(cls, options: FireflyOptions, limited: bool) -> Flight:
         """Return the parameters; a search that is `limited`, in time or iterations, ends there and nowhere else."""
-        mode = MODES[options.firefly_mode]
+        mode = MODES[options.variant]
         return cls(
             fireflies=options.n_fireflies or mode.fireflies,
             attractiveness=mode.attractiveness if options.attractiveness is None else options.attractiveness,
             absorption=options.absorption,
             switch=0.01 * mode.switch_at,
             patience=math.inf if limited else PATIENCE,
-            at_random=options.variant == "published",
-            complex=options.firefly_mode == "complex",
+            at_random=options.variant != "leafcut",
+            complex=options.variant == "published-complex",
         )
 
     def attraction(self, apart: int, h: int) -> float:

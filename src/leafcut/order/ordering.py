@@ -229,10 +229,10 @@ class Swarm:
         best.offer(first, length, 0)
         self.reinforce: Reinforce = learn_nothing
         if options.algorithm == "firefly":
-            if firefly.variant == "published":
+            if firefly.variant != "leafcut":
                 raise SolveError(
-                    "--variant published moves closed tours of places: it keeps no precedence, direction or choice of "
-                    "starts; use --variant leafcut"
+                    f"--variant {firefly.variant} moves closed tours of places: it keeps no precedence, direction or "
+                    "choice of starts; use --variant leafcut"
                 )
             flight = Flight.of(firefly, limited=options.is_limited)
             swarm = OrderFireflies(ordering, flight, options.seed, first)

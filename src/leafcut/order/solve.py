@@ -296,7 +296,7 @@ def _fireflies(instance: Instance, run: AlgorithmRun) -> SearchResult:
 
     options, stop, best = run.options, run.stop, run.best
     flight = room.Flight.of(run.firefly, limited=options.is_limited)
-    if run.firefly.variant == "published":
+    if run.firefly.variant != "leafcut":
         from leafcut.order.published_firefly import run_published
 
         return run_published(instance, run, flight)
