@@ -119,3 +119,9 @@ def test_a_nest_of_a_parts_list_has_the_name_of_the_list(shop: Path) -> None:
     (shop / "order.csv").write_text("bracket.dxf,2\n")
     assert run(["nest", "jobs/order.csv", *NEST]) == 0
     assert "order.dxf" in names(shop)
+
+
+def test_a_nest_of_a_missing_part_names_the_part(shop: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    shutil.copy(EXAMPLES / "bracket.dxf", shop / "bracket.dxf")
+    assert run(["nest", "jobs/bracket.dxf*20", *NEST]) == 1
+    assert capsys.readouterr().err == "leafcut: jobs/bracket.dxf*20: file not found\n"

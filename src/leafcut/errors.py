@@ -150,15 +150,17 @@ def parsing(file: str | Path, what: str, line: int | None = None) -> Iterator[No
 def close_to(name: str, known: Iterable[str]) -> str:
     """Return the known name that `name` was most likely meant to be, "" where none is near.
 
-    A name of several words that has `name` as a word comes before names that are spelled alike: `spindle-speed` for
-    `speed`, not `seed`.
+    A name that begins with `name`, or has it as a word, comes before names that are spelled alike: `tools` for `tool`,
+    and `spindle-speed` for `speed`, not `seed`.
     """
     from difflib import get_close_matches  # start-up: seldom asked for
 
     name = name.lower()
     lower = {one.lower(): one for one in known}
-    having = [one for one in lower if len(name) > 2 and name in re.split("[-_ ]", one)]
-    near = sorted(having, key=len)[:1] or get_close_matches(name, lower, n=1, cutoff=0.6)
+    having = [one for one in lower if len(name) > 2 and (one.startswith(name) or name in re.split("[-_ ]", one))]
+    near = sorted(having, key=lambda one: (not one.startswith(name), len(one)))[:1] or get_close_matches(
+        name, lower, n=1, cutoff=0.6
+    )
     return lower[near[0]] if near else ""
 
 

@@ -44,6 +44,11 @@ REPLACED = {
     "warm-up": "leafcut install kernels",
     "cutting-data": "leafcut tools speeds",
 }
+#: Words that are no commands, and what to type instead.
+_MEANT = {
+    "help": "leafcut --help, or leafcut COMMAND --help",
+    "mill": "leafcut pocket DRAWING, or leafcut reorder PROGRAM",
+}
 EXAMPLES = """Examples:
 
 leafcut plate.dxf --thickness 6 --machine haas-vf2
@@ -144,12 +149,14 @@ def _with_command(arguments: Sequence[str]) -> list[str]:
     Raises
     ------
     OptionError
-        The command is one of an earlier version.
+        The command is one of an earlier version, or of other programs.
     """
     words = [*arguments]
     first = words[0] if words else ""
     if first in REPLACED:
         raise OptionError(f"'leafcut {first}' was replaced; type: {REPLACED[first]}")
+    if first in _MEANT and not Path(first).exists():
+        raise OptionError(f"there is no command '{first}'; type: {_MEANT[first]}")
     is_command = first in _command_names() or first.startswith("-") or not first
     if not is_command and (Path(first).exists() or re.search(r"[.:*?/\\]", first)):
         words.insert(0, "optimize")
@@ -195,6 +202,7 @@ def app(arguments: Sequence[str] = ()) -> App:
         f"leafcut FILE does the same as leafcut optimize FILE. {STATUSES}",
         help_epilogue=EXAMPLES,
         usage="leafcut COMMAND [--help] | leafcut FILE",
+        group_commands=Group("Options", sort_key=9),
         version=__version__,
         version_flags=["--version"],
         help_format="plaintext",

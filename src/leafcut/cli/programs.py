@@ -318,7 +318,7 @@ def filter_program(
 
 
 def _sheets_beside(parts: Sequence[str]) -> str | None:
-    """Return the default file of nested sheets: beside the first part, under its name; None where there is no part.
+    """Return the default file of nested sheets: beside the first part, under its name; None if there is no part.
 
     Raises
     ------
@@ -328,8 +328,8 @@ def _sheets_beside(parts: Sequence[str]) -> str | None:
     from leafcut.read.nest_list import file_and_quantity
 
     inputs = [file_and_quantity(word)[0] for word in parts]
-    if not inputs:
-        return None
+    if not inputs or (":" not in inputs[0] and not Path(inputs[0]).exists()):
+        return None  # the missing part is refused when it is read
     file = Path(places_beside(inputs[:1], [f"{Path(inputs[0]).stem}.dxf"], inputs)[0])
     numbered = re.compile(re.escape(file.stem) + r"(_v\d+)?(_\d+)?\.dxf", re.IGNORECASE)
     for sheet in sorted(file.parent.iterdir() if file.parent.is_dir() else ()):

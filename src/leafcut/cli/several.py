@@ -9,11 +9,14 @@ from pathlib import Path
 from leafcut.errors import OptionError, ReadError, count_of
 from leafcut.files.digests import is_unchanged
 from leafcut.files.whole_files import OutputError, check_output, decoded, same_file
+from leafcut.units import FACTORS
 
 #: The table and the report, beside the programs.
 TABLE, PAGE = "batch.csv", "batch.html"
 #: Ending of a list of inputs, and its most lines.
 LIST, MOST_INPUTS = ".list", 100_000
+#: Units that options may have.
+UNIT_WORDS = frozenset(unit for units in FACTORS.values() for unit in units)
 #: Stands for standard input.
 _DASH = "-"
 
@@ -80,11 +83,13 @@ def expanded(
     ReadError
         Nothing fits.
     OptionError
-        There is no input, or standard input beside others.
+        There is no input, or standard input beside others, or a unit that was meant for an option.
     """
     inputs: list[str] = []
     pattern = False
     for word in words:
+        if word in UNIT_WORDS and not Path(word).exists():
+            raise OptionError(f"{word}: file not found; write a unit directly after its number, such as 6{word}")
         if not glob.has_magic(word) or Path(word).exists():
             inputs.append(word)
             continue

@@ -117,7 +117,7 @@ def told(
             return f"{problem.token.keyword if problem.token else ''} is given twice; leave one out"
         case MissingArgumentError():
             name = problem.keyword or (problem.argument.name if problem.argument else "")
-            return f"{name} needs a value {help_of}" if name.startswith("-") else f"{command} needs {name} {help_of}"
+            return f"{name} needs a value {help_of}" if problem.keyword else f"{command} needs {name} {help_of}"
         case CoercionError() if problem.token is not None and problem.target_type is bool:
             flag = problem.token.keyword
             return f"{flag}: '{shown(problem.token.value)}' is not true or false; {flag} alone turns it on"

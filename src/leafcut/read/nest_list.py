@@ -47,7 +47,7 @@ def read_wanted(words: Sequence[str | WantedDrawing]) -> list[WantedDrawing]:
     ReadError
         A list cannot be read, or a line of it (said by its number).
     OptionError
-        There are no words, or a quantity is below 1.
+        There are no words, or a quantity is below 1 or stands by itself.
     """
     found = [one for word in words for one in ([word] if isinstance(word, WantedDrawing) else _named(word))]
     if not found:
@@ -64,6 +64,8 @@ def file_and_quantity(word: str) -> tuple[str, int]:
 
 
 def _named(word: str) -> Iterator[WantedDrawing]:
+    if re.fullmatch(r"x?[0-9]{1,9}x?", word, re.IGNORECASE) and not Path(word).exists():
+        raise OptionError(f"{word}: file not found; write a quantity after its drawing, bracket.dxf:{word.strip('xX')}")
     file, quantity = file_and_quantity(word)
     if quantity < 1:
         raise OptionError(f"{shown(word)}: the quantity must be 1 or more")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
+from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -30,6 +31,9 @@ _OF_MATERIALS = ("cut_speed", "cut_process", "material", "thickness", "amps", "n
 #: Where the thickness of a sheet is not given, the feed of its material is taken to be that of so much, mm.
 _USUAL_THICKNESS = 3.0
 
+
+#: Extensions of drawings that somebody may give in place of the program that was made of them.
+DRAWINGS = (".dxf", ".svg", ".step", ".stp", ".stl")
 
 #: Codes of rapids that are dangers if the surface of the part is Z0 everywhere.
 BELOW_SURFACE = ("L801", "L802")
@@ -103,9 +107,14 @@ def refuse_other_languages(text: str, source: str) -> None:
     ------
     ReadError
         It is for a lathe or a printer, or in the language of Heidenhain or Siemens.
+    OptionError
+        It is a drawing.
     """
     from leafcut.gcode.languages import other_language
+    from leafcut.read.registry import format_name
 
+    if Path(source).suffix.lower() in DRAWINGS and (kind := format_name(source)) not in ("", "gcode"):
+        raise OptionError(f"{source}: a drawing ({kind}), not a program; make its program first: leafcut {source}")
     if what := other_language(text):
         raise ReadError(source, what)
 
