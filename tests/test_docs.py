@@ -167,3 +167,9 @@ def test_an_example_script_runs_and_draws_the_shipped_files(script: str, tmp_pat
     for drawn in (ROOT / "examples").iterdir():
         if drawn.suffix in (".dxf", ".svg", ".nc"):
             assert (tmp_path / "examples" / drawn.name).read_bytes() == drawn.read_bytes(), drawn.name
+
+
+def test_every_picture_of_the_docs_is_on_a_page() -> None:
+    pages = [*(ROOT / "docs").rglob("*.md"), ROOT / "README.md"]
+    text = "".join(page.read_text(encoding="utf-8") for page in pages)
+    assert [file.name for file in (ROOT / "docs" / "pictures").iterdir() if f"pictures/{file.name}" not in text] == []

@@ -113,23 +113,16 @@ def take(address: str) -> None:
             browser.close()
             return
         page.goto(page.url.partition("?")[0])
-        shot(page, "empty")
         run(page, EXAMPLES / "plate_70.dxf")
         shot(page, "result")
         nest(page)
-        run(page, EXAMPLES / "cam_121.nc")
-        page.get_by_role("tab", name="Program").click()
-        shot(page, "program")
-        page.keyboard.press("t")
-        page.get_by_role("tab", name="Search").click()
-        shot(page, "dark")
         browser.close()
 
 
 @contextmanager
 def router() -> Iterator[str]:
     """Yield the port of the simulated board, set up as a router."""
-    sys.path.append(str(ROOT / "tests"))
+    sys.path += [str(ROOT), str(ROOT / "tests")]
     from grbl_board import SETTINGS, set_up
 
     # Soft limits at the end: they need homing, which is among the rest.
@@ -139,7 +132,7 @@ def router() -> Iterator[str]:
 
 
 def machine(page: Page) -> None:
-    """Drill a plate on a GRBL board: hole by hole, in the dark, and on a narrow page."""
+    """Drill a plate on a GRBL board, hole by hole."""
     with router() as port:
         page.goto(page.url.partition("?")[0])
         page.set_input_files("#open-file", EXAMPLES / "plate_27.dxf")
@@ -157,9 +150,7 @@ def machine(page: Page) -> None:
             page.get_by_role("button", name=key, exact=True).click()
             page.wait_for_timeout(1000)
             page.locator("#view-control .tag", has_text="Idle").wait_for()
-        shot(page, "machine")
         drill(page)
-        page.set_viewport_size({"width": 1280, "height": 720})
         page.keyboard.press("Escape")
         press(page, "Disconnect")
         page.locator("#machine-port").wait_for()
@@ -180,12 +171,6 @@ def drill(page: Page) -> None:
     page.wait_for_timeout(4000)
     press(page, "Hold")
     page.get_by_role("button", name="Resume", exact=True).wait_for()
-    page.keyboard.press("t")
-    shot(page, "machine_dark")
-    page.keyboard.press("t")
-    page.set_viewport_size({"width": 430, "height": 900})
-    page.get_by_role("button", name="Resume", exact=True).scroll_into_view_if_needed()
-    shot(page, "machine_narrow")
 
 
 def press(page: Page, name: str) -> None:
@@ -203,7 +188,7 @@ def run(page: Page, file: Path) -> None:
 
 
 def solids(page: Page) -> None:
-    """Show stock in three dimensions: of a program that is opened, a pocket, a part that is not flat, two programs."""
+    """Show stock in three dimensions: of a program that is opened, and of a part that is not flat."""
     page.wait_for_timeout(2500)
     page.wait_for_function("window.did_handshake")
     relief = {"name": "relief.nc", "mimeType": "text/plain", "buffer": carved().encode()}
@@ -212,31 +197,7 @@ def solids(page: Page) -> None:
     page.get_by_role("radio", name="Solid", exact=True).click()
     at(page, 0.74)
     shot(page, "solid")
-    at(page, 1.0)
-    choose(page, "Colour", "depth")
-    choose(page, "Section", "y")
-    shot(page, "solid_section")
-    choose(page, "Section", "")
-    choose(page, "Colour", "metal")
-    page.set_input_files("#open-file", EXAMPLES / "pocket.dxf")
-    page.locator(".about-part .name", has_text="pocket.dxf").wait_for()
-    page.locator(".works input[value=pocket]").check()
-    for label, words in (("Tool diameter", "8"), ("Depth", "12")):
-        fill(page, label, words)
-    page.get_by_role("button", name="Run", exact=True).click()
-    page.wait_for_selector("#result-panel", timeout=LONG)
-    page.get_by_role("tab", name="Program").click()
-    choose(page, "Colour", "engagement")
-    page.wait_for_timeout(2500)
-    at(page, 0.83)
-    shot(page, "solid_engagement")
-    page.keyboard.press("t")
-    choose(page, "Colour", "metal")
-    at(page, 0.62)
-    shot(page, "solid_dark")
-    page.keyboard.press("t")
     surface(page)
-    compared(page)
     page.get_by_role("radio", name="Plan", exact=True).click()
 
 
@@ -261,52 +222,11 @@ def surface(page: Page) -> None:
     shot(page, "solid_surface")
 
 
-def compared(page: Page) -> None:
-    """Compare two programs; a pocket of the new one is less deep, and a slot is longer."""
-    page.goto(page.url.partition("?")[0])
-    old = {"name": "old.nc", "mimeType": "text/plain", "buffer": pockets(6.0, 106.0).encode()}
-    page.set_input_files("#open-file", old)
-    page.locator(".about-part .name", has_text="old.nc").wait_for()
-    page.locator(".works input[value=verify]").check()
-    page.locator(".second input[type=file]").wait_for(state="attached")
-    new = {"name": "new.nc", "mimeType": "text/plain", "buffer": pockets(5.0, 114.0).encode()}
-    page.locator(".second input[type=file]").set_input_files(new)
-    page.locator(".second").get_by_text("new.nc").first.wait_for()
-    page.get_by_role("button", name="Run", exact=True).click()
-    page.wait_for_selector("#result-panel", timeout=LONG)
-    at(page, 1.0)
-    shot(page, "solid_compared")
-
-
 def put(page: Page, label: str, name: str, data: bytes) -> None:
     """Choose a file for a field."""
     place = page.get_by_label(re.compile(f"^{label}: "), exact=False).and_(page.locator("input[type=file]"))
     place.set_input_files({"name": name, "mimeType": "application/octet-stream", "buffer": data})
     page.get_by_text(name).first.wait_for(state="attached")
-
-
-def pockets(depth: float, end: float) -> str:
-    """Return a program with three pockets 6 mm deep, one of `depth`, and a slot to X `end`, mm."""
-    rows = ["(T1 D=10. CR=0. - flat end mill)", "(T2 D=6. CR=3. - ball end mill)", "G21 G90 G94 G17", "G0 Z10"]
-    rows += ["T1 M6", "S9000 M3"]
-    for x, y, z in ((20, 20, 6.0), (82, 20, 6.0), (20, 58, 6.0), (82, 58, depth)):
-        rows += [f"G0 X{x} Y{y}", "G0 Z2", f"G1 Z-{z} F300"]
-        for half in (0, 4, 8):
-            rows += [
-                f"G1 X{x - half} Y{y - half} F900",
-                f"X{x + 24 + half}",
-                f"Y{y + half}",
-                f"X{x - half}",
-                f"Y{y - half}",
-            ]
-        rows.append("G0 Z10")
-    rows += ["T2 M6", "S12000 M3", "G0 X12 Y80", "G0 Z2", "G1 Z-3 F300", f"X{end} F1200", "G0 Z10", "M30", ""]
-    return "\n".join(rows)
-
-
-def choose(page: Page, label: str, value: str) -> None:
-    """Choose in the solid view."""
-    page.locator(".lc-solid-bar").get_by_label(label, exact=True).select_option(value)
 
 
 def at(page: Page, share: float) -> None:
