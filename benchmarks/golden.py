@@ -91,7 +91,7 @@ SHEETS: dict[str, tuple[str, dict[str, Any]]] = {
     "kept": ("crowded", {**_PLASMA, "keep_order": True}),
     "laser": ("tight", _LASER),
     "laser-holes": ("crowded", {**_LASER, "start_point": (0.0, 0.0), "end_point": (0.0, 0.0)}),
-    "laser-clamp": ("crowded", {**_LASER, "keep_out": "70 30 76 40"}),
+    "laser-clamp": ("crowded", {**_LASER, "keep_out": "66 30 68 40"}),
     "laser-grbl": (
         "crowded",
         {**_LASER, "machine": "grbl-laser-20w", "cut_speed": 300.0, "kerf": 0.2, "pierce_delay": 0.0},
@@ -104,7 +104,7 @@ SHEETS: dict[str, tuple[str, dict[str, Any]]] = {
     "flame": ("crowded", {"machine": "flame-table", "thickness": 12.0, "iterations": 20}),
     "water": ("tight", {"machine": "water-table", "thickness": 10.0, "iterations": 20}),
     "edge": ("plain", {**_PLASMA, "thickness": 25.0, "amps": 45.0}),
-    "clamp": ("crowded", {**_PLASMA, "keep_out": "70 30 76 40", "end_point": (0.0, 0.0)}),
+    "clamp": ("crowded", {**_PLASMA, "keep_out": "66 30 68 40", "end_point": (0.0, 0.0)}),
     "ants": ("tight", {**_PLASMA, "algorithm": "mmas", "local_search": False}),
 }
 

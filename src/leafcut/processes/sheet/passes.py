@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from leafcut.model.sheet import Sheet
     from leafcut.processes.job import Job
     from leafcut.processes.plan import Pass, Plan
-    from leafcut.processes.sheet.plan.cut_toolpath import LaidCut
     from leafcut.processes.sheet.plan.freed_parts import FreedShapes
     from leafcut.processes.sheet.plan.leads.cut_starts import CutStart
 
@@ -309,7 +308,7 @@ def _generated(plan: Plan, order: CutSequence) -> Candidate:
     return Candidate(Order((order,)), path, whole, (cut_plan, led))
 
 
-def _cut_seconds(path: Toolpath, rows: Sequence[LaidCut], machine: Machine) -> list[tuple[float, float, float]]:
+def _cut_seconds(path: Toolpath, rows: Sequence[slice], machine: Machine) -> list[tuple[float, float, float]]:
     """Return the seconds of every cut: cutting, piercing, rapids."""
     from leafcut.timing.toolpath import seconds_by_row
 
@@ -318,10 +317,7 @@ def _cut_seconds(path: Toolpath, rows: Sequence[LaidCut], machine: Machine) -> l
     finding = path.kind == Kind.PROBE
     waiting = np.where(path.kind == Kind.DWELL, path.value, np.where(finding, moving, 0.0))
     columns = (np.where(rapid | finding, 0.0, moving), waiting, np.where(rapid, moving, 0.0))
-    return [
-        (float(columns[0][r].sum()), float(columns[1][r].sum()), float(columns[2][r].sum()))
-        for r in (slice(row.first, row.last) for row in rows)
-    ]
+    return [(float(columns[0][r].sum()), float(columns[1][r].sum()), float(columns[2][r].sum())) for r in rows]
 
 
 def order_issues(plan: Plan, best: Candidate) -> list[Issue]:

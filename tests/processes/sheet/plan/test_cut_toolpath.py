@@ -37,16 +37,16 @@ def kinds(path: Toolpath, first: int, last: int) -> list[Kind]:
 
 def test_a_cut_pierces_waits_goes_down_cuts_and_rises() -> None:
     cuts, path, rows = laid(two_squares())
-    first = kinds(path, rows[0].first, rows[0].last)
+    first = kinds(path, rows[0].start, rows[0].stop)
     assert first[:5] == [Kind.RAPID, Kind.RAPID, Kind.SPINDLE, Kind.DWELL, Kind.FEED]
     assert first[-2:] == [Kind.SPINDLE, Kind.RAPID]
-    ends = path.end[rows[0].first : rows[0].last]
+    ends = path.end[rows[0].start : rows[0].stop]
     assert ends[0].tolist() == pytest.approx([*cuts[0].path.start, 10.0])
     assert ends[1, 2] == 3.8  # pierce height
-    assert path.value[rows[0].first + 3] == 0.5  # pierce delay
+    assert path.value[rows[0].start + 3] == 0.5  # pierce delay
     assert ends[4, 2] == 1.5  # cut height
     assert ends[-1, 2] == 10.0
-    assert path.value[rows[0].last - 2] == 0.0
+    assert path.value[rows[0].stop - 2] == 0.0
 
 
 def test_the_torch_is_only_on_between_pierce_and_rise_and_never_in_a_rapid() -> None:
@@ -70,26 +70,26 @@ def test_the_motions_are_as_long_as_the_paths() -> None:
 def test_every_cut_ends_where_its_path_ends() -> None:
     cuts, path, rows = laid(part_in_hole())
     for cut, row in zip(cuts, rows, strict=True):
-        assert path.end[row.last - 1, :2] == pytest.approx(cut.path.end, abs=1e-9)
+        assert path.end[row.stop - 1, :2] == pytest.approx(cut.path.end, abs=1e-9)
 
 
 def test_a_small_hole_is_cut_at_held_height_and_overcut_with_the_torch_off() -> None:
     sheet = sheet_of((square(0, 0, 100), 0, -1, 1), (Polyline.circle(50, 50, 8), 1, 0, 1))
     _, path, rows = laid(sheet)
-    hole = kinds(path, rows[0].first, rows[0].last)
+    hole = kinds(path, rows[0].start, rows[0].stop)
     assert hole.count(Kind.HEIGHT) == 2
-    switched = [v for k, v in zip(hole, path.value[rows[0].first : rows[0].last], strict=True) if k is Kind.TORCH]
+    switched = [v for k, v in zip(hole, path.value[rows[0].start : rows[0].stop], strict=True) if k is Kind.TORCH]
     assert switched == [0.0, 1.0]
-    fed = path.value[rows[0].first : rows[0].last][[k in (Kind.ARC_CW, Kind.ARC_CCW) for k in hole]]
+    fed = path.value[rows[0].start : rows[0].stop][[k in (Kind.ARC_CW, Kind.ARC_CCW) for k in hole]]
     assert fed == pytest.approx(0.6 * PLASMA.feed)
-    assert Kind.TORCH not in kinds(path, rows[1].first, rows[1].last)
+    assert Kind.TORCH not in kinds(path, rows[1].start, rows[1].stop)
 
 
 def test_the_beam_goes_off_at_joints_on_the_move_or_at_rest() -> None:
     cuts, path, rows = laid(two_squares(), LASER, micro_joints=2)
-    assert kinds(path, rows[0].first, rows[0].last).count(Kind.TORCH) == 4
+    assert kinds(path, rows[0].start, rows[0].stop).count(Kind.TORCH) == 4
     _, path, rows = laid(two_squares(), LASER, switches=False, micro_joints=2)
-    switched = path.value[rows[0].first : rows[0].last][path.kind[rows[0].first : rows[0].last] == Kind.SPINDLE]
+    switched = path.value[rows[0].start : rows[0].stop][path.kind[rows[0].start : rows[0].stop] == Kind.SPINDLE]
     assert (switched > 0).tolist() == [True, False, True, False, True, False]
     assert len(cuts[0].joints) == 2
 

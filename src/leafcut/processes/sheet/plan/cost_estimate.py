@@ -9,12 +9,12 @@ from itertools import pairwise
 from types import MappingProxyType
 
 from leafcut.geometry.arrays import Point
-from leafcut.model.cutting import Cut, CutData, CutMeasures, CutTimes, PartTimes
+from leafcut.model.cutting import Consumption, Cut, CutData, CutMeasures, CutTimes, PartTimes
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.options import CutOptions
-from leafcut.processes.sheet.plan.consumption import consumption_of
 
-_HOUR = 3600.0
+#: Seconds of an hour, and joules of a kWh.
+_HOUR, _JOULES = 3600.0, 3.6e6
 
 
 def cut_norm(
@@ -143,3 +143,40 @@ def cost_of(times: CutTimes, options: CutOptions, shop_rate: float) -> float:
     """Return the cost of a time: gas, power and consumables while the torch is on, the machine all the time."""
     burning = options.cutting_rate * (times.cut_s + times.pierce_s)
     return (burning + shop_rate * times.total_s) / _HOUR + options.pierce_cost * times.pierces
+
+
+def consumption_of(times: CutTimes, data: CutData, sheet: CutTimes) -> Consumption:
+    """Return what a time uses up; what the chart does not say stays unknown.
+
+    Gas, power and abrasive flow while the torch is on: cutting and piercing. Without a figure for the power that is
+    drawn it is that of the arc, current times voltage. A nozzle or an electrode wears by seconds of cutting or by
+    pierces, whichever ends it first on the whole `sheet`, so that its parts add up.
+    """
+    rates, burning = data.rates, times.cut_s + times.pierce_s
+
+    def flowed(rate: float | None) -> float | None:
+        return None if rate is None else rate * burning
+
+    arc = data.amps * data.volts if data.amps and data.volts else None
+    energy = flowed(rates.power if rates.power is not None else arc)
+    return Consumption(
+        gas_l=flowed(rates.gas_flow),
+        second_gas_l=flowed(rates.second_gas_flow),
+        energy_kwh=None if energy is None else energy / _JOULES,
+        abrasive_kg=flowed(rates.abrasive),
+        nozzles=_worn(times, sheet, rates.nozzle_life, rates.nozzle_pierces),
+        electrodes=_worn(times, sheet, rates.electrode_life, rates.electrode_pierces),
+        at_arc=rates.power is None and arc is not None,
+    )
+
+
+def _worn(times: CutTimes, sheet: CutTimes, life: float | None, pierces: float | None) -> float | None:
+    def by_time(of: CutTimes) -> float:
+        return (of.cut_s + of.pierce_s) / life if life else 0.0
+
+    def by_pierces(of: CutTimes) -> float:
+        return of.pierces / pierces if pierces else 0.0
+
+    if life is None and pierces is None:
+        return None
+    return by_time(times) if by_time(sheet) >= by_pierces(sheet) else by_pierces(times)

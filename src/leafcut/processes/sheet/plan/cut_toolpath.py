@@ -28,14 +28,6 @@ LEAST_STEP = 0.0037
 TORCH_ON = 1.0
 
 
-@dataclass(frozen=True)
-class LaidCut:
-    """Rows [first, last) of the toolpath that a cut takes, from the rapid to it to its rise."""
-
-    first: int
-    last: int
-
-
 def lay_cuts(
     cuts: Sequence[Cut],
     data: CutData,
@@ -52,8 +44,8 @@ def lay_cuts(
     mark_tool: int | None = None,
     corners: Mapping[int, Sequence[Point]] = MappingProxyType({}),
     obstacles: Obstacles | None = None,
-) -> tuple[Toolpath, list[LaidCut]]:
-    """Return the motions of the whole program, and which rows are whose.
+) -> tuple[Toolpath, list[slice]]:
+    """Return the motions of the whole program, and the rows of each cut, from the rapid to it to its rise.
 
     Between cuts the torch rises to `clearance` (mm over the sheet, which is Z0). A cut begins at the pierce height: on,
     pierce delay, down to the cut height. `switches`: the controller can put the torch off, and hold its height, while
@@ -97,7 +89,7 @@ def lay_cuts(
         torch = _Torch(data, switches, moves_z, probe, *((power, 0) if cut.kind == "cut" else (mark_power, 1)))
         _go_round(builder, around, cut.path.start)
         _lay(builder, cut, torch, clearance, descend=number == 0 and safe_z is not None)
-        rows.append(LaidCut(first, len(builder)))
+        rows.append(slice(first, len(builder)))
     _choose(builder, tool, 0)
     if end is not None:
         for place in (*corners.get(len(cuts), ()), end):
