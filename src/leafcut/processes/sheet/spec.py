@@ -76,8 +76,6 @@ _RELIT = 3.0
 
 def planned(job: Job, source: Source) -> Plan:
     """Read the sheet and its rules, and return its cuts, with chains where they save time."""
-    from leafcut.order.compiling import announced
-
     settings = job.settings
     options = settings.of(CutOptions)
     job.tell("reading")
@@ -118,9 +116,8 @@ def planned(job: Job, source: Source) -> Plan:
         _xy(settings.job.end_point),
     )
     known, given, fits = _given(cutting, file, options, head)
-    with announced(job.tell):
-        nearest = nearest_order(job, stages_of(job, cutting, head, known))
-        joined = _chained(job, cutting, file, head.overhead)
+    nearest = nearest_order(job, stages_of(job, cutting, head, known))
+    joined = _chained(job, cutting, file, head.overhead)
     work = SheetWork(
         drawn=drawn,
         cutting=joined,
