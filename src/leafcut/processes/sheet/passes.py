@@ -140,10 +140,7 @@ def keep_off_heat(plan: Plan, order: Order) -> Order:
 
 def pierce_in_metal(plan: Plan, order: Order) -> Order:
     """Move pierces out of the kerfs of earlier cuts."""
-    work, cuts = plan.work, cuts_of(plan, order)
-    return _changed(
-        order, cuts, clear_pierces(cuts.cutting, cuts.starts, work.head.cost, work.head.start, work.head.end)
-    )
+    return replace(order, choices=(with_clear_pierces(cuts_of(plan, order), plan.work.head),))
 
 
 def keep_leads_apart(plan: Plan, order: Order) -> Order:
@@ -171,8 +168,7 @@ def keep_leads_apart(plan: Plan, order: Order) -> Order:
 
 
 def _apart(plan: Plan, order: Order) -> Order:
-    work, cuts = plan.work, cuts_of(plan, order)
-    return _changed(order, cuts, leads_apart(cuts.cutting, cuts.starts, work.head.cost, work.head.start, work.head.end))
+    return replace(order, choices=(with_leads_apart(cuts_of(plan, order), plan.work.head),))
 
 
 def detach_later(plan: Plan, order: Order) -> Order:
@@ -259,6 +255,18 @@ def sequence_of(job: Job, cutting: Cutting, choices: Sequence[Sequence[int]]) ->
         for node in nodes
     ]
     return CutSequence(cutting, tuple(starts))
+
+
+def with_clear_pierces(cuts: CutSequence, head: HeadTravel) -> CutSequence:
+    """Return the cuts with pierces out of the kerfs of earlier cuts."""
+    starts = clear_pierces(cuts.cutting, cuts.starts, head.cost, head.start, head.end)
+    return CutSequence(cuts.cutting, tuple(starts))
+
+
+def with_leads_apart(cuts: CutSequence, head: HeadTravel) -> CutSequence:
+    """Return the cuts with leads that do not meet."""
+    starts = leads_apart(cuts.cutting, cuts.starts, head.cost, head.start, head.end)
+    return CutSequence(cuts.cutting, tuple(starts))
 
 
 def _changed(order: Order, cuts: CutSequence, starts: Sequence[CutStart]) -> Order:

@@ -22,7 +22,15 @@ from leafcut.processes.job import Job, check_words_used, refuse_missing, refuse_
 from leafcut.processes.ordering import nearest_order
 from leafcut.processes.plan import Plan
 from leafcut.processes.sheet.options import CutOptions
-from leafcut.processes.sheet.passes import SEARCH_SHARE, HeadTravel, SheetWork, sequence_of, stages_of
+from leafcut.processes.sheet.passes import (
+    SEARCH_SHARE,
+    HeadTravel,
+    SheetWork,
+    sequence_of,
+    stages_of,
+    with_clear_pierces,
+    with_leads_apart,
+)
 from leafcut.processes.sheet.plan.apply_plan_file import follow_plan, plan_order
 from leafcut.processes.sheet.plan.chains.chain_cutting import (
     chain_blocks,
@@ -43,7 +51,6 @@ from leafcut.processes.sheet.plan.cutting import (
 )
 from leafcut.processes.sheet.plan.freed_parts import FreedShapes
 from leafcut.processes.sheet.plan.leads.clear_pierces import clear_pierces
-from leafcut.processes.sheet.plan.leads.leads_apart import leads_apart
 from leafcut.processes.sheet.post import check_words
 from leafcut.processes.sheet.proof.laid_runs import Asked
 from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
@@ -122,7 +129,7 @@ def planned(job: Job, source: Source) -> Plan:
         drawn=drawn,
         cutting=joined,
         given=given,
-        nearest=_ready(sequence_of(job, cutting, nearest.choices), head),
+        nearest=with_leads_apart(with_clear_pierces(sequence_of(job, cutting, nearest.choices), head), head),
         data=data,
         head=head,
         planned=file if fits else None,
@@ -171,17 +178,7 @@ def _given(
             whole = follow_plan(cutting, file, everything=True)
             whole = with_chains(whole, planned_chains(whole, file, everything=True))
             given, fits = CutSequence(whole, tuple(plan_order(whole, file))), True
-    return known, _leads_apart(given, head), fits
-
-
-def _ready(order: CutSequence, head: HeadTravel) -> CutSequence:
-    """Return an order of a search with pierces in metal and leads that do not meet."""
-    starts = clear_pierces(order.cutting, order.starts, head.cost, head.start, head.end)
-    return _leads_apart(CutSequence(order.cutting, tuple(starts)), head)
-
-
-def _leads_apart(order: CutSequence, head: HeadTravel) -> CutSequence:
-    return CutSequence(order.cutting, tuple(leads_apart(order.cutting, order.starts, head.cost, head.start, head.end)))
+    return known, with_leads_apart(given, head), fits
 
 
 def _chained(job: Job, cutting: Cutting, file: PlanFile | None, overhead: float) -> Cutting:
