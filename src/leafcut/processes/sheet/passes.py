@@ -144,12 +144,16 @@ def pierce_in_metal(plan: Plan, order: Order) -> Order:
 
 
 def keep_leads_apart(plan: Plan, order: Order) -> Order:
-    """Move starts whose leads meet, or search again without such starts, if that takes less time."""
+    """Move starts whose leads meet, or search again without such starts, if that takes less time.
+
+    The nearest-neighbour order is compared before: a search that is no better than it ends the trials.
+    """
     before, best = cuts_of(plan, order).starts, _apart(plan, order)
     met = any(a is not b for a, b in zip(before, best.choices[0].starts, strict=True))
+    best = keep_nearest(plan, best)
     if not met or len(before) > MOST_AGAIN or plan.job.settings.solve.algorithm != "auto":
         return best
-    objective, spent = plan.job.settings.solve.objective, sum(s.seconds for s in best.solutions)
+    objective, spent = plan.job.settings.solve.objective, sum(s.seconds for s in order.solutions)
     for _ in range(ROUNDS):
         if plan.job.deadline.left <= 0.0:
             break
@@ -216,8 +220,13 @@ def _less(plan: Plan, known: CutSequence, order: Order) -> Order:
 
 #: The changes of an order, in their sequence.
 PASSES: tuple[Pass, ...] = (
-    slide, keep_off_heat, pierce_in_metal, keep_leads_apart, keep_nearest, detach_later, keep_given,
-)  # fmt: skip
+    slide,
+    keep_off_heat,
+    pierce_in_metal,
+    keep_leads_apart,
+    detach_later,
+    keep_given,
+)
 
 
 # -- orders and their motion -----------------------------------------------------------------------------------------
