@@ -80,7 +80,7 @@ def test_a_cut_takes_no_more_torque_than_the_spindle_gives(tmp_path: Path) -> No
     torque = 1000 * power_of(slot_feed(found.text)) / (2 * math.pi * 6000 / 60)
     assert 0.95 * 200 < torque <= 1.01 * 200
     assert [one.name for one in found.detail.pace.tools[0].limits] == ["torque"]
-    said = " ".join(fact.words for fact in pace_facts(found.detail.pace))
+    said = " ".join(fact.sentence for fact in pace_facts(found.detail.pace))
     assert re.search(r"; torque 0\.36[0-9] → 0\.2 N·m, at most 0\.2", said)
 
 
