@@ -67,7 +67,10 @@ def find_order(
     def search(number: int, problem: RoutingProblem, options: SolveOptions) -> Solution:
         nonlocal left
         tasks = stages[number].problem.n_clusters
-        job.tell(stages[number].name, 1.0 - left / total)
+        try:
+            job.tell(stages[number].name, 1.0 - left / total)
+        except KeyboardInterrupt:
+            job.cancelled.set()  # Ctrl-C between two searches: keep the best order, as within a search
         own = replace(options, time_limit=deadline.part(problem.n_clusters / left).seconds)
         solution = solve(
             problem, own, _ants(settings.aco, stages[number]), firefly=settings.firefly,

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from leafcut.model.cutter import bodies_of
 from leafcut.model.kinds import Head
 from leafcut.options import JobOptions, MachineOptions, ReadOptions, Settings
 from leafcut.options.condition import given
@@ -142,6 +141,7 @@ class Drilling(Process):
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
         """Compare the program with the motion, with the limits of the machine, and with the drawing."""
+        from leafcut.model.cutter import bodies_of
         from leafcut.processes.drilling.judge import judge_holes
         from leafcut.processes.drilling.plan.drill_toolpath import surface_tops
         from leafcut.processes.zones import crossing_heights
