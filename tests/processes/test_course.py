@@ -10,7 +10,7 @@ import pytest
 from leafcut.errors import PlanError
 from leafcut.model.plan import Order, Stage
 from leafcut.model.problem import RoutingProblem
-from leafcut.processes.course import check_order
+from leafcut.processes.ordering import check_order
 
 #: Three tasks with two choices each; task 0 comes before task 2.
 PROBLEM = replace(
@@ -33,6 +33,8 @@ def test_an_order_of_each_task_once_that_keeps_the_precedence_is_used(nodes: lis
         ([0, 2], "2 visits do not do each of the 3 tasks once"),
         ([0, 2, 4, 5], "4 visits"),
         ([0, 1, 4], "3 visits do not do each of the 3 tasks once"),
+        ([0, 2, 6], "3 visits do not do each of the 3 tasks once"),
+        ([0, 2, -1], "3 visits do not do each of the 3 tasks once"),
         ([4, 0, 2], "a task is done before another one that must come first"),
     ],
 )

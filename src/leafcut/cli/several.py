@@ -55,7 +55,7 @@ def _is_input(path: Path) -> bool:
     from leafcut.read.registry import format_name
 
     kind = format_name(path)
-    return bool(kind) and not (kind == "gcode" and is_unchanged(decoded(path.read_bytes())[0]))
+    return bool(kind) and not (kind in ("gcode", "dxf") and is_unchanged(decoded(path.read_bytes())[0]))
 
 
 def _listed(path: Path) -> list[str]:

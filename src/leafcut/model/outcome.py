@@ -72,6 +72,8 @@ class Outcome(Generic[D]):
         Where program and report were written, or empty.
     seconds, compile_seconds
         Time of the run without compiling, and the time of compiling.
+    made_by
+        Name of the process that made it.
     options
         Every option that is not at its default, flag → value as a person would type it.
     defaults
@@ -101,6 +103,7 @@ class Outcome(Generic[D]):
     options: dict[str, str] = field(default_factory=dict)
     defaults: tuple[str, ...] = ()
     version: str = ""
+    made_by: str = ""
     seconds: float = 0.0
     compile_seconds: float = 0.0
 

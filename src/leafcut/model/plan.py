@@ -77,7 +77,7 @@ class Candidate:
     detail
         Data of the process that belong to this motion.
     text, written
-        The proved program, and the toolpath read back from it; "" and None before the proof.
+        The program, and the toolpath read back from it; "" and None before it is written and proved.
     """
 
     order: Order

@@ -222,9 +222,21 @@ class Process(Work, Protocol):
         """
         ...
 
-    def alternatives(self, plan: Plan, given: Candidate, nearest: Candidate | None) -> list[Candidate]:
-        """Return candidates that replace the order of the search if they take less time."""
-        return [given] if nearest is None else [given, nearest]
+    def least(self, plan: Plan, best: Candidate, given: Candidate, nearest: Candidate | None) -> Candidate:
+        """Return the candidate with the least time: the search does not see all that the machine's clock sees.
+
+        An order that the user asks for stays: that of the drawing, the nearest neighbour's, or one of the plan.
+        """
+        from leafcut.processes.ordering import restated
+
+        solve = plan.job.settings.solve
+        if plan.keeps_given or not plan.unforced or solve.algorithm in ("nn", "none"):
+            return best
+        other = min([given] if nearest is None else [given, nearest], key=lambda one: one.cost(solve.objective))
+        if other.cost(solve.objective) >= best.cost(solve.objective):
+            return best
+        order = replace(best.order, choices=other.order.choices)
+        return replace(other, order=replace(order, solutions=tuple(restated(plan.job, plan.stages, order))))
 
     def prove(self, plan: Plan, given: Candidate, best: Candidate) -> Candidate:
         """Write the program, read it back, and judge it; return the candidate with its program.

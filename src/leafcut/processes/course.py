@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from leafcut._version import __version__
-from leafcut.errors import PlanError
 from leafcut.model.outcome import Outcome
-from leafcut.model.plan import Candidate, Order, Stage
+from leafcut.model.plan import Candidate, Order
 from leafcut.processes.job import Job, machine_issues, refuse_missing, refuse_too_large
-from leafcut.processes.ordering import find_order
+from leafcut.processes.ordering import check_order, find_order
 from leafcut.processes.plan import OrderRefused, Plan
 
 if TYPE_CHECKING:
@@ -52,9 +48,9 @@ def run_process(process: Process, job: Job, sources: Sequence[Source], asked: st
 def _searched(process: Process, plan: Plan) -> Order:
     """Return the order of the search, changed by the passes of the process."""
     order = find_order(plan.job, plan.stages, deadline=plan.job.deadline.part(plan.search_share))
-    check_order(plan.stages, order)
     for improve in process.passes:
         order = improve(plan, order)
+    check_order(plan.stages, order)
     return order
 
 
@@ -65,50 +61,18 @@ def _refuse_early(plan: Plan, given: Candidate) -> None:
     refuse_too_large(check_envelope(given.path, plan.job.machine), plan.part, plan.job.settings)
 
 
-def check_order(stages: Sequence[Stage], order: Order) -> None:
-    """Refuse an order that does not do each task once, or that breaks a precedence.
-
-    Raises
-    ------
-    PlanError
-        The stage that is wrong.
-    """
-    for stage, nodes in zip(stages, order.choices, strict=True):
-        problem, tasks = stage.problem, stage.problem.cluster[nodes]
-        place = np.full(problem.n_clusters, -1)
-        place[tasks] = np.arange(len(tasks))
-        before, after = problem.precedence.T
-        if len(tasks) != problem.n_clusters or (place < 0).any():
-            wrong = f"{len(tasks)} visits do not do each of the {problem.n_clusters} tasks once"
-        elif (place[before] > place[after]).any():
-            wrong = "a task is done before another one that must come first"
-        else:
-            continue
-        raise PlanError(f"{stage.name}: {wrong}; this is a fault of the algorithm, choose another --algorithm")
-
-
 def _proved(process: Process, plan: Plan, order: Order, given: Candidate, nearest: Candidate | None) -> Candidate:
     """Return the proved program of the best order; tasks that a proof names keep their place in the next trial."""
     trial = 0
     while True:
         try:
-            best = _cheapest(process, plan, process.generate(plan, order), given, nearest)
+            best = process.least(plan, process.generate(plan, order), given, nearest)
+            order = best.order
             return process.prove(plan, given, best)
         except OrderRefused as refused:
             trial += 1
             order = process.keep(plan, order, refused, trial)
             check_order(plan.stages, order)
-
-
-def _cheapest(process: Process, plan: Plan, best: Candidate, given: Candidate, nearest: Candidate | None) -> Candidate:
-    """Return the candidate with the least time: the search does not see all that the machine's clock sees."""
-    if plan.keeps_given or not plan.unforced:
-        return best
-    objective = plan.job.settings.solve.objective
-    other = min(process.alternatives(plan, given, nearest), key=lambda one: one.cost(objective))
-    if other.cost(objective) >= best.cost(objective):
-        return best
-    return replace(other, order=replace(best.order, choices=other.order.choices, unchanged=other.order.unchanged))
 
 
 def _outcome(
@@ -130,6 +94,7 @@ def _outcome(
         extension=plan.words.extension,
         seed=settings.solve.seed,
         verified=True,
+        made_by=process.name,
         written=best.written,
         encoding=plan.encoding,
         issues=(

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Ints, Point
 from leafcut.model.plan import Order, Stage
 from leafcut.model.problem import RoutingProblem
@@ -57,6 +58,8 @@ def find_order(
     ------
     SolveError
         The precedence of the tasks cannot be kept, or not by this algorithm.
+    PlanError
+        The algorithm returns an order that does not do each task once (`check_order`).
     """
     from leafcut.order.solve import solve
 
@@ -93,7 +96,36 @@ def find_order(
         solutions = solve_together(
             stages, search, options, quick, job.cancelled, lambda part: job.bound_late(part.n_clusters / total)
         )
-    return Order(tuple(solution.nodes for solution in solutions), tuple(solutions))
+    order = Order(tuple(solution.nodes for solution in solutions), tuple(solutions))
+    check_order(stages, order)
+    return order
+
+
+def check_order(stages: Sequence[Stage], order: Order) -> None:
+    """Refuse an order that does not do each task once, or that breaks a precedence.
+
+    It depends on neither planner nor search. Recipes of a process are not checked here.
+
+    Raises
+    ------
+    PlanError
+        The stage that is wrong.
+    """
+    if not all(isinstance(nodes, np.ndarray) for nodes in order.choices):
+        return
+    for stage, nodes in zip(stages, order.choices, strict=True):
+        problem = stage.problem
+        known = nodes[(nodes >= 0) & (nodes < problem.n_nodes)]
+        tasks, place = problem.cluster[known], np.full(problem.n_clusters, -1)
+        place[tasks] = np.arange(len(tasks))
+        before, after = problem.precedence.T
+        if len(nodes) != problem.n_clusters or (place < 0).any():
+            wrong = f"{len(nodes)} visits do not do each of the {problem.n_clusters} tasks once"
+        elif (place[before] > place[after]).any():
+            wrong = "a task is done before another one that must come first"
+        else:
+            continue
+        raise PlanError(f"{stage.name}: {wrong}; this is a fault of the algorithm, choose another --algorithm")
 
 
 def nearest_order(job: Job, stages: Sequence[Stage]) -> Order:
@@ -315,7 +347,11 @@ def _stated(
     from leafcut.order.instance import path_cost
 
     cost = path_cost(problem, nodes)
-    if np.array_equal(nodes, found.nodes) and found.cost == cost and found.lower_bound is not None:
+    if (
+        np.array_equal(nodes, found.nodes)
+        and found.cost == cost
+        and (found.lower_bound is not None or not options.bound)
+    ):
         return found
     told = replace(found, nodes=nodes, cost=cost, history=((found.seconds, cost),), lower_bound=None)
     if not options.bound:

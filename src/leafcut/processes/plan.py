@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from leafcut._version import __version__
+from leafcut.errors import VerifyError
 from leafcut.model.plan import Candidate, Order, Stage
 from leafcut.processes.placing import negative_axes
 
@@ -54,7 +55,8 @@ class Plan:
     search_share
         Share of the time left for the search; the passes have the rest.
     unforced
-        Whether the order of the input or the nearest-neighbour order may replace a worse one.
+        Whether the order of the input or the nearest-neighbour order may replace a worse one, unless the user asks for
+        that algorithm.
     encoding
         Encoding of the program file.
     limits
@@ -86,7 +88,7 @@ class Plan:
         return Order(tuple(stage.given for stage in self.stages))
 
 
-class OrderRefused(Exception):
+class OrderRefused(VerifyError):
     """An order cannot be written or proved.
 
     Attributes

@@ -124,7 +124,9 @@ def report_of(outcome: Outcome[Any]) -> PathReport[Any]:
     OptionError
         The outcome is of a process from outside that is not installed here.
     """
-    return process("program" if outcome.part.format == "gcode" else outcome.process).report(outcome)
+    # An outcome that was not made by the course, such as a stored one of an earlier version, names none.
+    usual = "program" if outcome.part.format == "gcode" else outcome.process
+    return process(outcome.made_by or usual).report(outcome)
 
 
 def names() -> tuple[str, ...]:

@@ -295,10 +295,10 @@ PROFILE_KEYS: tuple[ProfileKey, ...] = (
     ),
     ProfileKey(
         "tool_change.preselect",
-        "true: programs name the next tool after each change (T without M6), so that the magazine has it ready",
+        "true: drilling programs name the next tool after each change (T without M6), so that the magazine is ready",
         False,
     ),
-    ProfileKey("tool_change.optional_stop", "true: an optional stop (M1) before each change", False),
+    ProfileKey("tool_change.optional_stop", "true: drilling programs stop (M1) before each change", False),
     ProfileKey(
         "tool_change.time",
         "time of one change",

@@ -26,17 +26,21 @@ def pace_facts(pace: PaceChange | None) -> list[Fact]:
         return []
     facts = [Fact("pace", plain(pace))]
     if pace.retracts_s is not None:
-        lower = said("saved; heights lowered: {number}", number=f"{pace.lowered:,}")
+        lower = said("saved; all heights stay")
+        if pace.lowered:
+            lower = said("saved; heights lowered: {number}", number=f"{pace.lowered:,}")
         facts.append(Fact("pace.retracts_s", pace.retracts_s, "s", lower, said("Retracts")))
     if pace.air_s is not None:
         number, near = f"{pace.rapids:,}", pace.clearance_mm
-        words = said("saved; cuts in the air that are rapids now: {number}", number=number)
-        if near is not None:
+        words = said("saved; no cut in the air can be a rapid")
+        if pace.rapids:
+            words = said("saved; cuts in the air that are rapids now: {number}", number=number)
+        if pace.rapids and near is not None:
             template = "saved; cuts in the air that are rapids now: {number}, {near} mm or more from all material"
             words = said(template, number=number, near=f"{near:.2g}")
         facts.append(Fact("pace.air_s", pace.air_s, "s", words, said("Air")))
     if pace.feeds_s is not None:
-        words = said("saved" if pace.feeds_s >= 0.0 else "longer, for chips that the tools can bear")
+        words = said("saved" if pace.feeds_s >= 0.0 else "saved; the tools need slower feeds")
         facts.append(Fact("pace.feeds_s", pace.feeds_s, "s", words, said("Feeds")))
         facts += [Fact(sentence=_tool_words(tool), name="feeds") for tool in pace.tools]
     return facts

@@ -144,7 +144,9 @@ _FIGURES: dict[str, Callable[[float], str]] = {
 def figure(fact: Fact) -> str:
     """Return the value of a fact as a page sets it; "" for rows of values and for none."""
     if isinstance(fact.value, int | float):
-        return _FIGURES[fact.unit](fact.value) if math.isfinite(fact.value) else NO_VALUE
+        if not math.isfinite(fact.value):
+            return NO_VALUE
+        return _FIGURES[fact.unit](fact.value) if fact.unit in _FIGURES else f"{fact.value:,.4g} {fact.unit}"
     return fact.value if isinstance(fact.value, str) else ""
 
 

@@ -450,6 +450,24 @@ def test_the_spindle_changes_speed_no_more_often_than_before(tmp_path: Path) -> 
     assert changes[0] == 9 and changes[1] == 3
 
 
+def test_a_tool_change_that_merging_saves_stays_saved_if_the_order_of_the_input_wins(tmp_path: Path) -> None:
+    """Merging lengthens the travel, so that by distance the order of the input is written, with one change less."""
+    blocks = "".join(
+        f"T{tool} M6\nS1000 M3\nG43 H{tool} G0 Z5.\nG99 G81 X0. Y{y}. Z-3. R1. F100.\nX20. Y{y}.\nG80\nG0 Z20.\nM5\n"
+        for tool, y in ((1, 0), (2, 50), (1, 100))
+    )
+    file = written(tmp_path, f"G21 G90 G17\n{blocks}M30\n")
+    outcome = leafcut.reorder(file, process="drill", merge_tools=True, objective="distance", machine="haas-vf2")
+    assert outcome.text.count(" M6") == 2
+    assert any(issue.code == "L503" for issue in outcome.issues)
+
+
+def test_lines_are_numbered_anew_although_nothing_can_be_reordered(tmp_path: Path) -> None:
+    file = written(tmp_path, "N5 G21 G90\nN6 M3 S100\nN7 G0 X0. Y0.\nN17 G1 X10. F500.\nN9 M5\nN10 M2\n")
+    outcome = leafcut.reorder(file, process="laser", line_numbers=True, machine="laser-table")
+    assert re.findall(r"^N(\d+)", outcome.text, re.MULTILINE) == ["5", "6", "7", "8", "9", "10"]
+
+
 def test_a_shorter_order_that_alternates_between_speeds_is_grouped_by_speed(tmp_path: Path) -> None:
     """From left to right each piece has another speed than the one before; the input changes the speed every second."""
     from leafcut.model.toolpath import Kind

@@ -218,8 +218,11 @@ def _stated(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int, f
 
 
 def _mill(tool: Tool, settings: Settings, length: float, material: WorkMaterial, kind: ToolMaterial) -> ToolWork:
-    width = (settings.job.step_over or 1.0) * tool.diameter
-    depth = settings.job.step_down or _DEPTH * tool.diameter
+    # Defaults of the shop for pockets do not describe this cut: without options of this run it is a full slot.
+    step_over, step_down = (
+        None if name in settings.defaults else getattr(settings.job, name) for name in ("step_over", "step_down")
+    )
+    width, depth = (step_over or 1.0) * tool.diameter, step_down or _DEPTH * tool.diameter
     lives, teeth = material.lives_of(CuttingWork.MILL, kind), tool.teeth or 0
     return ToolWork(tool, CuttingWork.MILL, lives, fed=length, cut=length, width=width, depth=depth, teeth=teeth)
 

@@ -128,7 +128,7 @@ class Drilling(Process):
             made_for=work.made_for,
             start=work.start,
             issues=(*work.part.issues, *work.issues),
-            unforced=not wanted and job.settings.solve.algorithm not in ("nn", "none"),
+            unforced=not wanted,
         )
 
     def generate(self, plan: Plan, order: Order) -> Candidate:
@@ -168,9 +168,7 @@ class Drilling(Process):
         """Return the holes and slots of each tool in their order."""
         from leafcut.model.outcome import OperationOutcome
         from leafcut.processes.drilling.plan.drill_toolpath import targets_in_order
-        from leafcut.processes.ordering import restated
 
-        solutions = restated(plan.job, plan.stages, best.order)
         return tuple(
             OperationOutcome(
                 one.tool,
@@ -179,7 +177,7 @@ class Drilling(Process):
                 one.slots,
                 solution,
             )
-            for one, solution in zip(plan.work.operations, solutions, strict=True)
+            for one, solution in zip(plan.work.operations, best.order.solutions, strict=True)
         )
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> DrillingDetail:

@@ -22,7 +22,6 @@ from leafcut.processes.job import Job, library_of
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
     from leafcut.model.machine import Machine
-    from leafcut.processes.drilling.plan.drilling import DrillPlan
     from leafcut.read.format import Source
 
 

@@ -24,7 +24,7 @@ from leafcut.processes.job import Job, check_words_used, library_of, refuse_miss
 from leafcut.processes.pocket.job import PocketJob, PocketSolid, raised
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.region import pocket_region
-from leafcut.processes.zones import crossing_heights, parse_zones
+from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
 
 if TYPE_CHECKING:
     from leafcut.model.part import Part
@@ -45,7 +45,7 @@ def prepared(run: Job, source: Source) -> tuple[PocketJob, list[Issue]]:
     from leafcut.processes.pocket.plan.rules import levels_of, lying_in, milled_pockets, milling_data, rules_of
     from leafcut.processes.pocket.plan.toolpath import PocketHeights
     from leafcut.processes.pocket.strategies import check_algorithm
-    from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
+    from leafcut.proof.envelope import check_envelope
     from leafcut.read import read_pockets
 
     settings = run.settings
@@ -107,8 +107,6 @@ def prepared(run: Job, source: Source) -> tuple[PocketJob, list[Issue]]:
         tuple(tops), solid, made_for,
     )  # fmt: skip
     refuse_missing(settings, source, (*part.issues, *left))
-    from leafcut.proof.envelope import check_envelope
-
     refuse_too_large(check_envelope(_box(job), run.machine), part, settings)
     return job, [*part.issues, *left, *issues, *_lower(part.pockets, tops)]
 

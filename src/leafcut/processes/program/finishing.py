@@ -64,9 +64,8 @@ def _new_dangers(work: ForeignWork, program: Program) -> tuple[Issue, ...]:
     """Return kinds of danger that the original does not have; there are none, or the proof has missed something."""
     if program is work.program:
         return ()
-    known = {issue.code for issue in work.dangers}
     dangers = replace(work.read, program=program).find_dangers()
-    return tuple(replace(i, message=f"in the new program: {i.message}") for i in dangers if i.code not in known)
+    return tuple(replace(i, message=f"in the new program: {i.message}") for i in dangers if i.code not in work.codes)
 
 
 def issues_of(plan: Plan, best: Candidate) -> list[Issue]:
@@ -80,7 +79,9 @@ def issues_of(plan: Plan, best: Candidate) -> list[Issue]:
     if detail.avoided.moves:
         severity = Severity.WARNING if work.obstacles is None else Severity.NOTE
         issues.append(Issue("L515", detail.avoided.text, severity=severity))
-    issues += [*work.after, *kept_issues(work, best.order)]
+    # Tool changes are saved only in a program that was written anew.
+    issues += [issue for issue in work.after if not (issue.code == "L503" and best.order.unchanged)]
+    issues += kept_issues(work, best.order)
     return [*issues, *(detail.paced.issues if detail.paced else ())]
 
 

@@ -59,12 +59,10 @@ class ForeignWork:
         The judge of the remaining stock, or None; and the resolution, or the reason why there is none.
     stands
         Position of the tool before its first move, if the user states it.
-    dangers
-        Dangers of the program as it is.
+    dangers, codes
+        Dangers of the program as it is, and the codes of those that need no stock.
     before, after
         Other issues, reported before and after the dangers.
-    staying
-        Holes outside of the sections, as indices into the holes of the part, by the first row: (row, tool, hole).
     """
 
     source: str
@@ -75,6 +73,7 @@ class ForeignWork:
     stock: StockProof | None
     stands: Point | None
     dangers: tuple[Issue, ...]
+    codes: frozenset[str]
     before: tuple[Issue, ...]
     after: tuple[Issue, ...]
 
@@ -118,7 +117,8 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
     original, job = read.program, replace(job, machine=read.machine)
     others = check_library(job, original, source, read.process)
     judging = stock_judge(job, original, source, read.process)
-    dangers = (*read.find_dangers(), *judging.issues)
+    own = read.find_dangers()
+    dangers = (*own, *judging.issues)
     _refuse_dangers(job, source, dangers)
     sequence = _sections(job, original, read.process)
     obstacles, noticed = obstacles_of(job, original, sequence.process in BEAMS)
@@ -132,6 +132,7 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
         stock=judging.proof,
         stands=stands,
         dangers=dangers,
+        codes=frozenset(issue.code for issue in own),
         before=tuple(others),
         after=(
             *noticed,

@@ -134,9 +134,19 @@ class ForeignProgram(Process):
 
         return rewritten(plan, order)
 
-    def alternatives(self, plan: Plan, given: Candidate, nearest: Candidate | None) -> list[Candidate]:
-        """Return the program in its own order, around obstacles."""
-        return [given if plan.work.obstacles is None else self.generate(plan, plan.given)]
+    def least(self, plan: Plan, best: Candidate, given: Candidate, nearest: Candidate | None) -> Candidate:
+        """Return the program in its own order if the new order takes more time than the original."""
+        from leafcut.processes.plan import OrderRefused
+
+        objective = plan.job.settings.solve.objective
+        if best.order.unchanged or best.cost(objective) <= given.cost(objective):
+            return best
+        try:
+            own = self.generate(plan, replace(best.order, choices=plan.given.choices))
+        except OrderRefused:
+            return best
+        # A program that crosses obstacles is compared once it avoids them.
+        return own if plan.work.obstacles is None or own.cost(objective) <= best.cost(objective) else best
 
     def prove(self, plan: Plan, given: Candidate, best: Candidate) -> Candidate:
         """Prove that the program does the same work as the original."""

@@ -46,6 +46,9 @@ ROUNDS, MOST_AGAIN = 2, 1000
 #: Share of the time left for the search; sliding and moving the starts have the rest.
 SEARCH_SHARE = 0.9
 
+#: Maximum number of orders whose motion is kept for comparisons.
+MOST_KEPT = 4
+
 #: Tolerance of corners that the torch rounds to keep speed, mm (G64 P).
 PATH_TOLERANCE = 0.1
 
@@ -70,8 +73,8 @@ class SheetWork:
 
     Attributes
     ----------
-    drawn
-        The sheet before holes and notches were divided, for the judge.
+    drawn, sheet
+        The sheet before and after holes and notches were divided, for the judge.
     cutting
         The cuts to be ordered, chains included.
     given
@@ -93,10 +96,11 @@ class SheetWork:
     obstacles
         Keep-out zones: crossed at the clearance height, or avoided by a head that does not rise.
     motions
-        Orders whose motion was generated: passes compare them.
+        The orders whose motion was used last, with it: passes compare them.
     """
 
     drawn: Sheet
+    sheet: Sheet
     cutting: Cutting
     given: CutSequence
     nearest: CutSequence
@@ -194,7 +198,9 @@ def detach_later(plan: Plan, order: Order) -> Order:
     pairs = [(place_of[a], place_of[b]) for a, b in cuts.cutting.pairs if place_of[a] != place_of[b]]
     with plan.job.deadline.part(1.0).running(plan.job.cancelled) as late:
         place = cut_free_later(work.freed, cut_plan.cuts, pairs, work.head.cost, lambda: not late())
-    other = _apart(plan, pierce_in_metal(plan, _changed(order, cuts, [cuts.starts[k] for k in place])))
+    # All starts of the sheet may be taken, not those of a second search alone.
+    moved = CutSequence(work.cutting, tuple(cuts.starts[k] for k in place))
+    other = _apart(plan, pierce_in_metal(plan, replace(order, choices=(moved,))))
     ranks = [(c.detail[0].crossings or 0, c.detail[0].close, c.cost(objective)) for c in (motion(plan, other), before)]
     return other if ranks[0] < ranks[1] else order
 
@@ -285,8 +291,10 @@ def _changed(order: Order, cuts: CutSequence, starts: Sequence[CutStart]) -> Ord
 def motion(plan: Plan, order: Order) -> Candidate:
     """Return the motion of an order that a pass has changed, with (`CutPlan`, routes of a head that stays down)."""
     cuts, known = cuts_of(plan, order), plan.work.motions
-    made: Candidate = known.get(cuts) or _generated(plan, cuts)
+    made: Candidate = known.pop(cuts, None) or _generated(plan, cuts)
     known[cuts] = made
+    while len(known) > MOST_KEPT:
+        del known[next(iter(known))]
     return replace(made, order=order)
 
 

@@ -147,8 +147,8 @@ class SheetCutting(Process):
         problems = check_cut_motion(best.path, written, words, post.output_units)
         if work.obstacles is not None and not problems:
             problems = meetings(plan.job, work.obstacles, best.path)
-        problems = problems or check_divided(work.drawn, cuts.sheet, plan.spec.half)
-        problems = problems or check_sheet(cuts.sheet, cuts, text, written, words, plan.job.machine, plan.spec)
+        problems = problems or check_divided(work.drawn, work.sheet, plan.spec.half)
+        problems = problems or check_sheet(work.sheet, cuts, text, written, words, plan.job.machine, plan.spec)
         return written, problems
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -16,6 +15,7 @@ from leafcut.model.cutting import CutData, PlanFile
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import CutMethod, Head, method_of
 from leafcut.model.obstacles import Obstacles
+from leafcut.model.plan import Order
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.processes.cutting_machines import CUTTING_MACHINES
 from leafcut.processes.job import Job, check_words_used, refuse_missing, refuse_too_large
@@ -26,6 +26,7 @@ from leafcut.processes.sheet.passes import (
     SEARCH_SHARE,
     HeadTravel,
     SheetWork,
+    motion,
     sequence_of,
     stages_of,
     with_clear_pierces,
@@ -123,13 +124,12 @@ def planned(job: Job, source: Source) -> Plan:
         _xy(settings.job.end_point),
     )
     known, given, fits = _given(cutting, file, options, head)
-    nearest = nearest_order(job, stages_of(job, cutting, head, known))
-    joined = _chained(job, cutting, file, head.overhead)
     work = SheetWork(
         drawn=drawn,
-        cutting=joined,
+        sheet=cutting.sheet,
+        cutting=cutting,
         given=given,
-        nearest=with_leads_apart(with_clear_pierces(sequence_of(job, cutting, nearest.choices), head), head),
+        nearest=given,
         data=data,
         head=head,
         planned=file if fits else None,
@@ -138,10 +138,8 @@ def planned(job: Job, source: Source) -> Plan:
         freed=None if words.moves_z else FreedShapes(cutting.sheet, 0.5 * job.machine.nozzle_diameter),
         obstacles=_obstacles(job, words.moves_z),
     )
-    if joined is not cutting:
-        known = in_bands(joined, drawing_order(joined), options)
     beam = settings.post.beam_power if words.torch is not None and words.torch.power else None
-    return Plan(
+    plan = Plan(
         job=job,
         part=part,
         words=words,
@@ -155,7 +153,6 @@ def planned(job: Job, source: Source) -> Plan:
             power=beam,
             material_number=settings.post.material_number,
         ),
-        stages=stages_of(job, joined, head, known),
         kind="cut",
         box=_box(cutting.sheet),
         issues=[*issues, *_probe_issues(probe)],
@@ -163,6 +160,15 @@ def planned(job: Job, source: Source) -> Plan:
         search_share=SEARCH_SHARE,
         unforced=False,
     )
+    # No order changes the places that the leads need: they are checked before the searches for chains and baselines.
+    refuse_too_large(check_envelope(motion(plan, Order((given,))).path, job.machine), part, settings)
+    nearest = nearest_order(job, stages_of(job, cutting, head, known))
+    joined = _chained(job, cutting, file, head.overhead)
+    if joined is not cutting:
+        known = in_bands(joined, drawing_order(joined), options)
+    by_nearest = with_leads_apart(with_clear_pierces(sequence_of(job, cutting, nearest.choices), head), head)
+    work = replace(work, cutting=joined, nearest=by_nearest)
+    return replace(plan, work=work, stages=stages_of(job, joined, head, known))
 
 
 def _given(
@@ -174,10 +180,14 @@ def _given(
     known = clear_pierces(cutting, known, head.cost, None, None)
     given, fits = CutSequence(cutting, tuple(known)), False
     if file is not None:
-        with contextlib.suppress(PlanError):
+        try:
             whole = follow_plan(cutting, file, everything=True)
             whole = with_chains(whole, planned_chains(whole, file, everything=True))
-            given, fits = CutSequence(whole, tuple(plan_order(whole, file))), True
+            starts = tuple(plan_order(whole, file))
+        except PlanError:
+            fits = False
+        else:
+            given, fits = CutSequence(whole, starts), True
     return known, with_leads_apart(given, head), fits
 
 

@@ -186,9 +186,12 @@ class PocketReport(PathReport[PocketDetail]):
         rules, first, lines = plans[0].rules, plans[0].levels, levels_words(plans)
         levels, words = f"{len(first)} × {abs(first[0]):.4g} mm", "; ".join(lines)
         depth, stock = f"{min(plan.heights[-1] for plan in plans):.4g}", f"{rules.stock:g}"
-        if several_depths(plans):
+        if several_depths(plans) or any(plan.begin for plan in plans):
+            # Each line names its step, its depth, and where the material starts.
             number = sum(len(plan.levels) for plan in plans)
             levels = said("{number} in {pockets} pockets", number=str(number), pockets=str(len(plans)))
+            if rules.stock > 0.0:
+                words = said("{levels}; then {stock} mm along the walls", levels=words, stock=stock)
         elif rules.stock > 0.0:
             words = said("to Z{depth}, then {stock} mm along the walls", depth=depth, stock=stock)
         else:
