@@ -1,4 +1,4 @@
-"""The processes that there are: those built in, and those of the entry-point group ``leafcut.processes``."""
+"""All processes: the built-in ones, and those of the entry-point group ``leafcut.processes``."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from leafcut.read.format import Format, Source
     from leafcut.report.path_report import PathReport
 
-#: In the order in which they are offered: name → module and class.
+#: Built-in processes, in the order of the lists: name → module and class.
 BUILT_IN = {
     "drill": "leafcut.processes.drilling.process:Drilling",
     "cut": "leafcut.processes.sheet.process:SheetCutting",
@@ -32,16 +32,16 @@ BUILT_IN = {
     "pocket": "leafcut.processes.pocket.process:Pocketing",
     "program": "leafcut.processes.program.process:ForeignProgram",
 }
-#: Commands that are not named as their process is: process → command.
+#: Commands whose name differs from their process: process → command.
 _COMMAND_OF = {"program": "reorder"}
-#: The process of an input that is good for several, by the kind of input.
+#: Default process for each kind of input.
 _USUAL = {"drawing": "drill", "program": "program"}
-#: Commands and words behind ``--process`` that are no processes: no plug-in can take their names.
+#: Other commands and values of ``--process``: no plug-in can have these names.
 OTHER_COMMANDS = (
     "auto", "optimize", "filter", "solve", "simulate", "stock", "verify", "machine", "tools", "list", "install",
     "defaults", "send", "studio", "lab",
 )  # fmt: skip
-#: What other commands than `optimize` do, each in the package of the process that it belongs to.
+#: Functions of other commands, each in the package of its process.
 COMMANDS = {
     "cutting_data": "leafcut.processes.cutting_data.run:cutting_data",
     "cutting_data_library": "leafcut.processes.cutting_data.saving:library_text",
@@ -56,7 +56,7 @@ COMMANDS = {
 
 
 def _process_of(name: str, found: Any) -> Process:
-    """Return the process that an entry point names, after a look at what all commands ask of it."""
+    """Return the process of an entry point, if it has all that the commands need."""
     if not isinstance(found, type) or Process not in found.__mro__:
         raise TypeError("a class that inherits from leafcut.processes.base.Process was expected")
     made: Process = found()
@@ -83,19 +83,19 @@ def _process_of(name: str, found: Any) -> Process:
 
 @cache
 def _taken_words() -> frozenset[str]:
-    """Return what asks for a process of leafcut's own, and the names of its commands."""
+    """Return the names and values of ``--process`` that leafcut uses."""
     own = [process(name) for name in BUILT_IN]
     return frozenset({*OTHER_COMMANDS, *BUILT_IN, *(word for one in own for word in (one.command, *one.asked_as))})
 
 
 def _claims(one: Process) -> tuple[str, ...]:
-    """Return what a process has that no other one may have: its words, and its options with their tables."""
+    """Return the unique parts of a process: values of ``--process``, tables and flags of its options."""
     tables = (f"[{group.section}]" for group in one.options)
     flags = (flag_name(option) for group in one.options for option in group.specs())
     return (*(f"--process {word}" for word in one.asked_as), *tables, *flags)
 
 
-#: Outsiders' processes: an entry point is a class that inherits from `base.Process`.
+#: Processes of other packages: an entry point is a class that inherits from `base.Process`.
 PACKAGED = PluginKind("process", "leafcut.processes", _taken_words, _process_of, lambda one: one.title, _claims)
 
 
@@ -105,7 +105,7 @@ def process(name: str) -> Process:
     Raises
     ------
     OptionError
-        There is none of that name, or a plug-in cannot be used.
+        The name is unknown, or the plug-in cannot be used.
     """
     return _built_in(name) if name in BUILT_IN else PACKAGED.load(name)
 
@@ -122,15 +122,15 @@ def report_of(outcome: Outcome[Any]) -> PathReport[Any]:
     Raises
     ------
     OptionError
-        The outcome is of a process from outside that is not installed here.
+        The outcome is of a plug-in that is not installed.
     """
-    # An outcome that was not made by the course, such as a stored one of an earlier version, names none.
+    # An outcome that an earlier version stored names no process.
     usual = "program" if outcome.part.format == "gcode" else outcome.process
     return process(outcome.made_by or usual).report(outcome)
 
 
 def names() -> tuple[str, ...]:
-    """Return the names of all processes, those built in first."""
+    """Return the names of all processes, the built-in ones first."""
     return (*BUILT_IN, *PACKAGED.names())
 
 
@@ -145,7 +145,7 @@ def of_command(word: str) -> Process | None:
     Raises
     ------
     OptionError
-        It is a plug-in that cannot be used.
+        The plug-in cannot be used.
     """
     built_in = next((name for name in BUILT_IN if _COMMAND_OF.get(name, name) == word), None)
     name = built_in or next((name for name in PACKAGED.names() if name == word), None)
@@ -153,14 +153,14 @@ def of_command(word: str) -> Process | None:
 
 
 def of_drawings(word: str) -> Process | None:
-    """Return the process of drawings that ``--process`` asks for by a word; None for "auto" and words of programs."""
+    """Return the process of drawings for a value of ``--process``; None for "auto" and processes of programs."""
     named = None if word == "auto" else of_command(word)
     some = [named] if named or word == "auto" else processes()
     return next((one for one in some if one and one.reads == "drawing" and word in one.asked_as), None)
 
 
 def processes() -> Iterator[Process]:
-    """Yield all processes; a plug-in that cannot be loaded is left out, and told where it is asked for by name."""
+    """Yield all processes; a plug-in that cannot be loaded is left out (`process` reports the reason)."""
     for name in names():
         try:
             yield process(name)
@@ -170,9 +170,9 @@ def processes() -> Iterator[Process]:
 
 
 def groups(own: Iterable[type[OptionGroup]] | None = None) -> tuple[type[OptionGroup], ...]:
-    """Return all groups of options in the order in which they are told: those of processes behind the job's.
+    """Return all groups of options in the order of the lists: groups of processes follow those of the job.
 
-    Where groups of processes are given as `own`, these and the shared ones: no process is loaded.
+    With `own`, the groups of processes are these, and no process is loaded.
     """
     if own is None:
         own = [group for one in processes() for group in one.options]
@@ -181,7 +181,7 @@ def groups(own: Iterable[type[OptionGroup]] | None = None) -> tuple[type[OptionG
 
 
 def works() -> tuple[Work, ...]:
-    """Return all kinds of work: the processes, and what leafcut does besides."""
+    """Return all kinds of work: the processes and the other commands with options."""
     return (*processes(), *map(work, ("solve", "simulate", "stock", "verify", "cutting-data")))
 
 
@@ -194,12 +194,12 @@ def work(name: str) -> Work:
 
 
 def command(name: str) -> Any:
-    """Return what a command does."""
+    """Return the function of a command."""
     return _load(COMMANDS[name])
 
 
 def asked_words() -> tuple[str, ...]:
-    """Return all that ``--process`` may say: of drawings first, then of programs."""
+    """Return all values of ``--process``: processes of drawings first, then of programs."""
     found = [
         word for kind in ("drawing", "program") for one in processes() if one.reads == kind for word in one.asked_as
     ]
@@ -207,48 +207,48 @@ def asked_words() -> tuple[str, ...]:
 
 
 def offered(works: Sequence[str], format_name: str) -> tuple[str, ...]:
-    """Return what is offered for an input: kinds of work that its format is for, those behind them, and outsiders'."""
+    """Return the kinds of work for an input: those of its format, those offered with them, and those of plug-ins."""
     behind = {one.offered_with: one.name for one in processes() if one.offered_with}
     besides = (one.name for one in processes() if format_name in one.formats)
     return (*(name for work in works for name in (work, behind.get(work, "")) if name), *besides)
 
 
 def look_at(work: str, source: Source | str, settings: Settings) -> Part:
-    """Return what is read of an input for a kind of work; where that is no process, its holes."""
+    """Return the part of an input as a kind of work reads it; for other commands, its holes."""
     from leafcut.read import read
 
     return process(work).look_at(source, settings) if work in names() else read(source, settings.read)
 
 
 def suited(works: Sequence[str], drawing: WholeDrawing) -> dict[str, Suitability]:
-    """Return what each of some kinds of work says of a drawing, the likeliest first; without those that say nothing."""
+    """Return the suitability of a drawing for each kind of work that has an opinion, the likeliest first."""
     said = {name: process(name).suits(drawing) for name in works if name in names()}
     known = {name: one for name, one in said.items() if one is not None}
     return dict(sorted(known.items(), key=lambda pair: -pair[1].score))
 
 
 def does_with(work: str, head: Head) -> bool:
-    """Return whether a machine that works with a head can do a kind of work; what is no process asks for none."""
+    """Return whether a machine with this head can do a kind of work; other commands need no head."""
     return work not in names() or not process(work).heads or head in process(work).heads
 
 
 def machine_for(work: str, format_name: str) -> str:
-    """Return the machine that is at hand for files of a format, where a kind of work has one; else ""."""
+    """Return the usual machine of a kind of work for files of a format; "" for none."""
     return process(work).machine_for(format_name) if work in names() else ""
 
 
 def usual(work: str, settings: Settings) -> Settings:
-    """Return the settings with what a kind of work takes where nobody said anything."""
+    """Return the settings with the defaults of a kind of work."""
     return process(work).usual(settings) if work in names() else settings
 
 
 def check_asked(word: str) -> None:
-    """Refuse what no process is asked for by.
+    """Refuse an unknown value of ``--process``.
 
     Raises
     ------
     OptionError
-        Names what there is.
+        The message lists the known values.
     """
     named = None if word == "auto" else of_command(word)
     if word != "auto" and not (named and word in named.asked_as) and word not in asked_words():
@@ -261,7 +261,7 @@ def process_for(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
     Raises
     ------
     OptionError
-        Nothing does what is asked with such an input.
+        The requested process does not read such an input.
     """
     check_asked(asked)
     if len(inputs) > 1:
@@ -284,12 +284,12 @@ def process_for(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
 
 
 def _kind(inputs: Sequence[tuple[Format, Source]]) -> str:
-    """Return what the first of some inputs is, a program or a drawing."""
+    """Return ``program`` or ``drawing``, the kind of the first input."""
     return "program" if "program" in inputs[0][0].processes else "drawing"
 
 
 def _usual_name(inputs: Sequence[tuple[Format, Source]]) -> str:
-    """Return the process that makes a program of some inputs where none is asked for."""
+    """Return the name of the default process of some inputs."""
     if len(inputs) > 1:
         return _joining(inputs, "auto").name
     format_, kind = inputs[0][0], _kind(inputs)
@@ -303,9 +303,9 @@ def _usual_name(inputs: Sequence[tuple[Format, Source]]) -> str:
 
 
 def needed_word(inputs: Sequence[tuple[Format, Source]], asked: str) -> str:
-    """Return what ``--process`` has to say to have the same work again, "" where the inputs alone say it.
+    """Return the value of ``--process`` that repeats the job; "" if the inputs alone decide.
 
-    Which kind of program one is, is looked up in it: where that was said, it has to be said again.
+    The kind of a program is read from the program, so a requested kind is repeated.
     """
     chosen = process_for(inputs, asked)
     said_by_input = asked in ("auto", chosen.command) and _usual_name(inputs) == chosen.name

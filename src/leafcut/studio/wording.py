@@ -1,4 +1,4 @@
-"""The studio's words in the languages that it speaks: one TOML file for each, all with the same keys."""
+"""Texts of the studio: one TOML file for each language, all with the same keys."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from typing import Any
 from leafcut.processes.settings import all_options
 from leafcut.studio.messages import Messages
 
-#: Language → its name for itself.
+#: Language → its own name.
 LANGUAGES = {"en": "English", "es": "Español"}
-#: A flag of the command line in a message; of ``--process`` with what is chosen by it.
+#: A flag of the command line in a message; ``--process`` with its value.
 _FLAG = re.compile(r"(?<![\w-])--(?:process\b(?: (?P<process>[a-z]+))?|(?P<flag>[a-z][a-z-]*[a-z]))")
 
 
 class Words:
-    """The words of one language: ``words("run.begin")``, ``words("open.large", mib=64)``."""
+    """Texts of one language: ``words("run.begin")``, ``words("open.large", mib=64)``."""
 
     def __init__(
         self,
@@ -31,47 +31,47 @@ class Words:
     ) -> None:
         self.language = language
         self.table = table
-        #: What the options and the issues are about, in place of the English words that they have themselves.
+        #: Translations of the help of options and issues.
         self.translated = translated or {}
-        #: What leafcut says while it works, what it noticed, and why it refuses.
+        #: Translations of progress, issues and refusals.
         self.messages = messages or Messages({})
 
     def __call__(self, key: str, **values: Any) -> str:
-        """Return the words of a key, with values in their places."""
+        """Return the text of a key, with its values."""
         text = self.table[key]
         return text.format(**values) if values else text
 
     def section(self, name: str) -> dict[str, str]:
-        """Return the words of a section by their keys in it."""
+        """Return the texts of a section by key."""
         stem = f"{name}."
         return {key.removeprefix(stem): words for key, words in self.table.items() if key.startswith(stem)}
 
     def named(self, kind: str, name: str, english: str = "") -> str:
-        """Return what something is called that a package from outside may have added: by its own words then."""
+        """Return the name of a thing that a plug-in may have added; then it is the plug-in's own name."""
         return self.table.get(f"{kind}.{name}") or english or name.replace("_", " ").capitalize()
 
     def option(self, name: str) -> str:
-        """Return the label of an option: its name, unless the texts have another."""
+        """Return the label of an option; without a text, its name."""
         return self.named("option", name)
 
     def help(self, name: str, english: str) -> str:
-        """Return what an option is for."""
+        """Return the help of an option."""
         return self.about("help", name, english)
 
     def default(self, name: str, english: str) -> str:
-        """Return what holds where nothing is given, for an option that says it in words."""
+        """Return the default of an option in words."""
         return self.about("default", name, english)
 
     def about(self, kind: str, name: str, english: str) -> str:
-        """Return what is said of something that leafcut itself tells of in English."""
+        """Return the translation of an English text of leafcut."""
         return self.translated.get(f"{kind}.{name}", english) if english else ""
 
     def plain(self, line: str) -> str:
-        """Return a message of leafcut's in this language, with the names of the form in the place of flags."""
+        """Return a message in this language, with labels of the form in place of flags."""
         return _FLAG.sub(self._field, self.messages.translate(line))
 
     def spoken(self, line: str) -> str:
-        """Return the language in which `plain` says a line: one that it does not know stays English."""
+        """Return the language of `plain`: a line without a translation stays English."""
         known = self.language == "en" or self.messages.translate(line) != line
         return self.language if known else "en"
 
@@ -90,7 +90,7 @@ class Words:
         return f"“{self.option(stem)}” {self('form.off')}" if stem in known else found[0]
 
     def said(self, words: Any) -> str:
-        """Return words of the report, plain or as `report.json_answer.overview_as_json` has them, in this language."""
+        """Return a text of the report in this language; it is plain, or a template with values (`overview_as_json`)."""
         if isinstance(words, str):
             return words
         values = {name: self.said(value) for name, value in words["values"].items()}
@@ -98,7 +98,7 @@ class Words:
         return self.translated.get(f"report.{template}", template).format(**values)
 
     def issue(self, code: str) -> str:
-        """Return what an issue of a code means; nothing in English, in which its message says it."""
+        """Return the meaning of an issue code; "" in English, where the message states it."""
         meaning = self.translated.get(f"issue.{code}", "")
         return meaning[:1].upper() + meaning[1:]
 
@@ -110,7 +110,7 @@ def _option_names() -> frozenset[str]:
 
 @cache
 def words(language: str) -> Words:
-    """Return the words of a language; of one that the studio does not speak, the English ones."""
+    """Return the texts of a language; English for an unknown one."""
     known = language if language in LANGUAGES else "en"
     if known == "en":
         return Words(known, _texts(known))
@@ -137,7 +137,7 @@ def _flat(prefix: str, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def preferred(accepted: str) -> str:
-    """Return the language that a browser's ``Accept-Language`` asks for first and that the studio speaks."""
+    """Return the first language of a browser's ``Accept-Language`` that the studio has."""
     for part in accepted.split(","):
         tag = part.partition(";")[0].strip().lower().partition("-")[0]
         if tag in LANGUAGES:
@@ -146,5 +146,5 @@ def preferred(accepted: str) -> str:
 
 
 def day_and_time(seconds: float) -> str:
-    """Return a moment of the clock (s since 1970) as it is told in lists: ``2026-11-23 16:55``."""
+    """Return a time (s since 1970) as lists show it: ``2026-11-23 16:55``."""
     return time.strftime("%Y-%m-%d %H:%M", time.localtime(seconds))

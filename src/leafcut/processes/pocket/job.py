@@ -1,4 +1,4 @@
-"""What is the same for every pocket of a drawing, and a laid program of them."""
+"""Data that all pockets of a drawing share, and their motion."""
 
 from __future__ import annotations
 
@@ -29,9 +29,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class PocketSolid:
-    """A solid as it was read: its surface, float64[n, 3, 3], mm, all its pockets, and those that are milled.
+    """A solid as read.
 
-    `before` is it with all of them full, as it is placed.
+    Attributes
+    ----------
+    triangles
+        float64[n, 3, 3], mm.
+    pockets, milled
+        All pockets, and those to mill.
+    before
+        The placed solid with all pockets filled.
     """
 
     triangles: NDArray[np.float64]
@@ -42,12 +49,18 @@ class PocketSolid:
 
 @dataclass(frozen=True, eq=False)
 class PocketJob:
-    """What is the same for every way to clear the pockets of a drawing.
+    """Data that all strategies for the pockets of a drawing share.
 
-    `levels` are those of each pocket, and `around` says in the floor of which other one it lies, or None. `limits` are
-    those of feeds that follow what the tool meets; None where one feed is used throughout. `tops` says how high the
-    material of each pocket stands before any is milled, mm, 0 at the top of all; `solid` is what they were found in.
-    `made_for` names the file of a solid, and how it is placed.
+    Attributes
+    ----------
+    levels, around
+        Levels of each pocket, and the index of the pocket in whose floor it lies, or None.
+    limits
+        Limits of feeds that follow the load; None for one feed.
+    tops
+        Height of the material of each pocket before milling, mm; 0 is the highest place.
+    solid, made_for
+        The solid, and its file with its placing; None and "" for a drawing.
     """
 
     run: Job
@@ -71,17 +84,17 @@ class PocketJob:
 
     @property
     def floor(self) -> float:
-        """That of the deepest pocket, mm."""
+        """Floor of the deepest pocket, mm."""
         return min(one.floor for one in self.levels)
 
     @property
     def top(self) -> float:
-        """The height at which the pockets begin, mm: all is planned and proved as if it were 0."""
+        """Height of the top of the pockets, mm; planning and proof work as if it were 0."""
         return self.part.pockets[0].top or 0.0
 
     @property
     def rounding(self) -> float:
-        """How far the tool leaves a corner that it rounds, at most, mm."""
+        """Largest distance of the tool from a rounded corner, mm."""
         from leafcut.processes.pocket.plan.rules import corner_rounding
 
         return corner_rounding(self.run.machine, self.limits.most if self.limits else self.data.tool.feed)
@@ -89,18 +102,18 @@ class PocketJob:
 
 @dataclass(frozen=True, eq=False)
 class LaidPockets:
-    """An order as motions, and what it costs."""
+    """The motion of an order, and its cost."""
 
     path: Toolpath
     descents: tuple[Descent, ...]
     measure: Measure
-    #: What the proof finds: uncut places, and the chips if feeds follow the load.
+    #: Uncut places, and the chips if feeds follow the load; set by the proof.
     left: Sequence[Issue] = ()
     chips: MeasuredChips | None = None
 
 
 def holes(descents: Sequence[Descent]) -> dict[Point, float]:
-    """Return the places where a hole has to be before the program runs, and the height of the bottom of each, mm."""
+    """Return the holes that the program needs: place → height of the bottom, mm."""
     found: dict[Point, float] = {}
     for one in descents:
         if one.kind == "predrilled":
@@ -109,7 +122,7 @@ def holes(descents: Sequence[Descent]) -> dict[Point, float]:
 
 
 def raised(path: Toolpath, by: float) -> Toolpath:
-    """Return a toolpath without drilling cycles higher by some mm; places of the machine stay."""
+    """Return a toolpath without drilling cycles, moved up by some mm; machine positions stay."""
     if not by:
         return path
     end = path.end.copy()

@@ -1,4 +1,4 @@
-"""What a program in a new order is judged by besides its cuts: what it leaves of the stock, as far as that is known."""
+"""The judge of the stock that a reordered program leaves, if stock and tools are known."""
 
 from __future__ import annotations
 
@@ -20,15 +20,14 @@ if TYPE_CHECKING:
     from leafcut.processes.job import Job
     from leafcut.processes.program.proof.stock_judge import StockJudge
 
-#: Cells for a proof that every run makes: so many, each this share of the smallest tool's diameter; more where that
-#: tool would be missed, at most so many.
+#: Number of cells, their size as a share of the smallest diameter, and the most cells if that tool would be missed.
 _CELLS, _SHARE, _MOST = 2_000_000, 0.05, 8_000_000
 
 _NO_SHAPES = "the shapes of its tools are unknown; give --tools or --tool-diameter"
 
 
 class Judging(NamedTuple):
-    """What judges programs by what they leave, how finely or why there is none, and what has to be said first."""
+    """The judge or None, its resolution or the reason for none, and issues of the original."""
 
     judge: StockJudge | None = None
     proof: StockProof | None = None
@@ -36,17 +35,17 @@ class Judging(NamedTuple):
 
 
 def stock_judge(run: Job, program: Program, source: str, process: str) -> Judging:
-    """Return what judges new orders of a program by what they leave of its stock.
+    """Return the judge of new orders of a program by the stock that they leave.
 
-    Without ``--workpiece`` the stock is a block around what is cut below Z0. A tool whose comment gives no more than a
-    diameter counts as flat; what tools of unknown diameter do is left out. A beam leaves no heights: there is neither.
+    Without ``--workpiece`` the stock is a block around the cuts below Z0. A tool with a diameter alone counts as flat;
+    cuts of tools of unknown diameter are left out. A beam has no judge.
 
     Raises
     ------
     OptionError
-        The stock that is given is no block, or is never touched.
+        The given stock is not a block, or is never touched.
     PlanError
-        It has too many cells.
+        The stock has too many cells.
     """
     from leafcut.gcode.dialects import dialect
     from leafcut.material.straight_moves import straight_moves

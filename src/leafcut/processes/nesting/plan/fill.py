@@ -1,4 +1,4 @@
-"""Sheets are filled, one after the other, with what is left of the pieces."""
+"""Fill sheets one after the other with the remaining pieces."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from leafcut.processes.nesting.options import NestOptions
 from leafcut.processes.nesting.plan.pieces import FORGIVEN, NestPiece, share_of
 from leafcut.processes.nesting.plan.rectangles import PlacedPiece
 
-#: The least that stays between two parts, mm.
+#: Minimum distance between two parts, mm.
 TOUCHING = 0.1
 
-#: Kinds of sheet (their indices) in the order in which they are filled, and how many of each at most.
+#: Indices of kinds of sheet in the order of filling, with the maximum number of each.
 FillPlan = tuple[tuple[int, float], ...]
 
 
@@ -30,21 +30,21 @@ class Packer(Protocol):
         """Return whether a piece has room on an empty sheet."""
 
     def weight(self, piece: int) -> float:
-        """Return what a piece takes of a sheet, mm²."""
+        """Return the area that a piece needs, mm²."""
 
     @property
     def room(self) -> float:
-        """What a sheet has, mm²."""
+        """Area of a sheet, mm²."""
 
     def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
-        """Return what fits of the pieces offered; of the `last` ones, as far to the left as was found."""
+        """Return the offered pieces that fit; if they are the `last`, as far to the left as possible."""
 
 
 @dataclass(frozen=True)
 class NestTask:
-    """What is to be nested: parts as pieces, how many of each, and on what.
+    """Parts as pieces, their numbers, and the sheets.
 
-    `remnants` are the packers of the kinds of sheet that are no rectangles, by their index.
+    `remnants` are the packers of sheets that are not rectangles, by index of the kind.
     """
 
     parts: tuple[NestPart, ...]
@@ -62,22 +62,22 @@ class NestTask:
 
     @property
     def at_hand(self) -> list[float]:
-        """How many there are of every kind of sheet."""
+        """Number of sheets of each kind."""
         return [math.inf if stock.count is None else float(stock.count) for stock in self.stocks]
 
     @property
     def most(self) -> float:
-        """How many sheets may be taken in all."""
+        """Total number of sheets."""
         return sum(self.at_hand)
 
     @property
     def spacing(self) -> float:
-        """What stays between two parts, mm; never nothing: edges that touch would be taken for one."""
+        """Distance between two parts, mm; at least `TOUCHING`, since touching edges would be read as one."""
         return max(self.kerf + self.options.gap, TOUCHING)
 
 
 class Filling:
-    """A nest as it is made: the sheets so far, and what is left of the pieces."""
+    """A growing nest: filled sheets and remaining pieces."""
 
     def __init__(self, task: NestTask, packers: Sequence[Packer]) -> None:
         self.task, self.packers = task, packers
@@ -86,13 +86,13 @@ class Filling:
         self.n_sheets = 0
 
     def laid(self, stock: int, later: Sequence[int]) -> list[PlacedPiece]:
-        """Return what lies on the next sheet, of one kind; the others come `later`."""
+        """Return the pieces on the next sheet of one kind; the other kinds come `later`."""
         packer = self.packers[stock]
         offered = self._offered(packer, later)
         return packer.fill(offered, last=offered == self.left) or self._alone(stock)
 
     def add(self, stock: int, laid: Sequence[PlacedPiece], most: float) -> int:
-        """Take a sheet as often as there are pieces for it, `most` at most; return how often."""
+        """Repeat a sheet while there are pieces for it, at most `most` times; return the number."""
         pieces = self.task.pieces
         used = Counter(piece.piece for piece in laid)
         count = int(min(most, *(self.left[piece] // number for piece, number in used.items())))
@@ -113,9 +113,9 @@ class Filling:
         return Nest(self.task.parts, self.task.stocks, tuple(self.layouts), unplaced, method, seed, repeatable)
 
     def _offered(self, packer: Packer, later: Sequence[int]) -> Counter[int]:
-        """Return what one sheet is chosen from: all that is left, or a little more than it can hold.
+        """Return the pieces that are offered for one sheet: all, or a little more than it can hold.
 
-        What has room on none of the kinds of sheet that come later goes first.
+        Pieces that fit on no later kind of sheet come first.
         """
         left, room = self.left, packer.offered * packer.room
         only: Counter[int] = Counter()
@@ -130,7 +130,7 @@ class Filling:
         return offered + (share_of(left - only, packer.weight, room) if room > 0.0 else Counter())
 
     def _alone(self, stock: int) -> list[PlacedPiece]:
-        """Return the largest piece in the corner of a sheet of its own, for a packer that found no place for any."""
+        """Return the largest piece in the corner of a sheet, for a packer that found no place for any."""
         if self.task.stocks[stock].edge:
             return []
         length, width = self.task.inner(stock)

@@ -21,12 +21,12 @@ from leafcut.report.wording import (
 )
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: No smaller amount is told exactly.
+#: Smallest amount that is printed exactly.
 _LEAST_AMOUNT = 1e-4
 
 
 def cut_counts(plan: CutPlan) -> dict[str, int]:
-    """Return how many parts, contours, marks and pierces a plan has."""
+    """Return the numbers of parts, contours, marks and pierces of a plan."""
     return {
         "parts": len({plan.sheet.contours[i].part for c in plan.cuts if c.kind == "cut" for i in c.contours} - {0}),
         "contours": len({i for c in plan.cuts if c.kind == "cut" for i in c.contours}),
@@ -36,7 +36,7 @@ def cut_counts(plan: CutPlan) -> dict[str, int]:
 
 
 def cutting_as_json(detail: SheetDetail) -> dict[str, Any]:
-    """Return data, time norm and cost of a cutting plan, and what its orders before would have cost."""
+    """Return data, cycle time and cost of a cutting plan, and the times of the other orders."""
     plan = detail.plan
     data, norm = plan.data, plan.measures
     contours = [plan.sheet.contours[i] for c in plan.cuts if not c.common for i in c.contours]
@@ -83,7 +83,7 @@ def cutting_as_json(detail: SheetDetail) -> dict[str, Any]:
 
 
 def _pieces(norm: CutMeasures) -> list[dict[str, Any]]:
-    """Return what the parts of one name come to, on one sheet and in the batch; parts without a name are left out."""
+    """Return time and cost of the parts of each name, per sheet and batch; parts without a name are left out."""
     found: dict[str, list[PartTimes]] = {}
     for part in norm.parts:
         if part.name:
@@ -132,12 +132,12 @@ def name_words(name: str) -> str:
 
 
 def cost_figure(cost: float, places: int) -> str:
-    """Return a cost with so many decimals."""
+    """Return a cost with a number of decimals."""
     return f"{cost:,.{places}f}"
 
 
 def contour_words(plan: CutPlan, cut: Cut) -> str:
-    """Return what a cut cuts: ``hole``, ``outline``, ``mark``, ``cut``; of several ``4 holes, outline``."""
+    """Return the kind of contour of a cut: ``hole``, ``outline``, ``mark``; of a chain ``4 holes, outline``."""
     if cut.common:
         return "common line"
     names: Counter[str] = Counter()
@@ -156,7 +156,7 @@ def cut_name(plan: CutPlan, cut: Cut) -> str:
 
 
 def cut_title(plan: CutPlan, number: int) -> str:
-    """Return what one cut is: ``12: part 3, hole · 120.5 mm · cutting 2.4 s, piercing 0.7 s``."""
+    """Return the title of a cut: ``12: part 3, hole · 120.5 mm · cutting 2.4 s, piercing 0.7 s``."""
     cut = plan.cuts[number]
     words = [f"{number + 1}: {cut_name(plan, cut)}", length_words(cut.path.length)]
     if number < len(plan.measures.cuts):
@@ -167,21 +167,21 @@ def cut_title(plan: CutPlan, number: int) -> str:
 
 
 def part_kinds(plan: CutPlan, part: int) -> list[str]:
-    """Return what is cut and marked of a part, contour by contour: ``cut`` or ``mark``."""
+    """Return ``cut`` or ``mark`` for each contour of a part."""
     contours = (plan.sheet.contours[i] for cut in plan.cuts if not cut.common for i in cut.contours)
     return [c.contour.kind for c in contours if c.part == part]
 
 
 def part_title(plan: CutPlan, part: int) -> str:
-    """Return what one part is: ``part 3 · 5 contours · 31.0 s``."""
+    """Return the title of a part: ``part 3 · 5 contours · 31.0 s``."""
     words = [f"part {part}", count(part_kinds(plan, part).count("cut"), "contour")]
     words += [time_words(p.times.total_s) for p in plan.measures.parts if p.part == part]
     return " · ".join(words)
 
 
 def amounts(used: Consumption, rates: ConsumptionRates) -> list[tuple[str, str]]:
-    """Return what is used up and how much of it, in words; of what the chart says nothing a dash."""
-    # Names are the chart's, and the same in each language; what has none is called by what it is.
+    """Return the consumption of each medium and wear part; a dash for data that the chart lacks."""
+    # Names of the chart are the same in each language.
     gas: str = name_words(rates.gas) if rates.gas else said("gas")
     second: str = name_words(rates.second_gas) if rates.second_gas else said("second gas")
     return [
