@@ -1,7 +1,7 @@
-"""Plug-ins: what other packages add by entry points; one loader for every kind of them.
+"""Plug-ins of other packages, found by entry points; one loader for every kind.
 
-A package adds a reader, a process, an algorithm, a dialect or a machine by an entry point of its kind's group. Nothing
-of it is imported before it is listed or asked for by name, and whatever it does then stops nothing else.
+A package adds a reader, a process, an algorithm, a dialect or a machine by an entry point in the group of its kind. It
+is imported only when it is listed or requested by name. Its errors do not affect anything else.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-#: What the groups of all kinds begin with.
+#: Prefix of the groups of all kinds.
 _OURS = "leafcut."
 
 
 @dataclass(frozen=True)
 class Plugin(Generic[T]):
-    """A plug-in by its name and package: what it adds, or the `error` that keeps it from being used."""
+    """A plug-in with its name and package: the object that it adds, or the `error` that prevents its use."""
 
     name: str
     package: str
@@ -36,7 +36,7 @@ class Plugin(Generic[T]):
 
     @property
     def told(self) -> str:
-        """What a list says of one that cannot be used."""
+        """Its line in a list if it cannot be used."""
         return f"plug-in of {self.package} that cannot be used ({self.error})"
 
 
@@ -47,15 +47,15 @@ class PluginKind(Generic[T]):
     Attributes
     ----------
     noun, group
-        What it is called, and the group of its entry points: ``machine``, ``leafcut.machines``.
+        Its name, and the group of its entry points: ``machine``, ``leafcut.machines``.
     built_in
-        Returns the names of what leafcut brings itself; no plug-in takes the place of that.
+        Returns the names that leafcut itself has; no plug-in replaces them.
     take
-        Returns what leafcut uses of what an entry point names, (name, object). May raise anything.
+        Converts the name and the object of an entry point to the object that leafcut uses. May raise anything.
     line
-        Returns what a list says of it.
+        Returns its line in a list.
     claims
-        Returns what it has that no other plug-in of this kind may have, in words, such as ``--engraving-depth``.
+        Returns its names that must be unique among plug-ins of this kind, such as ``--engraving-depth``.
     """
 
     noun: str
@@ -66,18 +66,18 @@ class PluginKind(Generic[T]):
     claims: Callable[[T], Collection[str]] | None = None
 
     def names(self) -> tuple[str, ...]:
-        """Return the names that may be asked for, in order, without importing anything of the packages."""
+        """Return the available names in order, without importing the packages."""
         named = entry_names(self.group)
         own = self.built_in() if named else ()
         return tuple(name for name in named if name not in own)
 
     def load(self, name: str) -> T:
-        """Return what the plug-in of that name adds; the name is one of `names`.
+        """Return the object of a plug-in; the name is one of `names`.
 
         Raises
         ------
         OptionError
-            It cannot be used.
+            The plug-in cannot be used.
         """
         for plugin in self._named(name):
             if plugin.adds is not None:
@@ -86,11 +86,11 @@ class PluginKind(Generic[T]):
         raise OptionError(f"unknown {self.noun} '{name}'")
 
     def plugins(self) -> list[Plugin[T]]:
-        """Return every plug-in of this kind, in the order of the names, also those that cannot be used."""
+        """Return every plug-in of this kind in the order of the names, unusable ones included."""
         return [plugin for name in entry_names(self.group) for plugin in self._named(name)]
 
     def listed(self) -> list[tuple[str, str]]:
-        """Return the name of every plug-in with what it is, or why it cannot be used, and the package that it is of."""
+        """Return every plug-in: its name, and its line with the package, or the reason why it cannot be used."""
         return [
             (one.name, one.told if one.adds is None else f"{self.line(one.adds)} (of {one.package})")
             for one in self.plugins()
@@ -102,7 +102,7 @@ class PluginKind(Generic[T]):
 
 @cache
 def _plugins(kind: PluginKind[T], name: str, path: tuple[str, ...]) -> tuple[Plugin[T], ...]:
-    """Return the plug-ins of a name: one, or none of which any is used, as where it claims what another one does."""
+    """Return the plug-ins of a name; a plug-in whose unique names another one has too is returned with an error."""
     found, claims = _by_name(kind, name, path), kind.claims
     if claims is None or len(found) != 1 or found[0].adds is None:
         return found
@@ -121,7 +121,7 @@ def _plugins(kind: PluginKind[T], name: str, path: tuple[str, ...]) -> tuple[Plu
 
 @cache
 def _by_name(kind: PluginKind[T], name: str, path: tuple[str, ...]) -> tuple[Plugin[T], ...]:
-    """Return the plug-ins of a name, whatever others claim. Nothing of a package is imported twice."""
+    """Return the plug-ins of a name, without comparing them with others. No package is imported twice."""
     entries = [one for one in _entries(path) if one.group == kind.group and one.name == name]
     packages = [_package(entry) for entry in entries]
     if name in kind.built_in():
@@ -135,18 +135,18 @@ def _by_name(kind: PluginKind[T], name: str, path: tuple[str, ...]) -> tuple[Plu
 def _loaded(kind: PluginKind[T], entry: EntryPoint) -> Plugin[T]:
     try:
         return Plugin(entry.name, _package(entry), kind.take(entry.name, entry.load()))
-    except (Exception, SystemExit) as problem:  # whatever a stranger's module does
+    except (Exception, SystemExit) as problem:  # a module of another package may raise anything
         return Plugin(entry.name, _package(entry), None, reason(problem))
 
 
 def entry_names(group: str) -> tuple[str, ...]:
-    """Return the names of the entry points of a group, in order; none where the group is empty."""
+    """Return the names of the entry points of a group in order; none for an empty group."""
     found = _entries(tuple(sys.path)) if group else ()
     return tuple(dict.fromkeys(entry.name for entry in found if entry.group == group))
 
 
 def reason(problem: BaseException) -> str:
-    """Return what a stranger's code raised, in a line; of an error of leafcut's own its message."""
+    """Return the error of a plug-in in one line; for an error of leafcut, its message."""
     if isinstance(problem, LeafcutError):
         return str(problem)
     words = shown(str(problem), 120)
@@ -154,22 +154,21 @@ def reason(problem: BaseException) -> str:
 
 
 def file_of(name: str, found: Any) -> Path:
-    """Return the TOML file that an entry point stands for, by what it names.
+    """Return the TOML file of an entry point.
 
-    A package or a module stands for the file ``NAME.toml`` in its folder, a path for itself, and a function for the
-    path that it returns.
+    A package or a module has the file ``NAME.toml`` in its folder; a path is the file; a function returns its path.
 
     Raises
     ------
     TypeError
-        It names something else.
+        The entry point names something else.
     """
     if isinstance(found, ModuleType):
         from importlib.resources import files
 
         return Path(str(files(found))) / f"{name}.toml"
     path = found() if callable(found) else found
-    if isinstance(path, str) or hasattr(path, "joinpath"):  # a resource of a package is like a path
+    if isinstance(path, str) or hasattr(path, "joinpath"):  # a resource of a package resembles a path
         return Path(str(path))
     raise TypeError(f"a path was expected, not {type(path).__name__}")
 
@@ -180,12 +179,12 @@ def _package(entry: EntryPoint) -> str:
 
 @cache
 def _entries(path: tuple[str, ...]) -> tuple[EntryPoint, ...]:
-    """Return the entry points of all our groups by their names, of packages that lie on a search path.
+    """Return the entry points of all our groups, in the order of group and name, of the packages on a search path.
 
-    Of a package that lies there twice the first counts, as for importing it.
+    If a package is there twice, the first counts, as in an import.
     """
     if not any(_names_ours(folder) for folder in path):
-        return ()  # what reads them takes longer to import than all that most commands do
+        return ()  # importing their reader takes longer than most commands
     from importlib.metadata import distributions
 
     found: dict[str, list[EntryPoint]] = {}
@@ -194,7 +193,7 @@ def _entries(path: tuple[str, ...]) -> tuple[EntryPoint, ...]:
             ours = [entry for entry in package.entry_points if entry.group.startswith(_OURS)]
             if ours:
                 found.setdefault(package.name, ours)
-        except Exception:  # what it says of itself cannot be read: it adds nothing
+        except Exception:  # unreadable metadata
             continue
     return tuple(sorted((one for ours in found.values() for one in ours), key=lambda one: (one.group, one.name)))
 

@@ -1,4 +1,4 @@
-"""What a program works on, and what with: the block that ``--workpiece`` says, and the tools' shapes."""
+"""The stock and the tools of a program: the block or solid of ``--workpiece``, and the shapes of the tools."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from leafcut.options import Settings, StockOptions
 from leafcut.read.step import ChosenSolid
 from leafcut.units import MM_PER_INCH, parse_quantity
 
-#: The only solid of a file, as it is drawn.
+#: The only solid of a file, as drawn.
 THE_ONLY = ChosenSolid()
-#: Leads into a cut begin so far beside the material at most, besides the tool's diameter, mm.
+#: Maximum distance of the start of a lead from the material, beyond the diameter of the tool, mm.
 _LEAD = 5.0
-#: A block that is derived goes so far below the deepest cut, mm.
+#: Distance of the bottom of a derived block below the deepest cut, mm.
 _BELOW = 1.0
-#: Undercuts of less are rounding, mm².
+#: Smaller undercuts are rounding, mm².
 _SMALL_AREA = 0.1
-#: Lengths that differ by less are the same, mm.
+#: Tolerance of equal lengths, mm.
 _SAME = 1e-6
-#: Diameters that differ by more are those of two tools: comments round, and a mill is reground, mm and share.
+#: Difference of the diameters of two tools, mm and share: comments round diameters, and mills are reground.
 _OTHER_TOOL, _OTHER_SHARE = 0.1, 0.02
-#: No stock is longer, mm.
+#: Maximum length of a stock, mm.
 LONGEST = 20_000.0
-#: A cut that is so many times the length of the stock away may be one in a stock of another unit.
+#: A cut this many lengths of the stock away suggests that the stock is in another unit.
 FAR_OFF = 3.0
 
 if TYPE_CHECKING:
@@ -47,12 +47,12 @@ if TYPE_CHECKING:
 
 
 def block_of(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:
-    """Return the block that ``--workpiece`` says, or the box around the solid of its file.
+    """Return the block of ``--workpiece``, or the box around the solid of its file.
 
     Parameters
     ----------
     which
-        Of several solids of a STEP file, and how it lies.
+        The solid of a STEP file, and its pose.
 
     Raises
     ------
@@ -90,7 +90,7 @@ def field_of(options: StockOptions, block: StockBlock, cell: float, which: Chose
     Raises
     ------
     PlanError
-        There would be too many.
+        There are too many cells.
     """
     if not options.workpiece or not _is_file(options.workpiece):
         return HeightField.of_block(block, cell)
@@ -106,7 +106,7 @@ def told_of(
     block: StockBlock,
     which: ChosenSolid = THE_ONLY,
 ) -> list[Issue]:
-    """Return what has to be said of the stock that is given: cuts beyond it, and undercuts, which are filled."""
+    """Return warnings about the given stock: cuts beyond it, and undercuts, which count as filled."""
     if not options.workpiece:
         return []
     outside = beyond(program, cutters, block)
@@ -122,7 +122,7 @@ def told_of(
 
 
 def solid_of_file(text: str, which: ChosenSolid = THE_ONLY) -> Mesh | None:
-    """Return the solid that ``--workpiece`` names, None where it says a block.
+    """Return the solid of ``--workpiece``; None for a block.
 
     Raises
     ------
@@ -147,12 +147,12 @@ def solid_file(path: str, which: ChosenSolid) -> Mesh:
     try:
         return _loaded(path, which, Path(path).stat().st_mtime_ns)
     except OSError:
-        return _loaded(path, which, 0)  # says what is wrong
+        return _loaded(path, which, 0)  # raises the error
 
 
 @lru_cache(maxsize=1)
 def _loaded(path: str, which: ChosenSolid, _changed: int) -> Mesh:
-    """Return the solid of a file, which each step of a run asks for: it is kept as long as it is the last one."""
+    """Return the solid of a file; the last one is cached, since several steps of a run need it."""
     from leafcut.read.meshes import load_mesh
 
     mesh = load_mesh(path, "mm", "save it in mm", which.which, which.pose)
@@ -166,12 +166,12 @@ def tools_of(
 ) -> dict[int, Tool]:
     """Return the tools that a program cuts with, by number in the order of their use.
 
-    Without `by_options` nobody can say with an option what a tool is, and none is named.
+    Without `by_options` the error names no option.
 
     Raises
     ------
     OptionError
-        The shape of one is not known.
+        The shape of a tool is unknown.
     """
     found, unknown = known_tools(program, settings, machine)
     for number, block in unknown.items():
@@ -184,7 +184,7 @@ def tools_of(
 
 
 def other_tools(program: Program, settings: Settings, machine: Machine) -> list[Issue]:
-    """Return each tool whose diameter in the library of ``--tools`` is not that in the program's own comments."""
+    """Return a warning for each tool whose diameters in the library and in the comments of the program differ."""
     from leafcut.gcode.tool_comments import tool_width
 
     if not settings.job.tools:
@@ -220,10 +220,9 @@ def _tools_in_use(program: Program, settings: Settings, machine: Machine) -> lis
 def known_tools(
     program: Program, settings: Settings, machine: Machine, *, flat: bool = False
 ) -> tuple[dict[int, Tool], dict[int, int]]:
-    """Return the tools that a program cuts with, and of those whose shape is not known the first blocks with cuts.
+    """Return the cutting tools of a program, and the first cutting block of each tool of unknown shape.
 
-    Both are by number, in the order of their use. With `flat` a tool whose comment gives no more than a diameter counts
-    as a flat mill.
+    Both are by number, in the order of use. With `flat` a tool with a diameter alone counts as a flat mill.
     """
     from leafcut.gcode.tool_comments import tool_in_comments, tool_width
 
@@ -242,7 +241,7 @@ def known_tools(
 
 
 def block_around(moves: StraightMoves, cutters: Mapping[int, Cutter]) -> StockBlock | None:
-    """Return a block just around what is cut below Z0; None where nothing is: its top cannot be known."""
+    """Return a block around the cuts below Z0; None without such cuts, since its top is unknown."""
     deep = ~moves.rapid & (np.minimum(moves.ends[:, 2], moves.ends[:, 5]) < 0.0)
     if not deep.any():
         return None
@@ -251,7 +250,7 @@ def block_around(moves: StraightMoves, cutters: Mapping[int, Cutter]) -> StockBl
 
 
 def stock_before(run: Job, program: Program, cutters: Mapping[int, Cutter]) -> StockBefore:
-    """Return the block that is given, or the most material that the program's own rapids leave room for."""
+    """Return the given block, or the largest stock that the rapids of the program allow."""
     from leafcut.material.largest_stock import largest_stock
     from leafcut.material.straight_moves import straight_moves
 
@@ -276,12 +275,12 @@ def stock_before(run: Job, program: Program, cutters: Mapping[int, Cutter]) -> S
 
 
 def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBlock, source: str, text: str) -> None:
-    """Check that no cut below the top of a block is far beside it: there is more material than was said.
+    """Refuse a block if a cut below its top is far beside it: there is more material.
 
     Raises
     ------
     OptionError
-        One is.
+        The first such cut.
     """
     found = beyond(program, cutters, block)
     if found is not None:
@@ -302,7 +301,7 @@ class Beyond(NamedTuple):
     edge: float
 
     def issue(self, unit: str = "") -> Issue:
-        """Return it as a warning, with the unit in which the stock would hold all cuts."""
+        """Return a warning, with the unit in which the stock would contain all cuts."""
         more = in_unit_words(unit)
         place, edge = f"{self.axis}{self.place:.2f}", f"{self.axis}{self.edge:g}"
         message = f"a cut reaches {place}, but the stock that was given ends at {edge}{more}"
@@ -310,12 +309,12 @@ class Beyond(NamedTuple):
 
 
 def in_unit_words(unit: str) -> str:
-    """Return the end of a line that tells in which unit a stock would hold all cuts; "" where there is none."""
+    """Return the end of a message about the unit in which a stock would contain all cuts; "" for none."""
     return f"; in {unit} it would hold all cuts: save it in mm" if unit else ""
 
 
 def in_other_unit(text: str, program: Program, cutters: Mapping[int, Cutter], block: StockBlock) -> str:
-    """Return in what unit the file of a stock would hold all cuts, where one is many times its length away; else ""."""
+    """Return the unit in which a stock would contain all cuts, if a cut is many lengths away; else ""."""
     length = max(high - low for low, high in zip(block.low[:2], block.high[:2], strict=True))
     outside = beyond(program, cutters, block) if _is_file(text) else None
     if outside is None or abs(outside.place - outside.edge) < FAR_OFF * length:
@@ -329,9 +328,9 @@ def in_other_unit(text: str, program: Program, cutters: Mapping[int, Cutter], bl
 
 
 def beyond(program: Program, cutters: Mapping[int, Cutter], block: StockBlock) -> Beyond | None:
-    """Return a cut below the top of a block that is far beside it, None where there is none.
+    """Return a cut below the top of a block that is far beside it, or None.
 
-    A tool may come in from outside, by its own diameter and a little more.
+    A tool may enter from outside, by its diameter and a lead.
     """
     from leafcut.material.straight_moves import straight_moves
 
