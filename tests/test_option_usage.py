@@ -46,7 +46,6 @@ _HANDS_ON = (
     __name__,
 )
 WORKS = {work.name: work for work in registry.works()}
-_INPUTS = ("tools", "hole_order", "chart", "plan", "surface", "fixture_file", "workpiece", "material")
 FAST: dict[str, Any] = {"preset": "fast", "threads": 1}
 LITTLE = {**FAST, "iterations": 1}
 APART: dict[str, Any] = {"algorithm": "acs", "parallel": "exchange", "n_processes": 1}
@@ -95,11 +94,7 @@ def reads(monkeypatch: pytest.MonkeyPatch) -> Iterator[set[str]]:
         asked = _STANDS_FOR.get(name, name)
         if asked in type(self).__dataclass_fields__:  # type: ignore[attr-defined]
             module = sys._getframe(1).f_globals.get("__name__", "")
-            if (
-                not module.startswith(_HANDS_ON)
-                and not module.endswith(".options")
-                and not (module.endswith(".process") and asked in _INPUTS)
-            ):
+            if not module.startswith(_HANDS_ON) and not module.endswith(".options"):
                 found.add(asked)
         return object.__getattribute__(self, name)
 

@@ -135,7 +135,7 @@ def nearest_order(job: Job, stages: Sequence[Stage]) -> Order:
 
 def _ants(options: AcoOptions, stage: Stage) -> AcoOptions:
     """Return the options with one ant for each part of a stage, if they ask for that."""
-    return replace(options, n_ants=stage.parts) if options.n_ants == ANTS_AS_PARTS and stage.parts else options
+    return replace(options, n_ants=stage.parts) if stage.parts and options.n_ants == ANTS_AS_PARTS else options
 
 
 def restated(job: Job, stages: Sequence[Stage], order: Order) -> list[Solution]:
