@@ -1,4 +1,4 @@
-"""What a process is: a kind of work that leafcut does, from the options that it uses to what it writes."""
+"""`Work` and `Process`: kinds of work with their options; a process also makes programs."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 #: Groups of a form: the key of a title, and names of options.
 FormGroups = tuple[tuple[str, tuple[str, ...]], ...]
 
-#: Options that forms of several processes show, by the group that they stand in.
+#: Options that forms of several processes show, by group of the form.
 SEARCH = ("preset", "time_limit", "algorithm", "objective")
 SEARCH_MORE = (
     "iterations",
@@ -53,7 +53,7 @@ POST = ("dialect", "output_units", "line_numbers", "program_number", "header")
 
 
 def all_of(group: type[OptionGroup], but: Iterable[str] = ()) -> tuple[str, ...]:
-    """Return the options of a group, without some that stand elsewhere."""
+    """Return the options of a group, except some."""
     left_out = set(but)
     return tuple(name for name in group.specs() if name not in left_out)
 
@@ -64,19 +64,18 @@ def use(group: type[OptionGroup], *names: str, but: Iterable[str] = (), **needs:
     Parameters
     ----------
     names
-        Those that are used, beside those of `needs`; all of the group where none is named.
+        Used options, besides the keys of `needs`; without names and `needs`, the whole group.
     but
-        Those that are not.
+        Options that are not used.
     needs
-        Conditions that replace those of the option itself (`OptionSpec.needs`).
+        Conditions that replace the conditions of an option (`OptionSpec.needs`).
     """
     specs, left_out = group.specs(), set(but)
     chosen = (*names, *needs) if names or needs else tuple(specs)
     return {name: needs.get(name, specs[name].needs) for name in chosen if name not in left_out}
 
 
-#: Options that several processes use: of what orders the work, of a program that is made from a drawing, and of the
-#: cutting data that a program without speeds of its own is cut with.
+#: Options that several processes use: search, programs from drawings, and cutting data for programs without feeds.
 ORDERED = use(SolveOptions) | use(AcoOptions) | use(FireflyOptions)
 WRITTEN = use(PostOptions, *POST, "coolant")
 _LOOKED_UP = (absent("cut_speed"),)
@@ -86,20 +85,20 @@ LOOKED_UP |= use(JobOptions, thickness=_LOOKED_UP, material=_LOOKED_UP)
 
 
 class Work(Protocol):
-    """A kind of work, as far as its options go.
+    """A kind of work: its name and its options.
 
     Attributes
     ----------
     name, title
-        By which it is asked for, and as a message calls it: "drilling".
+        Its name, and its name in messages: "drilling".
     options
-        The groups of options that are its own; the first one's table in a file may hold all that it uses.
+        Its own groups of options; in a file, the table of the first group may hold all options that it uses.
     uses
-        The options of shared groups that it uses, each with the conditions for its use (`use`).
+        The shared options that it uses, with their conditions (`use`).
     otherwise
-        What to do instead of giving an option that it does not use, where that is more than to leave it out.
+        Advice for options that it does not use, if there is more to say than to leave them out.
     helps
-        Help of options that mean something more special here: text, and default in words ("" for that of the option).
+        Help of options with a special meaning here: text, and default in words ("" for the usual one).
     """
 
     name: ClassVar[str]
@@ -110,44 +109,43 @@ class Work(Protocol):
     helps: ClassVar[Mapping[str, tuple[str, str]]] = {}
 
     def used(self) -> Mapping[str, Conditions]:
-        """Return all options that it uses, each with the conditions for its use."""
+        """Return all used options with their conditions."""
         return self.uses
 
 
 class Process(Work, Protocol):
-    """One kind of work. A class that inherits from it says what is its own; the rest is as most have it.
+    """A kind of work that makes programs. A subclass overrides what differs from the usual.
 
     Attributes
     ----------
     name
-        By which formats say what they are for, too.
+        Its name, which file formats use, too.
     asked_as
-        What ``--process`` may say of its input to have it.
+        Values of ``--process`` that select it.
     reads
-        ``drawing`` or ``program``: what its input is. "" for what is not asked for through `api.optimize`.
+        Its input: ``drawing`` or ``program``; "" if `api.optimize` does not run it.
     formats
-        The formats that it is offered for, of a process that they do not know: one from outside.
+        For a plug-in: the file formats for which it is offered.
     by_itself
-        Whether a file that is good for this alone is given to it without being asked.
+        Whether it is chosen for a file that suits no other process.
     joins
-        The format of which it makes one program of several files; "" where it does so of none.
+        The format of which several files become one program; "" for none.
     instead
-        What ``--process`` may be mistaken for, and what to say then.
+        Wrong values of ``--process`` → advice.
     command, help
-        The command that does it alone, and what that does, in a line. It is what ``--process`` says to have it.
+        Its command, which is also a value of ``--process``, and one line of help.
     takes
-        What its input is, in words.
+        Its input, in words.
     asks
-        What ``--process`` has to say where a file is good for several kinds of work.
+        The value of ``--process`` for a file that suits several processes.
     offered_with
-        The kind of work with which a page offers this one, too.
+        The kind of work next to which the studio offers this one.
     form
-        The options that a form shows, the important ones first: (key of the title, names). The first two groups are
-        open, the others folded.
+        Groups of the form, the most important first: (key of the title, names of options). The first two are open.
     heads
-        What a machine must work with to do it; empty where any will do.
+        Heads that can do the work; empty for any.
     pictured
-        How a small picture shows what it works: ``holes`` as dots, ``lines``, or ``areas`` filled.
+        Style of thumbnails: ``holes`` as dots, ``lines``, or filled ``areas``.
     with_nearest
         Whether the outcome compares with the nearest-neighbour order.
     """
@@ -169,20 +167,20 @@ class Process(Work, Protocol):
     with_nearest: ClassVar[bool] = True
 
     def used(self) -> Mapping[str, Conditions]:
-        """Return the options that it uses, its own and of shared groups, each with the conditions for its use."""
+        """Return all used options, its own and shared ones, with their conditions."""
         own = {name: spec.needs for group in self.options for name, spec in group.specs().items()}
         return own | dict(self.uses)
 
     def usual(self, settings: Settings) -> Settings:
-        """Return the settings with what this process takes where nobody said anything: its usual machine."""
+        """Return the settings with the defaults of this process, such as its usual machine."""
         return settings
 
     def machine_for(self, format_name: str) -> str:
-        """Return the machine that is at hand for files of a format; "" where they need none of their own."""
+        """Return the usual machine for files of a format; "" for the default one."""
         return ""
 
     def suits(self, drawing: WholeDrawing) -> Suitability | None:
-        """Return how well a drawing suits it, from all that the drawing shows; None for no opinion."""
+        """Return the suitability of a drawing for this process; None for no opinion."""
         return None
 
     # The course of a job (`processes.course`) calls these in the order in which they stand here.
@@ -199,7 +197,7 @@ class Process(Work, Protocol):
 
     @property
     def passes(self) -> Sequence[Pass]:
-        """Changes of a found order for what depends on neighbouring tasks."""
+        """Changes of a found order that depend on neighbouring tasks."""
         return ()
 
     def given(self, plan: Plan) -> Candidate:
@@ -225,7 +223,7 @@ class Process(Work, Protocol):
     def least(self, plan: Plan, best: Candidate, given: Candidate, nearest: Candidate | None) -> Candidate:
         """Return the candidate with the least time: the search does not see all that the machine's clock sees.
 
-        An order that the user asks for stays: that of the drawing, the nearest neighbour's, or one of the plan.
+        If the user selects an order (`nn`, `none`, or a fixed order), it stays.
         """
         from leafcut.processes.ordering import restated
 
@@ -259,17 +257,21 @@ class Process(Work, Protocol):
     def write(self, plan: Plan, given: Candidate, best: Candidate) -> str:
         """Return the program of a candidate; its header compares it with the order of the input."""
         from leafcut.post.writer import write_program
-        from leafcut.processes.plan import header, tool_names
+        from leafcut.processes.plan import header
 
         return write_program(
             best.path,
             plan.words,
             plan.job.settings.post,
-            header(plan, given, best),
-            tool_names=tool_names(plan),
+            [*header(plan, given, best), *self.notes(plan, best)],
+            tool_names={tool.number: tool.label.split(" ", 1)[1] for tool in plan.tools},
             rapid_velocity=max(plan.job.machine.rapid_velocity),
             preselect_tool=plan.job.machine.preselect_tool,
         )
+
+    def notes(self, plan: Plan, best: Candidate) -> Sequence[str]:
+        """Return further lines of the header."""
+        return ()
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
         """Return the program read back, and what is wrong with it."""
@@ -288,7 +290,7 @@ class Process(Work, Protocol):
         ...
 
     def issues(self, plan: Plan, best: Candidate) -> Sequence[Issue]:
-        """Return what is noticed in the order; the plan's issues are reported anyway."""
+        """Return the issues of the order; the issues of the plan are reported anyway."""
         return ()
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> Any:
@@ -304,11 +306,11 @@ class Process(Work, Protocol):
         return {}
 
     def report(self, outcome: Outcome[Any]) -> PathReport[Any]:
-        """Return the facts and pictures of an outcome; by default those of a path over holes."""
+        """Return the facts and pictures of an outcome; by default, a path over holes."""
         from leafcut.report.path_report import PathReport
 
         return PathReport(outcome)
 
     def look_at(self, source: Source | str, settings: Settings) -> Part:
-        """Return what is read of an input, as it lies before the work is planned: what a preview shows."""
+        """Return the placed part of an input, for a preview."""
         ...

@@ -140,31 +140,37 @@ def _ants(options: AcoOptions, stage: Stage) -> AcoOptions:
 
 def restated(job: Job, stages: Sequence[Stage], order: Order) -> list[Solution]:
     """Return the solutions of an order whose choices may be others than those found: at their own cost and bound."""
-    from leafcut.order.certificate import certify
-    from leafcut.order.instance import path_cost
-
     if all(np.array_equal(one.nodes, nodes) for one, nodes in zip(order.solutions, order.choices, strict=True)):
         return list(order.solutions)
     given = all(np.array_equal(stage.given, nodes) for stage, nodes in zip(stages, order.choices, strict=True))
     solutions = []
     for number, (found, nodes) in enumerate(zip(order.solutions, order.choices, strict=True)):
         problem = _placed(stages, number, order.choices)
-        cost = path_cost(problem, nodes)
-        solution = replace(
-            found, algorithm="none" if given else "nn", nodes=nodes, cost=cost, history=((found.seconds, cost),),
-            lower_bound=None,
-        )  # fmt: skip
-        if job.settings.solve.bound:
-            # The bound of the search holds only for the end of the stage before it in the searched order.
-            solution = certify(problem, solution, None, job.cancelled, late=job.bound_late(1.0 / len(stages)))
-        solutions.append(solution)
+        solution = replace(_with_nodes(problem, found, nodes), algorithm="none" if given else "nn")
+        # The bound of the search holds only for the end of the stage before it in the searched order.
+        solutions.append(_with_bound(job, problem, solution, 1.0 / len(stages)))
     return solutions
+
+
+def _with_nodes(problem: RoutingProblem, found: Solution, nodes: Ints) -> Solution:
+    """Return a solution with other nodes, at their cost and without a bound."""
+    from leafcut.order.instance import path_cost
+
+    cost = path_cost(problem, nodes)
+    return replace(found, nodes=nodes, cost=cost, history=((found.seconds, cost),), lower_bound=None)
+
+
+def _with_bound(job: Job, problem: RoutingProblem, solution: Solution, share: float) -> Solution:
+    """Return a solution with its lower bound, if requested; the bound has a `share` of the time for all bounds."""
+    from leafcut.order.certificate import certify
+
+    if not job.settings.solve.bound:
+        return solution
+    return certify(problem, solution, None, job.cancelled, late=job.bound_late(share))
 
 
 def _around_first(job: Job, stages: Sequence[Stage], search: SearchOne, options: SolveOptions) -> list[Solution]:
     """Order the stages one after the other; choices that the user wants first stay first."""
-    from leafcut.order.certificate import certify
-    from leafcut.order.instance import path_cost
     from leafcut.order.solve import keep_better
 
     choices, solutions = list[Ints](), list[Solution]()
@@ -178,14 +184,8 @@ def _around_first(job: Job, stages: Sequence[Stage], search: SearchOne, options:
             if len(node_of):
                 solution = search(number, rest, options)
             nodes = np.concatenate([first, node_of[solution.nodes]]) if len(node_of) else first
-            cost = path_cost(problem, nodes)
-            solution = replace(
-                solution, nodes=nodes.astype(np.int32), cost=cost, history=((solution.seconds, cost),),
-                lower_bound=None,
-            )  # fmt: skip
-            if job.settings.solve.bound:
-                late = job.bound_late(1.0 / len(stages))
-                solution = certify(problem, solution, None, job.cancelled, late=late)
+            solution = _with_nodes(problem, solution, nodes.astype(np.int32))
+            solution = _with_bound(job, problem, solution, 1.0 / len(stages))
         choices.append(solution.nodes)
         solutions.append(solution)
     return solutions
@@ -353,12 +353,12 @@ def _stated(
         and (found.lower_bound is not None or not options.bound)
     ):
         return found
-    told = replace(found, nodes=nodes, cost=cost, history=((found.seconds, cost),), lower_bound=None)
+    solution = _with_nodes(problem, found, nodes)
     if not options.bound:
-        return told
+        return solution
     # The best order of a few tasks is its own bound.
     bound = quick(number, problem, _quick(options, bound=True)).lower_bound if problem.n_clusters <= _FEW else None
-    return certify(problem, told, bound, cancelled, late=bound_late(problem))
+    return certify(problem, solution, bound, cancelled, late=bound_late(problem))
 
 
 def _quick(options: SolveOptions, bound: bool = False) -> SolveOptions:

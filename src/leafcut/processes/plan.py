@@ -126,8 +126,3 @@ def header(plan: Plan, given: Candidate, best: Candidate) -> list[str]:
         beside=plan.given_words,
         part=plan.made_for,
     )
-
-
-def tool_names(plan: Plan) -> dict[int, str]:
-    """Return the names of the tools for the comments of tool changes, by number."""
-    return {tool.number: tool.label.split(" ", 1)[1] for tool in plan.tools}

@@ -166,17 +166,11 @@ class Pocketing(Process):
         written, left, chips = prove_pockets(plan.work.job, best.detail, text)
         return replace(best, text=text, written=written, detail=replace(best.detail, left=left, chips=chips))
 
-    def write(self, plan: Plan, given: Candidate, best: Candidate) -> str:
-        """Return the program; its header names the holes that it needs."""
-        from leafcut.post.writer import write_program
-        from leafcut.processes.plan import header, tool_names
+    def notes(self, plan: Plan, best: Candidate) -> Sequence[str]:
+        """Return the holes that the program needs."""
         from leafcut.processes.pocket.proving import needed_holes
 
-        lines = [*header(plan, given, best), *needed_holes(plan.work.job, best.detail.descents)]
-        rapid = max(plan.job.machine.rapid_velocity)
-        return write_program(
-            best.path, plan.words, plan.job.settings.post, lines, tool_names=tool_names(plan), rapid_velocity=rapid
-        )
+        return needed_holes(plan.work.job, best.detail.descents)
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
         """Return the regions in their order; one region has no order, and so no bound."""

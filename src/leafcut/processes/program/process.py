@@ -136,10 +136,14 @@ class ForeignProgram(Process):
 
     def least(self, plan: Plan, best: Candidate, given: Candidate, nearest: Candidate | None) -> Candidate:
         """Return the program in its own order if the new order takes more time than the original."""
+        import numpy as np
+
         from leafcut.processes.plan import OrderRefused
 
         objective = plan.job.settings.solve.objective
         if best.order.unchanged or best.cost(objective) <= given.cost(objective):
+            return best
+        if all(map(np.array_equal, best.order.choices, plan.given.choices)):
             return best
         try:
             own = self.generate(plan, replace(best.order, choices=plan.given.choices))
