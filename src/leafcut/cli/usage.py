@@ -1,4 +1,4 @@
-"""What a person is told, in one line, of a command line that cannot be used: the parser's own words name its parts."""
+"""Messages for unusable command lines, in one line; the messages of the parser name its internals."""
 
 from __future__ import annotations
 
@@ -45,8 +45,7 @@ GROUPS = {
     ),
 }
 
-#: Stands for standard input and standard output. Alone it would be taken for a flag, so it is held back from the parser
-#: in the form of what no file can be called.
+#: Standard input or output. The parser would read it as a flag, so it gets an impossible file name.
 DASH, HELD = "-", "\0"
 
 

@@ -22,32 +22,32 @@ if TYPE_CHECKING:
     from leafcut.model.issue import Issue
     from leafcut.model.outcome import Outcome, Which
 
-#: Up to so many stops carry numbers; more are told apart by the colour of the path, from first to last.
+#: Maximum number of numbered stops; with more, the colour of the path shows the order.
 MOST_NUMBERS = 120
-#: Colours of the ramp along a path, and of tools; more tools have the same colours in another manner (solid, hollow;
-#: dashed, dotted), so many times.
+#: Number of colours of the ramp along a path, of colours of tools, and of styles in which the tool colours repeat
+#: (solid, hollow, dashed, dotted).
 RAMP = 24
 TOOL_COLOURS = 8
 TOOL_MANNERS = 3
 
-# User units: smaller holes are drawn so large that they can be seen, among few and among many.
+# Minimum drawn size of holes, user units: among few holes, and among many.
 _SMALLEST_OF_FEW = 3.6
 _SMALLEST_HOLE = 1.6
-#: A hole whose width nothing says, in parts of the way to the next one if all were spread evenly, and the largest.
+#: Drawn size of a hole of unknown diameter: share of the mean spacing, and maximum, user units.
 _UNSIZED_PART = 0.3
 _LARGEST_UNSIZED = 5.0
 _RING = 1.1
 _MOST_GROUPS = 64
-#: Stops of cuts carry numbers if they are so few, or where there is so much room from one to the next, user units.
+#: Stops of cuts are numbered up to this number, or with this spacing, user units.
 _FEW_NUMBERS = 24
 _ROOM_FOR_NUMBERS = 20.0
-#: Rapids are shown so far beyond the work, in parts of its size: who parks far away does not make the part small.
+#: Rapids are shown up to this distance beyond the work, as a share of its size: a far park position stays outside.
 _BEYOND = 0.3
 
 
 @dataclass(frozen=True, eq=False)
 class Dots:
-    """Holes of one tool and size: `size` in user units as drawn, `points` float64[n, 2] in user units."""
+    """Holes with the same tool and size: drawn `size` and `points`, float64[n, 2], in user units."""
 
     tool: int
     size: float
@@ -56,13 +56,12 @@ class Dots:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """All that the drawings of one outcome share.
+    """Data that all drawings of an outcome share.
 
-    `tools` are the tool numbers in the order of their work; a hole's colour is that of the last tool that works on it
-    (-1: none does). `slots` are (tool, width, centre line) in user units. `numbered`: stops carry numbers. `enlarged`:
-    some holes are drawn larger than they are; `unsized`: of some nothing says how wide they are. `extent` is the size
-    of the work in mm; `edge` are the lines of the plate's edge in user units, float64[k, 2, 2].
-    `missing` are the issues of missing work.
+    `tools` are the tool numbers in the order of use; a hole has the colour of its last tool (-1: no tool). `slots` are
+    (tool, width, centre line) in user units. `numbered`: stops have numbers. `enlarged`: some holes are drawn too
+    large; `unsized`: some diameters are unknown. `extent` is the size of the work in mm; `edge` are the lines of the
+    edge of the plate in user units, float64[k, 2, 2]. `missing` are the issues of missing work.
     """
 
     frame: Frame
@@ -130,7 +129,7 @@ def build_scene(outcome: Outcome) -> Scene:
 
 
 def _frame(work: NDArray[np.float64], rapids: NDArray[np.float64]) -> Frame:
-    """Return the frame that shows all of the work, and the rapids as far as they are near it."""
+    """Return the frame that shows all work, and rapids near it."""
     if not len(work):
         work = rapids if len(rapids) else np.zeros((1, 2))
     low, high = work.min(axis=0), work.max(axis=0)
@@ -142,13 +141,13 @@ def _frame(work: NDArray[np.float64], rapids: NDArray[np.float64]) -> Frame:
 
 
 def _size_of_unsized(frame: Frame, holes: int, smallest: float) -> float:
-    """Return how large holes are drawn of which nothing says how wide they are: to be seen, and beside each other."""
+    """Return the drawn size of holes of unknown diameter: visible, and without overlap."""
     apart = math.sqrt(frame.width * frame.height / max(holes, 1))
     return min(max(_UNSIZED_PART * apart, smallest), _LARGEST_UNSIZED)
 
 
 def _apart(places: NDArray[np.float64]) -> float:
-    """Return how far the usual place is from the next one."""
+    """Return the median distance to the nearest neighbour."""
     if len(places) < 2:
         return math.inf
     apart = np.hypot(*(places[:, None, :] - places[None, :, :]).transpose(2, 0, 1))

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from leafcut.model.outcome import Outcome
     from leafcut.report.path_report import PathReport
 
-#: So many different issues are named, and all of the motion and the machine; the report page has them all.
+#: Maximum number of different issues, besides those of motion and machine; the report page has all.
 MOST_ISSUES = 12
 MOST_CHARACTERS = 219
 #: A table of more columns is set closer.
@@ -24,9 +24,9 @@ _WORST = (Severity.DANGER, Severity.MISSING)
 
 
 def summary(report: PathReport[Any]) -> RenderableType:
-    """Return what `rich` prints: part and machine, a table of the three orders, facts, issues. Fits 80 columns.
+    """Return the summary for `rich`: part and machine, a table of the orders, facts, issues. It fits 80 columns.
 
-    Colour only underlines what the words say; names from files are printed as they are, never as markup.
+    Colour only repeats the text; names from files are printed verbatim, never as markup.
     """
     from rich.console import Group
 
@@ -43,7 +43,7 @@ def print_summary(report: PathReport[Any], console: Console) -> None:
 
 
 def _worst(outcome: Outcome) -> list[RenderableType]:
-    """Return what is dangerous in the program, and what is missing from it, before anything else is said."""
+    """Return dangers and missing work, which come first."""
     from rich.text import Text
 
     found = [issue for severity in _WORST for issue in outcome.issues if issue.severity is severity]
@@ -124,7 +124,7 @@ def _issues(outcome: Outcome) -> Table:
         number = f"{group.number:,} × " if group.number > 1 else ""
         place = f" ({group.place})" if group.place else ""
         words = Text.assemble((number, "dim"), group.message, (place, "dim"))
-        # The end of a message says what to do, so it is cut only when it is longer than three lines.
+        # The end of a message states the remedy, so only messages of more than three lines are cut.
         words.truncate(MOST_CHARACTERS, overflow="ellipsis")
         table.add_row(Text(group.code, style), words)
     rest = sum(group.number for group in folded)

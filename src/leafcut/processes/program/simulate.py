@@ -1,4 +1,4 @@
-"""What a program does on a machine, and what is dangerous in it."""
+"""Simulation of a program: machine time, motion and dangers."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ if TYPE_CHECKING:
     from leafcut.read import Input
     from leafcut.timing.grbl import SentLines
 
-#: Lost seconds are told from this part of a program's time on.
+#: Minimum share of the time of a program for a report of lost seconds.
 WORTH_TELLING = 0.01
 
-#: Late moves with no more lines between them are one stretch.
+#: Maximum number of lines between late moves of one stretch.
 GAP = 20
 
 
 def simulate(program: Input, settings: Settings, dialect: str | None, progress: OnProgress | None) -> Simulation:
-    """Return what a program does on the machine of the settings, and what that costs.
+    """Return the motion of a program on the machine of the settings, its time and its dangers.
 
     An exception of `progress` ends the work.
     """
@@ -47,7 +47,7 @@ def simulate(program: Input, settings: Settings, dialect: str | None, progress: 
     read = read_foreign(read_program(program), str(program), settings, machine, words, look)
     _check_lifts(settings, read.words)
     run, unknown = run_of_controller(read.program, read.words, settings.job.clearance_height)
-    # From where `optimize` counts, too, unless `--start-point` says otherwise.
+    # The start of `optimize` without `--start-point`.
     lines = sent_lines(read.program.lines)
     cost = measure(run, read.machine, start=(0.0, 0.0), lines=lines)
     issues = (*read.find_dangers(), *read.issues, *unknown, *_starved(run, read.machine, lines, cost.time_s))
@@ -56,7 +56,7 @@ def simulate(program: Input, settings: Settings, dialect: str | None, progress: 
 
 
 def _starved(path: Toolpath, machine: Machine, lines: SentLines, seconds: float) -> list[Issue]:
-    """Return where a GRBL board waits for lines, if that costs more than `WORTH_TELLING` of all seconds."""
+    """Return a warning if a GRBL board waits for lines for more than `WORTH_TELLING` of the time."""
     from leafcut.timing.toolpath import starved_rows
 
     rows, lost = starved_rows(path, machine, lines)
@@ -73,7 +73,7 @@ def _starved(path: Toolpath, machine: Machine, lines: SentLines, seconds: float)
 
 
 def _worst_stretch(line: NDArray[np.int32], lost: NDArray[np.float64]) -> tuple[int, int, float]:
-    """Return the stretch of lines, with no more than `GAP` of them between late ones, that loses most: s."""
+    """Return the stretch with the largest loss: first line, last line, seconds (`GAP`)."""
     ends = np.flatnonzero(np.diff(line) > GAP)
     begins = np.append(0, ends + 1)
     ends = np.append(ends, len(line) - 1)
@@ -83,13 +83,13 @@ def _worst_stretch(line: NDArray[np.int32], lost: NDArray[np.float64]) -> tuple[
 
 
 def _check_lifts(settings: Settings, words: Dialect) -> None:
-    """Refuse a height for what the controller does itself where it does nothing itself."""
+    """Refuse a clearance height if the controller adds no moves of its own."""
     if "clearance_height" in settings.asked and (words.torch is None or not words.torch.material_comment):
         raise OptionError(f"--clearance-height: a program for {words.name} sets its own heights; leave it out")
 
 
 def run_of_controller(program: Program, words: Dialect, clearance: float) -> tuple[Toolpath, list[Issue]]:
-    """Return what a program does with what its controller adds at every cut, and what of that is not known."""
+    """Return the motion with the moves that the controller adds at each cut, and a warning about unknown materials."""
     from leafcut.gcode.material import as_run
 
     if words.torch is None or not words.torch.material_comment:

@@ -1,4 +1,4 @@
-"""What a program takes off its stock, move by move, and what it leaves."""
+"""The material that a program removes from its stock, move by move, and the remaining stock."""
 
 from __future__ import annotations
 
@@ -46,11 +46,11 @@ if TYPE_CHECKING:
     from leafcut.processes.program.reading import ProgramRead
     from leafcut.read import Input
 
-#: Chords of arcs lie so many cells off at most.
+#: Maximum distance of the chords of arcs from the arcs, cells.
 _STRAYS = 0.05
 #: Cuts are looked at in pieces of this share of the smallest tool's diameter, and of some cells.
 _PIECE, _PIECE_CELLS = 0.5, 2.0
-#: So many rapids in the material are told one by one.
+#: Number of rapids in the material that are reported one by one.
 _MOST_TOLD = 10
 
 
@@ -188,7 +188,7 @@ def _read(program: Input, settings: Settings, machine: Machine, words: Dialect, 
         raise PlanError(f"{source}: nothing is cut, so nothing is taken off the stock")
     cutters = {number: cutter_of(tool) for number, tool in tools.items()}
     smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
-    # What is not fed, such as a probe, has no tool here.
+    # Moves that do not cut, such as a probe, have no tool here.
     whole = straight_moves(read.program.path, 0.01 * smallest, np.inf).of_tools(cutters)
     bodies = {number: body_of(tool) for number, tool in tools.items()}
     return _Cuts(source, read, tools, cutters, bodies, whole)
@@ -211,7 +211,7 @@ def _pieces(one: _Cuts, cell: float) -> StraightMoves:
 
 
 def _assumed_block(stated: StatedPart | None) -> list[Issue]:
-    """Return that the stock is assumed to be a full block, and what to give in its place."""
+    """Return a warning that a full block is assumed, with the option to give."""
     words = "the stock was assumed: a full block around the cuts, with its top at Z0"
     if stated is None:
         return [Issue("L510", f"{words}; give it with --workpiece", severity=Severity.NOTE)]
@@ -290,7 +290,7 @@ def _bodies_told(collisions: tuple[BodyCut, ...]) -> list[Issue]:
 
 
 def _told(rapids: tuple[RapidCut, ...], doubtful: bool) -> list[Issue]:
-    """Return rapids in the material, the first ones each by itself: dangers, or warnings in a doubtful stock."""
+    """Return rapids in the material as dangers, or as warnings in an uncertain stock; the first ones one by one."""
     severity = Severity.WARNING if doubtful else Severity.DANGER
     issues = [
         Issue("L802", f"rapid in the stock, {one.depth_mm:.2f} mm deep", f"line {one.line}", severity)
@@ -304,7 +304,7 @@ def _told(rapids: tuple[RapidCut, ...], doubtful: bool) -> list[Issue]:
 
 
 def _not_known(moves: StraightMoves) -> list[Issue]:
-    """Return that of cuts whose begin is not known only the end is looked at."""
+    """Return a note about cuts with an unknown start: only their ends are checked."""
     fed = moves.unknown[moves.path.kind[moves.unknown] != Kind.RAPID]
     if not len(fed):
         return []
@@ -342,7 +342,7 @@ def _by_tool(
 
 
 def _seconds(moves: StraightMoves, by_row: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the time of every move: that of its row, by its share of the row's length."""
+    """Return the time of every move, by its share of the length of its row."""
     length = np.sqrt(((moves.ends[:, 3:] - moves.ends[:, :3]) ** 2).sum(axis=1))
     whole = np.bincount(moves.row, weights=length, minlength=len(by_row))[moves.row]
     share = np.divide(length, whole, out=np.zeros_like(length), where=whole > 0)

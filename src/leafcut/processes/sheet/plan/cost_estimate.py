@@ -32,13 +32,13 @@ def cut_norm(
     Parameters
     ----------
     seconds
-        Of every cut: cutting, piercing, and rapids to it and up from it.
+        Seconds of every cut: cutting, piercing, and rapids to the cut and up.
     whole
-        Of the whole program; what is in no cut (the ways at its beginning and end) counts as rapid of the sheet.
+        Seconds of the program; the moves before the first and after the last cut count as rapids of the sheet.
     corners
-        Of the way to a cut, by its number.
+        Corners of the travel move to a cut, by the number of the cut.
     shop_rate
-        Cost of machine and operator by the hour.
+        Cost of machine and operator per hour.
     """
     each = [_times(sheet, cuts, k, parts, corners.get(k, ())) for k, parts in enumerate(seconds)]
     one = _sum(each)
@@ -54,7 +54,7 @@ def cut_norm(
     parts = []
     for number in sorted(shares):
         own, area = _sum(shares[number]), areas.get(number, 0.0)
-        # The sheet is paid by its parts, by their areas.
+        # The price of the sheet is shared among its parts by area.
         metal = sheet.price * area / used if number in cut_parts and used else 0.0
         used_up = consumption_of(own, data, one)
         parts.append(
@@ -88,7 +88,7 @@ def _times(
 
 
 def _perimeter(sheet: Sheet, cut: Cut, part: int | None = None) -> float:
-    """Return the drawn length of the contours of a cut, of one part or of all; a chamber is in that of its outline."""
+    """Return the drawn length of the contours of a cut, of a `part` or all; outlines include their chambers."""
     contours = () if cut.common else (sheet.contours[i] for i in cut.contours)
     return sum(c.contour.path.length for c in contours if not c.chamber and part in (None, c.part))
 

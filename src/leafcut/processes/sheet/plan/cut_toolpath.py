@@ -1,4 +1,4 @@
-"""From cuts in order to the motions of the torch."""
+"""The motion of the torch for ordered cuts."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from leafcut.model.machine import Machine, Probe
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.toolpath import UNKNOWN, Arc, Kind, Toolpath, ToolpathBuilder
 
-#: What is shorter is rounding, mm.
+#: Shorter segments are rounding, mm.
 SHORTEST = 1e-6
 #: An arc whose ends are closer is a line, mm: two steps of a program in inches, with four decimals, and a bit.
 SHORTEST_ARC = 0.006
@@ -104,13 +104,13 @@ def lay_cuts(
 
 
 def _go(builder: ToolpathBuilder, obstacles: Obstacles | None, to: Point) -> None:
-    """Go by rapids to a place, round all obstacles."""
+    """Move at rapid to a place, around all obstacles."""
     _go_round(builder, obstacles, to)
     builder.rapid(*to)
 
 
 def _go_round(builder: ToolpathBuilder, obstacles: Obstacles | None, to: Point) -> None:
-    """Go by rapids to where the way to a place is free of obstacles."""
+    """Move at rapid to a point from which the path to a place is clear."""
     here = (builder.position[0], builder.position[1])
     if obstacles is None or obstacles.between(here, to, None) == -math.inf:
         return
@@ -122,7 +122,7 @@ def _go_round(builder: ToolpathBuilder, obstacles: Obstacles | None, to: Point) 
 
 
 def _choose(builder: ToolpathBuilder, tool: int, wanted: int) -> int:
-    """Change from a tool to the one that is wanted, and take up its offset; return it."""
+    """Change to the wanted tool with its offset; return its number."""
     if tool != wanted:
         builder.tool(wanted)
         builder.offset(0)
@@ -142,7 +142,7 @@ class _Torch:
 
 
 def _pierces(cut: Cut) -> bool:
-    """Return whether a cut begins by going through the sheet."""
+    """Return whether a cut starts with a pierce."""
     return cut.pierce and cut.kind == "cut"
 
 
@@ -174,7 +174,7 @@ def _lay(builder: ToolpathBuilder, cut: Cut, torch: _Torch, clearance: float, *,
 
 
 def _light(builder: ToolpathBuilder, torch: _Torch, delay: float, feed: float, pierces: bool) -> None:
-    """Put the torch on where it is: at the pierce height, wait, and down to the cut height."""
+    """Switch the torch on at the pierce height, wait, and move down to the cut height."""
     data = torch.data
     height = data.pierce_height if pierces else data.cut_height
     if torch.moves_z and builder.position[2] != height:
@@ -214,7 +214,7 @@ def _follow(builder: ToolpathBuilder, cut: Cut, torch: _Torch) -> None:
 
 
 def follow(builder: ToolpathBuilder, path: Polyline, feed: float) -> None:
-    """Cut along an open path from where it begins, at one speed."""
+    """Cut along an open path from its start, at one speed."""
     for s in _writable(without_short_steps(path)):
         if s.is_arc:
             _arc(builder, s, feed)
