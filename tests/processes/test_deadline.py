@@ -22,7 +22,7 @@ from leafcut.processes.deadline import Deadline
 from leafcut.processes.job import Job, machine_of
 from leafcut.processes.pocket.plan import grid
 from leafcut.processes.pocket.plan.region import CentreRegion
-from leafcut.processes.pocket.strategies import WAYS, ClearingWay, SearchTime
+from leafcut.processes.pocket.strategies import WAYS, ClearingStrategy, SearchTime
 from leafcut.processes.settings import collect
 from leafcut.processes.sheet import passes
 from leafcut.processes.sheet.passes import HeadTravel
@@ -121,7 +121,7 @@ def test_only_strategies_that_search_take_a_share_of_the_time() -> None:
     settings, given = collect({"time_limit": 10.0}), list[float | None]()
     run = Job(settings, machine_of(settings), Deadline.of(settings.solve))
 
-    def path(_: object, one: Job) -> PocketPath:
+    def path(_: object, one: Job, grids: object) -> PocketPath:
         given.append(one.deadline.seconds)
         if one.deadline is not run.deadline:
             one.deadline.spend(one.deadline.limit)
@@ -130,7 +130,7 @@ def test_only_strategies_that_search_take_a_share_of_the_time() -> None:
     time, region = SearchTime(Deadline(10.0)), CentreRegion(shapely.box(0, 0, 9, 9), PocketRules(4.0, 2.0))
     time.to_come = 2
     for searches in (False, True, False, True):
-        way = ClearingWay("", path, "", searches=searches)
+        way = ClearingStrategy("", path, "", searches=searches)
         time.path(way, region, run)
     assert given[1] == given[3] == pytest.approx(5.0)
     assert given[0] == given[2] == run.deadline.seconds
@@ -183,5 +183,5 @@ def test_making_a_grid_is_not_searching(monkeypatch: pytest.MonkeyPatch) -> None
     settings = collect({"time_limit": 5.0, "strategy": "ants", "preset": "fast"})
     region = CentreRegion(shapely.box(0, 0, 30, 30), PocketRules(tool_diameter=10.0, step_over=6.0))
     (ants,) = (way for way in WAYS if way.name == "ants")
-    ants.path(region, Job(settings, machine_of(settings), Deadline(5.0)))
+    ants.path(region, Job(settings, machine_of(settings), Deadline(5.0)), {})
     assert asked == [pytest.approx(5.0)]

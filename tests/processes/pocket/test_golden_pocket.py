@@ -21,7 +21,7 @@ from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.arcs import fitted
 from leafcut.processes.pocket.plan.region import centre_regions
 from leafcut.processes.pocket.plan.rules import milling_data
-from leafcut.processes.pocket.plan.toolpath import Clearing, PocketHeights, lay_pockets
+from leafcut.processes.pocket.plan.toolpath import Clearing, PocketHeights, pocket_motion
 from leafcut.processes.pocket.plan.walls import wall_passes
 from leafcut.processes.pocket.proof.pocket import check_pockets
 from leafcut.proof.program import check_program, read_back
@@ -48,7 +48,7 @@ def path() -> Toolpath:
     clearing = Clearing(region, rough.polygon, fitted(rings, 0.01), PocketLevels(0.0, (-2.0, -4.0)), walls)
     job = JobOptions(spindle_speed=3000.0, feed=800 / 60)
     data = milling_data(PocketOptions(), job, RULES, MACHINE)[0]
-    return lay_pockets([clearing], PocketHeights(10.0, 2.0), data, MACHINE)[0]
+    return pocket_motion([clearing], PocketHeights(10.0, 2.0), data, MACHINE)[0]
 
 
 def program(name: str, units: str) -> str:

@@ -347,8 +347,8 @@ def test_passes_wider_apart_than_the_step_over_are_never_written(
     """Rings for 6 mm where 3 are asked for: the strategy is refused by its figures, and the proof by the text's."""
     contour = next(w for w in room.WAYS if w.name == "contour")
 
-    def wide(region: Any, run: Any) -> PocketPath:
-        return contour.path(replace(region, rules=replace(region.rules, step_over=6.0)), run)
+    def wide(region: Any, run: Any, grids: Any) -> PocketPath:
+        return contour.path(replace(region, rules=replace(region.rules, step_over=6.0)), run, grids)
 
     monkeypatch.setattr(room, "WAYS", (replace(contour, path=wide),))
     for strategy in ("best", "contour"):
@@ -483,8 +483,8 @@ def test_a_strategy_that_gouges_is_never_written(
     """A path shifted by 0.1 mm is refused by name, and is not chosen."""
     contour = next(w for w in room.WAYS if w.name == "contour")
 
-    def shifted(region: Any, run: Any) -> PocketPath:
-        path = contour.path(region, run)
+    def shifted(region: Any, run: Any, grids: Any) -> PocketPath:
+        path = contour.path(region, run, grids)
         return replace(path, pieces=tuple(replace(p, path=p.path.moved(0.1, 0.0)) for p in path.pieces))
 
     monkeypatch.setattr(room, "WAYS", (replace(contour, path=shifted),))

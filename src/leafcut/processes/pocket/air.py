@@ -1,4 +1,4 @@
-"""Where the tool cuts nothing on its way at depth: those stretches become pieces of their own, at a higher feed."""
+"""Air cuts: stretches at depth where the tool cuts nothing become separate pieces at a higher feed."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ if TYPE_CHECKING:
     from leafcut.material.tool_steps import ToolWay
 
 
-#: Shorter stretches keep their feed: the machine would hardly be faster, tool diameters.
+#: Minimum length of an air cut, tool diameters: on shorter ones the machine is hardly faster.
 SHORTEST = 0.5
-#: The higher feed begins and ends so far from where something is cut, tool diameters: a step of what is measured.
+#: Distance of the higher feed from the material, tool diameters: a step of the measurement.
 MARGIN = 0.05
-#: What is shorter than this is no piece, mm.
+#: Shorter pieces are omitted, mm.
 NOTHING = 1e-3
 
 
 def with_air(
     pieces: Sequence[PocketPiece], way: ToolWay, engaged: Engaged, rules: PocketRules
 ) -> list[list[PocketPiece]]:
-    """Return every piece divided where the tool begins or ceases to cut: what cuts nothing is of the kind ``air``.
+    """Divide each piece where the tool enters or leaves the material; parts in air get the kind ``air``.
 
-    `way` and `engaged` are measured of the pieces, in their order. A finishing piece and an entry stay as they are.
-    What is found is measured once more, as it is divided: a sliver thinner than a step may lie between two places of
-    the one measure and at a place of the other, and the proof measures what is written.
+    `way` and `engaged` are the measurement of the pieces in their order. Finishing pieces and entries stay whole. The
+    divided pieces are measured again: a sliver thinner than a step may lie between two samples of the first
+    measurement and at a sample of the second, and the proof measures the written program.
     """
     stations, free = np.cumsum(way.step), _free(way, engaged, rules)
     rows = np.arange(len(pieces))
@@ -46,13 +46,13 @@ def with_air(
         near = free[(free[:, 1] > begin) & (free[:, 0] < end)]
         share = piece.path.length / (end - begin)  # chords of arcs are shorter than these
         found.append(_divided(piece, (np.clip(near, begin, end) - begin) * share))
-    return _looked_again(pieces, found, rules)
+    return _confirmed(pieces, found, rules)
 
 
-def _looked_again(
+def _confirmed(
     pieces: Sequence[PocketPiece], found: list[list[PocketPiece]], rules: PocketRules
 ) -> list[list[PocketPiece]]:
-    """Return the pieces with those cut at the usual feed after all that are not air once they are measured alone."""
+    """Measure the divided pieces; those that cut after all get their kind back."""
     every = [one for many in found for one in many]
     if all(one.kind != "air" for one in every):
         return found
@@ -66,9 +66,9 @@ def _looked_again(
 
 
 def _free(way: ToolWay, engaged: Engaged, rules: PocketRules) -> Floats:
-    """Return the stretches of a way on which nothing is cut, from station to station, float64[n, 2], mm."""
+    """Return the air cuts of a path, from station to station, float64[n, 2], mm."""
     stations = np.cumsum(way.step)
-    # A step is free where both its ends are, and no lift lies between them.
+    # A step is in air if both its ends are, and no lift lies between them.
     step = (engaged.angle == 0.0) & np.isfinite(way.back[:, 0])
     step[1:] &= (engaged.angle[:-1] == 0.0) | (way.step[1:] == 0.0)
     edge = np.flatnonzero(np.diff(np.concatenate([[False], step, [False]]).astype(np.int8)))
@@ -80,7 +80,7 @@ def _free(way: ToolWay, engaged: Engaged, rules: PocketRules) -> Floats:
 
 
 def _divided(piece: PocketPiece, free: Floats) -> list[PocketPiece]:
-    """Return a piece divided at the ends of stretches, mm from where it begins."""
+    """Divide a piece at the ends of air cuts, given in mm from its start."""
     parts, at, length = [], 0.0, piece.path.length
     for start, end in free.tolist():
         parts += [(at, start, piece.kind), (start, end, "air")]

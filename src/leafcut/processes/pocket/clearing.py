@@ -29,14 +29,14 @@ from leafcut.model.pocket import (
     PocketResult,
 )
 from leafcut.model.problem import RoutingProblem
-from leafcut.processes.pocket.job import LaidPockets, PocketJob, raised
+from leafcut.processes.pocket.job import PocketJob, PocketMotion, raised
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.units import format_time
 
 if TYPE_CHECKING:
     from leafcut.processes.pocket.plan.region import CentreRegion
     from leafcut.processes.pocket.plan.toolpath import Clearing
-    from leafcut.processes.pocket.strategies import ClearingWay, SearchTime
+    from leafcut.processes.pocket.strategies import ClearingStrategy, SearchTime
 
 #: Among strategies within this factor of the least cost, the one with the fewest retracts wins: each plunge wears the
 #: tool and marks the floor.
@@ -116,14 +116,14 @@ def clear_pocket(job: PocketJob, one: Pocket, number: int, time: SearchTime) -> 
 def _tried(
     job: PocketJob,
     number: int,
-    way: ClearingWay,
+    way: ClearingStrategy,
     regions: list[CentreRegion],
     roughed: list[CentreRegion],
     time: SearchTime,
 ) -> tuple[PocketResult, list[Clearing], list[Clearing]]:
     """Return the result of a strategy, and its regions at one feed and at feeds that follow the load.
 
-    There are no regions if the strategy is refused.
+    A refused strategy has no regions.
     """
     from leafcut.material.removal import engaged_way
     from leafcut.processes.pocket.air import with_air
@@ -185,7 +185,7 @@ def _aired(clearing: Clearing, divided: Iterator[list[PocketPiece]]) -> Clearing
 def _clearing(
     job: PocketJob,
     levels: PocketLevels,
-    way: ClearingWay,
+    way: ClearingStrategy,
     region: CentreRegion,
     roughed: list[CentreRegion],
     time: SearchTime,
@@ -328,16 +328,16 @@ def _before(job: PocketJob, pockets: list[list[Clearing]]) -> NDArray[np.int32]:
     return np.array(pairs, dtype=np.int32).reshape(-1, 2)
 
 
-def generated(job: PocketJob, clearings: list[Clearing]) -> LaidPockets:
+def generated(job: PocketJob, clearings: list[Clearing]) -> PocketMotion:
     """Return the motion that clears regions in this order."""
-    from leafcut.processes.pocket.plan.toolpath import lay_pockets
+    from leafcut.processes.pocket.plan.toolpath import pocket_motion
     from leafcut.timing.toolpath import measure
 
     machine = job.run.machine
     pause = job.words.hand_change_pause and not machine.tool_changer
     coolant = job.run.settings.post.coolant
     corner = job.rules.tolerance if job.words.corner_tolerance else 0.0
-    path, descents = lay_pockets(
+    path, descents = pocket_motion(
         clearings,
         job.heights,
         job.data,
@@ -348,7 +348,7 @@ def generated(job: PocketJob, clearings: list[Clearing]) -> LaidPockets:
         rounded=job.words.rounding and job.rounding <= job.rules.stock,
     )
     path = raised(path, job.top)
-    return LaidPockets(path, descents, measure(path, machine, start=job.start))
+    return PocketMotion(path, descents, measure(path, machine, start=job.start))
 
 
 def programs(job: PocketJob, cleared: list[ClearedPocket], nodes: Sequence[int]) -> tuple[PocketProgram, ...]:

@@ -1,4 +1,4 @@
-"""How fast the tool goes along its way at depth: chips as thick as its data say, whatever it meets."""
+"""Feeds at depth that follow the engagement: chips as thick as the data of the tool allow."""
 
 from __future__ import annotations
 
@@ -17,41 +17,40 @@ from leafcut.material.tool_steps import STRAIGHT_ON, ToolWay
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketPiece, PocketRules
 
-#: No feed is above what comes within this share of the tool's diameter before and behind it.
+#: A feed also respects the limits within this distance before and after it, tool diameters.
 AROUND = 0.25
-#: Feeds are in steps of this factor.
+#: Ratio of successive feeds.
 STEP = 1.1
-#: A feed that is not this much higher stays, as a share of the tool's.
+#: Minimum increase of a feed, as a ratio to the tool's feed.
 LEAST = 1.05
-#: A stretch is no shorter than this share of the tool's diameter …
+#: Minimum length of a stretch with its own feed, tool diameters.
 SHORTEST = 0.5
-#: … and is faster only where that saves so much, s.
+#: Minimum gain of a faster stretch, s.
 WORTH = 0.05
-#: A feed changes at a vertex of the way where one is so near, tool diameters.
+#: A feed changes at a vertex of the path if one is this near, tool diameters.
 SNAP = 0.1
-#: Chips are planned thicker than they are, by cuts that are wider by so many tolerances.
+#: Cuts are planned wider by this margin, tolerances.
 WIDER = 2.0
-#: What is shorter is no piece, mm.
+#: Shorter pieces are omitted, mm.
 _NOTHING = 1e-3
 
 
 def with_feeds(
     pieces: Sequence[PocketPiece], limits: FeedLimits, rules: PocketRules, acceleration: float, *, anywhere: bool
 ) -> list[list[PocketPiece]]:
-    """Return every piece divided where its feed changes, each part with its feed as a share of the tool's.
+    """Divide each piece where its feed changes; each part gets its feed as a share of the tool's.
 
-    Measured is the way of the pieces, in their order, over what is uncut before them. Faster are stretches on which the
-    chips are thinner than in a slot, long enough for the machine to become faster and slower again: changes are in
-    steps of a tenth, and a feed gives way half a diameter before and behind what it gives way to. Slower are those on
-    which the cut would need more power than there is. What finishes a wall is made no faster; air and the loop along
-    which the tool comes down keep their feeds.
+    The engagement is measured along the pieces in their order. A stretch is faster if its chips are thinner than in a
+    slot and the machine has room to speed up and slow down. It is slower if the cut needs more power than the spindle
+    has. Feeds change in steps of a tenth and respect limits nearby. Finishing pieces get no faster; air cuts and entry
+    loops keep their feeds.
 
     Parameters
     ----------
     acceleration
-        Of the machine in the plane, mm/s².
+        Acceleration of the machine in the plane, mm/s².
     anywhere
-        False: a feed changes at vertices of the way alone, and no move is divided.
+        False: feeds change at vertices of the path only, and no move is divided.
     """
     way, engaged = engaged_way(PocketPath("", tuple(pieces)), rules)
     shares = _shares(pieces, way, _wider(way, engaged, rules), limits)
@@ -69,10 +68,10 @@ def with_feeds(
 
 
 def _wider(way: ToolWay, engaged: Engaged, rules: PocketRules) -> Engaged:
-    """Return what is engaged with each cut wider, and its edge nearer to the way, by what is not known of it.
+    """Return the engagement with each cut wider by its uncertainty.
 
-    The proof measures what is written, with its rounding: at a vertex the way ahead may then be that of the line
-    before it, of the one behind, or between them.
+    The proof measures the written program, which is rounded: the direction at a vertex may be the direction before it,
+    after it, or between.
     """
     cross = np.abs(way.chord[:-1, 0] * way.chord[1:, 1] - way.chord[:-1, 1] * way.chord[1:, 0])
     turn = np.arctan2(cross, (way.chord[:-1] * way.chord[1:]).sum(axis=1))
@@ -88,11 +87,11 @@ def _wider(way: ToolWay, engaged: Engaged, rules: PocketRules) -> Engaged:
 
 
 def _shares(pieces: Sequence[PocketPiece], way: ToolWay, engaged: Engaged, limits: FeedLimits) -> Floats:
-    """Return how fast every step may be, as a share of the tool's feed, in steps of `STEP` from the highest down."""
+    """Return the allowed feed of each step as a share of the tool's, in steps of `STEP` below the maximum."""
     allowed = allowed_feed(engaged, limits) / limits.feed
     kind = np.array([piece.kind for piece in pieces])[way.piece]
     allowed[kind == "finish"] = np.minimum(allowed[kind == "finish"], 1.0)
-    # The loop along which the tool comes down may be a full cut: nothing is engaged by what is told of it.
+    # The engagement on an entry loop is not measured: assume a slot.
     slot = Engaged(np.array([math.pi]), np.array([limits.diameter]), np.ones(1))
     allowed[kind == "entry"] = allowed_feed(slot, limits)[0] / limits.feed
     before = np.concatenate([[np.inf], allowed[:-1]])
@@ -107,7 +106,7 @@ def _shares(pieces: Sequence[PocketPiece], way: ToolWay, engaged: Engaged, limit
 
 
 def _stretches(pieces: Sequence[PocketPiece], way: ToolWay) -> list[Indices]:
-    """Return the steps that follow each other without a lift or air between them."""
+    """Return runs of steps without lift or air between them."""
     air = np.array([piece.kind == "air" for piece in pieces], dtype=bool)[way.piece]
     new = np.append(True, (way.run[1:] != way.run[:-1]) | (air[1:] != air[:-1]))[: len(way)]
     rows = np.split(np.arange(len(way)), np.flatnonzero(new)[1:])
@@ -115,7 +114,7 @@ def _stretches(pieces: Sequence[PocketPiece], way: ToolWay) -> list[Indices]:
 
 
 def _calm(shares: Floats, length: Floats, feed: float, acceleration: float, rules: PocketRules) -> Floats:
-    """Return feeds without stretches that are too short to be worth it: those go as fast as what is beside them."""
+    """Return feeds without stretches that are too short to gain time: these take the feed of a neighbour."""
     edges = np.flatnonzero(np.diff(shares)) + 1
     runs = [
         [float(part[0]), float(size.sum())]
@@ -135,14 +134,14 @@ def _calm(shares: Floats, length: Floats, feed: float, acceleration: float, rule
 
 
 def _pays(share: float, lower: float, way: float, feed: float, acceleration: float, rules: PocketRules) -> bool:
-    """Return whether a stretch is long enough to be faster than what is beside it."""
+    """Return whether a stretch is long enough to be faster than its neighbours."""
     fast, slow = share * feed, lower * feed
     longest = max(SHORTEST * rules.tool_diameter, (fast * fast - slow * slow) / acceleration)
     return way >= longest and way / slow - way / fast >= WORTH
 
 
 def _merged(runs: list[list[float]], counts: list[int]) -> tuple[list[list[float]], list[int]]:
-    """Return runs of equal feeds as one."""
+    """Merge neighbouring runs with equal feeds."""
     found: list[list[float]] = []
     many: list[int] = []
     for (share, way), count in zip(runs, counts, strict=True):
@@ -156,9 +155,9 @@ def _merged(runs: list[list[float]], counts: list[int]) -> tuple[list[list[float
 
 
 class _Places:
-    """Where the steps of one piece are along it, mm: `steps` are their rows, `ends` where each ends.
+    """Stations of the steps of one piece, mm: `steps` are their rows, `ends` their ends.
 
-    `vertices` are where its lines and arcs end; `lifted`: the tool comes down where it begins.
+    `vertices` are the ends of lines and arcs; `lifted` is True if the tool descends at the start of the piece.
     """
 
     def __init__(self, steps: Indices, ends: Floats, vertices: Floats, lifted: bool) -> None:
@@ -166,7 +165,7 @@ class _Places:
 
     @classmethod
     def of(cls, piece: PocketPiece, way: ToolWay, number: int) -> _Places:
-        """Return those of a piece."""
+        """Return the stations of the piece with this number."""
         first, last = np.searchsorted(way.piece, [number, number + 1])
         ends = np.cumsum(way.step[first:last])
         whole = float(ends[-1]) if len(ends) else 0.0
@@ -175,7 +174,7 @@ class _Places:
         return cls(np.arange(first, last), ends * scale, np.cumsum(piece.path.lengths), lifted)
 
     def least_by_segment(self, shares: Floats) -> Floats:
-        """Return the least feed of the line or arc that each step is on."""
+        """Return for each step the least feed on its line or arc."""
         if not len(self.vertices):
             return shares
         middle = self.ends - 0.5 * np.diff(self.ends, prepend=0.0)
@@ -185,12 +184,12 @@ class _Places:
         return np.asarray(least[segment])
 
     def divided(self, piece: PocketPiece, shares: Floats, snap: float) -> list[PocketPiece]:
-        """Return a piece in parts of one feed each."""
+        """Divide a piece into parts of one feed each."""
         length = piece.path.length
         if not len(shares) or not length > _NOTHING:
             return [piece]
         if self.lifted and math.dist(piece.path.start, piece.path.end) <= SAME_PLACE:
-            # The tool may come down along a ring: it stays one.
+            # The tool may descend along a ring, so the ring stays whole.
             return [PocketPiece(piece.path, piece.kind, float(shares.min()))]
         changes = np.flatnonzero(np.diff(shares))
         at = [0.0, *(self._snapped(float(self.ends[k]), snap) for k in changes.tolist()), length]
@@ -209,7 +208,7 @@ class _Places:
         ]
 
     def _snapped(self, place: float, snap: float) -> float:
-        """Return a place, or the vertex that is near to it."""
+        """Return a station, or the vertex near it."""
         corners = np.append(0.0, self.vertices)
         near = float(corners[int(np.argmin(np.abs(corners - place)))])
         return near if abs(near - place) <= snap else place

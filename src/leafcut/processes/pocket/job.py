@@ -101,7 +101,7 @@ class PocketJob:
 
 
 @dataclass(frozen=True, eq=False)
-class LaidPockets:
+class PocketMotion:
     """The motion of an order, and its cost."""
 
     path: Toolpath

@@ -1,4 +1,4 @@
-"""What a path over one level of a pocket does, in figures: lengths, what it takes and leaves, and its time."""
+"""Measures of a path over one level of a pocket: lengths, areas, step-over, engagement, and time."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from leafcut.model.pocket import Pocket, PocketMeasures, PocketPath, PocketRules
 from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
 from leafcut.timing.toolpath import measure
 
-#: Height of the tool over the work between two pieces, mm, where it is not told.
+#: Default height of the tool above the level between two pieces, mm.
 LIFT = 5.0
 
 
@@ -29,25 +29,24 @@ def measure_path(
     found: Removal | None = None,
     looked: tuple[ToolWay, Engaged] | None = None,
 ) -> PocketMeasures:
-    """Return what a path over one level of a pocket does.
+    """Return the measures of a path over one level of a pocket.
 
-    Areas are those of `removal`, engagement and step-over those of `material.engagement` and `material.step_over`.
-    Air is feed on which nothing is engaged. The first stroke of the tool into full material counts as half a turn. A
-    piece of the kind ``entry`` is left out of engagement, air and step-over: it is cut on the way down, and with it
-    what it goes round.
+    Areas come from `removal`, engagement and step-over from `material.engagement` and `material.step_over`. Air is feed
+    without engagement. The first cut into full material counts as an engagement of half a turn. A piece of the kind
+    ``entry`` does not count for engagement, air and step-over: the tool cuts it, and its inside, on its descent.
 
     Parameters
     ----------
     machine
-        Whose accelerations the time is for; None: no time is told.
+        Machine for the time; None: the time is 0.
     feed
-        Feed in the plane, mm/s; None: the machine's highest.
+        Feed in the plane, mm/s; None: the maximum feed of the machine.
     lift
-        How high the tool is lifted between pieces, mm: by a rapid, and down again at feed.
+        Height of the tool between pieces, mm: up by a rapid, down at feed.
     found
-        What `removal` found, where it is known already.
+        Result of `removal`, if known.
     looked
-        What `engaged_way` returned, where it is known already.
+        Result of `engaged_way`, if known.
 
     Raises
     ------
@@ -82,7 +81,7 @@ def measure_path(
 
 
 def plane_toolpath(path: PocketPath, machine: Machine, feed: float | None = None, lift: float = LIFT) -> Toolpath:
-    """Return a path as motions at one level, lifted by `lift` mm between pieces, without approach and departure."""
+    """Return the motion of a path at one level, lifted by `lift` mm between pieces, without approach and departure."""
     speed = machine.max_feed if feed is None else feed
     builder = ToolpathBuilder()
     for gap, piece in zip((1.0, *path.gaps), path.pieces, strict=False):

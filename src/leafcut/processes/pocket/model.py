@@ -1,4 +1,4 @@
-"""What milling pockets alone finds out: how every pocket is cleared, and the other ways that were tried."""
+"""The part of an outcome that only pockets have."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from leafcut.model.pocket import PocketPlan, PocketProgram
 
 @dataclass(frozen=True)
 class PocketDetail:
-    """Pockets cleared.
+    """Cleared pockets.
 
     Attributes
     ----------
     plans
-        How every pocket is cleared, with all strategies that were tried.
+        The strategy of each pocket, with all strategies that were tried.
     programs
-        Of several pockets: the program as it is written, and that of every strategy that clears all of them.
+        For several pockets: the written program, and the program of each strategy that clears all of them.
     pace
-        What feeds that follow what the tool meets did; None where one feed is used throughout.
+        Effect of feeds that follow the load; None for one feed.
     before
-        The material before the first cut, where it is that of a solid with steps; None: a block.
+        The material before the first cut if it is a solid with steps; None: a block.
     """
 
     plans: tuple[PocketPlan, ...]

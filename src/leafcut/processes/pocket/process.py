@@ -37,7 +37,7 @@ _MAIN = (
     "machine", "tools", "tool_diameter", "depth", "strategy", "step_over", "step_down", "entry", "feed", "outline",
     "pixel_size",
 )  # fmt: skip
-#: How sure layers make it that are named as pockets are, and how sure it is without.
+#: Suitability of drawings with layers named for pockets, and without.
 _BY_NAME, _UNNAMED = 0.98, 0.01
 #: Share of the time limit for the order of several pockets.
 ORDERING = 0.1
@@ -57,7 +57,7 @@ class Pocketing(Process):
     uses |= use(PocketDrawingOptions) | use(MachineOptions) | use(JobOptions, but=("keep_order",)) | ORDERED | WRITTEN
     #: Whatever the algorithm is, fireflies may order the grid: every strategy is tried.
     uses |= {name: tuple(one for one in needs if one != FIREFLIES) for name, needs in use(FireflyOptions).items()}
-    helps = {  # noqa: RUF012  # the protocol says that it is of the class
+    helps = {  # noqa: RUF012  # a class attribute of the protocol
         "depth": ("depth of the pockets below Z0", "must be given"),
         "thickness": ("thickness of the plate, for pockets through it", "unknown"),
         "material": ("material of the part; it sets the speed of an assumed end mill", ""),
@@ -87,7 +87,7 @@ class Pocketing(Process):
     )
 
     def suits(self, drawing: WholeDrawing) -> Suitability | None:
-        """Say whether layers are named as pockets and islands are: what is drawn otherwise may be anything."""
+        """Return a high value if layers are named for pockets or islands; other outlines may be anything."""
         from leafcut.processes.suitability import Suitability
         from leafcut.read.pocket_outlines import ISLAND_NAMES, POCKET_NAMES
 
@@ -155,8 +155,8 @@ class Pocketing(Process):
 
         work = plan.work
         recipes = [*work.regions, *(clearing for one in work.cleared for clearing in one.usual)]
-        laid = generated(work.job, [recipes[node] for node in order.choices[0].tolist()])
-        return Candidate(order, laid.path, laid.measure, laid)
+        motion = generated(work.job, [recipes[node] for node in order.choices[0].tolist()])
+        return Candidate(order, motion.path, motion.measure, motion)
 
     def prove(self, plan: Plan, given: Candidate, best: Candidate) -> Candidate:
         """Compare the program with the motion, and simulate it: no gouge, and all of the pocket cleared."""

@@ -11,7 +11,7 @@ from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.pocket import UNCOVERED
 from leafcut.model.toolpath import Toolpath
 from leafcut.processes.job import refuse
-from leafcut.processes.pocket.job import LaidPockets, PocketJob, holes, raised
+from leafcut.processes.pocket.job import PocketJob, PocketMotion, holes, raised
 from leafcut.units import MM_PER_INCH
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from leafcut.processes.pocket.proof.chips import MeasuredChips
 
 
-#: So many uncut places are told one by one.
+#: Number of uncut places whose position is reported.
 NAMED_PLACES = 3
 
 
@@ -34,16 +34,17 @@ def needed_holes(job: PocketJob, descents: Sequence[Descent]) -> list[str]:
     ]
 
 
-def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> tuple[Toolpath, list[Issue], MeasuredChips | None]:
-    """Prove the program: on the machine, and by simulation; return it read back, and what it leaves uncut.
+def prove_pockets(
+    job: PocketJob, motion: PocketMotion, text: str
+) -> tuple[Toolpath, list[Issue], MeasuredChips | None]:
+    """Prove the program by comparison and simulation; return it read back, with its uncut places and its chips.
 
-    With it come the chips that it makes, where its feeds follow what the tool meets. The one place where a pocketing
-    program is proved: nothing that fails here is written.
+    Chips are measured if the feeds follow the load. No program that fails here is written.
 
     Raises
     ------
     VerifyError
-        The first difference, gouge or danger, and how many more there are.
+        The first difference, gouge or danger, and their number.
     """
     from leafcut.processes.pocket.plan.rules import finishing_levels
     from leafcut.processes.pocket.proof.pocket import (
@@ -63,7 +64,7 @@ def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> tuple[Toolpat
     written = read_back(text, job.words)
     refuse(
         check_program(
-            laid.path,
+            motion.path,
             written,
             job.words,
             job.run.machine,
@@ -103,7 +104,7 @@ def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> tuple[Toolpat
 
 
 def _uncut(job: PocketJob, removed: list[tuple[int, Removal]]) -> list[Issue]:
-    """Return a warning for every pocket of which the program leaves more than the tolerance uncut, with places."""
+    """Return a warning for each pocket with more uncut area than the tolerance, with places."""
     from leafcut.geometry.regions import polygons
     from leafcut.report.wording import area_words
 

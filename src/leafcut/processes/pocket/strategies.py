@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
-from weakref import WeakKeyDictionary
 
 from leafcut.errors import OptionError
 from leafcut.model.pocket import PocketPath
@@ -17,9 +16,8 @@ from leafcut.processes.pocket.options import PocketOptions
 if TYPE_CHECKING:
     from leafcut.geometry.arrays import Points
     from leafcut.model.problem import RoutingProblem
-    from leafcut.processes.pocket.plan.grid import Grid, Retract
+    from leafcut.processes.pocket.plan.grid import GridContext
     from leafcut.processes.pocket.plan.region import CentreRegion
-    from leafcut.processes.pocket.plan.region_paths import Ways
 
 #: Ants that --algorithm may select; with any other algorithm, the strategy `ants` uses leafcut's own.
 ANTS = ("colony", "as", "eas", "asrank", "mmas", "acs")
@@ -29,12 +27,11 @@ OF_GRID = {"ants": ("auto", *ANTS), "firefly": ("auto", "firefly")}
 #: Distances between rings, in step-overs: closer ones are tried if corners leave more than the step-over.
 NEARER = (1.0, 0.98, 0.95, 0.92, 0.89)
 
-#: Problem of a region's grid, kept from the first strategy that orders the grid for the second. A context holds its
-#: region, which would then never be freed: only its other values are kept.
-_GRIDS: WeakKeyDictionary[CentreRegion, tuple[RoutingProblem, Grid, Ways, Retract, bool]] = WeakKeyDictionary()
+#: Grids that one strategy ordered and another one has not ordered yet: region → problem and its context.
+Grids = dict["CentreRegion", tuple["RoutingProblem", "GridContext"]]
 
 #: Makes the path of the tool's centre over one level of one region.
-Strategy = Callable[["CentreRegion", Job], PocketPath]
+Strategy = Callable[["CentreRegion", Job, Grids], PocketPath]
 
 
 def _planned(region: CentreRegion) -> CentreRegion:
@@ -54,7 +51,7 @@ def _too_wide(region: CentreRegion) -> Callable[[PocketPath], Points]:
     return lambda path: wide(fitted(path, tolerance))
 
 
-def _zigzag(region: CentreRegion, run: Job) -> PocketPath:
+def _zigzag(region: CentreRegion, run: Job, grids: Grids) -> PocketPath:
     from leafcut.processes.pocket.plan.zigzag import zigzag
 
     options, wide = run.settings.of(PocketOptions), _too_wide(region)
@@ -62,7 +59,7 @@ def _zigzag(region: CentreRegion, run: Job) -> PocketPath:
         return zigzag(_planned(region), None, options.finishing_pass, late, wide)
 
 
-def _contour(region: CentreRegion, run: Job) -> PocketPath:
+def _contour(region: CentreRegion, run: Job, grids: Grids) -> PocketPath:
     from leafcut.processes.pocket.plan.rings import contour
 
     planned, wide = _planned(region), _too_wide(region)
@@ -75,7 +72,7 @@ def _contour(region: CentreRegion, run: Job) -> PocketPath:
     return min(paths, key=lambda one: one[0])[1]
 
 
-def _connected(region: CentreRegion, run: Job) -> PocketPath:
+def _connected(region: CentreRegion, run: Job, grids: Grids) -> PocketPath:
     from leafcut.processes.pocket.plan.connected import best
 
     wide = _too_wide(region)
@@ -83,7 +80,7 @@ def _connected(region: CentreRegion, run: Job) -> PocketPath:
         return best(region, wide, late)
 
 
-def _adaptive(region: CentreRegion, run: Job) -> PocketPath:
+def _adaptive(region: CentreRegion, run: Job, grids: Grids) -> PocketPath:
     from leafcut.processes.pocket.plan.adaptive import adaptive
 
     return adaptive(region)
@@ -107,17 +104,15 @@ def check_algorithm(settings: Settings) -> None:
 
 
 def _grid(name: str) -> Strategy:
-    def path(region: CentreRegion, run: Job) -> PocketPath:
+    def path(region: CentreRegion, run: Job, grids: Grids) -> PocketPath:
         from leafcut.order.solve import solve
-        from leafcut.processes.pocket.plan.grid import GridContext, grid_problem, lay_grid
+        from leafcut.processes.pocket.plan.grid import grid_path, grid_problem
 
         settings, asked = run.settings, run.settings.of(PocketOptions)
-        if (made := _GRIDS.pop(region, None)) is not None:
-            problem, context = made[0], GridContext(region, *made[1:])
-        else:
-            problem, context = grid_problem(region, finish=asked.finishing_pass)
-            if asked.strategy != name:
-                _GRIDS[region] = problem, context.grid, context.ways, context.retract, context.finish
+        known = grids.pop(region, None)
+        problem, context = known or grid_problem(region, finish=asked.finishing_pass)
+        if known is None and asked.strategy != name:
+            grids[region] = problem, context
         options = replace(settings.solve, bound=False, target_gap=None, time_limit=run.deadline.seconds)
         if asked.strategy != name:
             # A short search is enough for the comparison: it comes within a few thousandths of a long one.
@@ -133,13 +128,13 @@ def _grid(name: str) -> Strategy:
             cancelled=run.cancelled,
         )
         run.deadline.spend(found.seconds)
-        return lay_grid(context, found.nodes, name)
+        return grid_path(context, found.nodes, name)
 
     return path
 
 
 @dataclass(frozen=True)
-class ClearingWay:
+class ClearingStrategy:
     """A strategy, with a description."""
 
     name: str
@@ -151,12 +146,12 @@ class ClearingWay:
 
 #: All strategies, in the order of the report.
 WAYS = (
-    ClearingWay("zigzag", _zigzag, "back-and-forth lines, then along the walls"),
-    ClearingWay("contour", _contour, "rings, linked from the inside out", searches=False),
-    ClearingWay("connected", _connected, "one connected path, never lifted"),
-    ClearingWay("firefly", _grid("firefly"), "a grid of points ordered by fireflies, then along the walls"),
-    ClearingWay("ants", _grid("ants"), "a grid of points ordered by ants, then along the walls"),
-    ClearingWay(
+    ClearingStrategy("zigzag", _zigzag, "back-and-forth lines, then along the walls"),
+    ClearingStrategy("contour", _contour, "rings, linked from the inside out", searches=False),
+    ClearingStrategy("connected", _connected, "one connected path, never lifted"),
+    ClearingStrategy("firefly", _grid("firefly"), "a grid of points ordered by fireflies, then along the walls"),
+    ClearingStrategy("ants", _grid("ants"), "a grid of points ordered by ants, then along the walls"),
+    ClearingStrategy(
         "adaptive", _adaptive, "arcs that keep the engagement below a limit, then along the walls", searches=False
     ),
 )
@@ -168,15 +163,18 @@ class SearchTime:
     Attributes
     ----------
     to_come
-        How many searches are still to be made.
+        Number of remaining searches.
+    grids
+        Grids that wait for their second strategy.
     """
 
     def __init__(self, deadline: Deadline) -> None:
         self.deadline, self.to_come = deadline, 1
+        self.grids: Grids = {}
 
-    def path(self, way: ClearingWay, region: CentreRegion, run: Job) -> PocketPath:
+    def path(self, way: ClearingStrategy, region: CentreRegion, run: Job) -> PocketPath:
         """Return the path of a strategy over a region; it gets its share of the time if it searches."""
         if way.searches:
             run = replace(run, deadline=self.deadline.part(1.0 / max(self.to_come, 1)))
             self.to_come -= 1
-        return way.path(region, run)
+        return way.path(region, run, self.grids)

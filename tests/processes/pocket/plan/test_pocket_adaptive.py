@@ -22,7 +22,7 @@ from leafcut.processes.pocket.plan.adaptive import adaptive
 from leafcut.processes.pocket.plan.medial_axis import middle_axis
 from leafcut.processes.pocket.plan.region import centre_regions
 from leafcut.processes.pocket.plan.rules import milling_data
-from leafcut.processes.pocket.plan.toolpath import Clearing, PocketHeights, lay_pockets
+from leafcut.processes.pocket.plan.toolpath import Clearing, PocketHeights, pocket_motion
 from leafcut.read.machine import load_machine
 
 
@@ -111,7 +111,7 @@ def test_a_path_that_begins_with_a_loop_is_entered_round_and_round_it_no_steeper
     mill = load_machine("linuxcnc-mill")
     data = milling_data(options, JobOptions(spindle_speed=3000.0, feed=10.0), rules, mill)[0]
     clearing = Clearing(region, region.polygon, adaptive(region), PocketLevels(0.0, (-2.0, -4.0)))
-    toolpath, down = lay_pockets([clearing], PocketHeights(10.0, 2.0), data, mill)
+    toolpath, down = pocket_motion([clearing], PocketHeights(10.0, 2.0), data, mill)
     before, end = toolpath.before, toolpath.end
     dropping = np.flatnonzero((toolpath.kind == Kind.ARC_CCW) & (end[:, 2] < before[:, 2] - 1e-9))
     # Half circles of 4.5 mm about the middle, whose slope is the drop over π · 4.5.

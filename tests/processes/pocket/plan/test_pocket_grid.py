@@ -17,10 +17,10 @@ from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketRules
 from leafcut.processes.deadline import Deadline
 from leafcut.processes.job import Job, machine_of
 from leafcut.processes.pocket.plan import grid as pocket_grid
-from leafcut.processes.pocket.plan.grid import Retract, best_grid, grid_points, grid_problem, lay_grid
+from leafcut.processes.pocket.plan.grid import Retract, best_grid, grid_path, grid_points, grid_problem
 from leafcut.processes.pocket.plan.region import CentreRegion
-from leafcut.processes.pocket.plan.region_paths import Ways, length_of
-from leafcut.processes.pocket.strategies import WAYS
+from leafcut.processes.pocket.plan.region_paths import RegionPaths, length_of
+from leafcut.processes.pocket.strategies import WAYS, Grids
 from leafcut.processes.settings import collect
 
 RULES = PocketRules(tool_diameter=10.0, step_over=6.0)
@@ -99,7 +99,7 @@ def test_the_colours_of_a_grid_are_counted_by_hand() -> None:
 def test_the_way_round_an_island_is_the_string_pulled_tight() -> None:
     """From (20, 10) to (20, 30): round the corners (13, 13) and (13, 27), or the other two."""
     points = np.array([[20.0, 10.0], [20.0, 30.0], [5.0, 5.0]])
-    ways = Ways(RING, CentreRegion(RING, RULES).rings, points, 6.0)
+    ways = RegionPaths(RING, CentreRegion(RING, RULES).rings, points, 6.0)
     by_hand = 2 * math.hypot(7, 3) + 14
     node, way = ways.way(0, [1]) or (-1, points)
     assert node == 1 and length_of(way) == pytest.approx(by_hand)
@@ -111,7 +111,7 @@ def test_the_way_round_an_island_is_the_string_pulled_tight() -> None:
 
 def test_lengths_between_points_are_a_metric_no_shorter_than_the_straight_line() -> None:
     grid = best_grid(region(RING))
-    d = Ways(RING, region(RING).rings, grid.points, 6.0).between_points()
+    d = RegionPaths(RING, region(RING).rings, grid.points, 6.0).between_points()
     x, y = grid.points.T
     assert np.isfinite(d).all() and np.array_equal(d, d.T)
     assert (d >= np.hypot(x[:, None] - x, y[:, None] - y) - 1e-9).all()
@@ -133,7 +133,7 @@ def test_in_any_order_no_feed_crosses_an_island_and_nothing_stays_uncut(order: o
     problem, context = grid_problem(shape, retract)
     nodes = list(range(problem.n_nodes))
     order.shuffle(nodes)  # type: ignore[attr-defined]
-    path = lay_grid(context, np.array(nodes, dtype=np.int32))
+    path = grid_path(context, np.array(nodes, dtype=np.int32))
     check(path, shape)
     if retract is DEAR:
         assert path.retracts == 0
@@ -149,7 +149,7 @@ def test_the_path_along_the_rows_costs_what_the_problem_says_and_has_no_retract(
     x, y = context.grid.points.T
     row = (y / 6).round().astype(int)
     order = np.lexsort((np.where(row % 2, -x, x), row)).astype(np.int32)
-    path = lay_grid(context, order)
+    path = grid_path(context, order)
     assert problem.metric.matrix is not None
     assert path.feed_mm == pytest.approx(problem.metric.matrix[order[:-1], order[1:]].sum()) == 17 * 6.0
     assert path.retracts == 0 and len(path.pieces) == 1
@@ -159,7 +159,7 @@ def test_the_path_along_the_rows_costs_what_the_problem_says_and_has_no_retract(
 def test_walls_are_on_the_right_in_climb_milling_and_on_the_left_in_conventional(climb: bool) -> None:
     shape = region(RING, replace(RULES, climb=climb))
     problem, context = grid_problem(shape)
-    path = lay_grid(context, np.arange(problem.n_nodes, dtype=np.int32))
+    path = grid_path(context, np.arange(problem.n_nodes, dtype=np.int32))
     loops = [piece.path for piece in path.pieces if piece.kind == "finish"]
     for loop in loops:
         assert math.dist(loop.start, loop.end) <= SAME_PLACE
@@ -171,7 +171,7 @@ def test_walls_are_on_the_right_in_climb_milling_and_on_the_left_in_conventional
 def test_the_pass_along_the_walls_leaves_the_stock_there_and_is_roughing() -> None:
     shape = region(RING, replace(RULES, stock=0.5))
     problem, context = grid_problem(shape)
-    path = lay_grid(context, np.arange(problem.n_nodes, dtype=np.int32))
+    path = grid_path(context, np.arange(problem.n_nodes, dtype=np.int32))
     check(path, shape)
     assert {piece.kind for piece in path.pieces} <= {"rough", "link"}
     loops = sorted(p.path.length for p in path.pieces if math.dist(p.path.start, p.path.end) <= SAME_PLACE)
@@ -181,25 +181,26 @@ def test_the_pass_along_the_walls_leaves_the_stock_there_and_is_roughing() -> No
 def test_a_region_with_one_point_is_cut_by_its_finishing_pass() -> None:
     shape = region(shapely.box(0, 0, 2, 2))
     problem, context = grid_problem(shape)
-    check(lay_grid(context, np.zeros(problem.n_nodes, dtype=np.int32)), shape)
+    check(grid_path(context, np.zeros(problem.n_nodes, dtype=np.int32)), shape)
 
 
 def test_two_strategies_on_one_region_make_its_grid_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The second has what the first made, with the same path as if it had made it; a third time it is made anew."""
-    made: list[Ways] = []
+    """The second strategy uses the grid of the first, with the same path; a third one builds a new grid."""
+    made: list[RegionPaths] = []
 
-    class Counted(Ways):
+    class Counted(RegionPaths):
         def __init__(self, *given: object) -> None:
             super().__init__(*given)  # type: ignore[arg-type]
             made.append(self)
 
-    monkeypatch.setattr(pocket_grid, "Ways", Counted)
+    monkeypatch.setattr(pocket_grid, "RegionPaths", Counted)
     settings = collect({"preset": "fast", "threads": 1})
     run, shape = Job(settings, machine_of(settings), Deadline()), region(RING)
     strategies = {way.name: way.path for way in WAYS}
     counts, paths = [], []
+    grids: Grids = {}
     for name, where in [("firefly", shape), ("ants", shape), ("firefly", shape), ("ants", region(RING))]:
-        paths.append(strategies[name](where, run))
+        paths.append(strategies[name](where, run, grids))
         counts.append(len(made))
     assert counts == [1, 1, 2, 3]
     points = [[piece.path.vertices.tolist() for piece in path.pieces] for path in paths]

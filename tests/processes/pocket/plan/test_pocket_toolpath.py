@@ -29,7 +29,7 @@ from leafcut.processes.pocket.plan.rules import (
     milling_data,
     rules_of,
 )
-from leafcut.processes.pocket.plan.toolpath import Clearing, PocketHeights, lay_pockets
+from leafcut.processes.pocket.plan.toolpath import Clearing, PocketHeights, pocket_motion
 from leafcut.processes.pocket.plan.walls import wall_passes
 from leafcut.processes.pocket.proof.pocket import check_pockets
 from leafcut.read.machine import load_machine
@@ -70,7 +70,7 @@ def lay(path: PocketPath, levels: tuple[float, ...] = (-2.0,), entry: str = "ram
     region = square()[0]
     heights = PocketHeights(clearance=10.0, retract=2.0, **changes)  # type: ignore[arg-type]
     clearing = Clearing(region, region.polygon, path, PocketLevels(0.0, levels))
-    return lay_pockets([clearing], heights, data_of(entry), MILL)[0]
+    return pocket_motion([clearing], heights, data_of(entry), MILL)[0]
 
 
 def test_levels_are_equal_and_none_is_deeper_than_the_step_down() -> None:
@@ -167,7 +167,7 @@ def test_a_tool_that_has_no_room_for_a_ramp_or_a_helix_goes_straight_down_and_th
     dot = PocketPath("dot", (PocketPiece(Polyline.of_points([(30, 30), (30.02, 30), (30, 30)])),))
     heights = PocketHeights(clearance=10.0, retract=2.0)
     clearing = Clearing(region, region.polygon, dot, PocketLevels(0.0, (-3.0,)))
-    path, descents = lay_pockets([clearing], heights, data_of(), MILL)
+    path, descents = pocket_motion([clearing], heights, data_of(), MILL)
     assert [(d.kind, d.asked) for d in descents] == [("plunge", "ramp")]
     row = int(np.flatnonzero(path.end[:, 2] == -3.0)[0])
     assert path.value[row] == pytest.approx(data_of().plunge_feed)
@@ -180,7 +180,7 @@ def test_into_what_is_cut_already_the_tool_comes_down_straight_into_what_is_not_
     far = rings(1, 25, joined=False)
     inside = rings(25, 23, 24, joined=False)
     for path, entries in ((near, 2), (far, 2), (inside, 2)):
-        descents = lay_pockets(
+        descents = pocket_motion(
             [Clearing(region, region.polygon, path, PocketLevels(0.0, (-2.0,)))], heights, data_of(), MILL
         )[1]
         assert len(descents) == entries
@@ -237,7 +237,7 @@ def test_with_stock_all_levels_are_cleared_before_the_walls_are_finished_at_full
     walls = wall_passes(region, roughed.polygon)
     clearing = Clearing(region, roughed.polygon, rings(1, 7, 13, 19, 24.49), PocketLevels(0.0, (-2.0, -4.0)), walls)
     heights = PocketHeights(clearance=10.0, retract=2.0)
-    path = lay_pockets([clearing], heights, data_of(), MILL)[0]
+    path = pocket_motion([clearing], heights, data_of(), MILL)[0]
     near_wall = (path.kind == Kind.FEED) & (np.abs(path.end[:, :2] - 30).max(axis=1) > 24.9)
     assert near_wall.any() and set(path.end[near_wall, 2]) == {-4.0}
     last_rough = np.flatnonzero((path.kind == Kind.FEED) & (np.abs(path.end[:, 0] - 5.51) < 1e-3))[-1]
@@ -275,7 +275,7 @@ def test_a_way_too_narrow_for_tool_and_stock_is_cut_level_by_level() -> None:
     allowed = shapely.union_all([part.polygon for part in roughed])
     levels = (-3.0, -6.0, -9.0, -12.0)
     clearing = Clearing(region, allowed, rough, PocketLevels(0.0, levels), wall_passes(region, allowed))
-    path = lay_pockets([clearing], PocketHeights(clearance=10.0, retract=2.0), data_of(), MILL)[0]
+    path = pocket_motion([clearing], PocketHeights(clearance=10.0, retract=2.0), data_of(), MILL)[0]
     ground = region.polygon.buffer(4.99, quad_segs=32)
     assert ground.difference(swept_at(path, levels[-1])).area < 1e-6
     for above, below in itertools.pairwise(levels):
@@ -289,7 +289,7 @@ def test_where_roughing_left_more_than_stock_the_tool_does_not_come_down_straigh
     walls = wall_passes(region, roughed.polygon)
     clearing = Clearing(region, roughed.polygon, line, PocketLevels(0.0, (-2.0, -4.0)), walls)
     heights = PocketHeights(clearance=10.0, retract=2.0)
-    path, descents = lay_pockets([clearing], heights, data_of(), MILL)
+    path, descents = pocket_motion([clearing], heights, data_of(), MILL)
     assert [d.kind for d in descents] == ["ramp"] * 4
     straight = {z for way, _, z in slopes(path) if way == 0.0}
     assert straight == {ABOVE}  # half a millimetre over what is uncut; over what the level above has cut by a rapid
@@ -302,7 +302,7 @@ def test_every_run_that_begins_with_a_loop_is_entered_along_it() -> None:
     loops = [Polyline.circle(x, 30, 4.5) for x in (20.0, 40.0)]
     pieces = [PocketPiece(loop.piece(0.0, loop.length), "entry") for loop in loops]
     region = square()[0]
-    path, descents = lay_pockets(
+    path, descents = pocket_motion(
         [Clearing(region, region.polygon, PocketPath("two", tuple(pieces)), PocketLevels(0.0, (-2.0,)))],
         PocketHeights(clearance=10.0, retract=2.0),
         data_of(),

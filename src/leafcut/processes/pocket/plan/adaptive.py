@@ -1,10 +1,10 @@
-"""Clearing with a limited engagement: arcs along the middle axis, each no wider than the tool may bite.
+"""Clearing with limited engagement: arcs along the medial axis.
 
-The largest disc that fits the region of tool centres is cleared by a spiral that grows from a helix. From there the
-discs that touch the walls on both sides are visited along the middle axis of the region, out into every branch and
-corner. Each is cleared by an arc along its front, from cleared ground to cleared ground, and the tool goes back through
-it to where the next arc begins. The next disc is the furthest on whose arc the tool is engaged no more than it may be,
-at every place of it; engagement is exact, since what is cleared is a union of discs (`pocket_fronts`).
+A spiral that starts from a helix clears the largest disc in the region of tool centres. From there, discs that touch
+the walls on both sides follow the medial axis into every branch and corner. An arc along its front clears each disc,
+from cleared area to cleared area, and the tool returns through the cleared area to the start of the next arc. The next
+disc is the most distant one whose arc keeps the engagement limit everywhere; the engagement is exact, because the
+cleared area is a union of discs (`fronts`).
 
 Sources: M. Held, C. Spielberger, "A smooth spiral tool path for high speed machining of 2D pockets", Computer-Aided
 Design 41 (2009), for discs on the axis; G. Elber, E. Cohen, S. Drake, "MATHSM: medial axis transform toward high speed
@@ -30,33 +30,33 @@ from leafcut.processes.pocket.plan.fronts import Fronts
 from leafcut.processes.pocket.plan.medial_axis import Axis, middle_axis
 from leafcut.processes.pocket.plan.region import CentreRegion
 
-#: What is kept from the limit for the steps between which the engagement is looked at, rad.
+#: Safety margin of the engagement limit, for the distance of its samples, rad.
 MARGIN = math.radians(0.4)
-#: Radius of the helix that the tool comes down by, as a share of its own: no core is left.
+#: Radius of the entry helix, tool radii: no core remains.
 HELIX = 0.9
-#: Cusps that arcs leave along a wall for the pass along it, mm, and as a share of what the tool may bite.
+#: Maximum cusp of arcs along a wall, left for the wall pass, mm, and as a share of the maximum cut width.
 CUSP, CUSP_SHARE = 0.05, 0.25
-#: A cut thinner than this share of what may be bitten off is left for the next one.
+#: Thinner cuts are left for the next arc, share of the maximum cut width.
 THIN = 0.03
-#: A film of this share of the tolerance may stay in the tip of a corner for the pass along the wall.
+#: Maximum film in the tip of a corner, left for the wall pass, share of the tolerance.
 FILM = 0.6
-#: Halvings between a disc that is near enough and one that is too far.
+#: Bisection steps between a possible disc and one that is too far.
 _HALVINGS = 5
-#: Part of the way on that is kept where a disc turns out to be a little too far.
+#: Factor of a step that turns out to be a little too long.
 _BACK = 0.8
-#: A disc that is no further on than this cannot be cleared within the limit, mm.
+#: Minimum step to a new disc, mm; below it, the limit cannot be kept.
 _STUCK = 1e-5
 
 
 def adaptive(region: CentreRegion) -> PocketPath:
-    """Return a path that clears a region with no more engagement than the rules allow, and a pass along its walls.
+    """Return a path that clears a region within the engagement limit, then a pass along its walls.
 
-    Nor does it engage more than a straight cut as wide as the step-over.
+    The engagement does not exceed that of a straight cut as wide as the step-over either.
 
     Raises
     ------
     PlanError
-        No limit is given, or the region is so narrow that there is no way to keep it.
+        No limit is given, or the region is too narrow to keep it.
     """
     limit = region.rules.max_engagement
     if limit is None:
@@ -74,7 +74,7 @@ def adaptive(region: CentreRegion) -> PocketPath:
 
 @dataclass(frozen=True, eq=False)
 class _Spot:
-    """A place of the axis, float64[2], whose disc is cleared, and a disc that it lies in."""
+    """A place of the axis, float64[2], whose disc is cleared, and a disc that contains it."""
 
     disc: int
     at: Floats
@@ -82,16 +82,16 @@ class _Spot:
 
 @dataclass
 class _Work:
-    """A path that grows, and the discs that it has cleared."""
+    """A growing path, and the discs that it cleared."""
 
     rules: PocketRules
     limit: float
     #: Edge of the region, shapely, prepared.
     edge: Any
     pieces: list[PocketPiece] = field(default_factory=list)
-    #: The disc that each one was reached from.
+    #: Predecessor of each disc.
     parents: list[int] = field(default_factory=list)
-    #: Where the tool is, and the disc that it is in.
+    #: Position of the tool, and the disc that contains it.
     at: tuple[float, float] = (0.0, 0.0)
     disc: int = 0
 
@@ -106,7 +106,7 @@ class _Work:
         return self.rules.radius * (1.0 - math.cos(self.limit))
 
     def open(self, axis: Axis) -> None:
-        """Clear the widest disc: come down by a helix, and out by a spiral."""
+        """Clear the widest disc: down by a helix, outwards by a spiral."""
         (x, y), radius = axis.xy[0].tolist(), float(axis.width[0])
         helix = min(HELIX * self.rules.radius, radius)
         if helix < 10.0 * self.rules.tolerance:
@@ -124,16 +124,16 @@ class _Work:
         self.at = self.pieces[-1].path.end
 
     def _spiral(self, first: float, last: float) -> Points:
-        """Return the spiral from one radius to another about (0, 0), and once round at the last, float64[n, 2].
+        """Return the spiral about (0, 0) from one radius to another, with a last full circle, float64[n, 2].
 
-        A tool that widens a hole of radius r + ρ − w to r + ρ is engaged by φ where
-        (r + ρ − w)² = ρ² + r² + 2ρr cos φ; w grows with ρ, so that a rate of w(ρ) a turn cuts no more than w(ρ).
+        A tool of radius r that widens a hole from r + ρ − w to r + ρ has the engagement φ with
+        (r + ρ − w)² = ρ² + r² + 2ρr cos φ. The width w grows with ρ, so a growth of w(ρ) per turn cuts at most w(ρ).
         """
         radii, angles, full = [first], [0.0], math.inf
         while angles[-1] < full:
             rho = radii[-1]
             step = min(2.0 * math.sqrt(0.5 * self.rules.tolerance / rho), 0.2)
-            # The way leads outwards by the angle whose tangent is dρ/ρdθ: that much more lies ahead.
+            # The path points outwards by the angle with the tangent dρ/ρdθ, which adds to the engagement.
             rate = self._width(rho, self.limit) / math.tau
             rate = self._width(rho, max(self.limit - math.atan2(rate, rho), 0.5 * self.limit)) / math.tau
             if rho >= last and math.isinf(full):
@@ -149,7 +149,7 @@ class _Work:
         return tool + rho - math.sqrt(rho * rho + tool * tool + 2.0 * rho * tool * math.cos(angle))
 
     def grow(self, axis: Axis) -> None:
-        """Clear one disc after the other along the axis, short branches first."""
+        """Clear discs along the axis, short branches first."""
         children = axis.children()
         spots = {0: _Spot(0, axis.xy[0])}
         stack = [(child, 0) for child in reversed(children[0])]
@@ -160,14 +160,14 @@ class _Work:
             stack += [(child, node) for child in reversed(children[node])]
 
     def _walk(self, start: Floats, end: Floats, spot: _Spot, to_end: bool) -> _Spot:
-        """Go from a place of the axis to the next, clearing discs as they are needed; return where the last one is."""
+        """Clear discs from one place of the axis to the next, as needed; return the last disc."""
         good = 0.0
         while not self._reaches(end, spot, to_end):
             low, high = good, 1.0
             for _ in range(_HALVINGS):
                 middle = 0.5 * (low + high)
                 low, high = (middle, high) if self._reaches(start + middle * (end - start), spot) else (low, middle)
-            for _ in range(_HALVINGS):  # a peak between the places that were looked at
+            for _ in range(_HALVINGS):  # the finer samples may show a peak
                 if self._reaches(start + low * (end - start), spot, True):
                     at, on = start + low * (end - start), low
                     break
@@ -178,7 +178,7 @@ class _Work:
             if cleared.disc == spot.disc and float(np.hypot(*(at - spot.at))) < _STUCK:
                 x, y = end.tolist()
                 if self.fronts.holds(x, y, self._radius(end), FILM * self.rules.tolerance):
-                    return cleared  # the tip of a corner: the film that is left is the wall's pass to take
+                    return cleared  # the wall pass cuts the film in the tip of a corner
                 raise PlanError(
                     f"the engagement cannot be kept near ({x:.2f}, {y:.2f}), where the tool has hardly room to turn; "
                     "choose a larger --max-engagement or a smaller --tool-diameter"
@@ -187,9 +187,9 @@ class _Work:
         return self._clear(end, spot) if to_end else spot
 
     def _nearer(self, at: Floats, spot: _Spot) -> Floats:
-        """Return a place on the straight way to the last disc whose disc may surely be cleared next; the last of all.
+        """Return a place on the straight line to the last disc whose disc can be cleared next.
 
-        All of that way lies in the region: a place outside of it is nearer to the edge than to the last disc.
+        The line lies in the region: a place outside would be nearer to the edge than to the last disc.
         """
         part = 1.0
         while part * float(np.hypot(*(at - spot.at))) > 0.5 * _STUCK:
@@ -199,11 +199,11 @@ class _Work:
         return spot.at + part * (at - spot.at)
 
     def _radius(self, at: Floats) -> float:
-        """Return the radius of the disc about a place that touches the edge of the region, mm."""
+        """Return the distance of a place from the edge of the region, mm."""
         return float(shapely.distance(self.edge, shapely.Point(at)))
 
     def _reaches(self, at: Floats, spot: _Spot, sure: bool = False) -> bool:
-        """Return whether the disc about a place may be cleared next: within the limit, and no large cusp left."""
+        """Return whether the disc at a place may be cleared next: within the limit, and without a large cusp."""
         (x, y), radius = at.tolist(), self._radius(at)
         if not self._left(x, y, radius):
             return True
@@ -216,22 +216,22 @@ class _Work:
         return self.fronts.engagement(x, y, radius, sure) <= self._allowed(radius)
 
     def _left(self, x: float, y: float, radius: float) -> list[tuple[float, float]]:
-        """Return the arcs of a disc that are to be cut; none in the tip of a corner, where a film is left of it."""
+        """Return the arcs of a disc to cut; none if only a film in the tip of a corner remains."""
         if radius < self.fine and self.fronts.holds(x, y, radius, 0.5 * self.rules.tolerance):
             return []
         return self.fronts.arcs(x, y, radius)
 
     def _allowed(self, radius: float) -> float:
-        """Return what may be engaged on a circle of a radius: less on small ones, where films left before count more.
+        """Return the engagement limit on a circle, rad: less on small circles, where remaining films count more.
 
-        A film of the height h in a hole of radius r + ρ is as wide for the tool as h (1 + r/ρ) at a straight edge.
+        A film of thickness h in a hole of radius r + ρ is to the tool as h (1 + r/ρ) at a straight edge.
         """
         tool = self.rules.radius
         film = self.fine * (1.0 + tool / max(radius, self.fine))
         return self.limit - min(film / (tool * math.sin(self.limit)), 0.5 * self.limit)
 
     def _clear(self, at: Floats, spot: _Spot) -> _Spot:
-        """Clear the disc about a place by its arcs, where there is anything to clear."""
+        """Clear the disc at a place by its arcs, if anything remains in it."""
         (x, y), radius = at.tolist(), self._radius(at)
         arcs = self._left(x, y, radius)
         if not arcs:
@@ -246,17 +246,17 @@ class _Work:
         return _Spot(self.disc, at)
 
     def _touching(self, place: tuple[float, float], first: int) -> int:
-        """Return a disc that a place lies in or on: `first` where it does."""
+        """Return a disc that contains a place: `first` if it does."""
         x, y, radius = self.fronts.discs[first].tolist()
         return first if math.dist(place, (x, y)) <= radius + 1e-7 else self.fronts.nearest(*place)
 
     def _link(self, to: tuple[float, float], disc: int) -> None:
-        """Go through cleared ground to a place in a disc."""
+        """Move through the cleared area to a place in a disc."""
         discs = self._discs_between(self.disc, disc)
         places = [self.at, *(self._between(a, b) for a, b in pairwise(discs)), to]
         way, i = [places[0]], 0
         while i < len(places) - 1:
-            # From place k on the way to place k + 1 it is in disc k of these.
+            # The line from place k to place k + 1 lies in disc k of `discs`.
             j = len(places) - 1
             while j > i + 1 and not self.fronts.clear(places[i], places[j], discs[i:j]):
                 j = i + 1 + (j - i - 1) // 2
@@ -267,7 +267,7 @@ class _Work:
         self.at, self.disc = to, disc
 
     def _discs_between(self, a: int, b: int) -> list[int]:
-        """Return the discs from one to another along the tree of discs."""
+        """Return the path between two discs in the tree of discs."""
         up, down = [a], [b]
         while up[-1] != down[-1]:
             longer = up if up[-1] > down[-1] else down  # a disc is younger than the one it was reached from
@@ -275,14 +275,14 @@ class _Work:
         return up + down[-2::-1]
 
     def _between(self, a: int, b: int) -> tuple[float, float]:
-        """Return a place in both of two discs that overlap: the middle of what they share of the line of centres."""
+        """Return a place in both of two overlapping discs: the middle of their common part of the line of centres."""
         (ax, ay, ar), (bx, by, br) = self.fronts.discs[[a, b]].tolist()
         far = math.dist((ax, ay), (bx, by))
         middle = 0.5 * (max(-ar, far - br) + min(ar, far + br)) / far if far else 0.0
         return (ax + middle * (bx - ax), ay + middle * (by - ay))
 
     def along_walls(self, rings: list[Points]) -> None:
-        """Take off the cusps along every edge of the region, the nearest first."""
+        """Remove the cusps along every edge of the region, the nearest first."""
         walls = [self._begun(ring if self.turn > 0 else ring[::-1]) for ring in rings]
         while walls:
             wall = walls.pop(min(range(len(walls)), key=lambda i: math.dist(walls[i][0], self.at)))
@@ -291,7 +291,7 @@ class _Work:
             self.pieces.append(PocketPiece(as_polyline(wall), "finish"))
 
     def _begun(self, ring: Points) -> Points:
-        """Return a closed ring as points from where the least is left of it to the same place; not at a corner."""
+        """Return a closed ring that starts where the least material remains, not at a corner."""
         way = np.roll(ring, -1, axis=0) - ring
         count = np.maximum(np.hypot(way[:, 0], way[:, 1]) / (0.2 * self.rules.radius), 1.0).astype(np.int64)
         row = np.repeat(np.arange(len(ring)), count)
@@ -303,7 +303,7 @@ class _Work:
 
 
 def _arc(x: float, y: float, radius: float, start: float, sweep: float) -> Polyline:
-    """Return an arc about (x, y) in parts of half a turn at most."""
+    """Return an arc about (x, y) in parts of at most half a turn."""
     many = max(math.ceil(abs(sweep) / math.pi - 1e-9), 1)
     angles = start + sweep * np.linspace(0.0, 1.0, many + 1)
     bulges = np.append(np.full(many, math.tan(0.25 * sweep / many)), 0.0)

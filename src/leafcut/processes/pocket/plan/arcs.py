@@ -1,4 +1,4 @@
-"""Paths of short chords become few lines and arcs, so that programs stay small and feeds stay even."""
+"""Arc fitting: few lines and arcs instead of many chords, for short programs and even feeds."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from leafcut.geometry.fitting import fit_arcs
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.pocket import PocketPath
 
-#: Part of the tolerance that fitting may take: the rest is for the chords of walls and for rounded numbers.
+#: Share of the tolerance for fitting; the rest is for the chords of walls and for rounding.
 FITTED_PART = 0.5
-#: Points nearer than this are one, mm: a program's decimals hardly tell them apart.
+#: Nearer points are merged, mm: the decimals of a program hardly distinguish them.
 NEAREST = 0.005
 
 
 def fitted(path: PocketPath, tolerance: float) -> PocketPath:
-    """Return the path with arcs where it bends evenly; no place of it moves by more than half of `tolerance`, mm.
+    """Return the path with fitted arcs, within half of `tolerance`, mm.
 
-    What is an arc already stays as it is; every piece keeps its ends.
+    Arcs stay unchanged, and each piece keeps its ends.
     """
     return replace(path, pieces=tuple(replace(p, path=_fitted(p.path, tolerance)) for p in path.pieces))
 
 
 def _fitted(path: Polyline, tolerance: float) -> Polyline:
-    """Return a polyline whose stretches of lines are fitted; its arcs are kept."""
+    """Fit arcs to the straight stretches of a polyline; keep its arcs."""
     arcs = [i for i in range(path.n_segments) if path.bulges[i] != 0.0]
     pieces, at = [], 0
     for i in [*arcs, path.n_segments]:
@@ -48,7 +48,7 @@ def _lines(points: Points, tolerance: float) -> Polyline:
 
 
 def _apart(points: Points) -> Points:
-    """Return the points without those that lie on the one before; the first and the last stay."""
+    """Return the points without repeated ones; the first and the last stay."""
     first, *middle, last = points.tolist()
     kept = [first]
     for point in middle:

@@ -1,4 +1,4 @@
-"""leafcut's own way to clear a pocket: one connected way, never lifted."""
+"""leafcut's own strategy for pockets: one connected path without retracts."""
 
 from __future__ import annotations
 
@@ -22,47 +22,46 @@ from leafcut.processes.pocket.plan.rings import never, rings
 from leafcut.processes.pocket.plan.shorten import GROUND_PITCH, chamfer, fine, shorten
 from leafcut.processes.pocket.plan.spurs import with_spurs
 
-#: A path may be this much further from a place than half the step-over: the pitch of the places, in step-overs.
+#: Tolerance of half the step-over for the pitch of sample points, step-overs.
 LEEWAY = 0.0035
-#: Where a path came out too wide, its rings are left as they were: so often that is looked for.
+#: Maximum number of corrections of a path whose passes are too far apart.
 CORRECTIONS = 4
-#: Corners are cut off where all ground is cleared with this to spare, in tool radii: the places are so far apart.
+#: Safety margin of chamfers for the distance of sample points, tool radii.
 SPARE = 0.03
-#: No place of the ground is further from the rings than this, in step-overs, but where nothing can be spared.
+#: Maximum distance of a sample point from the path, step-overs.
 LONGEST_LIMIT = 1.25
-#: Steps of a way whose distances are looked up are no longer than this, in step-overs: long ones have large boxes.
+#: Maximum length of a segment in the spatial index, step-overs: long segments have large boxes.
 LONGEST_LOOKED = 4.0
-#: Asked now and then: whether there is no time left.
+#: Returns whether the search must stop.
 Stopped = Callable[[], bool]
-#: Rings are joined from the inside out: so many in each other at most.
+#: Maximum number of nested rings.
 MOST_LEVELS = 400
-#: What is nearer to a wall's way than this runs along it, mm.
+#: Maximum distance of a segment that runs along a wall, mm.
 ALONG = 1e-5
 
 
 def best(
     region: CentreRegion, too_wide: Callable[[PocketPath], Points] | None = None, stopped: Stopped = never
 ) -> PocketPath:
-    """Return one connected way over a region: rings joined where it costs least, then shortened.
+    """Return one connected path over a region: rings with the cheapest joints, then shortened.
 
-    No place is further from the way than half the step-over, or than rings leave it: in their corners, and where the
-    two sides of a last ring meet.
+    No place is further from the path than half the step-over, or than the rings leave it: in their corners, and where
+    the two sides of an innermost ring meet.
 
     Parameters
     ----------
     too_wide
-        Returns the places of a path, float64[n, 2], where it is further than the step-over from its nearer neighbour;
-        there the rings are left as they were, and joined elsewhere.
+        Returns the places of a path, float64[n, 2], where passes are further apart than the step-over. There the rings
+        are not shortened, and joints are moved.
     stopped
-        Whether there is no time left: the way clears all ground even so, but is longer than it might be, or wider
-        somewhere.
+        Returns whether the search must stop. The path then clears everything, but may be longer, or wider somewhere.
 
     Raises
     ------
     PlanError
-        There are too many rings in each other.
+        More than `MOST_LEVELS` nested rings.
     """
-    # Chords and the places that stand for the ground must not add up to more than the step-over.
+    # The tolerances of chords and sample points must not add up to more than the step-over.
     region = replace(region, rules=region.rules.planned)
     cut = rings(region)
     if max((ring.level for ring in cut), default=0) >= MOST_LEVELS:
@@ -87,7 +86,7 @@ def best(
 
 
 def _shortened(region: CentreRegion, ways: list[Points], links: Points, kept: Points, stopped: Stopped) -> PocketPath:
-    """Return the path of ways made shorter, but for what lies near the places `kept`."""
+    """Shorten paths, except near the places `kept`, and return them as one path."""
     rules = region.rules
     ground, allowed = _ground(region, ways), region.polygon.buffer(1e-7)
     ways = [shorten(way, ground, region, allowed, kept, stopped) for way in ways]
@@ -98,7 +97,7 @@ def _shortened(region: CentreRegion, ways: list[Points], links: Points, kept: Po
 
 
 def _pieces(region: CentreRegion, way: Points) -> list[PocketPiece]:
-    """Return a way cut where it comes to a wall and leaves it: what runs along a wall without stock finishes it."""
+    """Divide a path where it reaches or leaves a wall: along a wall without stock it finishes."""
     middle, edge = shapely.points(0.5 * (way[:-1] + way[1:])), region.polygon.boundary
     shapely.prepare(edge)
     along = shapely.dwithin(edge, middle, ALONG) & (region.rules.stock == 0.0)
@@ -107,7 +106,7 @@ def _pieces(region: CentreRegion, way: Points) -> list[PocketPiece]:
 
 
 def _ground(region: CentreRegion, ways: list[Points]) -> CoverageGrid:
-    """Return the ground; no place of it may be further from a way than half the step-over, or than from `ways`."""
+    """Return sample points whose limits are half the step-over, or their distance from `ways` if that is more."""
     step = region.rules.step_over
     short = [fine(way, LONGEST_LOOKED * step) for way in ways]
     steps: Any = shapely.linestrings(np.concatenate([np.stack([w[:-1], w[1:]], axis=1) for w in short]))
@@ -124,5 +123,5 @@ def _ground(region: CentreRegion, ways: list[Points]) -> CoverageGrid:
 
 
 def _cleared(radius: float, points: Points, pitch: float) -> Points:
-    """Return how far from places a way is that clears all ground beside them, too."""
+    """Return the distances from sample points within which a path clears the area around them as well."""
     return np.full(len(points), max(radius - SPARE * pitch / GROUND_PITCH, 0.0))

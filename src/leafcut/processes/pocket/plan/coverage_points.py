@@ -1,4 +1,4 @@
-"""The ground of a pocket as places, and how far from each of them a way may be: made where they are looked at."""
+"""Sample points of a pocket's area with the maximum distance of the path from each, made on demand."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from leafcut.geometry.arrays import Indices, Points
 from leafcut.geometry.cells import Cells
 from leafcut.material.bands import pieces_near
 
-#: How far a way may be from places, float64[n, 2], that are so many mm apart: float64[n], mm.
+#: Returns the limits, float64[n], mm, of sample points, float64[n, 2], with a pitch, mm.
 Limit = Callable[[Points, float], Points]
 
-#: So many places at most are looked at in one go: bounds time and memory.
+#: Maximum number of sample points in use, for bounded time and memory.
 MOST_PLACES = 200_000
-#: Cells in which places are taken, to the longest limit.
+#: Number of cells per longest limit.
 CELLS = 2
 
 
 @dataclass(frozen=True, eq=False)
 class CoveragePoints:
-    """Places of the ground, float64[n, 2], and how far from each the way may be, float64[n], mm.
+    """Sample points, float64[n, 2], with the maximum distance of the path from each, float64[n], mm.
 
-    `pieces` are the rows of the way that may be near enough to one of them.
+    `pieces` are the segments of the path that may be within the limit of one of them.
     """
 
     points: Points
@@ -38,28 +38,28 @@ class CoveragePoints:
 
     @cached_property
     def geoms(self) -> Any:
-        """The places as shapely Points."""
+        """The sample points as shapely Points."""
         return shapely.points(self.points)
 
     def near(self, way: Points) -> tuple[Indices, Indices]:
-        """Return the pairs (piece of the way, place) where one is near enough to the other, sorted by piece."""
+        """Return the pairs (segment, sample point) within the limit, sorted by segment."""
         piece, place = pieces_near(way[self.pieces], way[self.pieces + 1], self.points, self.limits)
         return self.pieces[piece], place
 
 
 class CoverageGrid:
-    """A square grid of places inside a polygon; nothing is kept but those that were looked at.
+    """A square grid of sample points inside a polygon; only requested cells are stored.
 
     Parameters
     ----------
     polygon
         shapely Polygon of the allowed tool centres.
     pitch
-        Distance between places, mm; wider where too many would be looked at.
+        Distance between points, mm; increased if too many points are needed.
     longest
-        No limit is longer, mm.
+        Upper bound of all limits, mm.
     limit
-        How far from places the way may be.
+        Returns the limits of points.
     """
 
     def __init__(self, polygon: Any, pitch: float, longest: float, limit: Limit) -> None:
@@ -68,7 +68,7 @@ class CoverageGrid:
         self._set(pitch)
 
     def _set(self, pitch: float) -> None:
-        """Forget all places, and take others so far apart."""
+        """Start again with another pitch."""
         self.pitch = pitch
         self.side = max(round(self.longest / (CELLS * pitch)), 1)
         self.grid = Cells(self.polygon.bounds, self.side * pitch, CELLS + 2)
@@ -77,9 +77,9 @@ class CoverageGrid:
         self.first = np.zeros(1, np.int64)
 
     def beside(self, way: Points, looked: NDArray[np.bool_]) -> CoveragePoints:
-        """Return the places that may be near enough to pieces of a way that are looked at, bool[n − 1].
+        """Return the points that may be within the limit of selected segments of a path, bool[n − 1].
 
-        Pieces are short: no longer than half the longest limit.
+        Segments must not be longer than half the longest limit.
         """
         middle = 0.5 * (way[:-1] + way[1:])
         wanted = self.grid.around(self.grid.of(middle[looked]), CELLS + 1)
@@ -93,7 +93,7 @@ class CoverageGrid:
         return CoveragePoints(self.points[rows], self.limits[rows], np.flatnonzero(near))
 
     def _learn(self, cells: Indices) -> None:
-        """Find the places in cells, and their limits."""
+        """Add the points of cells with their limits."""
         inside = np.arange(self.side**2)
         column, row = self.grid.columns_and_rows(cells)
         x = (column[:, None] * self.side + inside % self.side).ravel()

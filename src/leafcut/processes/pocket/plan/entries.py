@@ -1,4 +1,4 @@
-"""How an end mill comes down to a level: in a ramp along its own way, in a helix, or straight."""
+"""Entry moves of an end mill to a level: a ramp along its path, a helix, or a plunge."""
 
 from __future__ import annotations
 
@@ -13,28 +13,29 @@ from leafcut.geometry.polyline import Polyline, Segment
 from leafcut.model.toolpath import Arc, ToolpathBuilder
 from leafcut.processes.pocket.plan.rules import MillingData
 
-#: A ramp or a helix begins so far over what is to be cut, mm.
+#: Start of a ramp or helix above the material, mm.
 ABOVE = 0.5
-#: Radii of a helix that are tried, parts of the tool's radius: below 1, or a core stays.
+#: Candidate radii of a helix, shares of the tool radius: below 1, or a core remains.
 HELIX_RADII = (0.9, 0.75, 0.6, 0.5)
-#: Directions from the start of a path in which the centre of a helix is tried.
+#: Number of candidate directions from the start of a path to the centre of a helix.
 HELIX_DIRECTIONS = 24
-#: A ramp goes back and forth at most so often; where the path is too short for it the tool goes straight down.
+#: Maximum number of legs of a ramp; on shorter paths the tool plunges.
 MOST_LEGS = 24
-#: A loop is followed at most so often: a deep level on a very small loop is gone down to straight.
+#: Maximum number of turns along a loop; on smaller loops the tool plunges.
 MOST_LOOPS = 400
-#: What is shorter is written as a line, mm: no arc so short can be told from its opposite.
+#: Shorter arcs are written as lines, mm: after rounding, their direction would be ambiguous.
 SHORTEST_ARC = 0.01
+#: Shorter moves are omitted, mm.
 SHORTEST = 1e-6
-#: What is tried where a way down is asked for.
+#: Entries that are tried for each requested entry.
 _IN_PLACE_OF = {"ramp": ("ramp", "helix"), "helix": ("helix", "ramp"), "plunge": (), "predrilled": ()}
-#: Chords of a region and of a circle differ by less than they keep away from the wall besides, mm.
+#: Rounding of places on the boundary of a region, mm.
 TOUCH = 1e-6
 
 
 @dataclass(frozen=True)
 class Descent:
-    """One way down: `kind` as it is made, which may be less than was asked for, and from where to where."""
+    """An entry move between two heights, mm; its `kind` may differ from the requested kind (`asked`)."""
 
     kind: str
     asked: str
@@ -53,20 +54,20 @@ def come_down(
     climb: bool,
     ring: Polyline | None = None,
 ) -> Descent:
-    """Bring the tool from the start of `way`, at or over `top`, down to `bottom` at the same place.
+    """Lower the tool from the start of `way`, at or above `top`, to `bottom` at the same place.
 
-    A ramp goes along the way and back, so that it ends where it began; along a `ring` shorter than itself it goes round
-    and round. A helix turns beside the way, inside `allowed` (shapely geometry of tool centres). Where neither fits the
-    tool goes straight down.
+    A ramp goes forth and back along the path and ends at its start. If the path starts with a `ring` that is shorter
+    than the ramp, the tool circles along it. A helix turns beside the path, inside `allowed` (shapely geometry of tool
+    centres). If neither fits, the tool plunges.
 
     Parameters
     ----------
     way
-        Open, in the plane: what the tool follows at the bottom afterwards.
+        Open path in the plane, which the tool follows at the bottom.
     ring
-        The first stretch of it where that ends where it began.
+        The first piece of the path if it is closed.
     top
-        Height of what is to be cut, mm.
+        Height of the material, mm.
     """
     start, asked = way.start, data.entry
     high = min(builder.position[2], top + ABOVE) if builder.position[2] > top else builder.position[2]
@@ -75,7 +76,7 @@ def come_down(
     turns = 0 if ring is None else _round(ring.length, high - bottom, data.entry_angle)
     legs = _legs(way, high - bottom, data.entry_angle)
     ramps = legs is not None or turns > 0
-    # A place for a helix takes a while to find: it is looked for where it may be used only.
+    # The search for a helix is slow, so it runs only if a helix may be used.
     wanted = asked == "helix" or (asked == "ramp" and not ramps)
     circle = _helix_place(start, 0.5 * data.tool.diameter, allowed) if wanted else None
     possible = {"ramp": ramps, "helix": circle is not None}
@@ -95,7 +96,7 @@ def come_down(
 def wind_down(
     builder: ToolpathBuilder, loop: Polyline, top: float, bottom: float, data: MillingData, allowed: Any, climb: bool
 ) -> Descent:
-    """Bring the tool down along a closed loop, as often round as it takes; like `come_down` where no ramp is wanted."""
+    """Lower the tool along a closed loop in as many turns as needed; without ramps, as `come_down` does."""
     turns = _turns(loop.length, min(builder.position[2], top + ABOVE) - bottom, data.entry_angle)
     if data.entry not in ("ramp", "helix") or not turns:
         return come_down(builder, loop, top, bottom, data, allowed, climb)
@@ -115,13 +116,13 @@ def _wind(builder: ToolpathBuilder, loop: Polyline, turns: int, heights: tuple[f
 
 
 def _turns(length: float, drop: float, angle: float) -> int:
-    """Return how often a loop is followed for a drop, 0 where it is too short for that."""
+    """Return the number of turns along a loop for a drop; 0 if the loop is too short."""
     turns = math.ceil(drop / (length * math.tan(angle)) - 1e-9) if length > SHORTEST else 0
     return turns if turns <= MOST_LOOPS else 0
 
 
 def _round(length: float, drop: float, angle: float) -> int:
-    """Return how often a ring is followed for a drop; 0 where it is longer than a ramp, or hardly there."""
+    """Return the number of turns along a ring for a drop; 0 if the ring is longer than the ramp or too short."""
     turns = _turns(length, drop, angle)
     return turns if 1 < turns <= MOST_LEGS else 0
 
@@ -130,7 +131,7 @@ def _round(length: float, drop: float, angle: float) -> int:
 
 
 def _legs(way: Polyline, drop: float, angle: float) -> tuple[int, float] | None:
-    """Return how many legs a ramp has, an even number, and how long each is, mm; None where the way is too short."""
+    """Return the even number of legs of a ramp and their length, mm; None if the path is too short."""
     needed = drop / math.tan(angle)
     if not way.length > 0.0:
         return None
@@ -176,7 +177,7 @@ def _helix(
     feed: float,
     climb: bool,
 ) -> None:
-    """Turn down in half circles; counter-clockwise, the material is on the right of a tool inside a hole."""
+    """Descend in half circles; counter-clockwise inside a hole, the material is on the right of the tool."""
     (high, low), (centre, radius) = heights, circle
     halves = 2 * max(math.ceil((high - low) / (2.0 * math.pi * radius * math.tan(angle)) - 1e-9), 1)
     across = (2.0 * centre[0] - start[0], 2.0 * centre[1] - start[1])
@@ -190,7 +191,7 @@ def _helix(
 
 
 def follow(builder: ToolpathBuilder, way: Polyline, feed: float, heights: tuple[float, float] | None = None) -> None:
-    """Cut along an open way from where it begins; with `heights` from the first to the second, evenly."""
+    """Cut along an open path; with `heights`, from the first height to the second at a constant slope."""
     length, gone = way.length, 0.0
     level = builder.position[2]
     for index, s in enumerate(way.segments()):

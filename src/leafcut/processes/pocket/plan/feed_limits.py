@@ -1,4 +1,4 @@
-"""Within what the feeds of one run's pockets may follow what the tool meets."""
+"""Limits of feeds that follow the load of the tool in pockets."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.rules import MillingData, finishing_levels
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: A feed below this share of the tool's rubs more than it cuts.
+#: Minimum feed as a share of the tool's feed; below it, the tool rubs more than it cuts.
 SLOWEST = 0.25
 
 
@@ -36,30 +36,29 @@ def feed_limits(
     mill: Tool | None,
     material: WorkMaterial | None,
 ) -> tuple[FeedLimits, list[Issue]]:
-    """Return within what feeds may change, and what has to be said of it.
+    """Return the limits of feeds, and issues about limits that are unknown.
 
     Parameters
     ----------
     levels
-        Of every pocket.
+        Levels of each pocket.
     mill
-        The tool of the library; None without one.
+        The tool of the library, or None.
     material
-        What is cut; None where nothing is known of the force that it needs.
+        The material if its cutting force is known, else None.
 
     Raises
     ------
     OptionError
-        The feed or the speed of the tool is not stated, or a limit of the spindle is given that nothing can be
-        compared with.
+        Feed or speed of the tool is not given.
     PlanError
-        The spindle has much less power than a first cut needs.
+        The spindle has much less power than the first cut needs.
     """
     options = settings.of(PocketOptions)
     _check_stated(settings, data.tool, mill)
     tool = data.tool
     most = max(min(FEED_INCREASE * tool.feed, machine.max_feed, data.air_feed), tool.feed)
-    # One tool cuts all pockets: the deepest level of any counts.
+    # One tool cuts all pockets, so the deepest level counts.
     depth = max(one.step for one in levels)
     finish = max(one.begin - finishing_levels(one, tool.diameter)[0] for one in levels) if options.stock else depth
     limits = FeedLimits(
@@ -76,7 +75,7 @@ def feed_limits(
 
 
 def _unlimited(settings: Settings, tool: Tool, material: WorkMaterial | None) -> Issue:
-    """Return why the power of the machine's spindle limits no feed."""
+    """Return a note why the power of the spindle limits no feed."""
     if "material" not in settings.given:
         return Issue("L705", "power and torque do not limit feeds: give --material", severity=Severity.NOTE)
     if material is None:
@@ -88,13 +87,7 @@ def _unlimited(settings: Settings, tool: Tool, material: WorkMaterial | None) ->
 
 
 def _check_slot(limits: FeedLimits, tool: Tool) -> None:
-    """Check that the spindle has the power for a cut of the whole width at a feed that still makes chips.
-
-    Raises
-    ------
-    PlanError
-        It has not.
-    """
+    """Refuse a spindle without the power for a full slot at the minimum feed."""
     slot = Engaged(np.array([math.pi]), np.array([tool.diameter]), np.ones(1))
     slowest = float(allowed_feed(slot, limits)[0])
     if slowest < SLOWEST * tool.feed:
@@ -106,7 +99,7 @@ def _check_slot(limits: FeedLimits, tool: Tool) -> None:
 
 
 def _check_stated(settings: Settings, tool: Tool, mill: Tool | None) -> None:
-    """Check that the chip of the tool is known: that nobody assumed its feed or its speed."""
+    """Refuse a tool whose feed or speed is assumed: its chip thickness is unknown."""
     feed = settings.job.feed or (mill.feed if mill else 0.0)
     speed = settings.job.spindle_speed or (mill.spindle_rpm if mill else 0.0)
     if not feed and not speed:
@@ -127,7 +120,7 @@ def _check_stated(settings: Settings, tool: Tool, mill: Tool | None) -> None:
 
 
 def _power(machine: Machine, tool: Tool) -> float | None:
-    """Return what the spindle gives to a cut at the tool's speed, W; None where that is not known."""
+    """Return the cutting power of the spindle at the tool's speed, W; None if it is unknown."""
     power, torque = machine.spindle_power, machine.spindle_torque
     found = [power * DRIVE_EFFICIENCY] if power else []
     if torque:

@@ -1,6 +1,6 @@
-"""Cleared ground as discs, and what a tool that runs round one more disc meets there: exact by circles.
+"""Cleared area as discs, and the exact engagement of a tool that moves around one more disc.
 
-The tool's centre has been everywhere in the discs placed so far, so that discs larger by the tool's radius are cleared.
+The tool's centre has been everywhere in the discs, so discs larger by the tool's radius are cleared.
 """
 
 from __future__ import annotations
@@ -11,21 +11,21 @@ import numpy as np
 
 from leafcut.geometry.arrays import Floats
 
-#: Discs that are looked at beside one place at most: the nearest. To know fewer makes the engagement seem larger.
+#: Maximum number of discs that count for an engagement, the nearest; fewer discs overestimate it.
 _NEAREST = 96
-#: Places on an arc whose engagements are looked at: so far apart, in radii of the tool, and so many at most.
+#: Samples of the engagement on an arc: distance in tool radii, and maximum number.
 _APART, _MOST = 0.1, 160
-#: The same where it must be sure: cusps of arcs before make short peaks.
+#: The same for a safe result: cusps of earlier arcs make short peaks.
 _APART_SURE, _MOST_SURE = 0.025, 1000
 _HALF = 0.5 * math.pi
-#: Rounding of places that lie on the edge of a disc, mm.
+#: Rounding of places on the edge of a disc, mm.
 _SLACK = 1e-6
 
 
 class Fronts:
-    """Discs that a tool has been led through, in order; `add` one by one.
+    """Discs that a tool has cleared, in order.
 
-    `turn` is 1 where the tool runs counter-clockwise, material on its right; -1 clockwise.
+    `turn` is 1 for counter-clockwise arcs with the material on the right, -1 for clockwise ones.
     """
 
     def __init__(self, tool_radius: float, turn: int, fine: float, thin: float) -> None:
@@ -49,15 +49,15 @@ class Fronts:
         return self.count - 1
 
     def arcs(self, x: float, y: float, radius: float) -> list[tuple[float, float]]:
-        """Return the arcs of a circle that lie in no disc, as start and sweep (rad, in the sense of `turn`).
+        """Return the arcs of a circle outside all discs, as start and sweep (rad, in the sense of `turn`).
 
-        An arc is left out where it lies beyond the discs by no more than `fine` mm, or `thin` in terms of
-        a straight cut.
+        Arcs that lie beyond the discs by at most `fine` mm, or by the equivalent of a straight cut `thin` mm wide, are
+        omitted.
         """
         return self._arcs(x, y, radius, self.discs)
 
     def holds(self, x: float, y: float, radius: float, but: float) -> bool:
-        """Return whether one disc holds all of another but for a film of a height."""
+        """Return whether one disc contains another except for a film `but` mm thick."""
         discs = self.discs
         return bool((np.hypot(discs[:, 0] - x, discs[:, 1] - y) + radius <= discs[:, 2] + but).any())
 
@@ -85,14 +85,14 @@ class Fronts:
         return [arc for arc in arcs if self._beyond(x, y, radius, arc, discs) > film]
 
     def _beyond(self, x: float, y: float, radius: float, arc: tuple[float, float], discs: Floats) -> float:
-        """Return how far an arc lies beyond the discs at most, mm."""
+        """Return the maximum distance of an arc from the discs, mm."""
         angle = arc[0] + self.turn * arc[1] * np.linspace(0.0, 1.0, 9)[1:-1]
         px, py = x + radius * np.cos(angle), y + radius * np.sin(angle)
         gaps = np.hypot(px[:, None] - discs[:, 0], py[:, None] - discs[:, 1]) - discs[:, 2]
         return float(gaps.min(axis=1).max())
 
     def engagement(self, x: float, y: float, radius: float, sure: bool = False) -> float:
-        """Return the largest engagement of a tool on the arcs of a circle, rad; 0 where it cuts nothing."""
+        """Return the maximum engagement of the tool on the arcs of a circle, rad; 0 in air."""
         discs = self.discs
         gap = np.hypot(discs[:, 0] - x, discs[:, 1] - y) - discs[:, 2]
         if len(discs) > _NEAREST:
@@ -110,7 +110,7 @@ class Fronts:
         return float(self._engaged(x, y, radius, angle, discs).max())
 
     def _engaged(self, x: float, y: float, radius: float, angle: Floats, discs: Floats) -> Floats:
-        """Return the engaged angle at places of a circle, float64[k]: the edge ahead less what is cleared."""
+        """Return the engagement at places of a circle, float64[k], rad: the front edge outside the cleared area."""
         px, py = x + radius * np.cos(angle), y + radius * np.sin(angle)
         dx, dy = discs[:, 0] - px[:, None], discs[:, 1] - py[:, None]
         distance = np.hypot(dx, dy)
@@ -119,7 +119,7 @@ class Fronts:
             cosine = (tool * tool + distance * distance - cleared * cleared) / (2.0 * tool * distance)
         half = np.arccos(np.clip(np.where(distance > 0.0, cosine, -1.0), -1.0, 1.0))
         ahead = angle + self.turn * _HALF
-        # What is ahead at angle 0: both copies of an interval that crosses the angle behind are kept.
+        # Angles relative to the direction of travel; copies of intervals that cross ±π are kept.
         middle = (np.arctan2(dy, dx) - ahead[:, None] + math.pi) % math.tau - math.pi
         low = np.concatenate([middle - half, middle - half + math.tau, middle - half - math.tau], axis=1)
         high = np.concatenate([middle + half, middle + half + math.tau, middle + half - math.tau], axis=1)
@@ -146,7 +146,7 @@ class Fronts:
         return gaps
 
     def clear(self, a: tuple[float, float], b: tuple[float, float], which: list[int]) -> bool:
-        """Return whether a straight way lies in some of the discs together."""
+        """Return whether a straight move lies in the union of some discs."""
         discs = self._discs[which]
         way = np.array(b) - a
         length = float(np.hypot(*way))

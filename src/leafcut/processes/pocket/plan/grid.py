@@ -1,13 +1,12 @@
-"""Pockets cleared along a square grid of points: which points there are, the routing problem, and the path laid.
+"""Clearing along a square grid of points: the points, the routing problem, and the path.
 
-Source: of the grid, of the distance of its points (0.5 D < DP < 0.7 D) and of roughing and finishing as ways of their
-own, the published system for pockets by a discrete firefly algorithm; its points are pixels of a picture, ours lie on
-the exact region. Differs: the walls are finished along themselves, not from point to point.
+Source: the published system for pockets by a discrete firefly algorithm has the grid, the distance of its points
+(0.5 D < DP < 0.7 D), and separate paths for roughing and finishing. Its points are pixels of a picture. Differs: our
+points lie on the exact region, and the finishing pass follows the walls, not points.
 
-With a finishing pass nothing stays uncut: a place lies no farther than DP/√2 from the next point of the unbounded
-grid. Where that point is in the region, the tool comes there; where not, the boundary, along which the finishing pass
-goes, lies between the two. Where stock is left the pass goes that far from the walls, too; the walls themselves are
-finished by another (`walls`).
+With a finishing pass, nothing remains uncut: every place is within DP/√2 of a point of the unbounded grid. If that
+point is in the region, the tool visits it; if not, the boundary lies between the two, and the finishing pass follows
+the boundary. With stock, this pass keeps that distance from the walls, and another pass finishes them (`walls`).
 """
 
 from __future__ import annotations
@@ -27,22 +26,22 @@ from leafcut.geometry.regions import as_polyline
 from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketPiece, PocketRules
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.processes.pocket.plan.region import CentreRegion
-from leafcut.processes.pocket.plan.region_paths import Ways, length_of
+from leafcut.processes.pocket.plan.region_paths import RegionPaths, length_of
 
-#: Distance between points, in tool diameters, if the step-over allows it; nearer points cut the same place twice. The
-#: middle of four points is 0.71 distances away: below 0.7 diameters it is cut.
+#: Distance between points, tool diameters, if the step-over allows it; nearer points cut the same place twice. The
+#: middle of four points is 0.71 distances away, so it is cut if points are less than 0.7 diameters apart.
 USUAL, NEAREST = 0.6, 0.5
-#: Most points of a grid: costs between all of them are kept, in 8 bytes each, and ways to them from the boundary.
+#: Maximum number of points: the costs of all pairs are stored, 8 bytes each, and paths from the boundary to each point.
 MOST_POINTS = 3000
-#: How many places of the grid are tried along each axis, and which angles, rad.
+#: Number of tried offsets of the grid along each axis, and tried angles, rad.
 OFFSETS, ANGLES = 8, (0.0, math.pi / 12.0, math.pi / 6.0)
 
 
 @dataclass(frozen=True)
 class Retract:
-    """What it costs to lift the tool, go by a rapid in a straight line and come down, in millimetres of feed.
+    """Cost of a retract, a straight rapid and a descent, in millimetres of feed.
 
-    `fixed` for up and down, `per_mm` for each millimetre of the rapid.
+    `fixed` is the cost of up and down, `per_mm` the cost of each millimetre of the rapid.
     """
 
     fixed: float = 60.0
@@ -64,9 +63,9 @@ class Grid:
     pitch
         Distance between neighbours along a row, mm.
     longer
-        How many steps of any path over all points are longer than the pitch, at least. A grid is black and white like
-        a chessboard, a step of one pitch changes the colour, and a path of n points changes it n - 1 times at most. A
-        point that has fewer than two neighbours is an end of the path or of a longer step.
+        Lower bound of the number of steps longer than the pitch in any path over all points. Colour the grid like a
+        chessboard: a step of one pitch changes the colour, so unequal numbers of colours need longer steps. A point
+        with fewer than two neighbours is an end of the path or of a longer step.
     """
 
     points: Points
@@ -75,17 +74,17 @@ class Grid:
 
     @property
     def bound(self) -> float:
-        """No open path over all points is shorter, mm: a step that is longer than the pitch is a diagonal at least."""
+        """Lower bound of open paths over all points, mm: a step longer than the pitch is at least a diagonal."""
         return self.pitch * (max(len(self.points) - 1, 0) + (math.sqrt(2.0) - 1.0) * self.longer)
 
 
 @dataclass(frozen=True, eq=False)
 class GridContext:
-    """What `lay_grid` needs to know of a problem that `grid_problem` made."""
+    """Data of a grid's problem that `grid_path` needs."""
 
     region: CentreRegion
     grid: Grid
-    ways: Ways
+    ways: RegionPaths
     retract: Retract
     finish: bool
 
@@ -110,15 +109,15 @@ def checked_pitch(rules: PocketRules) -> float:
 def grid_points(
     region: CentreRegion, offset: tuple[float, float] = (0.0, 0.0), angle: float = 0.0, grown: Any = None
 ) -> Grid:
-    """Return the grid whose point of origin is the corner of the region's box moved by `offset` mm, turned by `angle`.
+    """Return the grid with its origin at the corner of the region's box, moved by `offset` mm and rotated by `angle`.
 
-    Points that lie outside by no more than the tolerance are moved onto the boundary; `grown` is the region grown by
-    that, where it is known.
+    Points outside by no more than the tolerance are moved onto the boundary; `grown` is the region grown by the
+    tolerance, if known.
 
     Raises
     ------
     PlanError
-        The distance is not allowed, or there are more than `MOST_POINTS` points.
+        The distance is not allowed, or the grid has more than `MOST_POINTS` points.
     """
     pitch, rules = checked_pitch(region.rules), region.rules
     turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
@@ -142,10 +141,10 @@ def grid_points(
 
 
 def _spurs(columns: NDArray[np.int64], rows: NDArray[np.int64]) -> int:
-    """Return how many steps are longer than the pitch at least, because points have no two neighbours beside them."""
+    """Return a lower bound of the number of steps longer than the pitch, from points with fewer than two neighbours."""
     if len(columns) < 2:
         return 0
-    # A frame of empty places all round.
+    # With a frame of empty cells.
     cells = np.zeros((columns.max() + 3, rows.max() + 3), dtype=bool)
     cells[columns + 1, rows + 1] = True
     middle = slice(1, -1)
@@ -164,10 +163,10 @@ def _refuse(count: float, rules: PocketRules) -> None:
 
 
 def best_grid(region: CentreRegion, finish: bool = True) -> Grid:
-    """Return the best of some grids that lie differently.
+    """Return the best grid of several offsets and angles.
 
-    With a finishing pass, which leaves nothing uncut, the one with the shortest path to be expected; without, the one
-    with most points. Where the region is too small for any point, one in its middle.
+    With a finishing pass, which leaves nothing uncut, it has the least lower bound of its path; without, the most
+    points. If the region is too small for any point, the grid is one point inside it.
     """
     pitch = checked_pitch(region.rules)
     steps = np.arange(OFFSETS) * pitch / OFFSETS
@@ -188,10 +187,10 @@ def grid_problem(
     finish: bool = True,
     grid: Grid | None = None,
 ) -> tuple[RoutingProblem, GridContext]:
-    """Return the problem of visiting all points of a grid, and what `lay_grid` needs to lay its path.
+    """Return the problem of visiting all points of a grid, and the context for `grid_path`.
 
-    The cost of going from point to point is the length of the shortest way that stays inside the region, mm, or that
-    of a retract where that is cheaper: no feed move crosses an island or a wall.
+    The cost between points is the length of the shortest path inside the region, mm, or the cost of a retract if that
+    is less: no feed move crosses an island or a wall.
 
     Raises
     ------
@@ -199,7 +198,7 @@ def grid_problem(
         As `grid_points`.
     """
     grid, retract = grid or best_grid(region, finish), retract or Retract()
-    ways = Ways(region.polygon, region.rings, grid.points, grid.pitch)
+    ways = RegionPaths(region.polygon, region.rings, grid.points, grid.pitch)
     x, y = grid.points.T
     lifted = retract.fixed + retract.per_mm * np.hypot(x[:, None] - x, y[:, None] - y)
     matrix = np.minimum(ways.between_points(), lifted)
@@ -208,11 +207,11 @@ def grid_problem(
     return problem, GridContext(region, grid, ways, retract, finish)
 
 
-def lay_grid(context: GridContext, order: NDArray[np.int32], strategy: str = "firefly") -> PocketPath:
+def grid_path(context: GridContext, order: NDArray[np.int32], strategy: str = "firefly") -> PocketPath:
     """Return the path over the points in an order int32[n], then along every wall.
 
-    Walls are passed as climb or conventional milling needs. The points are gone over from the end that leaves the
-    cheaper ways to the walls; a retract is made where the way inside the region costs more.
+    The direction along walls follows climb or conventional milling. The order starts from the end that makes the links
+    to the walls cheaper. The tool retracts if the path inside the region costs more.
     """
     nodes = [int(k) for k in order]
     rough = _over_points(context, nodes)
@@ -225,9 +224,9 @@ def lay_grid(context: GridContext, order: NDArray[np.int32], strategy: str = "fi
 
 
 def _over_points(context: GridContext, nodes: list[int]) -> list[PocketPiece]:
-    """Return the pieces that lead over points: straight as far as that is allowed and cheap.
+    """Return the pieces over the points: straight if allowed, with retracts if cheaper.
 
-    No point is both reached and left by a retract: what is cut is cut on the way.
+    No point has a retract before and after it: the tool cuts while it moves.
     """
     places, ways, retract = context.ways.places, context.ways, context.retract
     pieces: list[PocketPiece] = []
@@ -252,7 +251,7 @@ def _over_points(context: GridContext, nodes: list[int]) -> list[PocketPiece]:
 
 
 def _along_walls(context: GridContext, at: int) -> tuple[float, list[PocketPiece]]:
-    """Return the pieces that lead from a place along every wall, always the nearest next, and what links cost, mm."""
+    """Return the cost of links, mm, and the pieces from a place along every wall, the nearest first."""
     ways, retract = context.ways, context.retract
     left, rules = set(range(len(ways.rings))), context.region.rules
     spent, pieces = 0.0, []
@@ -280,9 +279,9 @@ def _along_walls(context: GridContext, at: int) -> tuple[float, list[PocketPiece
 
 
 def _loop(walls: list[Points], place: Points, climb: bool) -> Points:
-    """Return the nearest wall, once round from its point that is nearest to a place and back to it, float64[k, 2].
+    """Return the nearest wall as a loop from its point nearest to a place, float64[k, 2].
 
-    Outer walls come counter-clockwise and islands clockwise, the wall on the right: that is climb milling.
+    Outer walls are counter-clockwise and islands clockwise, with the wall on the right: climb milling.
     """
     lines = [shapely.LineString(np.concatenate([wall, wall[:1]])) for wall in walls]
     point = shapely.Point(place)
@@ -296,7 +295,7 @@ def _loop(walls: list[Points], place: Points, climb: bool) -> Points:
 
 
 def _without_repeats(way: Points) -> Points:
-    """Return a way without corners that are where the one before is; its first and its last corner stay."""
+    """Return a path without repeated points; the first and the last point stay."""
     new = np.hypot(*np.diff(way, axis=0).T) > 1e-9
     kept: Points = way[np.concatenate([[True], new])]
     kept[-1] = way[-1]

@@ -1,4 +1,4 @@
-"""The middle axis of a region: the places with more than one nearest wall, as a tree that grows from the widest one."""
+"""The medial axis of a region: the places with more than one nearest wall, as a tree from the widest place."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats, Points
 
-#: A branch that ends nearer to the edge than this many samples leads into a corner.
+#: A branch that ends within this distance of the edge, in samples, leads into a corner.
 _IN_CORNER = 4.0
-#: Points of the edge at most, so that a huge region does not fill the memory.
+#: Maximum number of samples on the edge, for bounded memory.
 _MOST = 200_000
 
 
@@ -26,7 +26,7 @@ class Axis:
     Attributes
     ----------
     xy
-        Places, float64[n, 2], mm; the root, which is the widest place, first; every other after its parent.
+        Places, float64[n, 2], mm; the root (the widest place) first, every other place after its parent.
     width
         Distance from the edge of the region, float64[n], mm.
     parent
@@ -38,7 +38,7 @@ class Axis:
     parent: NDArray[np.int64]
 
     def children(self) -> list[list[int]]:
-        """Return the places that follow each place, the one with the shortest branches first."""
+        """Return the children of each place, the one with the shortest branches first."""
         below = np.zeros(len(self.xy))
         follow: list[list[int]] = [[] for _ in below]
         for i in range(len(below) - 1, 0, -1):
@@ -51,10 +51,10 @@ class Axis:
 
 
 def middle_axis(polygon: Any, spacing: float, tolerance: float) -> Axis:
-    """Return the axis of a polygon as edges of the Voronoi diagram of points on its edge, `spacing` mm apart.
+    """Return the axis of a polygon: edges of the Voronoi diagram of points on its boundary, `spacing` mm apart.
 
-    Cycles round islands are cut at their narrowest places. Branches into corners are led on to the corner; those to
-    the corners of chords, whose discs reach beyond that of the fork by less than the tolerance, are left out.
+    Cycles around islands are cut at their narrowest places. Branches into corners are extended to the corner. Branches
+    into the corners of chords, whose discs reach beyond the disc of the fork by less than the tolerance, are removed.
 
     Source: J. W. Brandt, "Convergence and continuity criteria for discrete approximations of the continuous planar
     skeleton", CVGIP: Image Understanding 59 (1994): the inner edges of the diagram converge to the axis.
@@ -64,7 +64,7 @@ def middle_axis(polygon: Any, spacing: float, tolerance: float) -> Axis:
     ends = np.concatenate([_edges(np.asarray(g.coords)) for g in getattr(lines, "geoms", [lines])])
     shapely.prepare(polygon)
     ends = ends[shapely.contains_properly(polygon, shapely.linestrings(ends))]
-    if not len(ends):  # a circle: the diagram's edges meet in one place
+    if not len(ends):  # a circle: all edges of the diagram meet in its centre
         line = shapely.maximum_inscribed_circle(polygon, 0.1 * tolerance)
         return Axis(np.asarray(line.coords)[:1], np.array([line.length]), np.array([-1]))
     xy, names = np.unique(ends.reshape(-1, 2).round(7), axis=0, return_inverse=True)
@@ -79,7 +79,7 @@ def _edges(points: Points) -> Points:
 
 
 def _sampled(polygon: Any, spacing: float) -> Points:
-    """Return points on all rings, their corners among them, float64[n, 2]."""
+    """Return points on all rings, with all corners, float64[n, 2]."""
     parts = []
     spacing = max(spacing, polygon.length / _MOST)
     for ring in (polygon.exterior, *polygon.interiors):
@@ -93,7 +93,7 @@ def _sampled(polygon: Any, spacing: float) -> Points:
 
 
 def _tree(xy: Points, width: Floats, pairs: NDArray[np.int64]) -> tuple[list[int], NDArray[np.int64]]:
-    """Return the places in the order in which the widest tree reaches them, and their parents' numbers in it."""
+    """Return the places in the order of the widest spanning tree, and the indices of their parents in this order."""
     near: list[list[int]] = [[] for _ in xy]
     for a, b in pairs.tolist():
         near[a].append(b)
@@ -117,7 +117,7 @@ def _tree(xy: Points, width: Floats, pairs: NDArray[np.int64]) -> tuple[list[int
 
 
 def _into_corners(axis: Axis, polygon: Any, reach: float) -> Axis:
-    """Return the axis with every branch that ends near a corner of the edge led on to the corner itself."""
+    """Extend each branch that ends near a corner of the edge to the corner."""
     leaf = np.ones(len(axis.xy), dtype=bool)
     leaf[axis.parent[1:]] = False
     leaf[0] = False
@@ -137,7 +137,7 @@ def _into_corners(axis: Axis, polygon: Any, reach: float) -> Axis:
 
 
 def _pruned(axis: Axis, tolerance: float) -> Axis:
-    """Return the axis without the branches all of whose discs lie in the disc of their fork, but for the tolerance."""
+    """Remove the branches whose discs lie in the disc of their fork, within the tolerance."""
     n = len(axis.xy)
     parent, places, width = axis.parent.tolist(), axis.xy.tolist(), axis.width.tolist()
     keep = np.ones(n, dtype=bool)

@@ -1,4 +1,4 @@
-"""Where the centre of a tool may be in a pocket, and what the tool cannot reach."""
+"""Regions of allowed tool centres in a pocket, and the places that the tool cannot reach."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from leafcut.geometry.regions import polygons, region, swept, tool_centres
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.pocket import Pocket, PocketRules
 
-#: Unreachable places smaller than this share of the tool's area are not worth a word: corners of pixels.
+#: Smaller unreachable places are not reported, share of the tool's area: corners of pixels.
 SMALL = 0.001
-#: So many places that are cut off are told one by one.
+#: Number of unreachable places that are reported one by one.
 NAMED_PLACES = 4
-#: Films of so many tolerances along walls are chords beside chords.
+#: Thinner films along walls are differences between chords, tolerances.
 _THIN = 2.0
-#: Behind the mouth of a corner no circle of this part of its width fits; one as wide does in a passage.
+#: A corner holds no circle of this share of its mouth's width; a passage does.
 _AS_WIDE = 0.75
 
 
@@ -32,9 +32,9 @@ class CentreRegion:
     Attributes
     ----------
     polygon
-        shapely Polygon of chords, mm: every point of it is at least the radius and the stock away from all walls.
+        shapely Polygon of chords, mm; every point of it is at least radius and stock away from all walls.
     rules
-        What it was made for.
+        The rules of clearing.
     """
 
     polygon: Any
@@ -42,9 +42,9 @@ class CentreRegion:
 
     @property
     def middle(self) -> Points | None:
-        """The middle of a slot as wide as the tool, float64[n, 2] from end to end; None of what is wider anywhere.
+        """Centre line of a slot as wide as the tool, float64[n, 2]; None if the region is wider anywhere.
 
-        Of such a slot the region is a strip as wide as the tolerance; its ends are what is farthest apart.
+        The region of such a slot is a strip as wide as the tolerance; its ends are its most distant points.
         """
         if self.polygon.interiors or 2.0 * self.polygon.area > 1.5 * self.rules.tolerance * self.polygon.length:
             return None
@@ -59,17 +59,17 @@ class CentreRegion:
 
     @property
     def rings(self) -> list[Points]:
-        """Outer boundary (counter-clockwise) and those round islands (clockwise), float64[n, 2], not repeated."""
+        """Outer boundary (counter-clockwise), then boundaries of islands (clockwise), open, float64[n, 2]."""
         whole = shapely.geometry.polygon.orient(self.polygon)
         return [np.asarray(ring.coords)[:-1, :2] for ring in (whole.exterior, *whole.interiors)]
 
 
 @dataclass(frozen=True, eq=False)
 class Unreached:
-    """A place of a pocket that no tool of the diameter can clear: shapely geometry, its area in mm², a point in it.
+    """A place of a pocket that the tool cannot clear: shapely geometry, its area in mm², a point in it.
 
-    `corner`: it opens to cleared ground in one mouth and narrows from there, as a sharp corner does; what is no corner
-    is cut off: a passage, or a part that the tool is too wide to get into.
+    A `corner` opens to the cleared area in one mouth and narrows from there. Any other place is cut off: a passage, or
+    a part behind an entrance that is too narrow.
     """
 
     shape: Any
@@ -90,7 +90,7 @@ def pocket_region(pocket: Pocket, tolerance: float = 0.01) -> Any:
 
 
 def centre_regions(pocket: Pocket, rules: PocketRules) -> tuple[list[CentreRegion], list[Issue]]:
-    """Return the regions of allowed tool centres, the largest first, and what cannot be reached.
+    """Return the regions of allowed tool centres, the largest first, and issues about unreachable places.
 
     Raises
     ------
@@ -106,12 +106,12 @@ def centre_regions(pocket: Pocket, rules: PocketRules) -> tuple[list[CentreRegio
             f"{pocket.label}: a tool of {rules.tool_diameter:g} mm{left} does not fit anywhere in it; choose a smaller "
             "--tool-diameter"
         )
-    issues = _told(pocket.label, unreached(shape, rules), rules)
+    issues = _issues(pocket.label, unreached(shape, rules), rules)
     return [CentreRegion(piece, rules) for piece in pieces], issues
 
 
 def unreached(shape: Any, rules: PocketRules) -> list[Unreached]:
-    """Return the places of a pocket's polygon that the tool cannot clear, the largest first; tiny ones left out."""
+    """Return the places of a pocket that the tool cannot clear, without tiny ones, the largest first."""
     ground, thin = reachable(shape, rules), _THIN * rules.tolerance
     rest, near = shape.difference(ground), ground.buffer(thin)
     found = []
@@ -123,11 +123,11 @@ def unreached(shape: Any, rules: PocketRules) -> list[Unreached]:
 
 
 def _is_corner(piece: Any, near: Any, thin: float) -> bool:
-    """Return whether an unreached place is a corner: one mouth, and no circle as wide as that fits behind it.
+    """Return whether an unreached place is a corner: it has one mouth, and no circle as wide as the mouth fits in it.
 
-    Between straight walls that meet at 2α the mouth is 2 r cos α wide, and the largest circle behind it has the radius
-    r (1 − sin α) / (1 + sin α): a quarter of the mouth's half at 90°, half of it at 40°. In a passage or a slot with
-    parallel walls it is all of it.
+    Between straight walls at an angle of 2α, the mouth is 2 r cos α wide, and the largest circle behind it has the
+    radius r (1 − sin α) / (1 + sin α): a quarter of half the mouth at 90°, half of it at 40°. Between parallel walls,
+    it equals half the mouth.
     """
     mouths = shapely.line_merge(shapely.multilinestrings(_lines(piece.boundary.intersection(near))))
     mouths = [mouth for mouth in _lines(mouths) if mouth.length > 2.0 * thin]
@@ -142,8 +142,8 @@ def _lines(shape: Any) -> list[Any]:
     return [part for part in shapely.get_parts(shape).tolist() if part.geom_type == "LineString"]
 
 
-def _told(name: str, places: list[Unreached], rules: PocketRules) -> list[Issue]:
-    """Return an issue for each of the largest places that are cut off, one for the others, and one for all corners."""
+def _issues(name: str, places: list[Unreached], rules: PocketRules) -> list[Issue]:
+    """Return an issue for each of the largest places that are cut off, one for the rest, and one for all corners."""
     tool = f"a tool of {rules.tool_diameter:g} mm"
     corners, off = ([u for u in places if u.corner is kind] for kind in (True, False))
     issues = [
@@ -173,6 +173,6 @@ def _where(place: Unreached) -> str:
 
 
 def reachable(shape: Any, rules: PocketRules) -> Any:
-    """Return what of a pocket's polygon a tool of the diameter can clear."""
+    """Return the part of a pocket's polygon that the tool can clear."""
     inner = tool_centres(shape, rules.radius, rules.tolerance)
     return swept(inner, rules.radius, rules.tolerance).intersection(shape)

@@ -1,8 +1,8 @@
-"""Which moves between places of a region of tool centres stay inside it, and the shortest ways round where none does.
+"""Straight moves and shortest paths inside a region of tool centres.
 
-The places are the points that are to be visited and nodes on the boundary. Two near places are joined by a straight
-move where it stays inside, neighbours on the boundary by the boundary itself. So a way round an island goes straight
-to its boundary, along it, and off again.
+Nodes are the points to visit, and places on the boundary. Two near nodes are joined by a straight move if it stays
+inside, neighbours on the boundary by the boundary. So a path around an island goes straight to its boundary, along it,
+and straight on.
 """
 
 from __future__ import annotations
@@ -19,25 +19,25 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Points
 
-#: A move may leave the region by this much, mm: what rounding makes of a move along its boundary.
+#: Rounding of moves along the boundary, mm.
 ROUNDING = 1e-6
-#: How far apart places are between which straight moves are looked at, in distances of grid points.
+#: Maximum distance of nodes that are joined by a straight move, in distances of grid points.
 REACH = 3.0
 #: Distance between nodes on the boundary, in distances of grid points.
 NODE_SPACING = 0.5
-#: Most segments that are looked at in one go: memory.
+#: Number of segments that are tested at once, for bounded memory.
 SEGMENTS_AT_ONCE = 50_000
 
 
-class Ways:
-    """The allowed moves between points of a region, and the shortest ways made of them.
+class RegionPaths:
+    """Allowed moves between points of a region, and the shortest paths along them.
 
     Attributes
     ----------
     places
-        float64[n + m, 2]: the points, then the nodes on the boundary, mm.
+        float64[n + m, 2], mm: the points, then the nodes on the boundary.
     rings
-        The nodes of each ring of the boundary in its order, starting anywhere: int64[·] indices of `places`.
+        Nodes of each ring of the boundary in order: int64[·] indices of `places`.
     """
 
     def __init__(self, polygon: Any, rings: list[Points], points: Points, pitch: float) -> None:
@@ -64,7 +64,7 @@ class Ways:
         self._join(links, REACH * pitch)
 
     def _join(self, links: Iterable[tuple[int, int, float]], reach: float) -> None:
-        """Find the neighbours of every place: rows of node and cost, cheapest of several ways first."""
+        """Find the neighbours of all nodes with their costs, the cheapest first."""
         places: Any = shapely.points(self.places)
         here, there = shapely.STRtree(places).query(places, predicate="dwithin", distance=reach)
         pairs = np.stack([here, there], axis=1)[here < there]
@@ -80,7 +80,7 @@ class Ways:
         self._target, self._cost = target[order], costs[order]
 
     def straight(self, begin: Points, end: Points) -> NDArray[np.bool_]:
-        """Return which of the straight moves from float64[k, 2] to float64[k, 2] stay inside the region."""
+        """Return whether each straight move from float64[k, 2] to float64[k, 2] stays inside the region."""
         found = np.zeros(len(begin), dtype=np.bool_)
         for k in range(0, len(begin), SEGMENTS_AT_ONCE):
             part = slice(k, k + SEGMENTS_AT_ONCE)
@@ -88,10 +88,10 @@ class Ways:
         return found
 
     def between_points(self) -> NDArray[np.float64]:
-        """Return the length of the shortest way between any two points, float64[n, n]; inf where none was found.
+        """Return the lengths of the shortest paths between all points, float64[n, n]; inf if none was found.
 
-        Rows are improved by those of their neighbours until nothing changes, in an order that sweeps over the plane to
-        and fro: a few sweeps do. A row is looked at again where one of its neighbours has changed since.
+        Rows are relaxed by the rows of their neighbours until nothing changes. The order sweeps over the plane, forth
+        and back, so few sweeps suffice. A row is relaxed again if one of its neighbours changed.
         """
         n, total = self.n_points, len(self.places)
         lengths = np.full((total, n), np.inf)
@@ -115,9 +115,9 @@ class Ways:
         return both
 
     def way(self, start: int, ends: Iterable[int]) -> tuple[int, Points] | None:
-        """Return the nearest of some places, and the corners of the way from `start` to it; None where there is none.
+        """Return the nearest of several nodes, and the corners of the path to it; None if no path exists.
 
-        Dijkstra's algorithm, then corners are left out as far as straight moves allow.
+        Dijkstra's algorithm; then corners are removed as far as straight moves allow.
         """
         wanted = set(ends)
         far, came, heap = {start: 0.0}, {start: start}, [(0.0, start)]
@@ -152,7 +152,7 @@ class Ways:
         return bool(self.straight(self.places[[a]], self.places[[b]])[0])
 
     def _pulled_tight(self, corners: Points) -> Points:
-        """Return a way without the corners that straight moves can do without: from each to the farthest in sight."""
+        """Remove corners: from each corner, go straight to the farthest visible one."""
         kept, at = [0], 0
         while at < len(corners) - 1:
             rest = corners[at + 1 :]
@@ -163,12 +163,12 @@ class Ways:
 
 
 def _dense(ring: Points, spacing: float) -> Points:
-    """Return a ring with corners put in, so that none is farther than `spacing` mm from the next."""
+    """Return a ring with extra corners, at most `spacing` mm apart."""
     return np.asarray(shapely.segmentize(shapely.LinearRing(ring), spacing).coords)[:-1]
 
 
 def _stops(ring: Points, spacing: float) -> NDArray[np.int64]:
-    """Return the indices of some corners of a ring, the next one always the first that is `spacing` mm on."""
+    """Return indices of corners of a ring that are about `spacing` mm apart."""
     along = np.concatenate([[0.0], np.hypot(*np.diff(ring, axis=0).T).cumsum()])
     step = np.floor(along / spacing).astype(np.int64)
     found = np.flatnonzero(np.diff(step, prepend=-1) > 0)
@@ -176,5 +176,5 @@ def _stops(ring: Points, spacing: float) -> NDArray[np.int64]:
 
 
 def length_of(way: Points) -> float:
-    """Return the length of a way through corners float64[k, 2]."""
+    """Return the length of a path through corners float64[k, 2]."""
     return float(np.hypot(*np.diff(way, axis=0).T).sum())

@@ -1,4 +1,4 @@
-"""Rings joined to one way: which ring is left for which, and where, so that the tool is never lifted."""
+"""Joints between rings, so that one path covers all rings without a retract."""
 
 from __future__ import annotations
 
@@ -14,31 +14,32 @@ from leafcut.geometry.arrays import Indices, Points
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.rings import NEAR, Ring, never
 
-#: Places tried for a joint are so many step-overs apart.
+#: Distance of candidate joints along a ring, step-overs.
 STATION_STEP = 0.25
-#: Rings are side by side where this share of the smaller one is near the other.
+#: Rings are side by side if this share of the smaller one is near the other.
 LONG = 0.3
-#: So many spines of rings are tried.
+#: Maximum number of tried spines.
 MOST_SPINES = 12
-#: So many joints of two rings are looked at after the first that will do.
+#: Maximum number of tried joints of two rings after the first possible one.
 MOST_LOOKS = 60
-#: What of a gap may be left out where only one of two rings has one.
+#: Share of a gap that may be omitted if only one of two rings has a gap.
 ONE_SIDED = 1.0
-#: Joints of the tree are sought among rings this near, in step-overs; among all where that is not enough.
+#: Joints of the tree are sought among rings within this distance, step-overs, then among all rings.
 FAR = 2.5
-#: Rings shorter than this, in step-overs, are gone round as a whole.
+#: Shorter rings have no gap, step-overs.
 TINY = 3.0
-#: A joint at a place whose gap turns costs more by this many step-overs per radian: corners are cut in one go.
+#: Cost of a turn inside the gap of a joint, step-overs per radian: corners are cut without interruption.
 TURN_PENALTY = 0.3
-#: Joints within so many step-overs of avoided places cost so many more.
+#: Joints within this distance of avoided places, step-overs, get this penalty, step-overs.
 AVOIDED, AVOIDED_PENALTY = 2.0, 4.0
 
 
 @dataclass(frozen=True)
 class Joint:
-    """A ring (`child`) that is visited in passing from another (`parent`).
+    """A detour from one ring (`parent`) around another (`child`).
 
-    The parent is left `parent_gap`/2 before its station and gone on with as much behind it; so is the child.
+    The path leaves the parent `parent_gap`/2 before the station and returns `parent_gap`/2 after it; likewise for the
+    child.
     """
 
     parent: int
@@ -50,8 +51,8 @@ class Joint:
 
 
 class _Options(NamedTuple):
-    """Joints that two rings may have, the shortest first: extra length, float64[n]; stations and gaps of the parent
-    and of the child, float64[n, 2] each; mm."""
+    """Candidate joints of two rings, the shortest first: extra length, float64[n]; stations and gaps of parent and
+    child, float64[n, 2] each; mm."""
 
     costs: Points
     stations: Points
@@ -59,7 +60,7 @@ class _Options(NamedTuple):
 
 
 def _beside(a: Ring, b: Ring, step_over: float) -> bool:
-    """Return whether two rings run side by side for long: one may be gone on from to the other anywhere."""
+    """Return whether two rings run side by side for long, so that they may be joined anywhere."""
     small, large = (a, b) if a.length <= b.length else (b, a)
     if a.level == b.level:
         return False
@@ -69,9 +70,9 @@ def _beside(a: Ring, b: Ring, step_over: float) -> bool:
 
 
 def spines(cut: list[Ring], edges: list[tuple[int, int]], step_over: float) -> list[list[int]]:
-    """Return the ways through the tree along which rings may be cut one after the other, the most promising first.
+    """Return paths through the tree whose rings may be cut one after the other, the most promising first.
 
-    Each goes from an inner ring to outer ones, side by side.
+    Each leads from an inner ring to outer ones, side by side.
     """
     inner: dict[int, list[int]] = {}
     for a, b in edges:
@@ -92,7 +93,7 @@ def spines(cut: list[Ring], edges: list[tuple[int, int]], step_over: float) -> l
 
 
 def children_of(spine: list[int], edges: list[tuple[int, int]], n: int) -> dict[int, list[int]]:
-    """Return which rings are visited in passing from each ring: the tree beside the spine."""
+    """Return the children of each ring: the part of the tree beside the spine."""
     beside: list[list[int]] = [[] for _ in range(n)]
     for i, j in edges:
         beside[i].append(j)
@@ -109,10 +110,10 @@ def children_of(spine: list[int], edges: list[tuple[int, int]], n: int) -> dict[
 
 
 def tree_of(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
-    """Return the pairs of rings that are joined: the tree of the shortest joints (Kruskal 1956).
+    """Return the pairs of joined rings: the minimum spanning tree of joints (Kruskal 1956).
 
-    The straight way between the nearest points of two parts of a region that hang together by no ring is free: what
-    bars it would be a wall, along which there is a ring that is nearer.
+    The straight line between the nearest points of two groups of rings is free: along a wall that blocks it, another
+    ring would be nearer.
     """
     lines = np.array([ring.line for ring in cut])
     a, b = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=FAR * step_over)
@@ -121,10 +122,10 @@ def tree_of(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
 
 
 def _kruskal(cut: list[Ring], a: Indices, b: Indices, step_over: float) -> list[tuple[int, int]]:
-    """Return the shortest joints out of pairs that leave no ring apart, nor make a circle."""
+    """Return the minimum spanning tree or forest of the pairs."""
     lines = np.array([ring.line for ring in cut])
     levels = np.array([ring.level for ring in cut])
-    # Offsets of each other are a step-over apart; to measure long rings takes long.
+    # Neighbouring offsets are a step-over apart; measuring long rings is slow.
     near = np.full(len(a), step_over)
     rest = ~((np.abs(levels[a] - levels[b]) == 1) & shapely.dwithin(lines[a], lines[b], NEAR * step_over))
     near[rest] = shapely.distance(lines[a[rest]], lines[b[rest]])
@@ -148,9 +149,9 @@ def _kruskal(cut: list[Ring], a: Indices, b: Indices, step_over: float) -> list[
 
 
 class RingLinks:
-    """Where the joints are: stretches of rings that are taken, and the way that goes through all of them.
+    """Joints of all rings, the stretches that they occupy, and the path through all rings.
 
-    Where it is `stopped` the first joints that will do are taken.
+    When `stopped`, the first possible joints are used.
     """
 
     def __init__(self, region: CentreRegion, cut: list[Ring], stopped: Callable[[], bool] = never) -> None:
@@ -172,14 +173,14 @@ class RingLinks:
         self.links: list[Points] = []
 
     def gap(self, ring: int) -> float:
-        """Return how much of a ring a joint may leave out: nothing of a wall or of a tiny ring."""
+        """Return the length of a ring that a joint may omit: 0 for walls and tiny rings."""
         here = self.cut[ring]
         return 0.0 if here.level == 0 or here.length < TINY * self.step else self.step
 
     def ways(self, avoided: Points) -> list[Points]:
-        """Return the way through all rings, float64[n, 2]; what no free straight line leads to is a way of its own.
+        """Return the path through all rings, float64[n, 2], then paths for rings without a free joint.
 
-        Joints are made elsewhere than near the places `avoided`, float64[n, 2], where that costs little.
+        Joints keep away from the places `avoided`, float64[n, 2], if that costs little.
         """
         self._clear()
         self.avoided = shapely.multipoints(avoided)
@@ -194,12 +195,12 @@ class RingLinks:
         return ways + [self._around(ring, 0.0, self.cut[ring].length) for ring in self.apart]
 
     def _best_spine(self) -> tuple[list[int], list[tuple[float, float]]]:
-        """Return the spine that spares most, and where each ring of it is entered and left."""
+        """Return the spine that saves most, and the stations where each of its rings starts and ends."""
         best: tuple[float, list[int], list[tuple[float, float]]] | None = None
         for spine in spines(self.cut, self.edges, self.step):
             first = self.cut[spine[0]]
             n = max(min(math.ceil(first.length / self.step), 24), 4)
-            # A joint that is gone over once instead of twice spares about so much.
+            # Approximate saving of joints that are crossed once instead of twice.
             spared = self.step * (len(spine) + (self.cut[spine[-1]].level == 0))
             for start in np.arange(n) * first.length / n:
                 if best is not None and math.isfinite(best[0]) and self.stopped():
@@ -222,7 +223,7 @@ class RingLinks:
         return cost, spans
 
     def _entry(self, ring: int, end: float, after: int) -> tuple[float, float]:
-        """Return the cost of going on from the end of a ring to the next of the spine, and where that is entered."""
+        """Return the cost of the link from the end of a ring to the next ring of the spine, and the station there."""
         place, to = self.cut[ring].at(end), self.cut[after]
         nearest = to.station_of(place)
         options = [nearest + share * self.step for share in (0.0, 0.5, 1.0, 1.5)]
@@ -234,12 +235,12 @@ class RingLinks:
         return costs[best] - self.gap(ring), options[best]
 
     def _link(self, a: Points, b: Points) -> float:
-        """Return the length of the straight way, infinite where it is not free."""
+        """Return the length of a straight link, infinite if it is not free."""
         line = shapely.LineString([a, b])
         return float(line.length) if self.allowed.covers(line) else math.inf
 
     def _place_children(self) -> None:
-        """Find the best place of every ring that is visited in passing, of those that it leads to first."""
+        """Find the best joint of each ring beside the spine."""
         left = [(ring, child) for ring in reversed(self.spine) for child in reversed(self.children[ring])]
         while left:
             ring, child = left.pop()
@@ -257,7 +258,7 @@ class RingLinks:
         self.taken[ring].append((station - 0.5 * gap, station + 0.5 * gap))
 
     def _best_joint(self, parent: int, child: int) -> Joint | None:
-        """Return the cheapest joint of two rings whose straight ways are free."""
+        """Return the cheapest joint of two rings with free links, or None."""
         if (parent, child) not in self.options:
             self.options[parent, child] = self._options(parent, child)
         options = self.options[parent, child]
@@ -274,13 +275,13 @@ class RingLinks:
         return best[1]
 
     def _options(self, parent: int, child: int) -> _Options:
-        """Return the joints of two rings that may do."""
+        """Return the candidate joints of two rings."""
         a, b = self.cut[parent], self.cut[child]
         stations = self._stations(parent, child)
         costs, every = [], []
         for share in (1.0, 0.5, 0.0):
             gaps = share * self.gap(parent), share * self.gap(child)
-            if not all(gaps):  # a point of a wall: what is beside the gap has but one way on either side
+            if not all(gaps):  # only one ring has a gap
                 gaps = ONE_SIDED * gaps[0], ONE_SIDED * gaps[1]
             leave, back = (a.places(stations[:, 0] + side * gaps[0]) for side in (-0.5, 0.5))
             enter, out = (b.places(stations[:, 1] + side * gaps[1]) for side in (0.5, -0.5))
@@ -293,8 +294,7 @@ class RingLinks:
         return _Options(cost[order], np.tile(stations, (len(costs), 1))[order], np.vstack(every)[order])
 
     def _stations(self, parent: int, child: int) -> Points:
-        """Return pairs of stations (of the parent, of the child) where two rings are near, float64[n, 2]."""
-
+        """Return pairs of stations (parent, child) where two rings are near, float64[n, 2]."""
         a, b = self.cut[parent], self.cut[child]
         pairs = []
         for ring, other, order in ((b, a, [1, 0]), (a, b, [0, 1])):
@@ -307,7 +307,7 @@ class RingLinks:
         return both
 
     def _more(self, joint: Joint) -> float:
-        """Return what a joint costs besides its length: turns in its gaps, infinitely much where it may not be."""
+        """Return the penalty of a joint for turns in its gaps; infinite if the joint is not possible."""
         a, b = self.cut[joint.parent], self.cut[joint.child]
         ha, hb = 0.5 * joint.parent_gap, 0.5 * joint.child_gap
         if not self._is_free(joint.parent, joint.parent_station, ha):
@@ -328,11 +328,11 @@ class RingLinks:
         return (TURN_PENALTY * turn + AVOIDED_PENALTY * near) * self.step
 
     def _is_avoided(self, place: Points) -> bool:
-        """Return whether a place is near one where a joint made passes too far from each other."""
+        """Return whether a place is near an avoided one."""
         return bool(shapely.dwithin(shapely.Point(place), self.avoided, AVOIDED * self.step))
 
     def _is_free(self, ring: int, station: float, half: float) -> bool:
-        """Return whether a stretch of a ring is taken by no other joint."""
+        """Return whether no other joint occupies a stretch of a ring."""
         length = self.cut[ring].length
         for start, end in self.taken[ring]:
             middle, reach = 0.5 * (start + end), 0.5 * (end - start) + half - 1e-9
@@ -341,7 +341,7 @@ class RingLinks:
         return True
 
     def _around(self, ring: int, start: float, end: float) -> Points:
-        """Return the way along a ring from one station on to another, through all that is visited in passing."""
+        """Return the path along a ring from one station to another, with the detours around its children."""
         here = self.cut[ring]
         stops = [((joint.parent_station - 1e-9 - start) % here.length + start, joint) for joint in self.joints[ring]]
         parts, at = [], start
@@ -355,7 +355,7 @@ class RingLinks:
 
 
 def _turn(ring: Ring, start: float, length: float) -> float:
-    """Return by how much a ring turns over a stretch, rad."""
+    """Return the total turn of a ring over a stretch, rad."""
     if length <= 0.0:
         return 0.0
     way = ring.stretch(start, start + length)

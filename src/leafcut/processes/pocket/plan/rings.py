@@ -17,22 +17,22 @@ from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.spurs import with_spurs
 from leafcut.processes.pocket.plan.track import Track
 
-#: Rings as near as this share of the step-over to each other are neighbours.
+#: Maximum distance of neighbouring rings, step-overs.
 NEAR = 1.01
-#: The tool goes on at depth where the next ring begins within so many step-overs and the straight way is free.
+#: Maximum length of a link at depth, step-overs.
 LINK_STEPS = 2.0
 
 
 @dataclass(frozen=True, eq=False)
 class Ring:
-    """A closed way of the tool's centre.
+    """A closed path of the tool's centre.
 
     Attributes
     ----------
     points
-        float64[n, 2], mm, the first not repeated; in the direction of travel.
+        float64[n, 2], mm, in the direction of travel, without a closing point.
     level
-        How many step-overs away from the wall; 0 runs along a wall.
+        Distance from the wall in step-overs; 0 is along a wall.
     """
 
     points: Points
@@ -45,30 +45,30 @@ class Ring:
 
     @cached_property
     def track(self) -> Track:
-        """Once around, back to the first point."""
+        """The ring as an open track that ends at its start."""
         return Track(np.vstack([self.points, self.points[:1]]))
 
     @property
     def stations(self) -> Points:
-        """Length from the first point to each and back to the first, float64[n + 1], mm."""
+        """Stations of all points and of the end, float64[n + 1], mm."""
         return self.track.stations
 
     @property
     def length(self) -> float:
-        """Once around, mm."""
+        """Length of the ring, mm."""
         return float(self.stations[-1])
 
     def at(self, station: float) -> Points:
-        """Return the place at a length from the first point, taken around as often as needed, float64[2]."""
+        """Return the place at a station, which may exceed the length, float64[2]."""
         place: Points = self.places(np.array([station]))[0]
         return place
 
     def places(self, stations: Points) -> Points:
-        """Return the places at lengths from the first point, float64[n, 2]."""
+        """Return the places at stations, float64[n, 2]."""
         return self.track.places(stations % self.length)
 
     def stretch(self, start: float, end: float) -> Points:
-        """Return the points of the way from one station on to another (end ≥ start), float64[m, 2]."""
+        """Return the points from one station to another (end ≥ start), float64[m, 2]."""
         points, own = self.points, self.stations[:-1]
         lap, last = math.floor(start / self.length), math.floor(end / self.length)
         parts = [self.at(start)[None]]
@@ -79,19 +79,19 @@ class Ring:
         return np.vstack([*parts, self.at(end)[None]])
 
     def nearest(self, places: Points) -> tuple[Points, Points]:
-        """Return how far places, float64[n, 2], are from the ring, and the stations of its nearest points."""
+        """Return the distances of places, float64[n, 2], from the ring, and the stations of its nearest points."""
         return self.track.nearest(places)
 
     def station_of(self, place: Points) -> float:
-        """Return the station of the point of the ring that is nearest to a place."""
+        """Return the station of the point nearest to a place."""
         return float(self.nearest(np.asarray(place)[None, :2])[1][0])
 
 
 def rings(region: CentreRegion) -> list[Ring]:
-    """Return the rings that clear a region, the walls first, then inwards.
+    """Return the rings that clear a region, from the walls inwards.
 
-    Walls and islands are passed so that the material is on the right of the tool's way (climb milling with a spindle
-    that turns clockwise), or on its left.
+    The material along walls and islands is on the right of the tool for climb milling (with a clockwise spindle), on
+    its left for conventional milling.
     """
     found: list[Ring] = []
     rules, level, inner = region.rules, 0, region.polygon
@@ -104,16 +104,16 @@ def rings(region: CentreRegion) -> list[Ring]:
 
 
 def neighbours(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
-    """Return the pairs of rings (outer, inner) of which one is the next offset of the other."""
+    """Return the pairs of neighbouring rings (outer, inner)."""
     lines = [ring.line for ring in cut]
     pairs = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=NEAR * step_over).T
     return [(int(a), int(b)) for a, b in pairs if cut[b].level > cut[a].level]
 
 
 def contour(region: CentreRegion) -> PocketPath:
-    """Return contour-parallel clearing: every ring closed, from the inside out, linked at depth where the way is free.
+    """Return contour-parallel clearing: closed rings from the inside out, linked at depth if the link is free.
 
-    A ring is cut when all rings inside it are; of those the one that is nearest to the tool.
+    A ring is cut after all rings inside it; the next ring is the nearest to the tool.
     """
     rules = region.rules
     cut = rings(region)
@@ -142,21 +142,21 @@ def contour(region: CentreRegion) -> PocketPath:
 
 
 def never() -> bool:
-    """Return that nobody has stopped the work."""
+    """Return False: the search is not stopped."""
     return False
 
 
 def kind_of(ring: Ring, rules: PocketRules) -> str:
-    """Return what a ring is for: along a wall without stock it finishes."""
+    """Return the kind of a ring: along a wall without stock, it finishes."""
     return "finish" if ring.level == 0 and rules.stock == 0.0 else "rough"
 
 
 def _first_place(cut: list[Ring]) -> Points:
-    """Return where clearing begins: on the innermost ring."""
+    """Return the start of clearing, on the innermost ring."""
     first: Points = max(cut, key=lambda ring: ring.level).points[0]
     return first
 
 
 def free(region: CentreRegion, line: Any) -> bool:
-    """Return whether a line stays in the region of tool centres; its ends lie on rings but for rounding."""
+    """Return whether a line stays in the region of tool centres, except for rounding at its ends."""
     return bool(shapely.difference(line, region.polygon).length < 1e-6)

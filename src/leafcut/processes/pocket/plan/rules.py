@@ -1,4 +1,4 @@
-"""What one run's options say of its pockets: rules in the plane, levels, the end mill and its feeds."""
+"""Rules, levels, end mill and feeds of the pockets of a job, from its options."""
 
 from __future__ import annotations
 
@@ -22,26 +22,29 @@ from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.tool import with_data
 from leafcut.processes.spindle_moves import check_spindle_heights
 
-#: How far a path may leave the exact one, mm, and as a share of the step-over: passes that are close are as true.
+#: Path tolerance, mm, and as a share of the step-over: close passes need a finer one.
 TOLERANCE, TRUE = 0.01, 0.05
 
-#: Step-over where none is given, as a share of the diameter.
+#: Default step-over, share of the diameter.
 STEP_OVER = 0.6
-#: Straight down an end mill cuts with its centre, where nothing turns: a third of the feed.
+#: Plunge rate as a share of the feed: a plunging end mill cuts with its centre, where the speed is 0.
 PLUNGE_PART = 1.0 / 3.0
-#: A pocket of more levels is a mistake.
+#: Maximum number of levels; more are a mistake.
 MOST_LEVELS = 2000
-#: A finishing pass is at most so many diameters deep.
+#: Maximum depth of a finishing pass, diameters.
 FINISHING_DEPTH = 2.0
 
 
 @dataclass(frozen=True)
 class MillingData:
-    """The tool, its feed straight down (mm/s), and how it comes down to a level (rad for a ramp or a helix).
+    """The tool, its plunge rate (mm/s), and its entry to a level (angle in rad).
 
-    `air_feed` is the feed at depth where nothing is cut, mm/s; no more than that of the tool: all is gone at that.
-    `limits` are those of feeds that follow what the tool meets; None: a ramp goes as fast as the feed straight down
-    allows.
+    Attributes
+    ----------
+    air_feed
+        Feed at depth in air, mm/s; not used if it is not above the feed of the tool.
+    limits
+        Limits of feeds that follow the load. None: the plunge rate limits the vertical speed on a ramp.
     """
 
     tool: Tool
@@ -52,26 +55,25 @@ class MillingData:
     limits: FeedLimits | None = None
 
     def ramp_feed(self, depth: float) -> float:
-        """Return the feed of a ramp or a helix that ends so far below what is uncut, mm, along its slope, mm/s."""
+        """Return the feed along the slope of a ramp or helix that ends `depth` mm below the uncut level, mm/s."""
         feed = min(self.tool.feed, self.plunge_feed / math.sin(self.entry_angle))
         return feed if self.limits is None else ramp_feed(self.limits, feed, self.entry_angle, depth)
 
     @property
     def straight_feed(self) -> float:
-        """The feed straight down into the material, mm/s: that of the tool, or within the power of the spindle."""
+        """The plunge rate into material, mm/s, within the power of the spindle."""
         return self.plunge_feed if self.limits is None else plunge_feed(self.limits, self.plunge_feed)
 
 
 def rules_of(
     options: PocketOptions, step_over: float | None, diameter: float | None, tolerance: float = TOLERANCE
 ) -> PocketRules:
-    """Return how pockets are cleared in the plane; `step_over` is a share of the diameter.
+    """Return the rules for clearing a level; `step_over` is a share of the diameter.
 
     Raises
     ------
     OptionError
-        The diameter of the tool is missing, or a strategy
-        lacks what it needs.
+        The diameter of the tool is missing, the stock is wider than the step-over, or `adaptive` has no limit.
     """
     if diameter is None:
         raise OptionError(
@@ -103,19 +105,19 @@ def levels_of(
     thickness: float | None = None,
     beyond: float = 0.0,
 ) -> PocketLevels:
-    """Return the levels of a pocket `depth` mm below the top: equal steps, none larger than the step-down.
+    """Return the levels of a pocket `depth` mm below the top, in equal steps of at most the step-down.
 
     Parameters
     ----------
     begin
-        Where its material begins, mm; negative in the floor of another pocket.
+        Height of the material, mm; negative in the floor of another pocket.
     thickness, beyond
-        Of the plate, and how far below it the tool may come, mm.
+        Thickness of the plate, and break-through below it, mm.
 
     Raises
     ------
     OptionError
-        The pocket goes farther through the plate than a break-through, or so many levels cannot be meant.
+        The pocket is deeper than plate and break-through, or has too many levels.
     """
     if thickness is not None and depth > thickness + beyond + 1e-9:
         raise OptionError(
@@ -130,17 +132,17 @@ def levels_of(
 
 
 def milled_pockets(part: Part, depth: float | None, diameter: float | None) -> tuple[Part, list[Issue]]:
-    """Return the pockets to mill, each with its depth, and what is left out.
+    """Return the pockets to mill with their depths, and issues about the others.
 
-    A drawing says no depth: all its pockets are `depth` deep. In a solid each has its own; `depth` chooses those that
-    are so deep. What is round and no wider than the tool is a hole.
+    All pockets of a drawing are `depth` mm deep. Pockets of a solid have their own depth, and `depth` selects among
+    them. A round pocket no wider than the tool is a hole.
 
     Raises
     ------
     OptionError
         The pockets of a drawing have no depth.
     PlanError
-        No pocket of a solid is wider than the tool, or as deep as asked for.
+        No pocket of a solid is wider than the tool, or none has the requested depth.
     """
     if not any(one.depth is not None for one in part.pockets):
         if depth is None:
@@ -170,7 +172,7 @@ def milled_pockets(part: Part, depth: float | None, diameter: float | None) -> t
 
 
 def _openings(part: Part, diameter: float | None) -> list[Issue]:
-    """Return the round openings through a solid: a drill makes those no wider than the tool, the others are missing."""
+    """Return issues about round openings through a solid: narrow ones are drilled, wide ones are missing work."""
     narrow = [one for one in part.openings if diameter is not None and one.diameter <= diameter + SAME_HEIGHT]
     wide = tuple(one.outline for one in part.openings if not any(one is other for other in narrow))
     issues = []
@@ -194,9 +196,9 @@ def _depths(pockets: Sequence[Pocket]) -> str:
 
 
 def lying_in(pockets: Sequence[Pocket], tolerance: float) -> list[int | None]:
-    """Return in the floor of which other pocket each lies, the deepest of several; None where in none.
+    """Return for each pocket the index of the pocket in whose floor it lies, the deepest of several, or None.
 
-    Whatever stands in a pocket is an island of it: so all that is above a pocket in its floor is cleared with it.
+    Material that remains in a pocket is an island, so the outer pocket clears everything above the inner one.
     """
     shapes = [region(one.outline, one.islands, tolerance, one.label) for one in pockets]
     around: list[int | None] = []
@@ -218,7 +220,7 @@ def _is_hole(pocket: Pocket, diameter: float | None) -> bool:
 
 
 def finishing_levels(levels: PocketLevels, diameter: float) -> tuple[float, ...]:
-    """Return the heights at which the walls are finished, the last at full depth: each at most two diameters deeper."""
+    """Return the heights of the finishing passes, in steps of at most two diameters; the last is at full depth."""
     depth = levels.depth
     count = max(math.ceil(depth / (FINISHING_DEPTH * diameter) - 1e-9), 1)
     return tuple(levels.begin - depth * level / count for level in range(1, count + 1))
@@ -231,12 +233,12 @@ def milling_data(
     machine: Machine,
     mill: Tool | None = None,
 ) -> tuple[MillingData, list[Issue]]:
-    """Return the end mill, `mill` of a library or an assumed one, with its feeds, and what was assumed of it.
+    """Return the end mill (`mill` of a library, or an assumed one) with its feeds, and issues about assumptions.
 
     Raises
     ------
     PlanError
-        The machine has no spindle, its heights contradict each other, or it cannot turn or feed as asked.
+        The machine has no spindle, heights contradict each other, or speed or feed are out of its range.
     """
     check_spindle_heights(machine, job, "mill a pocket")
     tool, issues = with_data(mill, options, job, rules, machine)
@@ -247,9 +249,9 @@ def milling_data(
 
 
 def corner_rounding(machine: Machine, feed: float) -> float:
-    """Return how far the tool leaves a corner at most where the next move begins while this one brakes, mm.
+    """Return the largest distance of the tool from a corner if the next move starts while this one brakes, mm.
 
-    Both moves at the acceleration a take v / a; half way each has v² / 8a to the corner. A turn by θ is left by
-    2 sin(θ / 2) v² / 8a, at most a quarter of v² / a.
+    With the acceleration a, both moves take v / a, and half way each is v² / 8a from the corner. The tool passes a turn
+    by θ at 2 sin(θ / 2) v² / 8a, at most a quarter of v² / a.
     """
     return feed * feed / (4.0 * min(machine.acceleration[:2]))

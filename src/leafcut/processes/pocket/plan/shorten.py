@@ -1,4 +1,4 @@
-"""A way over a pocket made shorter where the ground it clears is cleared by its other passes too."""
+"""Shorten a path over a pocket where its other passes clear the same area."""
 
 from __future__ import annotations
 
@@ -16,35 +16,35 @@ from leafcut.model.pocket import PocketRules
 from leafcut.processes.pocket.plan.coverage_points import CoverageGrid
 from leafcut.processes.pocket.plan.region import CentreRegion
 
-#: A stretch, from a point of the way to another, and what replaces it.
+#: A stretch between two points of the path, and its replacement.
 Edit = tuple[int, int, Points]
 
-#: Points of the ground are so many tool radii apart.
+#: Distance of sample points of the area, tool radii.
 GROUND_PITCH = 0.11
-#: Pieces of the way are no longer than this, in tool radii.
+#: Maximum length of a segment of the path, tool radii.
 PIECE = 0.2
-#: Stretches that may be replaced, in tool radii to either side of a bend.
+#: Candidate lengths of a replaced stretch on each side of a bend, tool radii.
 REACHES = (5.0, 4.0, 3.2, 2.4, 1.8, 1.4, 1.0, 0.7, 0.5, 0.3, 0.2)
-#: Corners are cut off by so many tool radii to either side.
+#: Candidate lengths of a chamfer on each side of a corner, tool radii.
 CHAMFERS = (0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2)
-#: What is further than so many step-overs from a corner is not beside it.
+#: Maximum distance of passes that a chamfer must consider, step-overs.
 LOOKED = 3.0
-#: Passes whose directions differ by less than this run side by side, rad; others meet in a corner.
+#: Passes whose directions differ by less run side by side, rad; others meet in a corner.
 SIDE_BY_SIDE = math.radians(30.0)
-#: Passes further from each other by less than this share of the step-over are what chords and rounding make.
+#: Tolerance of the step-over for chords and rounding, share of the step-over.
 SLACK = 0.004
-#: How often all bends are looked at.
+#: Maximum number of rounds over all bends.
 PASSES = 6
-#: A turn by less than this over a tool radius is no bend, rad.
+#: Minimum turn of a bend over a tool radius, rad.
 BEND = 0.6
-#: A stretch is replaced where that spares so much, in tool radii.
+#: Minimum saving of a replacement, tool radii.
 WORTH = 0.01
-#: Chords of a curve that replaces a stretch.
+#: Number of chords of a replacement curve.
 CURVE = 8
 
 
 def fine(way: Points, longest: float) -> Points:
-    """Return the way with points on its chords so that none is longer than `longest`, float64[n, 2]."""
+    """Return the path with extra points, so that no segment is longer than `longest`, float64[n, 2]."""
     step = np.hypot(*np.diff(way, axis=0).T)
     way = way[np.concatenate([[True], step > 1e-9])]
     step = np.hypot(*np.diff(way, axis=0).T)
@@ -59,9 +59,9 @@ def fine(way: Points, longest: float) -> Points:
 def shorten(
     way: Points, ground: CoverageGrid, region: CentreRegion, allowed: Any, kept: Points, stopped: Callable[[], bool]
 ) -> Points:
-    """Return a way that is as near to all places of the ground as they ask, and no longer.
+    """Return a path, not longer, that stays within the limits of all sample points of the area.
 
-    What is within a radius of the places `kept`, float64[n, 2], stays. Where it is `stopped` the way is whole, and
+    The path stays unchanged within a radius of the places `kept`, float64[n, 2]. When `stopped`, the path is valid but
     longer than it might be.
     """
     radius, changed = region.rules.radius, None
@@ -84,9 +84,9 @@ def shorten(
 def chamfer(
     way: Points, ground: CoverageGrid, region: CentreRegion, allowed: Any, links: Points, stopped: Callable[[], bool]
 ) -> Points:
-    """Return a way whose sharp corners are cut off by straight lines where the ground is still near enough.
+    """Return a path with chamfers on sharp corners where the sample points stay within their limits.
 
-    Corners beside the places `links`, float64[n, 2], are left as they are, and all where it is `stopped`.
+    Corners near the places `links`, float64[n, 2], stay; when `stopped`, all stay.
     """
     if stopped():
         return way
@@ -97,7 +97,7 @@ def chamfer(
 
 
 def _near_some(way: Points, places: Points, distance: float) -> NDArray[np.bool_]:
-    """Return which points of a way are within a distance of any of some places, bool[n]."""
+    """Return whether each point of a path is within a distance of any of the places, bool[n]."""
     near = np.zeros(len(way), dtype=bool)
     spots: Any = shapely.points(places)
     near[shapely.STRtree(spots).query(shapely.points(way), predicate="dwithin", distance=distance)[0]] = True
@@ -109,7 +109,7 @@ def _length(way: Points) -> float:
 
 
 class _Bends:
-    """One look at every bend of a way, or only at those that the places `changed`, float64[n, 2], mean something to."""
+    """One round over all bends of a path, or only over bends that the places `changed`, float64[n, 2], affect."""
 
     reaches: tuple[float, ...] = REACHES
     least = BEND
@@ -122,7 +122,7 @@ class _Bends:
         self.station = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(way, axis=0).T))])
         self.bends = self._bends(self.least)
         if changed is not None:
-            # From a bend to the end of its stretch, to ground beside it, and to what else may have cleared that.
+            # A bend's stretch, the sample points beside it, and other passes that may clear them.
             reach = self.reaches[0] * self.radius + 2.0 * ground.longest
             near = _near_some(way[self.bends], changed, reach)
             self.bends = [i for i, there in zip(self.bends, near, strict=True) if there]
@@ -133,7 +133,7 @@ class _Bends:
         piece, self.point = self.places.near(way)
         self.first = np.searchsorted(piece, np.arange(len(way)))
         self.count = np.bincount(self.point, minlength=len(self.geoms))
-        # Along walls nothing is left out, nor where the ground is not known.
+        # Segments along walls stay, and segments without sample points.
         self.fixed = ~looked
         rows = np.flatnonzero(looked)
         edge = allowed.boundary
@@ -144,7 +144,7 @@ class _Bends:
         self.edits: list[Edit] = []
 
     def _looked(self) -> NDArray[np.bool_]:
-        """Return the pieces of the way that may be replaced: those near bends and at both ends, bool[n − 1]."""
+        """Return the segments that may be replaced: near bends and at both ends, bool[n − 1]."""
         reach = self.reaches[0] * self.radius
         at = self.station[[0, *self.bends, len(self.way) - 1]]
         change = np.zeros(len(self.way) + 1, np.int64)
@@ -154,14 +154,14 @@ class _Bends:
         return looked
 
     def look(self, stopped: Callable[[], bool]) -> None:
-        """Replace what can be spared around every bend, until it is `stopped`."""
+        """Shorten the stretch around each bend, until `stopped`."""
         for i in self.bends:
             if stopped():
                 break
             self._try(i)
 
     def trim(self) -> None:
-        """Leave out what is not needed at both ends."""
+        """Remove superfluous segments at both ends."""
         n = len(self.way) - 1
         j = 0
         while j < n - 1 and not self.fixed[j] and not self.done[j] and self._covered(j, j + 1, None):
@@ -179,7 +179,7 @@ class _Bends:
             self.done[k:] = True
 
     def _bends(self, least: float) -> list[int]:
-        """Return the points where the way turns, the sharpest first."""
+        """Return the points where the path turns by more than `least`, the sharpest first."""
         step = np.diff(self.way, axis=0)
         angle = np.arctan2(step[:, 1], step[:, 0])
         turn = np.zeros(len(self.way))
@@ -188,7 +188,7 @@ class _Bends:
         return [int(i) for i in found[np.argsort(-turn[found], kind="stable")]]
 
     def _try(self, i: int) -> None:
-        """Replace the longest stretch around a bend that can be spared."""
+        """Replace the longest possible stretch around a bend."""
         for reach in self.reaches:
             a = int(np.searchsorted(self.station, self.station[i] - reach * self.radius))
             b = int(np.searchsorted(self.station, self.station[i] + reach * self.radius, side="right")) - 1
@@ -206,7 +206,7 @@ class _Bends:
                 return
 
     def _curve(self, a: int, i: int, b: int) -> Points | None:
-        """Return what may replace a stretch: a parabola that begins and ends towards the bend."""
+        """Return the replacement of a stretch: a parabola tangential to the lines to the bend."""
         t = np.linspace(0.0, 1.0, CURVE + 1)[:, None]
         p, q, r = self.way[a], self.way[i], self.way[b]
         curve: Points = (1.0 - t) ** 2 * p + 2.0 * t * (1.0 - t) * q + t * t * r
@@ -219,7 +219,7 @@ class _Bends:
         return self.point[self.first[a] : self.first[b]]
 
     def _covered(self, a: int, b: int, curve: Points | None) -> bool:
-        """Return whether all ground is still near the way when a stretch is replaced by a curve."""
+        """Return whether all sample points stay within their limits if a curve replaces a stretch."""
         who, times = np.unique(self._points_of(a, b), return_counts=True)
         lost = who[self.count[who] <= times]
         if not len(lost):
@@ -238,12 +238,12 @@ class _Bends:
         self.count[who[shapely.distance(line, self.geoms[who]) <= self.places.limits[who]]] += 1
 
     def changed(self) -> Points:
-        """Return places along all that was replaced and along what replaces it, float64[n, 2]."""
+        """Return places along all replaced stretches and their replacements, float64[n, 2]."""
         places = [part for a, b, curve in self.edits for part in (self.way[a : b + 1], curve)]
         return np.vstack([np.zeros((0, 2)), *places])
 
     def rebuilt(self, edits: list[Edit]) -> Points:
-        """Return the way with stretches replaced."""
+        """Return the path with replaced stretches."""
         parts, at = [], 0
         for a, b, curve in sorted(edits, key=lambda e: e[0]):
             parts += [self.way[at : a + 1], curve]
@@ -254,14 +254,14 @@ class _Bends:
 
 
 def _angle(a: Points, b: Points) -> float:
-    """Return the angle from one direction to another, rad, 0 to π."""
+    """Return the angle between two directions, rad, 0 to π."""
     return abs(math.atan2(a[0] * b[1] - a[1] * b[0], a @ b))
 
 
 class _Corners(_Bends):
-    """One look at every sharp corner of a way: straight lines that part from both sides by more than a corner's angle.
+    """One round over all sharp corners of a path, which chamfers replace.
 
-    Passes that part so are not side by side; what is between them is a corner and needs to be cleared, no more.
+    Passes that diverge by more than `SIDE_BY_SIDE` are not side by side: the step-over does not apply between them.
     """
 
     reaches, least = CHAMFERS, 2.0 * SIDE_BY_SIDE
@@ -275,8 +275,8 @@ class _Corners(_Bends):
     def _curve(self, a: int, i: int, b: int) -> Points | None:
         p, q, r = self.way[a], self.way[i], self.way[b]
         before, after = q - p, r - q
-        # Half the angle inside the corner; the chords of neighbouring corners are 2 sin⁻¹ of it times further apart
-        # than their sides, and side by side, unless the sides are nearer to their middle than they are.
+        # `half` is half the angle inside the corner. The chamfers of neighbouring corners are 1 / sin(half) times
+        # further apart than their sides, and side by side, unless the sides are nearer to their middle.
         half = max(0.5 * (math.pi - _angle(before, after)), 0.05)
         most = 0.5 * self.step * (1.0 / math.sin(half) - 1.0) / (math.sin(half) * math.cos(half))
         chord = r - p
@@ -288,10 +288,10 @@ class _Corners(_Bends):
         return np.array([p, r]) if self._near(a, i, b) else None
 
     def _near(self, a: int, i: int, b: int) -> bool:
-        """Return whether what a straight line over a corner looks at is no further from it than the step-over.
+        """Return whether the next passes beside a chamfer are within the step-over.
 
-        The largest disc is laid that touches the line outside the corner and holds no part of the way; what it touches
-        first is what the line looks at. Passes that part from it are none.
+        The largest disc that touches the chamfer and contains no part of the path touches the next pass. Passes that
+        diverge from the chamfer do not count.
         """
         p, q, r = self.way[a], self.way[i], self.way[b]
         normal = np.array([p[1] - r[1], r[0] - p[0]]) / max(math.dist(p, r), 1e-9)
@@ -331,7 +331,7 @@ class _Corners(_Bends):
 
 
 class _Cells:
-    """Points, float64[n, 2], by the square cell that they are in."""
+    """Points, float64[n, 2], in square cells."""
 
     def __init__(self, points: Points, side: float) -> None:
         self.low, self.side = points.min(axis=0), side
@@ -342,11 +342,11 @@ class _Cells:
         self.key = key[self.order]
 
     def cell(self, place: Points) -> tuple[int, int]:
-        """Return the column and the row of the cell that a place is in."""
+        """Return the column and row of the cell of a place."""
         return math.floor((place[0] - self.low[0]) / self.side), math.floor((place[1] - self.low[1]) / self.side)
 
     def near(self, place: Points) -> Indices:
-        """Return the rows of the points in the cell of a place, one among them, and in those around it, sorted."""
+        """Return the indices of points in the cell of a place and the cells around it, sorted."""
         column, row = self.cell(place)
         middle = (row + 1 + np.arange(-1, 2)) * self.wide + column + 1
         first, end = np.searchsorted(self.key, middle - 1), np.searchsorted(self.key, middle + 1, side="right")

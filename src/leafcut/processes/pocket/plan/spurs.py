@@ -1,4 +1,4 @@
-"""Ground that passes leave uncut between them: cleared by spurs, as short as will do, there and back from a pass."""
+"""Spurs: short moves from a pass and back that clear material which the passes leave between them."""
 
 from __future__ import annotations
 
@@ -13,30 +13,31 @@ from leafcut.geometry.regions import polygons, quarter, swept
 from leafcut.model.pocket import PocketRules
 from leafcut.processes.pocket.plan.track import Track
 
-#: Uncut places smaller than this share of the tool's area are left: what the chords of rings leave between them.
+#: Smaller uncut places are ignored, share of the tool's area: they come from the chords of rings.
 SPECK = 1e-5
-#: A spur goes so much deeper than it needs to, in tool radii: one clears more ground, and fewer are needed.
+#: Extra length of a spur, tool radii: it clears more, so fewer spurs are needed.
 DEEPER = 0.1
-#: Passes further than this from a place are not looked at, in tool radii: what is uncut lies within two of some.
+#: Maximum distance of passes from an uncut place, tool radii; a pass is within two of it.
 FAR = 4.0
-#: A spur along the edge of the ground may leave it by rounding, mm.
+#: Rounding of a spur along the edge of the region, mm.
 ROUNDING = 1e-6
-#: Spurs that one place may take.
+#: Maximum number of spurs for one place.
 MOST = 60
 
 
 def uncut(ground: Any, passes: list[Any], rules: PocketRules) -> list[Any]:
-    """Return the polygons of the ground that are further than the tool's radius from all passes (shapely lines)."""
+    """Return the polygons of `ground` further than the tool radius from all passes (shapely lines)."""
     quarters = quarter(rules.radius, rules.tolerance)
     cleared = shapely.union_all([line.buffer(rules.radius, quad_segs=quarters) for line in passes])
     return _worth(ground.difference(cleared), rules)
 
 
 def with_spurs(ways: list[Points], ground: Any, rules: PocketRules) -> list[Points]:
-    """Return ways that leave nothing uncut of the ground: with spurs where they are nearest to what is uncut.
+    """Return paths that clear all of `ground`, with spurs from the points nearest to uncut places.
 
-    A spur leads straight to the deepest point of the place until the tool clears it, and back; then what is still
-    uncut. None leaves the ground: where the straight way from the nearest pass does, it comes from the next.
+    A spur leads straight towards the most distant point of a place until the tool clears it, and back. More spurs
+    follow while anything remains. Spurs stay in `ground`: if one from the nearest pass would leave it, the next pass
+    is tried.
     """
     room = ground.buffer(ROUNDING)
     shapely.prepare(room)
@@ -62,14 +63,14 @@ def with_spurs(ways: list[Points], ground: Any, rules: PocketRules) -> list[Poin
 
 
 def _worth(shape: Any, rules: PocketRules) -> list[Any]:
-    """Return the polygons of a shape that are more than specks."""
+    """Return the polygons of a shape larger than `SPECK`."""
     return [place for place in polygons(shape) if place.area > SPECK * math.pi * rules.radius**2]
 
 
 def _spur(places: list[Any], track: Track, rules: PocketRules, room: Any) -> tuple[float, Points] | None:
-    """Return the station of a way where a spur to the deepest point of places leaves it, and the spur's tip.
+    """Return the station and the tip of a spur from a track to the most distant point of places.
 
-    None where the spur does not lie in the room (shapely).
+    None if the spur leaves `room` (shapely).
     """
     corners = shapely.get_coordinates(places)
     away, stations = track.nearest(corners)
@@ -81,7 +82,7 @@ def _spur(places: list[Any], track: Track, rules: PocketRules, room: Any) -> tup
 
 
 def _spliced(track: Track, spurs: list[tuple[float, Points]]) -> Points:
-    """Return a way with spurs at its stations."""
+    """Return a track with spurs at their stations."""
     way, parts, at = track.points, [], 0
     for station, tip in sorted(spurs, key=lambda spur: spur[0]):
         k = max(int(np.searchsorted(track.stations, station, side="right")), at)

@@ -1,4 +1,4 @@
-"""Where the material of a solid's pockets begins: at the highest place of the surface over and around each."""
+"""Top of the material of a solid's pockets: the highest place of the surface over and around each."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from numpy.typing import NDArray
 from leafcut.geometry.regions import region
 from leafcut.model.pocket import Pocket
 
-#: A triangle that is smaller as seen from above stands upright, mm²: its upper edge belongs to another one, too.
+#: Triangles with a smaller projected area are vertical, mm²; another triangle shares their upper edge.
 _UPRIGHT = 1e-9
 
 
 def stock_tops(
     pockets: Sequence[Pocket], of_solid: Sequence[Pocket], triangles: NDArray[np.float64], radius: float
 ) -> list[float]:
-    """Return how high the material of pockets stands before any is milled, mm: 0 at their top, negative below.
+    """Return the height of the material of each pocket before milling, mm: 0 at the top, negative below.
 
-    It is the highest place of the solid over the pocket and its rim, as wide as the tool's radius. A pocket that lies
-    in another one is filled up to the rim of that one, whether that one is milled as well or not.
+    It is the highest place of the solid over the pocket and a rim as wide as the tool's radius. A pocket in another
+    pocket is filled up to the rim of the outer one, whether that is milled or not.
 
     Parameters
     ----------
     of_solid
         All pockets of the solid.
     triangles
-        Its surface, float64[n, 3, 3], mm.
+        Surface of the solid, float64[n, 3, 3], mm.
     """
     filled = [region(one.outline, (), name=one.label) for one in of_solid]
     tops = []
@@ -42,12 +42,12 @@ def stock_tops(
 
 
 def filled(triangles: NDArray[np.float64], of_solid: Sequence[Pocket], tops: Sequence[float]) -> NDArray[np.float64]:
-    """Return the surface of a solid with a lid over each of its pockets, float64[n, 3, 3]: what it is before them.
+    """Return the surface of a solid with all pockets filled, float64[n, 3, 3].
 
     Parameters
     ----------
     tops
-        How high the material of each pocket stands (`stock_tops`), mm.
+        Height of the material of each pocket (`stock_tops`), mm.
     """
     lids = [triangles]
     for one, top in zip(of_solid, tops, strict=True):
@@ -58,7 +58,7 @@ def filled(triangles: NDArray[np.float64], of_solid: Sequence[Pocket], tops: Seq
 
 
 def highest_over(triangles: NDArray[np.float64], area: Any) -> float:
-    """Return the highest place of a surface over an area of the plane, mm; −∞ where it has none there."""
+    """Return the greatest height of a surface over an area, mm; −∞ if no part of it is over the area."""
     x0, y0, x1, y1 = area.bounds
     low, high = triangles[:, :, :2].min(axis=1), triangles[:, :, :2].max(axis=1)
     near = triangles[(low <= (x1, y1)).all(axis=1) & (high >= (x0, y0)).all(axis=1)]
@@ -76,7 +76,7 @@ def highest_over(triangles: NDArray[np.float64], area: Any) -> float:
 
 
 def _on_plane(triangle: NDArray[np.float64], part: Any) -> NDArray[np.float64]:
-    """Return the corners of a part of a triangle at the heights of its plane, float64[n, 3]."""
+    """Return the corners of a part of a triangle with their heights on its plane, float64[n, 3]."""
     xy = shapely.get_coordinates(part)
     a, b, c = triangle
     share = np.linalg.solve(np.array([(b - a)[:2], (c - a)[:2]]).T, (xy - a[:2]).T)

@@ -1,4 +1,4 @@
-"""Which end mill clears a pocket: one of the tool library, or one that is assumed, with careful cutting data."""
+"""The end mill for a pocket: from the tool library, or assumed with conservative cutting data."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from leafcut.model.tool import Tool, ToolKind, ToolLibrary
 from leafcut.options import JobOptions
 from leafcut.processes.pocket.options import PocketOptions
 
-#: Surface speed of end mills of high-speed steel, m/min, at the low end of what tables of workshops give for milling
-#: (mild steel 25 … 35, stainless 9 … 20, aluminium and brass 60 … 150, plastics from 20), less 40 % for cutting on the
-#: end and the side at once. Carbide takes three times as much.
+#: Surface speed of high-speed steel end mills, m/min: the low end of workshop tables for milling (mild steel 25 … 35,
+#: stainless 9 … 20, aluminium and brass 60 … 150, plastics from 20), less 40 % because end and side cut at once.
+#: Carbide takes three times as much.
 SURFACE_SPEEDS = {"mild_steel": 20.0, "stainless_304": 8.0, "aluminium": 60.0, "brass": 40.0, "plastic": 40.0}
-#: What a material is taken for of which nothing is known.
+#: Assumed material if the material is unknown.
 UNKNOWN = "mild_steel"
 #: Other names of materials.
 _NAMES = {
@@ -27,37 +27,36 @@ _NAMES = {
     "aluminum": "aluminium",
     "plastics": "plastic",
 }
-#: Feed per tooth: a part of the diameter, and at most so many mm. Catalogues of end mills give 0.005 to 0.01 diameters
+#: Feed per tooth: share of the diameter, and maximum, mm. Catalogues of end mills give 0.005 to 0.01 diameters
 #: (Iscar, solid end mills, recommended cutting parameters); 0.05 mm of a mill of 10 mm.
 FEED_PER_TOOTH, MOST_PER_TOOTH = 0.01, 0.05
-#: A spindle whose range is farther from the right speed than this factor breaks or burns the tool: refused. An assumed
-#: speed `FAST` times the right one is a warning.
+#: A spindle whose range is off the right speed by more than `MOST_OFF` breaks or burns the tool and is refused. An
+#: assumed speed above `FAST` times the right one is a warning.
 MOST_OFF, FAST = 2.0, 1.5
-#: Teeth of a mill that nobody counted: a slot job has two.
+#: Assumed number of teeth (slot mills have two).
 TEETH = 2
 
 
 def library_mill(
     library: ToolLibrary, number: int | None, asked: float | None, tolerance: float, depth: float | None
 ) -> Tool:
-    """Return the end mill of a library that is asked for by its number, else by its diameter, else its only one.
+    """Return the end mill of a library: by number, else by diameter, else its only one.
 
     Parameters
     ----------
     number, asked
-        Number and diameter asked for, mm; None: any.
+        Requested number and diameter, mm; None: any.
     tolerance
-        How far its diameter may be from the one asked for, mm.
+        Allowed difference of the diameters, mm.
     depth
-        Of the deepest pocket, mm.
+        Depth of the deepest pocket, mm.
 
     Raises
     ------
     OptionError
-        The library does not have the tool asked for, or has several and none is asked for.
+        The library lacks the requested tool, or has several and none was requested.
     PlanError
-        The library has no end mill; or the tool asked for is none, has another diameter, or is too short for the
-        depth.
+        The library has no end mill, or the requested tool is no end mill, has another diameter, or is too short.
     """
     tool = _numbered(library, number) if number is not None else _fitting(library, asked)
     if asked is not None and abs(tool.diameter - asked) > tolerance + 1e-9:
@@ -85,7 +84,7 @@ def _numbered(library: ToolLibrary, number: int) -> Tool:
 
 
 def _fitting(library: ToolLibrary, asked: float | None) -> Tool:
-    """Return the end mill nearest to the diameter asked for, or the only one."""
+    """Return the end mill nearest to the requested diameter, or the only one."""
     mills = _mills(library)
     if not mills:
         raise PlanError(f'{library.source}: no end mill for a pocket; add a [[tool]] of kind = "end-mill"')
@@ -110,16 +109,15 @@ def with_data(
     rules: PocketRules,
     machine: Machine,
 ) -> tuple[Tool, list[Issue]]:
-    """Return the end mill with its feed and speed, and what was assumed of it.
+    """Return the end mill with its feed and speed, and issues about assumptions.
 
-    What is asked for by an option counts before what the library says, and that before what tables say of a mill of
-    high-speed steel in the material.
+    Options come first, then the library, then tables for high-speed steel mills in the material.
 
     Raises
     ------
     PlanError
-        The spindle does not turn, or the machine does not feed, as asked; or nobody gave a speed, and the spindle is
-        far from the right one.
+        Speed or feed is out of the range of the machine, or no speed is given and the spindle cannot turn at a
+        suitable one.
     """
     number = options.tool_number or 1
     tool = mill or Tool(number, rules.tool_diameter, ToolKind.END_MILL, point_angle=math.pi, assumed=True)
@@ -153,7 +151,7 @@ def with_data(
         "--spindle-speed"
     )
     if too_fast:
-        # Of a speed that was asked for: its feed is assumed, for a material that stands no such speed.
+        # The feed was assumed for a material that does not stand the requested speed.
         lowest = f", but the spindle of {machine.name} turns at least {rpm:.0f}"
         words += f"; {careful:.0f} rpm would be right{' for that' if asked_rpm else lowest}"
     return tool, [Issue("L401", words, severity=Severity.WARNING if too_fast else Severity.NOTE)]

@@ -1,4 +1,4 @@
-"""From the way over one level to the motions of the whole program: levels, ways down, ways between, walls."""
+"""The motion of a program from the paths over one level: levels, entries, links, retracts and finishing passes."""
 
 from __future__ import annotations
 
@@ -26,28 +26,28 @@ from leafcut.processes.pocket.plan.rules import MillingData, finishing_levels
 from leafcut.processes.spindle_moves import rise, stop_spindle, take_tool
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: A program of more moves cannot be meant.
+#: Maximum number of moves of a program.
 MOST_MOVES = 3_000_000
-#: A feed that is another than the tool's is written in so many digits, mm/min.
+#: Significant digits of a feed that differs from the tool's, in mm/min.
 DIGITS = 3
 
 
 @dataclass(frozen=True, eq=False)
 class Clearing:
-    """One region of a pocket and how each level of it is cleared.
+    """One region of a pocket with the path that clears one level of it.
 
     Attributes
     ----------
     region
         Tool centres that the finished walls allow.
     allowed
-        shapely geometry of the tool centres of roughing: `region`, or less where stock is left.
+        Tool centres of roughing (shapely geometry): `region`, or less with stock.
     rough
-        Over one level.
+        Path over one level.
     levels
-        Where the material of the pocket begins, and its levels.
+        Top of the material, and the levels.
     walls
-        The finishing pass where roughing leaves stock; None without.
+        The finishing pass if roughing leaves stock, else None.
     """
 
     region: CentreRegion
@@ -58,27 +58,27 @@ class Clearing:
 
     @property
     def path(self) -> PocketPath:
-        """All that one level at full depth takes: roughing, then the walls."""
+        """The path over the last level: roughing, then the walls."""
         walls = () if self.walls is None else self.walls.pieces
         return PocketPath(self.rough.strategy, (*self.rough.pieces, *walls))
 
     @property
     def start(self) -> Point:
-        """Where it begins."""
+        """Start of the path."""
         return self.rough.pieces[0].path.start
 
     @property
     def end(self) -> Point:
-        """Where it ends."""
+        """End of the path."""
         return self.path.pieces[-1].path.end
 
 
 @dataclass(frozen=True, eq=False)
 class PocketHeights:
-    """Heights and places of a program, mm; `zones` float64[k, 4] are crossed at the clearance height only.
+    """Heights and places of a program, mm.
 
-    Zones that rapids at the retract height may cross are not among them. They are wider by as much as a shank or holder
-    that is then below their height is wider than the flutes.
+    `zones`, float64[k, 4], are keep-out zones above the retract height, crossed at the clearance height only. They are
+    grown by the overhang of a shank or holder that is below their height during a rapid at the retract height.
     """
 
     clearance: float
@@ -88,7 +88,7 @@ class PocketHeights:
     zones: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 4)))
 
 
-def lay_pockets(
+def pocket_motion(
     clearings: Sequence[Clearing],
     heights: PocketHeights,
     data: MillingData,
@@ -99,21 +99,25 @@ def lay_pockets(
     corner_tolerance: float = 0.0,
     rounded: bool = False,
 ) -> tuple[Toolpath, tuple[Descent, ...]]:
-    """Return the motions of the whole program, and every way down into what is uncut.
+    """Return the motion of the whole program, and all entries into material.
 
-    Region after region, each level from the top; then its walls where roughing left stock: at full depth, or in steps
-    of two diameters where it is deeper; level by level where roughing left more than `FILM`, such as in a way that is
-    too narrow for tool and stock. Between levels the tool stays down where the next begins near the end of the
-    last and the straight way is free; between pieces it rises to the R plane, or to the clearance height. Below the
-    surface it comes down by a rapid to a little over the floor that is cut there already: that of this level, or of the
-    one above.
-    `corner_tolerance`: how far corners may be cut short (G64 P), mm; 0: they are not. `rounded`: roughing rounds its
-    corners as its acceleration needs (G64), between G61 for all else.
+    Each region is cleared level by level, from the top. Then its walls are finished if roughing left stock: at full
+    depth, in steps of two diameters in deeper pockets, or level by level if roughing left more than `FILM`, as in a
+    passage too narrow for tool and stock. Between levels, the tool stays down if the next path starts near the end of
+    the last and the straight move is free. Between pieces, it rises to the R plane or to the clearance height. Rapids
+    below the surface end a little above the floor that is already cut.
+
+    Parameters
+    ----------
+    corner_tolerance
+        Corner tolerance (G64 P), mm; 0 for none.
+    rounded
+        Whether roughing rounds corners as the acceleration requires (G64); all other moves stop (G61).
 
     Raises
     ------
     PlanError
-        The program would have more moves than can be meant.
+        The program would have more than `MOST_MOVES` moves.
     """
     moves = sum(p.path.n_segments * len(c.levels.levels) for c in clearings for p in c.path.pieces)
     if moves > MOST_MOVES:
@@ -124,15 +128,15 @@ def lay_pockets(
     if machine.safe_z is not None:
         builder.machine(z=machine.safe_z)
     take_tool(builder, machine, data.tool, heights.clearance, coolant=coolant, pause=pause)
-    layer = _Layer(builder, heights, data, machine, rounded)
+    motion = _PocketMotion(builder, heights, data, machine, rounded)
     for clearing in clearings:
-        layer.clear(clearing)
-    layer.finish(coolant)
-    return builder.build(), tuple(layer.descents)
+        motion.clear(clearing)
+    motion.finish(coolant)
+    return builder.build(), tuple(motion.descents)
 
 
-class _Layer:
-    """Lays one clearing after the other and remembers every way down."""
+class _PocketMotion:
+    """Generates the motion of one clearing after the other, and records all entries."""
 
     def __init__(
         self, builder: ToolpathBuilder, heights: PocketHeights, data: MillingData, machine: Machine, rounded: bool
@@ -152,7 +156,7 @@ class _Layer:
         opened = [ground.after(run.path) for run in runs]
         for z in levels.levels:
             for number, run in enumerate(runs):
-                # From another pocket the tool is always lifted.
+                # The tool always retracts between pockets.
                 stays = number == 0 and top != levels.begin
                 self._to(run.start, top if number == 0 else z, clearing.allowed if stays else None, z)
                 self._enter(run, opened[number], top, z, clearing)
@@ -174,7 +178,7 @@ class _Layer:
             top = z
 
     def _to(self, place: Point, at: float, allowed: Any, z: float) -> None:
-        """Go to where a run begins: at depth `at` where the way through `allowed` is free and quicker, else lifted."""
+        """Move to the start of a run: at depth `at` if the move through `allowed` is free and quicker, else lifted."""
         builder = self.builder
         x, y, now = builder.position
         if self.down and math.dist((x, y), place) <= SAME_PLACE and now >= z - TOUCH:
@@ -188,7 +192,7 @@ class _Layer:
             builder.rapid(z=self.heights.retract)
 
     def _stays(self, here: Point, place: Point, allowed: Any) -> bool:
-        """Return whether the straight way at depth is free, and not longer than up, across and down again."""
+        """Return whether the straight move at depth is free, and not slower than a retract."""
         way = math.dist(here, place)
         rise = self._height(here, place) - self.builder.position[2]
         velocity, feed = self.machine.rapid_velocity, self.data.tool.feed
@@ -196,7 +200,7 @@ class _Layer:
         return way / feed <= lifted and bool(allowed.buffer(TOUCH).covers(shapely.LineString([here, place])))
 
     def _height(self, here: Point, place: Point) -> float:
-        """Return the height at which the tool goes from place to place."""
+        """Return the height of a rapid from place to place."""
         crossing = touches_any_zone([here], [place], self.zones, dogleg=self.machine.rapid_style == "dogleg")[0]
         high = self.heights.always_clearance or bool(crossing)
         return self.heights.clearance if high else self.heights.retract
@@ -219,7 +223,7 @@ class _Layer:
         *,
         walls: bool = False,
     ) -> None:
-        """Come down to z, through air where the place is opened, else into what is uncut below `top`; follow."""
+        """Descend to z, in air if the place is cleared, else into the material below `top`; follow the run."""
         builder, data = self.builder, self.data
         floor = z if opened is Opened.CLEAR else top
         if floor < 0.0 and builder.position[2] > floor + ABOVE:
@@ -247,7 +251,7 @@ class _Layer:
             builder.blending(610)
 
     def finish(self, coolant: bool) -> None:
-        """Rise, go to the last place, and end."""
+        """Retract, move to the end point, and end the program."""
         builder = self.builder
         builder.rapid(z=self.heights.clearance)
         if self.heights.end is not None:
@@ -259,7 +263,7 @@ class _Layer:
 
 @dataclass(frozen=True, eq=False)
 class _FeedRun:
-    """What the tool follows without being lifted: pieces, and all of them as one open polyline."""
+    """Pieces that the tool follows without a retract, and all of them as one open polyline."""
 
     pieces: tuple[PocketPiece, ...]
     path: Polyline
@@ -275,12 +279,12 @@ class _FeedRun:
 
     @property
     def entered(self) -> bool:
-        """Whether the first piece is a loop along which the tool comes down."""
+        """Whether the first piece is an entry loop."""
         return self.pieces[0].kind == "entry"
 
 
 def _runs(path: PocketPath) -> list[_FeedRun]:
-    """Return what the tool follows without being lifted."""
+    """Return the runs of a path between retracts."""
     runs: list[list[PocketPiece]] = []
     for piece, gap in zip(path.pieces, (math.inf, *path.gaps), strict=True):
         if gap > 0.0:
@@ -290,7 +294,7 @@ def _runs(path: PocketPath) -> list[_FeedRun]:
 
 
 def fed(share: float, feed: float) -> float:
-    """Return a share of a tool's feed, mm/s, as it is written: rounded down to three digits in mm/min."""
+    """Return a share of a tool's feed, mm/s, as written: rounded down to `DIGITS` digits in mm/min."""
     if share == 1.0:
         return feed
     value = share * feed * SECONDS_PER_MINUTE
@@ -298,14 +302,14 @@ def fed(share: float, feed: float) -> float:
     return math.floor(value / unit + 1e-9) * unit / SECONDS_PER_MINUTE
 
 
-#: Part of the tool's radius by which what is cleared may miss its disc, and the tool still feeds straight down there.
+#: Maximum width of material under the tool for a straight descent at feed, tool radii.
 _SLIVER = 0.02
-#: The same, in tolerances, where it comes down by a rapid: less than the proof allows.
+#: The same for a descent by rapid, tolerances: less than the proof allows.
 _FILM = 0.5
 
 
 class Opened(IntEnum):
-    """Whether what was cut before lets the tool come down at a place: not, but for a sliver, or all of it."""
+    """Whether a place is cleared for a descent: no, except for a sliver, or completely."""
 
     NO = 0
     NEARLY = 1
@@ -313,28 +317,28 @@ class Opened(IntEnum):
 
 
 class ClearedArea:
-    """The ground that runs clear, one after the other."""
+    """The area that successive runs clear."""
 
     def __init__(self, rules: PocketRules) -> None:
         self.rules = rules
         self._chords: list[Any] = []
 
     def after(self, run: Polyline) -> Opened:
-        """Return whether the place where a run begins is cleared, and then count what the run clears."""
+        """Return whether the start of a run is cleared; then add the area that the run clears."""
         opened = self._opened(shapely.Point(run.start))
         points = run.flattened(FINE * self.rules.tolerance)
         self._chords.append(shapely.linestrings(np.stack([points[:-1], points[1:]], axis=1)))
         return opened
 
     def cleared(self) -> Any:
-        """Return all that the runs clear: shapely geometry."""
+        """Return the area that all runs clear (shapely geometry)."""
         return shapely.union_all(shapely.buffer(np.concatenate([[], *self._chords]), self.rules.radius, quad_segs=32))
 
     def _opened(self, start: Any) -> Opened:
         radius, tolerance = self.rules.radius, self.rules.tolerance
         near = [chords[shapely.dwithin(chords, start, 2.0 * radius)] for chords in self._chords]
         chords = quarter(radius, FINE * tolerance)
-        # Chord by chord: a buffer of the whole line would round its hollows.
+        # Chord by chord: a buffer of the whole line would round its concave side.
         cleared = shapely.union_all(shapely.buffer(np.concatenate([[], *near]), radius, quad_segs=chords))
         if cleared.covers(start.buffer(radius - _FILM * tolerance, quad_segs=chords)):
             return Opened.CLEAR

@@ -1,4 +1,4 @@
-"""A way of the tool as a line with stations: places along it, and what of it is nearest to other places."""
+"""A path as a line with stations: places along it, and its nearest points to other places."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from leafcut.geometry.arrays import Points
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """Straight lines through points, float64[n, 2], mm; a station is a length from the first of them."""
+    """A line through points, float64[n, 2], mm; a station is the length from the first point."""
 
     points: Points
 
@@ -30,12 +30,12 @@ class Track:
 
     @cached_property
     def _steps(self) -> Any:
-        """Index of the steps from point to point."""
+        """Spatial index of the segments."""
         steps: Any = shapely.linestrings(np.stack([self.points[:-1], self.points[1:]], axis=1))
         return shapely.STRtree(steps)
 
     def nearest(self, places: Points) -> tuple[Points, Points]:
-        """Return how far places, float64[m, 2], are from the track, and the stations of its nearest points."""
+        """Return the distances of places, float64[m, 2], from the track, and the stations of its nearest points."""
         (row, step), away = self._steps.query_nearest(shapely.points(places), return_distance=True, all_matches=False)
         along = (self.points[1:] - self.points[:-1])[step]
         long = np.maximum((along**2).sum(axis=1), 1e-18)

@@ -1,4 +1,4 @@
-"""The finishing pass: once along every wall, with the stock that roughing left there."""
+"""The finishing pass along every wall, which removes the stock of roughing."""
 
 from __future__ import annotations
 
@@ -13,26 +13,25 @@ from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.pocket import PocketPath, PocketPiece
 from leafcut.processes.pocket.plan.region import CentreRegion
 
-#: Radii of the arc on which the tool comes to a wall and leaves it, parts of its own radius.
+#: Candidate radii of lead-in and lead-out arcs, tool radii.
 LEADS = (0.8, 0.5, 0.3, 0.15)
-#: Places of a wall where a lead is tried.
+#: Maximum number of places of a wall where leads are tried.
 MOST_PLACES = 60
-#: Room for a lead beside the chords of a wall, part of the tolerance.
+#: Tolerance of a lead at the chords of a wall, share of the tolerance.
 TOUCH = 0.1
 
 
 def wall_passes(region: CentreRegion, roughed: Any) -> PocketPath:
-    """Return a pass along every wall of a region, from cleared ground and back to it.
+    """Return a pass along every wall of a region, from the cleared area and back.
 
-    The tool comes to the wall on a quarter of a circle, goes round once, and leaves it likewise; where there is no room
-    for that it begins on the wall.
+    Lead-in and lead-out are quarter circles; without room for them, the pass starts on the wall.
 
     Parameters
     ----------
     region
-        Tool centres that touch the finished wall: of rules without stock.
+        Tool centres up to the finished wall (rules without stock).
     roughed
-        shapely geometry of tool centres that roughing may have used: what lies in it is cleared.
+        Tool centres of roughing (shapely geometry), whose area is cleared.
     """
     shapely.prepare(roughed)
     room = region.polygon.buffer(TOUCH * region.rules.tolerance)
@@ -51,7 +50,7 @@ def wall_passes(region: CentreRegion, roughed: Any) -> PocketPath:
 
 
 def _in_order(rings: list[Points]) -> list[Points]:
-    """Return the outer wall, then always the nearest of the islands' walls."""
+    """Return the outer wall, then the walls of islands, each time the nearest."""
     rest, order = rings[1:], rings[:1]
     while rest:
         here = order[-1][0]
@@ -61,7 +60,7 @@ def _in_order(rings: list[Points]) -> list[Points]:
 
 
 def _pass(ring: Points, room: Any, roughed: Any, climb: bool, radius: float) -> Polyline:
-    """Return once round a ring with its leads, begun where the widest lead has room."""
+    """Return the pass along a ring with its leads, at a place with room for the widest lead."""
     side = 1.0 if climb else -1.0
     best: tuple[int, Polyline, Polyline] | None = None
     for part in LEADS:
@@ -81,14 +80,14 @@ def _pass(ring: Points, room: Any, roughed: Any, climb: bool, radius: float) -> 
 
 
 def _with_middles(ring: Points, least: float) -> Points:
-    """Return a ring with a place more in the middle of every edge longer than `least`, mm."""
+    """Return a ring with an extra point in the middle of each edge longer than `least`, mm."""
     after = np.roll(ring, -1, axis=0)
     long = np.hypot(*(after - ring).T) > least
     return np.insert(ring, np.flatnonzero(long) + 1, 0.5 * (ring + after)[long], axis=0)
 
 
 def _places(ring: Points) -> list[int]:
-    """Return corners of a ring at which it hardly bends, those of the longest straight stretches first."""
+    """Return points of a ring where it hardly turns, those between the longest edges first."""
     ahead = np.roll(ring, -1, axis=0) - ring
     behind = np.roll(ahead, 1, axis=0)
     turn = np.abs(np.arctan2(behind[:, 0] * ahead[:, 1] - behind[:, 1] * ahead[:, 0], (behind * ahead).sum(axis=1)))
@@ -101,7 +100,7 @@ def _places(ring: Points) -> list[int]:
 
 
 def _leads(ring: Points, start: int, side: float, radius: float) -> tuple[Polyline, Polyline]:
-    """Return the quarter circles that come to a corner of a ring and leave it, on the side where the region lies."""
+    """Return the quarter circles to and from a point of a ring, on the side of the region."""
     ahead, behind = ring[(start + 1) % len(ring)] - ring[start], ring[start] - ring[start - 1]
     tangent = ahead / math.hypot(*ahead) + behind / math.hypot(*behind)
     tangent /= math.hypot(*tangent)

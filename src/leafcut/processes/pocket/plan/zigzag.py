@@ -1,4 +1,4 @@
-"""Direction-parallel clearing: lines to and fro at the best of several angles, then a pass along all walls."""
+"""Direction-parallel clearing: zigzag lines at the best of several angles, then a pass along all walls."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.rings import LINK_STEPS, free, kind_of, never, rings
 from leafcut.processes.pocket.plan.spurs import with_spurs
 
-#: Angles tried where none is given.
+#: Number of tried angles.
 ANGLES = 12
-#: Lines end so many step-overs before the finishing pass; on it where that leaves more than a step-over somewhere, as
-#: beside a wall that runs nearly along the lines.
+#: Candidate distances of line ends from the finishing pass, step-overs; 0 if the first leaves passes too far apart, as
+#: along a wall that is nearly parallel to the lines.
 MARGINS = (0.5, 0.0)
-#: Places of a wall are looked at so many step-overs apart; a line is beside it if they part by no more than this, rad.
+#: Distance of samples along a wall, step-overs; maximum angle between a wall and a line beside it, rad.
 LOOKED, SIDE_BY_SIDE = 0.1, math.radians(30.0)
-#: Runs this long, in tool diameters, have room for a ramp down to a level of the usual depth.
+#: Length of a run that has room for a ramp to a level of the usual depth, tool diameters.
 ENTRY_ROOM = 1.0
 
 
@@ -35,18 +35,17 @@ def zigzag(
     stopped: Callable[[], bool] = never,
     too_wide: Callable[[PocketPath], Points] | None = None,
 ) -> PocketPath:
-    """Return lines to and fro at an angle (rad; None: the best of twelve), linked along their ends, and the walls.
+    """Return zigzag lines at an angle (rad; None: the best of twelve), then passes along the walls.
 
-    Neighbouring lines hang together as long as the straight way between their ends is free; where a run of lines ends
-    the nearest end of the rest follows. What lines and walls leave uncut gets lines of its own. Where it is
-    `stopped` no further angle is tried.
+    Neighbouring lines form a run as long as the straight link between their ends is free. The nearest run follows.
+    Spurs clear any remaining material. When `stopped`, no further angle is tried.
 
     Parameters
     ----------
     too_wide
-        Returns the places of a path, float64[n, 2], where it is further than the step-over from its nearer neighbour:
-        of the paths without any the shortest is taken, with lines that end before the walls or on them. Nor is a line
-        further than that from a pass along a wall beside it, which would take off more.
+        Returns the places of a path, float64[n, 2], where passes are further apart than the step-over. The shortest
+        path without such places is chosen; lines may not be further than the step-over from a wall pass beside them
+        either.
     """
     angles = [math.pi * k / ANGLES for k in range(ANGLES)] if angle is None else [angle]
     found: list[tuple[int, PocketPath]] = []
@@ -64,8 +63,8 @@ def zigzag(
 
 
 def _at(region: CentreRegion, angle: float, margin: float, finishing_pass: bool) -> tuple[PocketPath, int]:
-    """Return the path of lines at one angle that end so far from the walls, mm, and how many places of the passes along
-    the walls are further than the step-over from the line beside them."""
+    """Return the path at one angle, with line ends `margin` mm from the walls, and the number of places on wall passes
+    that are further than the step-over from the line beside them."""
     rules = region.rules
     inner = shrunk(region.polygon, margin, rules.tolerance) if margin else region.polygon
     runs = [run for part in polygons(inner) for run in _runs(region, part, angle, rules)]
@@ -87,9 +86,9 @@ def _at(region: CentreRegion, angle: float, margin: float, finishing_pass: bool)
 
 
 def _far_beside(runs: list[Points], walls: list[Points], step_over: float) -> int:
-    """Return at how many places of passes along walls the line beside is further than the step-over, square to them.
+    """Return the number of places on wall passes whose distance from the line beside them exceeds the step-over.
 
-    Beyond two step-overs there is no line beside it, but another wall.
+    A line further than two step-overs is not beside the wall; another wall lies between.
     """
     if not runs or not walls:
         return 0
@@ -111,7 +110,7 @@ def _far_beside(runs: list[Points], walls: list[Points], step_over: float) -> in
 
 
 def _runs(region: CentreRegion, inner: Any, angle: float, rules: PocketRules) -> list[Points]:
-    """Return the lines of a polygon joined to and fro, each run float64[n, 2]."""
+    """Return the zigzag runs of a polygon, each float64[n, 2]."""
     level = rotate(inner, -angle, origin=(0.0, 0.0), use_radians=True)
     x0, y0, x1, y1 = level.bounds
     n = max(math.ceil((y1 - y0) / rules.step_over - 1e-9), 1)
@@ -130,7 +129,7 @@ def _runs(region: CentreRegion, inner: Any, angle: float, rules: PocketRules) ->
 
 
 def _run(region: CentreRegion, rows: list[list[Points]], row: int, turned: Points) -> Points:
-    """Take lines from the rows, one from each, as long as a free straight way leads to the next; join them."""
+    """Take one line from each row as long as a free straight link leads to the next row; join the lines."""
     way = [rows[row].pop(0)]
     while row + 1 < len(rows):
         row += 1
@@ -148,7 +147,7 @@ def _run(region: CentreRegion, rows: list[list[Points]], row: int, turned: Point
 
 
 class _Path:
-    """Pieces one after the other, linked at depth where the straight way is short and free."""
+    """Successive pieces, linked at depth if the straight link is short and free."""
 
     def __init__(self, region: CentreRegion) -> None:
         self.region = region
@@ -156,11 +155,11 @@ class _Path:
 
     @property
     def end(self) -> Points:
-        """Where the tool is: at the end of the last piece."""
+        """Position of the tool at the end of the last piece."""
         return np.array(self.pieces[-1].path.end) if self.pieces else self.region.rings[0][0]
 
     def nearest(self, ways: list[Points]) -> Points:
-        """Return the way that begins nearest to the tool; at first one along which the tool has room to come down."""
+        """Return the path that starts nearest to the tool; at first, a path with room for an entry ramp."""
         if self.pieces:
             return min(ways, key=lambda way: math.dist(self.end, way[0]))
         lengths = [float(np.hypot(*np.diff(way, axis=0).T).sum()) for way in ways]
@@ -168,7 +167,7 @@ class _Path:
         return next(way for way, length in zip(ways, lengths, strict=True) if length >= enough)
 
     def go(self, way: Points, kind: str) -> None:
-        """Go on along a way."""
+        """Append a path."""
         if self.pieces:
             link = shapely.LineString([self.end, way[0]])
             if 0.0 < link.length <= LINK_STEPS * self.region.rules.step_over and free(self.region, link):

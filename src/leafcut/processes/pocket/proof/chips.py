@@ -1,4 +1,4 @@
-"""The chips of a pocketing program, read back: at what feed each move goes, and what it engages there."""
+"""Chip thickness and power of a pocketing program, read back with its feeds and engagement."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ from leafcut.processes.pocket.proof.pocket import ROOM, PocketCut, cuts_of, enga
 from leafcut.proof.difference import place, shorten
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: Numbers are rounded as they are written: no limit is passed by more than this share.
+#: Tolerance of limits for rounded numbers, as a share.
 _PART = 1e-4
-#: Heights that differ by less are the same, mm.
+#: Tolerance of equal heights, mm.
 _SAME = 1e-6
-#: Straight down through what is cleared but for so much of the radius the end of the tool cuts next to nothing.
+#: Width of material under a plunging tool that does not count, tool radii.
 _SLIVER = 0.03
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredChips:
-    """What a program's feeds ask of its mill: figures of the tool, how many cuts have another feed, what is wrong."""
+    """Load of the mill: figures of the tool, number of cuts with a changed feed, and violated limits."""
 
     tool: ToolPace
     changed: int
@@ -40,7 +40,7 @@ class MeasuredChips:
 
 @dataclass(frozen=True)
 class _Ramp:
-    """A way down, on a slope or straight: its last move, and the power that it takes at most, W."""
+    """A descent, sloped or straight: its last move, and its maximum power, W."""
 
     cut: PocketCut
     power: float
@@ -48,7 +48,7 @@ class _Ramp:
 
 @dataclass(frozen=True, eq=False)
 class _Places:
-    """Places at one height where something is cut: the moves that they are on, and what is asked for there."""
+    """Samples at one height where the tool cuts: their moves, feeds, chips and power."""
 
     cuts: list[PocketCut]
     move: Indices
@@ -63,22 +63,20 @@ class _Places:
 def measured_chips(
     written: Toolpath, rules: PocketRules, limits: FeedLimits, tool: Tool, levels: Sequence[float]
 ) -> MeasuredChips:
-    """Return the chips that a program makes, and where they, its power or a feed are beyond the limits.
+    """Return the chips of a program, and the places where chips, power or feed exceed the limits.
 
-    1. No chip is thicker than that of the tool's own feed and speed, and no cut
-       needs more power than there is (`material.chip_feeds`): at every step of what is read back, at the feed and the
-       speed that stand there.
-    2. No move that cuts is faster than the highest feed that was allowed.
-    3. What goes down below the surface is no faster than the tool's own feed, and a ramp or a helix needs no more
-       power than there is: at the slope and the feed that stand there, with a slot as deep as the level at its side.
-       So does what goes straight down, with all of its end, but where all under the tool is cleared already.
+    1. No chip is thicker than with the tool's own feed and speed, and no cut needs more power than the spindle has
+       (`material.chip_feeds`): at every sample of the program, with its feed and speed.
+    2. No cutting move is faster than the maximum feed.
+    3. No descent below the surface is faster than the tool's own feed. A ramp or helix needs no more power than the
+       spindle has, with its slope and feed and a slot as deep as the level. A plunge needs no more power either, unless
+       all material under the tool is cleared.
 
-    A film of `thinnest` is no material. `levels` are the heights at which the tool may cut along, mm; all else goes
-    down.
+    Films thinner than `thinnest` do not count. `levels` are the heights of cuts, mm; all other moves are descents.
     """
     cuts = list(cuts_of(written, rules.tolerance))
     rpm = np.abs(written.latest(Kind.SPINDLE, written.value))
-    # A short piece of a ramp may fall by less than is written: it is at no level, and goes down as the ramp does.
+    # A short piece of a ramp may be level after rounding: it is not at the height of a level.
     flat = {
         cut.row
         for cut in cuts
@@ -112,12 +110,12 @@ def measured_chips(
 
 
 def _all(every: list[_Places], name: str) -> Floats:
-    """Return what is known of all places at all heights."""
+    """Return a column of the samples at all heights."""
     return np.concatenate([np.zeros(0), *(getattr(level, name) for level in every)])
 
 
 def _limits(every: list[_Places], ramps: list[_Ramp], limits: FeedLimits) -> Iterator[FeedLimit]:
-    """Yield what is asked of the other limits at most, before and after: of power at the tool."""
+    """Yield the maximum power, before and after, if it is limited."""
 
     def most(values: Floats) -> float:
         return float(values.max(initial=0.0))
@@ -131,7 +129,7 @@ def _limits(every: list[_Places], ramps: list[_Ramp], limits: FeedLimits) -> Ite
 def _levels(
     cuts: list[PocketCut], written: Toolpath, rpm: Floats, rules: PocketRules, limits: FeedLimits, flat: set[int]
 ) -> Iterator[_Places]:
-    """Yield the places of every height where something is cut."""
+    """Yield the samples of each height where the tool cuts."""
     for there, way, engaged in engaged_levels(cuts, rules, flat):
         rows = np.array([cut.row for cut in there], dtype=np.int64)[way.piece]
         feed, turns = written.value[rows], np.maximum(rpm[rows], 1e-9)
@@ -145,7 +143,7 @@ def _levels(
 
 
 def _beyond(level: _Places, written: Toolpath, limits: FeedLimits) -> Iterator[Difference]:
-    """Yield the moves at one height that ask too much of the tool or of the spindle, or are too fast."""
+    """Yield the moves at one height that overload the tool or the spindle, or are too fast."""
     thick, strong, fast = (
         _worst(level, level.chip / limits.chip),
         _worst(level, level.power / limits.power),
@@ -164,7 +162,7 @@ def _beyond(level: _Places, written: Toolpath, limits: FeedLimits) -> Iterator[D
 
 
 def _worst(level: _Places, share: Floats) -> Iterator[tuple[PocketCut, int]]:
-    """Yield the moves with a share above 1, each with its worst place."""
+    """Yield the moves with a share above 1, each with its worst sample."""
     over = np.flatnonzero(share > 1.0 + _PART)
     for move in np.unique(level.move[over]).tolist():
         mine = over[level.move[over] == move]
@@ -174,9 +172,9 @@ def _worst(level: _Places, share: Floats) -> Iterator[tuple[PocketCut, int]]:
 def _ramps(
     cuts: list[PocketCut], written: Toolpath, limits: FeedLimits, flat: set[int], levels: Sequence[float]
 ) -> Iterator[_Ramp]:
-    """Yield the ways down on a slope, moves of one feed that follow each other as one: heights are rounded.
+    """Yield sloped descents; successive moves with one feed are one descent, because heights are rounded.
 
-    What is uncut ends at the next level above the one that a way leads down to.
+    The material ends at the next level above the bottom of a descent.
     """
     ways: list[list[PocketCut]] = []
     for cut in cuts:
@@ -197,7 +195,7 @@ def _ramps(
 
 
 def _plunges(cuts: list[PocketCut], written: Toolpath, rules: PocketRules, limits: FeedLimits) -> Iterator[_Ramp]:
-    """Yield the ways straight down into what is not cleared as deep by the moves before: but for a sliver, in air."""
+    """Yield plunges into material that earlier moves did not clear, except for a sliver."""
     if limits.material is None:
         return
     lines = [shapely.LineString(cut.way[:, :2]) if _across(cut) > _SAME else None for cut in cuts]
@@ -216,7 +214,7 @@ def _plunges(cuts: list[PocketCut], written: Toolpath, rules: PocketRules, limit
 
 
 def _across(cut: PocketCut) -> float:
-    """Return how far a move goes along the table, mm."""
+    """Return the horizontal length of a move, mm."""
     return float(np.hypot(*np.diff(cut.way[:, :2], axis=0).T).sum())
 
 

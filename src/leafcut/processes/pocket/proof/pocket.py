@@ -1,4 +1,4 @@
-"""A pocketing program, read back and simulated: no gouge, nothing too deep at once, no rapid in the material."""
+"""Proof of a pocketing program, read back and simulated: no gouge, no cut too deep, no rapid in the material."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.proof.difference import place, shorten
 from leafcut.proof.surface import meets_area
 
-#: Room for the rounding of written heights, mm (half of 0.0001 inch is 0.00127 mm), and of the walls' chords.
+#: Tolerance of written heights, mm (half of 0.0001 inch is 0.00127 mm), and of the chords of walls.
 ROOM = 0.002
-#: A rapid down ends at least so far over what is cleared, mm.
+#: Minimum height of the end of a rapid above the cleared floor, mm.
 OVER = 0.4
-#: A move through cleared ground meets a film of no more than this share of the diameter.
+#: Width of a film that does not count as material, share of the diameter.
 AIR_FILM = 0.01
 _CUTTING = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)
 
 
 @dataclass(frozen=True, eq=False)
 class PocketCut:
-    """One feed move: its row and line of the program, and the way of the tool's tip as points (x, y, z) in mm.
+    """One feed move: its row and line of the program, and the path of the tool tip as points (x, y, z) in mm.
 
-    `bulge` is that of an arc (`geometry.polyline`), of no more than half a turn; else it goes by its points.
+    `bulge` is the bulge (`geometry.polyline`) of an arc of at most half a turn; other moves follow their points.
     """
 
     row: int
@@ -46,7 +46,7 @@ class PocketCut:
 
     @property
     def vertices(self) -> NDArray[np.float64]:
-        """The way in the plane as vertices of a polyline, float64[n, 3]: an arc as it is."""
+        """The path in the plane as vertices of a polyline, float64[n, 3]; arcs stay arcs."""
         points = self.way[[0, -1], :2] if self.bulge else self.way[:, :2]
         return np.column_stack([points, np.append(np.full(len(points) - 1, self.bulge), 0.0)])
 
@@ -55,24 +55,23 @@ def check_pockets(
     written: Toolpath, pockets: Sequence[Pocket], rules: PocketRules, depths: Sequence[float], retract: float,
     tops: Sequence[float] = (),
 ) -> list[Difference]:  # fmt: skip
-    """Return all that a program does to a pocket that it must not; an empty list is the proof.
+    """Return the gouges and dangerous rapids of a program; an empty list is the proof.
 
-    1. No feed move is deeper than the pocket that it is in, and none below the surface brings the tool more than the
-       tolerance of the rules beyond a wall, whether it clears, enters or links.
-    2. A rapid moves sideways at or above the R plane only. Straight down it goes below it only to where it ends
-       over ground that feeds before it have cleared under all of the tool, or over a pocket whose material begins so
-       far below.
+    1. No feed move is deeper than its pocket, and no feed move below the surface, whether it clears, enters or links,
+       takes the tool more than the tolerance beyond a wall.
+    2. Rapids below the R plane are vertical. A rapid down below the R plane ends above an area that earlier feed moves
+       cleared under the whole tool, or above a pocket whose material starts lower.
 
     Parameters
     ----------
     written
         The program, read back.
     depths
-        Of each pocket from the surface, mm, positive.
+        Depth of each pocket from the surface, mm, positive.
     retract
         Height of the R plane, mm.
     tops
-        How high the material of each pocket stands before any is milled, mm; without, all of it up to 0.
+        Height of the material of each pocket before milling, mm; empty: 0 for all.
     """
     cuts = list(cuts_of(written, rules.tolerance))
     low = _begin_lower(pockets, tops, rules)
@@ -81,7 +80,7 @@ def check_pockets(
 
 @dataclass(frozen=True, eq=False)
 class SimulatedLevel:
-    """What the program does in one pocket at one height: what it removes, and the step-over of its passes, mm."""
+    """The removed material of one pocket at one height, and the step-over of the passes, mm."""
 
     z: float
     number: int
@@ -96,10 +95,10 @@ def simulated_levels(
     levels: Sequence[Sequence[float]],
     finishing: Sequence[Sequence[float]] = (),
 ) -> list[SimulatedLevel]:
-    """Return what the program does in each pocket at each of its `levels`, and where its walls are finished besides.
+    """Simulate each pocket at each of its `levels` and at the heights of its finishing passes.
 
-    A level that goes the way of another one is not simulated again. Beside a finishing pass between two levels are the
-    passes of the lower one, which were there before.
+    Levels with equal paths are simulated once. The neighbours of a finishing pass between two levels are the passes of
+    the lower level, which the program cut before.
     """
     cuts = list(cuts_of(written, rules.tolerance))
     shapes = [_shape(pocket, rules) for pocket in pockets]
@@ -130,12 +129,11 @@ def simulated_levels(
 
 
 def air_differences(written: Toolpath, rules: PocketRules, feed: float) -> list[Difference]:
-    """Return the moves below the surface that are faster than the mill may cut, mm/s, and cut something even so.
+    """Return the moves below the surface that cut at more than the feed of the mill, mm/s.
 
-    A faster move stays at one height; what all moves before it at that height have cleared under the whole tool is
-    found step by step (`material.engagement`). A film as wide as a hundredth of the diameter is no material: passes are
-    true within the tolerance, so that one beside another may leave one; chips of it are a fifth as thick as others at
-    the same feed.
+    A faster move must be level, and earlier moves at its height must have cleared all of its path, which is sampled
+    (`material.engagement`). A film as wide as a hundredth of the diameter does not count: passes within the tolerance
+    may leave one between them, and its chips are a fifth as thick as others at the same feed.
     """
     cuts = list(cuts_of(written, rules.tolerance))
     speed = {cut.row: float(written.value[cut.row]) for cut in cuts}
@@ -161,17 +159,16 @@ def air_differences(written: Toolpath, rules: PocketRules, feed: float) -> list[
 
 
 def thinnest(rules: PocketRules) -> float:
-    """Return how wide a film is no material, mm."""
+    """Return the width of a film that does not count as material, mm."""
     return max(AIR_FILM * rules.tool_diameter, 6.0 * rules.tolerance)
 
 
 def engaged_levels(
     cuts: Sequence[PocketCut], rules: PocketRules, rows: Collection[int]
 ) -> Iterator[tuple[list[PocketCut], ToolWay, Engaged]]:
-    """Yield each height at which one of some rows ends: its moves, the way of all of them, and what that engages.
+    """Yield each height at which one of the rows ends: its moves, their path, and its engagement.
 
-    Where a move comes down it is the place where it ends: there nothing is engaged by it. A height at which the tool
-    goes the way of another one is not looked at again.
+    A descent counts as its end point, without engagement. Heights with equal paths are computed once.
     """
     known: dict[bytes, tuple[ToolWay, Engaged]] = {}
     for z in sorted({round(float(cut.way[-1, 2]), 3) for cut in cuts if cut.row in rows}):
@@ -186,12 +183,12 @@ def engaged_levels(
 
 
 def as_path(pieces: Sequence[Points]) -> PocketPath:
-    """Return the way of some moves, each a piece."""
+    """Return a path with one piece for each polyline."""
     return PocketPath("program", tuple(PocketPiece(Polyline(p)) for p in pieces))
 
 
 def _opened(written: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules) -> Any:
-    """Return what the tool clears by going round in it once, as on a helix: circles no wider than the tool."""
+    """Return the area inside full circles no wider than the tool, such as helices, which the tool clears."""
     turned: dict[tuple[float, ...], float] = {}
     for cut in cuts:
         if written.kind[cut.row] == Kind.FEED:
@@ -210,7 +207,7 @@ def _opened(written: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules) ->
 
 
 def gouge_differences(simulated: Sequence[SimulatedLevel], pockets: Sequence[Pocket]) -> list[Difference]:
-    """Return what the simulated levels cut beyond the walls."""
+    """Return the gouges of the simulated levels."""
     wrong = []
     for level in simulated:
         gouges = level.removal.gouges
@@ -224,7 +221,7 @@ def gouge_differences(simulated: Sequence[SimulatedLevel], pockets: Sequence[Poc
 def step_over_differences(
     simulated: Sequence[SimulatedLevel], pockets: Sequence[Pocket], rules: PocketRules
 ) -> list[Difference]:
-    """Return the levels whose passes are further from each other than the step-over that is stated."""
+    """Return the levels whose passes are further apart than the stated step-over."""
     return [
         Difference(
             "step-over",
@@ -241,10 +238,10 @@ def step_over_differences(
 def depth_differences(
     written: Toolpath, rules: PocketRules, step: float, pockets: Sequence[Pocket] = (), tops: Sequence[float] = ()
 ) -> list[Difference]:
-    """Return where a level cuts what no level before it has cut at most `step` mm above: more than one level at once.
+    """Return the levels that cut deeper than `step` mm below earlier levels: more than one level at once.
 
-    A strip narrower than `FILM` diameters may be: a finishing pass takes the stock off along its whole depth. `tops`
-    says how high the material of each pocket stands before any is milled, mm; without, all of it up to 0.
+    Strips narrower than `FILM` diameters are allowed: a finishing pass removes the stock over its whole depth. `tops`
+    is the height of the material of each pocket before milling, mm; empty: 0 for all.
     """
     lower = _begin_lower(pockets, tops, rules)
     wrong, levels = [], _levels(list(cuts_of(written, rules.tolerance)))
@@ -270,7 +267,7 @@ def depth_differences(
 
 @dataclass
 class _Level:
-    """What is cut at one height before the tool goes on at another: its steps, and the line that it begins in."""
+    """Successive cuts at one height: their segments, and the line of the first."""
 
     z: float
     line: int
@@ -278,12 +275,12 @@ class _Level:
 
     @property
     def steps(self) -> NDArray[np.float64]:
-        """All steps, float64[n, 2, 2]."""
+        """All segments, float64[n, 2, 2]."""
         return np.concatenate(self.parts)
 
 
 def _levels(cuts: Sequence[PocketCut]) -> list[_Level]:
-    """Return the levels in the order in which they are cut; ways down are none."""
+    """Return the levels in the order of cutting, without descents."""
     found: list[_Level] = []
     for cut in cuts:
         if np.ptp(cut.way[:, 2]) > ROOM:
@@ -296,7 +293,7 @@ def _levels(cuts: Sequence[PocketCut]) -> list[_Level]:
 
 
 def _names(steps: NDArray[np.float64]) -> NDArray[Any]:
-    """Return what is equal for steps between the same places, whichever way they are gone."""
+    """Return a key for each segment that does not depend on its direction."""
     rounded = np.round(steps, 3) + 0.0
     turned = (rounded[:, 0] > rounded[:, 1])[:, 0] | (
         (rounded[:, 0, 0] == rounded[:, 1, 0]) & (rounded[:, 0, 1] > rounded[:, 1, 1])
@@ -317,7 +314,7 @@ def _lies_in(points: Points, shape: Any) -> bool:
 
 
 def cuts_of(path: Toolpath, tolerance: float) -> Iterator[PocketCut]:
-    """Yield the feed moves that reach below the surface; chords leave their arcs by little."""
+    """Yield the feed moves that reach below the surface, arcs as fine chords."""
     before = path.before
     for row in np.flatnonzero(np.isin(path.kind, [int(k) for k in _CUTTING])).tolist():
         begin, end = before[row], path.end[row]
@@ -329,7 +326,7 @@ def cuts_of(path: Toolpath, tolerance: float) -> Iterator[PocketCut]:
 
 
 def _bulge(path: Toolpath, row: int, flat: Points) -> float:
-    """Return the bulge of a move that is an arc of no more than half a turn; 0 of all else."""
+    """Return the bulge of an arc of at most half a turn, else 0."""
     if path.kind[row] == Kind.FEED:
         return 0.0
     centre = np.array(path.arcs[int(path.ref[row])].center[:2])
@@ -358,10 +355,7 @@ def _flat(path: Toolpath, row: int, begin: Points, end: Points, tolerance: float
 
 
 def _pieces(cuts: Sequence[PocketCut], z: float) -> Iterator[Points]:
-    """Yield the ways that the tool goes at one level, each as long as it goes on from where it comes down.
-
-    They are vertices of polylines, float64[n, 3].
-    """
+    """Yield the paths at one level between descents, as vertices of polylines, float64[n, 3]."""
     run: list[Points] = []
     for cut in cuts:
         there = np.abs(cut.way[:, 2] - z) <= ROOM
@@ -378,19 +372,19 @@ def _pieces(cuts: Sequence[PocketCut], z: float) -> Iterator[Points]:
 
 
 def _joined(run: Sequence[Points]) -> Points:
-    """Return the vertices of moves that go on from each other: the last of one is the first of the next."""
+    """Return the vertices of successive moves, without repeated ends."""
     return np.concatenate([*(part[:-1] for part in run[:-1]), run[-1]])
 
 
 def _begin_lower(pockets: Sequence[Pocket], tops: Sequence[float], rules: PocketRules) -> list[tuple[float, Any]]:
-    """Return the pockets whose material begins below 0: how high it stands, mm, and the shape; without `tops` none."""
+    """Return the height of the material, mm, and the shape of each pocket whose material starts below 0."""
     if not tops:
         return []
     return [(top, _shape(one, rules)) for one, top in zip(pockets, tops, strict=True) if top < 0.0]
 
 
 def _lines(cuts: Sequence[PocketCut]) -> Any:
-    """Return the ways of some moves in the plane as shapely lines."""
+    """Return the paths of moves in the plane as shapely lines."""
     return shapely.linestrings(
         np.concatenate([cut.way[:, :2] for cut in cuts]),
         indices=np.repeat(np.arange(len(cuts)), [len(cut.way) for cut in cuts]),
@@ -403,7 +397,7 @@ def _lines(cuts: Sequence[PocketCut]) -> Any:
 def _rapids(
     path: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules, retract: float, open_: Sequence[tuple[float, Any]]
 ) -> list[Difference]:
-    """Return the rapids below the R plane that go sideways, or down to what is not cleared."""
+    """Return the rapids below the R plane that move sideways, or down to an area that is not cleared."""
     before = path.before
     rapid = path.kind == Kind.RAPID
     sideways = (np.isfinite(path.end[:, :2]) & ~(path.end[:, :2] == before[:, :2])).any(axis=1)
@@ -430,10 +424,10 @@ def _uncleared(
     path: Toolpath, before: Points, rows: Sequence[int], cuts: Sequence[PocketCut], rules: PocketRules,
     open_: Sequence[tuple[float, Any]],
 ) -> list[int]:  # fmt: skip
-    """Return those of some rapids straight down that end lower than `OVER` over what earlier feeds have cleared.
+    """Return the vertical rapids that end less than `OVER` above an area that earlier feed moves cleared.
 
-    Cleared is a disc of the tool's radius less the tolerance: films thinner than that are no material. `open_` are
-    heights of material that stands no higher over a shape.
+    A disc of the tool's radius less the tolerance must be cleared. `open_` has shapes with the height of their
+    material.
     """
     if not rows or not cuts:
         return list(rows)
@@ -446,7 +440,7 @@ def _uncleared(
         known = lines[(when < row) & (top <= z - OVER + ROOM)]
         near = known[shapely.dwithin(known, at, 2.0 * rules.radius)]
         if shapely.dwithin(near, at, 0.1 * rules.tolerance).any():
-            continue  # the tool's centre has been here
+            continue  # the tool's centre was here before
         steps = [shapely.linestrings(np.stack([p[:-1], p[1:]], axis=1)) for p in map(shapely.get_coordinates, near)]
         swept = shapely.buffer(np.concatenate([[], *steps]), rules.radius, quad_segs=chords)
         cleared = shapely.union_all([*swept, *(shape for top, shape in open_ if top <= z - OVER + ROOM)])
@@ -458,7 +452,7 @@ def _uncleared(
 def _beyond_walls(
     cuts: Sequence[PocketCut], pockets: Sequence[Pocket], rules: PocketRules, depths: Sequence[float]
 ) -> list[Difference]:
-    """Return the moves that are in no pocket so deep: deeper than their own, or with the tool's edge beyond a wall."""
+    """Return the moves that are deeper than their pocket, or whose tool edge is beyond a wall."""
     if not cuts:
         return []
     reach = rules.radius - rules.tolerance
@@ -483,7 +477,7 @@ def _beyond_walls(
     return wrong
 
 
-#: Room for the chords of arcs and of the triangles, mm.
+#: Tolerance for the chords of arcs and triangles, mm.
 _ROOM = 0.06
 
 
@@ -494,15 +488,15 @@ def stock_top_differences(
     triangles: NDArray[np.float64],
     radius: float,
 ) -> list[Difference]:
-    """Return the pockets over which, or within a tool's radius around which, the solid is higher than `tops` say.
+    """Return the pockets with material higher than `tops` over them or within a tool radius around them.
 
-    What other pockets of the solid take away there is taken to be full up to their own rims. It looks at each triangle
-    above such a height by itself, with its distance, and shares no code with what found the heights.
+    Other pockets of the solid count as full up to their rims. Each triangle above the height is tested by its
+    distance; the code is independent of the planning of heights.
 
     Parameters
     ----------
     tops
-        Of each pocket, mm: 0 where the pockets of a program begin, and negative below.
+        Height of the material of each pocket, mm: 0 at the top of the pockets, negative below.
     of_solid
         All pockets of the solid, milled or not; `triangles`, float64[n, 3, 3], are its surface, mm.
     """

@@ -1,4 +1,4 @@
-"""The drawing of pockets: walls and islands, the way of the tool, where it comes down, what stays uncut."""
+"""The drawing of pockets: walls and islands, the tool path, entries, and uncut areas."""
 
 from __future__ import annotations
 
@@ -20,23 +20,21 @@ from leafcut.report.marks import end_marks, head
 from leafcut.report.missing_drawing import missing_drawing, missing_points
 from leafcut.report.svg import element, in_steps, lines_data, short, title
 
-#: How far chords leave arcs, user units.
+#: Tolerance of chords of arcs, user units.
 _CHORDS = 0.06
-#: What is uncut or out of reach is found with a coarser tolerance than the path is made with: it is looked at, mm.
+#: Tolerance of uncut and unreachable areas in the drawing, mm; coarser than the path's.
 _SEEN = 0.02
-#: Heads of arrows: so far apart along a path, and half as long, user units; so many at most.
+#: Arrow heads: distance along a path and half of their length, user units; maximum number.
 _ARROW_APART, _ARROW, _MOST_ARROWS = 70.0, 3.2, 90
 _HATCH = 4.0
 _WIDE_FROM = 1.9
-#: What is drawn under what.
+#: Kinds of pieces from the lowest layer to the highest.
 _KINDS = ("rough", "link", "entry", "finish")
-#: Discs are united so many at a time.
-_AT_ONCE = 4096
 
 
 @dataclass(frozen=True, eq=False)
 class PocketShapes:
-    """What of one pocket a tool cannot reach, and what a path leaves uncut of the rest: shapely geometry."""
+    """The unreachable area of one pocket, and the uncut rest (shapely geometry)."""
 
     unreachable: Any
     uncovered: Any
@@ -44,7 +42,7 @@ class PocketShapes:
 
 @dataclass(frozen=True, eq=False)
 class PocketScene:
-    """What the drawings of a page share: the window, the pockets in it, and the issues of missing work."""
+    """Data that the drawings of a page share: the window, the pockets, and issues of missing work."""
 
     frame: Frame
     pockets: tuple[Pocket, ...]
@@ -61,7 +59,7 @@ def build_pocket_scene(plans: Sequence[PocketPlan], missing: tuple[Issue, ...] =
 
 
 def shapes_of(pocket: Pocket, path: PocketPath, rules: PocketRules) -> PocketShapes:
-    """Return what stays of a pocket; films as thin as the tolerance are none."""
+    """Return the uncut areas of a pocket, without films as thin as the tolerance."""
     whole = region(pocket.outline, pocket.islands, _SEEN)
     reachable = swept(shrunk(whole, rules.radius, _SEEN), rules.radius, _SEEN).intersection(whole)
     lines = [shapely.LineString(piece.path.flattened(0.5 * _SEEN)) for piece in path.pieces]
@@ -71,7 +69,7 @@ def shapes_of(pocket: Pocket, path: PocketPath, rules: PocketRules) -> PocketSha
 
 
 def _short(lines: list[Any]) -> list[Any]:
-    """Return the straight parts of lines: a buffer of a long line would round its hollows."""
+    """Return the segments of lines: a buffer of a long line would round its concave side."""
     coordinates = [shapely.get_coordinates(line) for line in lines]
     parts: list[Any] = [shapely.linestrings(np.stack([c[:-1], c[1:]], axis=1)) for c in coordinates]
     return [part for some in parts for part in some]
@@ -94,7 +92,7 @@ def pocket_drawing(
 ) -> str:
     """Return the drawing of a path in every pocket as an SVG element with `words` as its title.
 
-    `name` tells the drawings of a page apart; a `tool_diameter` is drawn as a circle where the tool begins.
+    `name` is unique on the page; a `tool_diameter` draws the tool at its start.
     """
     frame, window = scene.frame, f"window-{name}"
     parts = (
@@ -109,7 +107,7 @@ def pocket_drawing(
 
 
 def small_drawing(scene: PocketScene, paths: Sequence[PocketPath], words: str) -> str:
-    """Return a drawing without axes and marks, to be put beside others of its kind."""
+    """Return a drawing without axes and marks, for a row of drawings."""
     frame = scene.frame
     parts = (*(_pocket(frame, p) for p in scene.pockets), *(_ways(frame, path) for path in paths))
     box = f"0 0 {short(frame.width)} {short(frame.height)}"
@@ -127,7 +125,7 @@ def _pocket(frame: Frame, pocket: Pocket) -> str:
 
 
 def _left(frame: Frame, shapes: PocketShapes, name: str) -> str:
-    """Return what stays: hatched where no tool comes, filled where this path does not."""
+    """Return the uncut areas: unreachable ones hatched, the others filled."""
     drawn = []
     if not shapes.unreachable.is_empty:
         clip, hatch = f"far-{name}", _hatch(frame, shapes.unreachable)
@@ -140,12 +138,12 @@ def _left(frame: Frame, shapes: PocketShapes, name: str) -> str:
 
 
 def outline_of(frame: Frame, shape: Any) -> str:
-    """Return the outline of an area, scaled as a clip path needs it: without a group."""
+    """Return the outline of an area for a clip path, which needs its own scale."""
     return element("path", d=_areas(frame, shape), transform="scale(0.03125)", clip_rule="evenodd")
 
 
 def _hatch(frame: Frame, shape: Any) -> str:
-    """Return lines at 45° across the box of a shape."""
+    """Return hatch lines at 45° across the box of a shape."""
     x0, y0, x1, y1 = shape.bounds
     (left, bottom), (right, top) = frame.place(np.array([[x0, y0], [x1, y1]])).tolist()
     height = bottom - top
@@ -169,11 +167,11 @@ def _segments(points: Points) -> Points:
     return np.stack([points[:-1], points[1:]], axis=1)
 
 
-# -- the way of the tool ---------------------------------------------------------------------------------------------
+# -- the tool path ---------------------------------------------------------------------------------------------------
 
 
 def _ways(frame: Frame, path: PocketPath) -> str:
-    """Return the pieces of a path by what they are for, and the rapids between them."""
+    """Return the pieces of a path by kind, and the rapids between them."""
     data: dict[str, str] = {}
     for piece in path.pieces:
         data[piece.kind] = data.get(piece.kind, "") + _line(frame, piece.path)
@@ -190,7 +188,7 @@ def _ways(frame: Frame, path: PocketPath) -> str:
 
 
 def _arrows(frame: Frame, path: PocketPath) -> str:
-    """Return heads of arrows along a path: which way round it goes."""
+    """Return arrow heads along a path."""
     apart = max(_ARROW_APART / frame.scale, path.feed_mm / _MOST_ARROWS)
     heads: dict[str, list[str]] = {}
     waiting = 0.5 * apart
@@ -205,7 +203,7 @@ def _arrows(frame: Frame, path: PocketPath) -> str:
 
 
 def _marks(frame: Frame, paths: Sequence[PocketPath], tool_diameter: float) -> list[str]:
-    """Return where the tool first comes down and where it ends, and where else it comes down."""
+    """Return marks at the start, the end, and all entries of the tool."""
     every = [path for path in paths if path.pieces]
     if not every:
         return []
