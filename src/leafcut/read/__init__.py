@@ -1,4 +1,4 @@
-"""Readers: one file per format, each turns a file into a `Part`; `registry` knows which."""
+"""Readers: one file per format. Each turns a file into a `Part`; `registry` chooses the reader."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ __all__ = ["Format", "Input", "Match", "Source", "formats", "read", "read_contou
 
 
 def read(source: Input, options: ReadOptions | None = None, look: Heartbeat = unseen) -> Part:
-    """Return the part that a file, or a name such as ``example:plate-70`` or ``random:200:7``, holds; in mm.
+    """Return the part in a file, or of a name such as ``example:plate-70`` or ``random:200:7``, in mm.
 
-    `look` is called as it goes on.
+    `look` receives the progress.
 
     Raises
     ------
     ReadError
-        The file cannot be read, holds no holes, or, with `options.strict`, needed anything skipped or repaired.
+        The file cannot be read or contains no holes; with `options.strict`, also if anything was skipped or repaired.
     """
     options = options or ReadOptions()
     format_, loaded = read_source(source, look)
@@ -32,15 +32,15 @@ def read(source: Input, options: ReadOptions | None = None, look: Heartbeat = un
 
 
 def read_contours(source: Input, options: ReadOptions | None = None, look: Heartbeat = unseen) -> Part:
-    """Return the lines and curves of a drawing as contours, as they are drawn, in mm.
+    """Return the lines and curves of a drawing as contours, unchanged, in mm.
 
-    `processes.sheet.plan.sheet.prepare_sheet` joins and cleans them. `look` is called as it goes on.
+    `processes.sheet.plan.sheet.prepare_sheet` joins and cleans them. `look` receives the progress.
 
     Raises
     ------
     ReadError
-        The file cannot be read, is of a format without contours, holds none, or, with `options.strict`, needed
-        anything skipped or repaired.
+        The file cannot be read, contains no contours, or its format has none; with `options.strict`, also if anything
+        was skipped or repaired.
     """
     options = options or ReadOptions()
     format_, loaded = read_source(source, look)
@@ -59,14 +59,14 @@ def read_pockets(
 ) -> Part:
     """Return the pockets of a drawing or a picture, in mm: walls and islands, joined, cleaned and checked.
 
-    Of `joining` count `join_tolerance` and `open_paths`, of `pocket_options` the layers and what is said of pictures.
-    `look` is called as it goes on.
+    Only `join_tolerance` and `open_paths` of `joining` are used. `pocket_options` select the layers and control how
+    pictures are read. `look` receives the progress.
 
     Raises
     ------
     ReadError
-        The file cannot be read, is of a format without pockets, holds none, has outlines that are open, cross
-        themselves or touch each other, or, with `options.strict`, needed anything skipped or repaired.
+        The file cannot be read, contains no pockets, or its format has none; an outline is open, crosses itself or
+        touches another; with `options.strict`, also if anything was skipped or repaired.
     OptionError
         A picture needs `pixel_size`.
     """
@@ -81,24 +81,24 @@ def read_pockets(
 
 
 def read_whole(source: Input, options: ReadOptions | None = None, look: Heartbeat = unseen) -> Part:
-    """Return all that a drawing shows, in mm, whatever of it is to be worked, for a look at it.
+    """Return everything in a drawing, in mm, for display.
 
-    Its circles are holes, or contours where the format does not tell them from others. Which layers and holes `options`
-    choose makes no difference. `look` is called as it goes on.
+    Circles become holes, or contours if the format does not distinguish them from other curves. Layer and hole
+    selections in `options` are ignored. `look` receives the progress.
 
     Raises
     ------
     ReadError
-        The file cannot be read, or shows nothing.
+        The file cannot be read, or is empty.
     """
     return whole_of(*read_source(source, look), options or ReadOptions())
 
 
 def _read(reader: Format, format_: Format, loaded: Source, options: ReadOptions) -> Part:
-    """Return the part that `reader` finds, with its reference if a place of it becomes zero."""
+    """Return the part read by `reader`, with its reference rectangle if the origin is given by name."""
     named = isinstance(options.origin, str)
     if named and loaded.kept is None:
-        loaded = replace(loaded, kept={})  # the drawing is read twice, and parsed once
+        loaded = replace(loaded, kept={})  # the drawing is read twice, but parsed once
     part = _unless_strict(run(reader, loaded, options), loaded, options)
     if named and part.reference is None:
         part = replace(part, reference=reference_of(format_, loaded, options))

@@ -1,4 +1,4 @@
-"""Arcs that together close a circle: halves of a hole, quarters, overlapping pieces."""
+"""Join arcs that together close a circle: halves of a hole, quarters, overlapping pieces."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ import numpy as np
 
 from leafcut.read.filter_holes import anchors
 
-#: Pieces of one circle may differ by this in centre and radius, mm: drawings keep 4 to 6 digits.
+#: Tolerance in centre and radius of the arcs of one circle, mm: drawings keep 4 to 6 digits.
 SAME_CIRCLE = 0.01
-#: The largest gap between two pieces of a closed circle: mm along the arc, within these bounds in radians.
+#: Largest gap between two arcs of a closed circle: mm along the arc, limited to these bounds in rad.
 GAP_LENGTH, GAP_SMALLEST, GAP_LARGEST = 0.01, 2e-4, 0.01
 
 
 class ArcPiece(NamedTuple):
-    """An arc in mm and radians, counter-clockwise from `start` over `sweep`; `entity` says which one it is part of."""
+    """An arc in mm and radians, counter-clockwise from `start` over `sweep`; `entity` is the number of its entity."""
 
     x: float
     y: float
@@ -29,9 +29,9 @@ class ArcPiece(NamedTuple):
 
 
 def close_circles(pieces: Sequence[ArcPiece]) -> tuple[list[ArcPiece], set[int]]:
-    """Return one piece for every circle that is closed, and the entities that went into them.
+    """Return one piece for each closed circle, and the entities used.
 
-    The piece returned is the circle's first, in the order given. O(n log n).
+    Each circle is represented by its first piece, in the given order. O(n log n).
     """
     table = np.array([(p.x, p.y, p.radius) for p in pieces]).reshape(-1, 3)
     groups: dict[int, list[ArcPiece]] = {}
@@ -57,17 +57,17 @@ def _covers_full_turn(group: list[ArcPiece]) -> bool:
         if start > reach + gap:
             return False
         reach = max(reach, start + sweep)
-    # The last piece has to meet the first again, one turn later.
+    # The last piece must meet the first again, one turn later.
     return reach >= begin + math.tau - gap
 
 
 def bulge_arc(
     x0: float, y0: float, x1: float, y1: float, bulge: float
 ) -> tuple[float, float, float, float, float] | None:
-    """Return (centre x, centre y, radius, start angle, sweep) of a polyline's bulged segment, counter-clockwise.
+    """Return (centre x, centre y, radius, start angle, sweep) of a bulged segment, counter-clockwise.
 
-    The bulge is the tangent of a quarter of the arc's angle, positive for counter-clockwise (DXF reference,
-    LWPOLYLINE, group code 42). None for a segment without length or bulge.
+    The bulge is the tangent of a quarter of the arc's angle, positive for counter-clockwise (DXF reference, LWPOLYLINE,
+    group code 42). None for a segment without length or bulge.
     """
     dx, dy = x1 - x0, y1 - y0
     chord = math.hypot(dx, dy)

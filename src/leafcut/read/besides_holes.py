@@ -1,4 +1,4 @@
-"""What a drawing shows besides its holes: the outline of the plate, slots, and contours that no drill makes."""
+"""Closed contours of a drilling drawing: the outline of the plate, slots, and shapes that cannot be drilled."""
 
 from __future__ import annotations
 
@@ -25,26 +25,26 @@ from leafcut.read.dxf_contours import Strokes
 from leafcut.read.dxf_strokes import DxfStroke, stroke_of
 from leafcut.read.format import ReadBudget, places_of
 
-#: What is read as a hole, or reported by the reader of the holes.
+#: Entities handled by the hole reader.
 _HOLES = ("CIRCLE", "POINT")
-#: A drawing with more lines than this is no drawing of a plate; of its contours nothing is said.
+#: Most strokes to examine: a larger drawing is not a drawing of a plate, and its contours are not reported.
 MOST_STROKES = 20_000
-#: The disc of a slot's width fits into it everywhere: its diameter and the width differ by this part at most.
+#: Relative difference between the width of a slot and its largest inscribed disc.
 _SAME_WIDTH = 0.01
-#: A slot is longer than wide by this part of its width at least.
+#: Minimum straight length of a slot, relative to its width.
 _LONGER = 0.05
-#: 4 π A / P² of a circle drawn in sixteen chords or more.
+#: Minimum roundness 4 π A / P²: a circle drawn as sixteen or more chords.
 _ROUND = 0.98
-#: Polygons of fewer corners, such as hexagons for nuts, are no circles.
+#: Minimum number of corners of a circle: hexagons for nuts are not circles.
 _POLYGON = 12
-#: How far corners of a polygon may be from the circle, by its radius and in mm: drawings round to 0.001 mm.
+#: Distance of polygon corners from the circle: relative to the radius, and in mm (drawings round to 0.001 mm).
 _OFF_CIRCLE, _LEAST_OFF_CIRCLE = 0.002, 0.002
-#: An outline may touch the holes at its edge, mm.
+#: The outline may touch holes at its edge, mm.
 _AT_THE_EDGE = 0.01
 
 
 class Besides(NamedTuple):
-    """The closed contours of a drawing, mm, and how many entities they are made of, by type."""
+    """The closed contours of a drawing, mm, and the number of their entities by type."""
 
     paths: tuple[Polyline, ...] = ()
     entities: Mapping[str, int] = MappingProxyType({})
@@ -52,12 +52,12 @@ class Besides(NamedTuple):
 
 @dataclass
 class _Collector(Strokes):
-    """Collects the strokes that no hole was made of, and remembers the type of each."""
+    """Collects the strokes that are not holes, with the type of each."""
 
     kinds: tuple[str, ...] = ()
 
     def take(self, stroke: DxfStroke, matrix: Any, layer: str) -> None:
-        """Take one stroke at its place."""
+        """Add a placed stroke."""
         before = len(self.found)
         self.add(stroke, matrix, layer)
         self.kinds += (stroke.dxftype,) * (len(self.found) - before)
@@ -66,7 +66,7 @@ class _Collector(Strokes):
 def closed_besides_holes(
     document: Any, layers: LayerFilter, copies: ReadBudget, factor: float, path: str, points: Spend, holes: set[str]
 ) -> Besides:
-    """Return the closed contours of a DXF drawing that are no holes; none where it is too large to tell.
+    """Return the closed contours of a DXF drawing that are not holes; none if the drawing is too large.
 
     Parameters
     ----------
@@ -89,22 +89,22 @@ def closed_besides_holes(
                 return Besides()
             found.take(stroke, matrix, layer)
         made = tidy([contour.path for contour in found.found], SheetOptions().join_tolerance).paths
-    except LeafcutError:  # more lines than a drawing of this size may have: no reason to refuse its holes
+    except LeafcutError:  # the drawing exceeds its line budget, which is no reason to refuse its holes
         return Besides()
     closed = [one for one in made if one.path.closed and abs(one.path.area) > 0.0]
     return Besides(tuple(one.path for one in closed), Counter(found.kinds[k] for one in closed for k in one.members))
 
 
 def polygon_hole(path: Polyline) -> Hole | None:
-    """Return the hole that a closed polygon stands for, or None: its corners lie on a circle, close to each other.
+    """Return the hole drawn as a closed polygon with closely spaced corners on a circle, or None.
 
-    OpenSCAD and many SVG files draw circles so, with the corners on the circle.
+    OpenSCAD and many SVG files draw circles this way.
     """
     corners, bulges = path.vertices[:, :2], path.vertices[:, 2]
     if len(corners) < _POLYGON or (np.abs(bulges) > STRAIGHT).any():
         return None
     centre = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
-    # The middle of the extents is near the centre; the circle of least squares through the corners is exact.
+    # The middle of the extents is near the centre; the least-squares circle through the corners is exact.
     offset = corners - centre
     equations = np.column_stack([2.0 * offset, np.ones(len(offset))])
     (x, y, rest), _, rank, _ = np.linalg.lstsq(equations, (offset**2).sum(axis=1), rcond=None)
@@ -118,7 +118,7 @@ def polygon_hole(path: Polyline) -> Hole | None:
         return None
     around = np.unwrap(np.arctan2(offset[:, 1] - y, offset[:, 0] - x))
     turns = np.diff(around)
-    # Once around the centre in one direction: no star, no spiral.
+    # One turn around the centre in one direction excludes stars and spirals.
     if not ((turns > 0.0).all() or (turns < 0.0).all()) or abs(around[-1] - around[0]) >= math.tau:
         return None
     return Hole(float(centre[0] + x), float(centre[1] + y), round(2.0 * radius, 3))
@@ -127,12 +127,12 @@ def polygon_hole(path: Polyline) -> Hole | None:
 def besides_holes(
     contours: Sequence[Polyline], holes: Sequence[Hole], circles: Sequence[Hole] = ()
 ) -> tuple[list[Issue], list[Issue]]:
-    """Return what closed contours are that no drill makes, as issues (L201); apart from them those of other contours.
+    """Classify closed contours that are not drilled. Return (issues, issues of other contours), all L201.
 
-    A contour around all holes is the outline of the plate, or a frame around it: a note. Slots, and circles that are
-    drawn as other curves, are missing work; so are contours in the outline, for whoever asks for more than holes. What
-    lies beside the outline is a note. `circles` lie around holes or contours; those that do not lie around all holes
-    are missing work.
+    A contour around all holes is the plate outline or a frame: a note. Slots, and circles drawn as other curves, are
+    missing work. Other contours inside the outline are missing work only for callers that machine more than holes.
+    Contours outside the outline are notes. `circles` enclose holes or contours; they are missing work unless they
+    enclose all holes.
     """
     paths = [*contours, *(Polyline.circle(one.x, one.y, 0.5 * one.diameter) for one in circles)]
     if not paths:
@@ -162,14 +162,14 @@ def besides_holes(
     return issues, others
 
 
-#: What is said of contours where the outline of the part is known.
+#: Message for contours if the outline of the part is known.
 _INSIDE = "inside the part, not machined: only round holes are drilled"
 #: A circle around holes or contours.
 _ENCLOSES = (
     "not drilled: a circle that encloses other holes or contours is an outline; cut it with leafcut cut, or to "
     "drill it select its layer alone with --layers"
 )
-#: Kind, noun, and what is said of it.
+#: Kind, noun, message.
 _KINDS = (
     ("slot", "slot", "not milled: only round holes are drilled"),
     ("hole", "hole", "drawn as lines or a free curve, not drilled: draw it as a circle"),
@@ -181,10 +181,10 @@ _KINDS = (
 
 
 def _kinds(paths: Sequence[Polyline], shapes: NDArray[Any], holes: Sequence[Hole]) -> list[str]:
-    """Return what each contour is: ``outline``, ``slot``, ``hole``, ``contour`` or ``beside``."""
+    """Classify each contour: ``outline``, ``slot``, ``hole``, ``contour`` or ``beside``."""
     centres = shapely.points(np.array([(hole.x, hole.y) for hole in holes]).reshape(-1, 2))
     grown = shapely.buffer(shapes, _AT_THE_EDGE)
-    # A contour drawn in a single hole contains its centre, too.
+    # A contour drawn inside a single hole contains its centre, too.
     smallest = min((0.25 * math.pi * hole.diameter**2 for hole in holes), default=math.inf)
     around = [
         abs(path.area) > smallest and bool(shapely.covers(shape, centres).all())
@@ -208,9 +208,9 @@ def _is_round(path: Polyline) -> bool:
 
 
 def _is_slot(path: Polyline, shape: Any) -> bool:
-    """Return whether a contour is a slot, straight or curved: what a disc sweeps along a line.
+    """Whether a contour is a slot, straight or curved: the area swept by a disc along a line.
 
-    Of a slot of the width w along a line of the length l the area is w l + π w² / 4, the length of the edge 2 l + π w.
+    A slot of width w along a line of length l has the area w l + π w² / 4 and the perimeter 2 l + π w.
     """
     area, edge = abs(path.area), path.length
     under = 0.25 * edge * edge - math.pi * area
@@ -223,6 +223,6 @@ def _is_slot(path: Polyline, shape: Any) -> bool:
 
 
 def _place(shape: Any) -> tuple[float, float]:
-    """Return the middle of a contour, to a hundredth of a millimetre."""
+    """Return the centroid of a contour, rounded to 0.01 mm."""
     x, y = np.round(shapely.get_coordinates(shapely.centroid(shape))[0], 2).tolist()
     return x, y

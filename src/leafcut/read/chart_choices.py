@@ -1,4 +1,4 @@
-"""What a cut chart has, for those who choose: processes, materials, thicknesses and currents that go together."""
+"""Combinations available in a cut chart: processes, materials, thicknesses and currents."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from leafcut.read.cutchart import SAME_THICKNESS, ChartRow, is_process, material
 
 @dataclass(frozen=True)
 class ChartChoices:
-    """What may be chosen of a chart beside what is chosen already; thicknesses in mm, currents in A, ascending."""
+    """The values still available in a chart after earlier choices: thicknesses in mm, currents in A, ascending."""
 
     processes: tuple[str, ...]
     materials: tuple[str, ...]
@@ -26,10 +26,10 @@ def choices_of(
     thickness: float | None = None,
     amps: float | None = None,
 ) -> ChartChoices:
-    """Return what a chart has of a process, a material, a thickness and a current; of what is not said, all.
+    """Return the choices that a chart offers for a process, a material, a thickness and a current.
 
-    Every kind of choice depends on those before it, and of the current on the thickness: who chose wrongly still sees
-    what else there is.
+    Empty arguments match all rows. Each kind of choice is filtered by those before it, and the current also by the
+    thickness. A choice without a matching row is ignored, so that the user still sees the alternatives.
     """
     rows = list(rows)
     cut = [row for row in rows if not process or is_process(row.process, process)] or rows

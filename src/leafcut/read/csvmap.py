@@ -1,7 +1,7 @@
-"""Tables of points: ``x, y[, diameter][, name]`` with or without a header, which may name z and layer, too.
+"""Tables of points: ``x, y[, diameter][, name]``, with or without a header; a header may also name z and layer.
 
-Comma, semicolon, tab or blanks part the fields; a comma between digits is a decimal comma where semicolons or tabs do.
-Lines that begin with # are comments. A row that cannot be understood is left out and reported, unless no row can.
+Fields are separated by commas, semicolons, tabs or blanks. With semicolons or tabs, a comma between digits is a decimal
+comma. Lines starting with # are comments. Invalid rows are skipped and reported, unless all rows are invalid.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from leafcut.read.format import (
 )
 from leafcut.read.table_rows import cell_number, is_number, separator_of, split_row
 
-#: Words of a header, and the field they mean.
+#: Header word -> field.
 HEADER_WORDS = {
     "x": "x",
     "y": "y",
@@ -43,13 +43,13 @@ HEADER_WORDS = {
     "layer": "layer",
 }
 _UNIT_IN_HEADER = re.compile(r"^(\w*?[^\W_])[ _]*+[\[(]?(mm|cm|in|inch|mil|m)[\])]?$")
-#: Rows in error that are named one by one; the rest is counted.
+#: Number of invalid rows reported one by one; the rest is counted.
 NAMED_ROWS = 10
 
 
 @dataclass(frozen=True)
 class _Columns:
-    """Which column holds what, and mm per unit where the header says it."""
+    """Column numbers of the fields, and the unit in the header."""
 
     x: int = 0
     y: int = 1
@@ -67,7 +67,7 @@ def read_csv(source: Source, options: ReadOptions) -> Part:
     Raises
     ------
     ReadError
-        There is no row with two numbers, or the header names no columns x and y.
+        No row has two numbers, or the header names no columns x and y.
     """
     lines = source.text().splitlines()
     separator = separator_of([line for line in lines[:200] if line.strip() and not line.lstrip().startswith("#")])
@@ -151,7 +151,7 @@ def _hole(fields: list[str], columns: _Columns, separator: str | None, factor: f
     x, y = (to_mm(cell_number(fields[i], separator), factor) for i in (columns.x, columns.y))
     name_at, diameter = columns.name, 0.0
     if (text := _field(fields, columns.d)) and not columns.from_header and not is_number(text, separator):
-        name_at = columns.d  # x, y, name: no diameter in this row
+        name_at = columns.d  # x, y, name: this row has no diameter
     elif text:
         diameter = to_mm(cell_number(text, separator), factor)
     if not (abs(x) <= MAX_COORDINATE and abs(y) <= MAX_COORDINATE and 0 <= diameter <= MAX_COORDINATE):
@@ -168,7 +168,7 @@ def _field(fields: list[str], index: int | None) -> str:
 
 
 def points_text(part: Part) -> str:
-    """Return the places of a part as a table that reads back to the same ones, mm; with diameters if there are any."""
+    """Write the holes of a part as a CSV table, mm, with diameters if any; `read_csv` returns the same points."""
     sized = any(hole.diameter for hole in part.holes)
     rows = [f"{hole.x!r},{hole.y!r}{f',{hole.diameter!r}' if sized else ''}" for hole in part.holes]
     return "\n".join(["x,y,diameter" if sized else "x,y", *rows, ""])

@@ -1,8 +1,7 @@
-"""The cut chart: how fast, how high and how wide a process cuts a material of a thickness.
+"""The cut chart: speed, heights and kerf of a process in a material, by thickness.
 
-A chart is a CSV file with the columns of `cutchart.csv` beside this file, the one that is shipped; each of its rows
-says where it is from and how far to trust it. What a chart does not say is not made up: a row without a kerf or a
-pierce delay is used only where the user gives them.
+A chart is a CSV file with the columns of the shipped `cutchart.csv`. Each row states its source and confidence. Missing
+values are never invented: a row without a kerf or a pierce delay is used only if the user gives them.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ from leafcut.model.kinds import CutMethod, method_of
 from leafcut.read.format import load
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: Columns that a chart must have, and those that it may have.
+#: Required and optional columns.
 NEEDED = ("process", "material", "thickness_mm", "cut_speed_mm_min")
 OPTIONAL = (
     "amps", "pierce_height_mm", "pierce_delay_s", "cut_height_mm", "kerf_width_mm", "arc_volts", "confidence", "source",
@@ -31,10 +30,10 @@ OPTIONAL = (
     "nozzle_life_pierces", "electrode_life_h", "electrode_life_pierces",
 )  # fmt: skip
 
-#: A thickness this near to a row's is the row's, as a part of it: sheet is rolled no better.
+#: Relative tolerance of the thickness, the tolerance of rolled sheet.
 SAME_THICKNESS = 0.01
 
-#: Other names of materials.
+#: Synonyms of materials.
 MATERIALS = {
     "steel": "mild_steel",
     "s235": "mild_steel",
@@ -46,24 +45,24 @@ MATERIALS = {
     "pmma": "acrylic",
 }
 
-#: Heights of a torch or a cutting head where a chart says none, mm. Estimates: a laser's head follows the sheet at
-#: about a millimetre, a jet and an oxy flame at what their heads have by habit.
+#: Cut height if the chart has none, mm. Estimates: a laser head follows the sheet at about 1 mm; waterjet and oxyfuel
+#: heads use customary heights.
 HEIGHTS: dict[str, float] = {CutMethod.LASER: 1.0, CutMethod.WATERJET: 3.0, CutMethod.OXYFUEL: 6.0}
 
-#: What a user may say in the place of a chart, and how much of it makes a row of a chart needless.
+#: Values that the user can give instead of a chart, and those that together replace a chart row.
 GIVEN = ("feed", "kerf", "pierce_delay", "pierce_height", "cut_height")
 ENOUGH = ("feed", "kerf", "pierce_delay")
 _OWN = "--cut-speed, --kerf and --pierce-delay"
 
 MOST_ROWS = 100_000
 _ESTIMATE = 2
-#: No figure of a chart is larger, and no kerf that is known is narrower or wider, mm.
+#: Largest value in a chart; narrowest and widest plausible kerf, mm.
 LARGEST, NARROWEST, WIDEST = 1e6, 0.001, 50.0
 
 
 @dataclass(frozen=True)
 class ChartRow:
-    """A row of a chart; None for what it does not say. Feed in mm/s."""
+    """A row of a chart; None for values not given. Feed in mm/s."""
 
     process: str
     material: str
@@ -81,7 +80,7 @@ class ChartRow:
 
     @property
     def trust(self) -> int:
-        """0 for a manufacturer's chart and a user's own, 1 for a copy of one, 2 for an estimate."""
+        """0 for a manufacturer's chart or the user's own, 1 for a copy, 2 for an estimate."""
         words = self.confidence.lower()
         if words.startswith(("low", "sample")):
             return _ESTIMATE
@@ -89,12 +88,12 @@ class ChartRow:
 
 
 def load_chart(path: Path | None = None) -> list[ChartRow]:
-    """Return the rows of a chart: the shipped one, or that of a file.
+    """Return the rows of the shipped chart, or of a file.
 
     Raises
     ------
     ReadError
-        The file is no chart; says the line and what is wrong there.
+        The file is not a valid chart; names the line and the error.
     """
     if path is None:
         place, text = "cutchart.csv", (resources.files("leafcut.read") / "cutchart.csv").read_text(encoding="utf-8")
@@ -161,7 +160,7 @@ def _row(place: str, line: int, data: dict[str, Any]) -> ChartRow:
 
 
 def _rates(word: Callable[[str], str], number: Callable[..., float | None]) -> ConsumptionRates:
-    """Return what a row says of consumption: per second, W and kg; a life of nothing is refused."""
+    """Return the consumption of a row in SI units (per second, W, kg). A lifetime of 0 is an error."""
 
     def scaled(key: str, factor: float) -> float | None:
         value = number(key)
@@ -186,13 +185,13 @@ def _rates(word: Callable[[str], str], number: Callable[..., float | None]) -> C
 
 
 def material_name(material: str) -> str:
-    """Return what charts call a material: ``mild_steel`` of ``Mild Steel`` or ``steel``."""
+    """Return a material name as used in charts: ``mild_steel`` for ``Mild Steel`` or ``steel``."""
     word = "_".join(material.lower().replace("-", " ").split())
     return MATERIALS.get(word, word)
 
 
 def kinds_for(rows: Iterable[ChartRow], process: str, material: str) -> set[str]:
-    """Return what of a process the chart has for a material: the full names, such as ``laser_co2_60w``."""
+    """Return the full names of a process in the chart for a material, such as ``laser_co2_60w``."""
     return {r.process for r in rows if is_process(r.process, process) and r.material == material_name(material)}
 
 
@@ -205,33 +204,32 @@ def find_cut_data(
     nozzle: str | None = None,
     **given: float | None,
 ) -> tuple[CutData, list[Issue]]:
-    """Return how a sheet is cut, and what has to be said about it.
+    """Return the cutting data of a sheet, and issues.
 
-    The row of that thickness; else a point between the two rows around it of one process, material and current: the
-    speed on the straight line in logarithms, since speeds fall with a power of the thickness, the rest on the plain
-    straight line. Of several charts the most trusted; estimates only where there is nothing else. Of several currents
-    the fastest that pierces the sheet and of which the chart says all that is needed. Where the user gives speed, kerf
-    and pierce delay, no row is needed.
+    Uses the row of the given thickness, or interpolates between the two nearest rows of one process, material and
+    current. Speed is interpolated in logarithms, because it falls with a power of the thickness; all else linearly. The
+    most trusted chart wins; estimates are the last resort. Of several currents, the fastest wins that pierces the sheet
+    and has complete data. If the user gives speed, kerf and pierce delay, no row is needed.
 
     Parameters
     ----------
     process
-        The name in the chart, with kind and power where it has them: ``plasma``, ``laser_fiber_3kW``. Only rows of
-        that name are used, or where there are none those that name neither kind nor power.
+        Name in the chart, with kind and power if any: ``plasma``, ``laser_fiber_3kW``. Only rows of that name are used;
+        if there are none, rows that name neither kind nor power.
     thickness
         mm.
     nozzle
-        Only rows of this nozzle.
+        Use only rows of this nozzle.
     given
-        ``feed``, ``kerf``, ``pierce_delay``, ``pierce_height``, ``cut_height``: the user's own, in the place of the
-        chart's.
+        ``feed``, ``kerf``, ``pierce_delay``, ``pierce_height``, ``cut_height``: the user's values, which override the
+        chart.
 
     Raises
     ------
     OptionError
-        The chart has nothing of that process or material, or it does not say all that is needed.
+        The chart lacks the process or the material, or required values.
     PlanError
-        Nothing of that thickness; says the nearest ones.
+        No row of that thickness; names the nearest ones.
     """
     rows = list(rows)
     known = [r for r in rows if r.process == process.lower()] or [r for r in rows if r.process == method_of(process)]
@@ -253,7 +251,7 @@ def find_cut_data(
         )
     if nozzle is not None:
         fitting = _of_nozzle(fitting, nozzle, f"{process} of {material}")
-        own = None  # a nozzle that is named is one of the chart's
+        own = None  # a named nozzle must be in the chart
     found = _best(fitting, thickness, given)
     if found is not None:
         row, issues = found
@@ -264,7 +262,7 @@ def find_cut_data(
 
 
 def _no_process(rows: list[ChartRow], process: str, material: str) -> str:
-    """Return which processes a chart has instead of one; another power or kind never stands in for it."""
+    """Message: the processes of a chart. Another power or kind is never used as a substitute."""
     kinds = sorted(kinds_for(rows, process, material) or {r.process for r in rows if is_process(r.process, process)})
     if kinds:
         return (
@@ -289,7 +287,7 @@ def _of_nozzle(rows: list[ChartRow], nozzle: str, what: str) -> list[ChartRow]:
 def _own_row(
     process: str, material: str, thickness: float, amps: float | None, given: dict[str, float | None]
 ) -> ChartRow | None:
-    """Return a row of the user's own figures, or None where they are not enough."""
+    """Return a row of the user's own values, or None if they are incomplete."""
     if any(given.get(key) is None for key in ENOUGH) or method_of(process) not in tuple(CutMethod):
         return None
     said = {key: given.get(key) for key in GIVEN}
@@ -300,7 +298,7 @@ def _own_row(
 
 
 def is_process(name: str, asked: str) -> bool:
-    """Return whether a process of a chart is the one that is asked for, or a kind of it."""
+    """Return whether a process of a chart is the requested one, or a kind of it."""
     return name == asked.lower() or name.startswith(f"{asked.lower()}_")
 
 
@@ -311,9 +309,9 @@ def _all(rows: Iterable[ChartRow], field: str) -> list[str]:
 def _best(
     rows: list[ChartRow], thickness: float, given: dict[str, float | None]
 ) -> tuple[ChartRow, list[Issue]] | None:
-    """Return the row of a thickness, of the current that fits best.
+    """Return the row of a thickness at the best current.
 
-    A chart comes before an estimate, what pierces and is complete before what is not, and then the faster.
+    Complete rows that pierce win over others, then charts over estimates, then the faster row.
     """
     groups: dict[float, list[ChartRow]] = {}
     for row in rows:
@@ -333,7 +331,7 @@ def _best(
 
 
 def _at_thickness(group: list[ChartRow], thickness: float) -> tuple[ChartRow, list[Issue]] | None:
-    """Return the most trusted row of one process and current that has a thickness, or lies between two around it."""
+    """Return the most trusted row of a thickness within one process and current, interpolated if necessary."""
     for trust in range(_ESTIMATE + 1):
         trusted = [r for r in group if r.trust <= trust]
         exact = [r for r in trusted if abs(r.thickness - thickness) <= SAME_THICKNESS * thickness]
@@ -347,7 +345,7 @@ def _at_thickness(group: list[ChartRow], thickness: float) -> tuple[ChartRow, li
 
 
 def _by_nozzle(rows: list[ChartRow]) -> list[list[ChartRow]]:
-    """Return the rows of each nozzle: what two nozzles do is not mixed where one of them has rows on both sides."""
+    """Group rows by nozzle. Nozzles are mixed only if none of them has rows on both sides of the thickness."""
     return [[r for r in rows if r.rates.nozzle == name] for name in dict.fromkeys(r.rates.nozzle for r in rows)]
 
 
@@ -361,7 +359,7 @@ def _around(rows: list[ChartRow], thickness: float) -> tuple[ChartRow, ChartRow]
 
 
 def _above_capacity(edge: ChartRow, rows: list[ChartRow], thickness: float) -> str:
-    """Return what to do where the only current of which all is known does not pierce the sheet."""
+    """Message for the case that the only current with complete data cannot pierce the sheet."""
     higher = [r for r in rows if r.pierce_height is not None]
     wanting = f"{thickness:g} mm is above what {_way(edge)} pierces"
     begin = f"--amps {edge.amps or 0:g} starts cuts at the sheet's edge"
@@ -392,7 +390,7 @@ def _between(a: ChartRow, b: ChartRow, thickness: float) -> tuple[ChartRow, list
 
 
 def _rates_between(a: ConsumptionRates, b: ConsumptionRates, share: float) -> ConsumptionRates:
-    """Return what two rows say together: figures on the straight line, words and figures of other gases not at all."""
+    """Interpolate two rows linearly. Texts that differ, and flows of different gases, are dropped."""
     found: dict[str, Any] = {}
     for name in (field.name for field in fields(ConsumptionRates)):
         one, other = getattr(a, name), getattr(b, name)
@@ -414,7 +412,7 @@ def _no_row(rows: list[ChartRow], process: str, material: str, thickness: float)
 
 
 def _others(rows: list[ChartRow], chosen: ChartRow) -> list[Issue]:
-    """Return a note on other currents that the chart has for about this thickness."""
+    """Return a note on other currents in the chart for a similar thickness."""
     mine = _way(chosen)
     others = {
         _way(r): None
@@ -436,17 +434,17 @@ def _values(row: ChartRow, given: dict[str, float | None]) -> dict[str, float | 
 
 
 def _can_pierce(row: ChartRow, given: dict[str, float | None]) -> bool:
-    """Return whether a sheet is pierced: not by a plasma current of which the chart says no pierce, nor the user."""
+    """Whether a sheet can be pierced. A plasma current needs a pierce height in the chart or a given pierce delay."""
     if method_of(row.process) != CutMethod.PLASMA:
         return True
     return row.pierce_height is not None or _values(row, given)["pierce_delay"] is not None
 
 
 def _missing(row: ChartRow, given: dict[str, float | None]) -> list[str]:
-    """Return what is needed and neither the chart nor the user says."""
+    """Return the required values that neither the chart nor the user gives."""
     values = _values(row, given)
     missing = []
-    if not values["kerf"]:  # a chart's 0 is a figure that nobody has measured
+    if not values["kerf"]:  # 0 in a chart means not measured
         missing.append("kerf (--kerf)")
     if values["pierce_delay"] is None and _can_pierce(row, given):
         missing.append("pierce delay (--pierce-delay)")
@@ -456,7 +454,7 @@ def _missing(row: ChartRow, given: dict[str, float | None]) -> list[str]:
 def _finished(
     row: ChartRow, thickness: float, given: dict[str, float | None], issues: list[Issue]
 ) -> tuple[CutData, list[Issue]]:
-    """Return the data with the user's own values in the place of the chart's; all that is needed must be there."""
+    """Build the cut data; the user's values override the chart. Raise `OptionError` if a required value is missing."""
     values = _values(row, given)
     kind = method_of(row.process)
     can_pierce, missing = _can_pierce(row, given), _missing(row, given)

@@ -1,7 +1,7 @@
-"""DXF drawings (ASCII and binary, R12 to R2018) through ezdxf: circles, and what amounts to circles, are holes.
+"""DXF drawings (ASCII and binary, R12 to R2018), read with ezdxf: circles and equivalent shapes become holes.
 
-Read are CIRCLE, arcs and bulged polylines that close a circle, circular ELLIPSE and POINT of model space, in blocks
-too. A POINT is a hole of diameter 0 (a bare point) unless it marks the centre of a circle.
+Holes are CIRCLE, arcs and bulged polylines that close a circle, circular ELLIPSE, and POINT entities of model space,
+including those in blocks. A POINT is a hole of diameter 0 (a bare point), unless it marks the centre of a circle.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ from leafcut.read.format import (
     units_unknown,
 )
 
-#: Entities that a closed contour may be made of.
+#: Entities that can form a closed contour.
 _LINES = ("LINE", "ARC", "LWPOLYLINE", "POLYLINE", "ELLIPSE", "SPLINE")
-#: Circles smaller than this are drawing errors, mm.
+#: Smallest radius, mm: smaller circles are drawing errors.
 MIN_RADIUS = 1e-6
 
 
@@ -47,7 +47,7 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
     Raises
     ------
     ReadError
-        It is no DXF, is damaged or cut off, or holds no holes; says what was found instead.
+        The file is not DXF, is damaged or truncated, or contains no holes; lists what was found instead.
     """
     issues: list[Issue] = []
     document = open_document(source, issues)
@@ -56,7 +56,7 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
     finds = Finds(factor, source.path)
     for shape, matrix, layer in walk.shapes():
         source.look()
-        walk.copies(len(shape.curves) - 1)  # the walk counts a polyline of thousands of arcs as one
+        walk.copies(len(shape.curves) - 1)  # the walk counts a polyline of thousands of arcs as one shape
         finds.add(shape, matrix, layer)
     circles = finds.holes()
     polygons: list[Hole] = []
@@ -107,13 +107,13 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
 
 @dataclass
 class Finds:
-    """Collects holes in mm from shapes in drawing units, and counts what is none."""
+    """Collects holes in mm from shapes in drawing units, and counts the rest."""
 
     factor: float
     path: str
     found: list[tuple[int, Hole]] = field(default_factory=list)
     pieces: list[ArcPiece] = field(default_factory=list)
-    #: Of every entity that gave pieces: type, layer, handle.
+    #: Type, layer and handle of each entity that gave pieces.
     owners: dict[int, tuple[str, str, str]] = field(default_factory=dict)
     leaning: list[tuple[float, float]] = field(default_factory=list)
     far: Counter[str] = field(default_factory=Counter)
@@ -121,12 +121,12 @@ class Finds:
     squashed: Counter[str] = field(default_factory=Counter)
     others: Counter[str] = field(default_factory=Counter)
     n_joined: int = 0
-    #: Handles of what became holes.
+    #: Handles of the entities that became holes.
     owned: set[str] = field(default_factory=set)
     _number: int = 0
 
     def add(self, shape: Shape, matrix: Matrix, layer: str) -> None:
-        """Take one shape at its place: a hole, pieces of one, or something to count."""
+        """Add a placed shape: a hole, pieces of a hole, or an entity to count."""
         self._number += 1
         pieces = []
         for own in shape.curves:
@@ -170,7 +170,7 @@ class Finds:
             self.leaning.append((x, y))
 
     def holes(self) -> list[Hole]:
-        """Return all holes in the order of the drawing; arcs are joined here, so call it once, at the end."""
+        """Return all holes in file order. Call this once, at the end, because it joins the arcs."""
         circles, used = close_circles(self.pieces)
         for piece in circles:
             _, layer, handle = self.owners[piece.entity]
@@ -185,7 +185,7 @@ class Finds:
         return [hole for _, hole in sorted(self.found, key=lambda numbered: numbered[0])]
 
     def issues(self) -> list[Issue]:
-        """Return what was noticed about shapes."""
+        """Return the issues of the shapes."""
         found = []
         if self.leaning:
             message = f"{count_of(len(self.leaning), 'circle')} not in the plane of the plate: not drilled"
@@ -197,7 +197,7 @@ class Finds:
             missing = MissingWork("hole", number)
             found.append(Issue("L203", f"{number} {kind} with coordinates or radius out of range", missing=missing))
         for kind, number in self.squashed.items():
-            if kind == "ELLIPSE":  # a closed one is reported as a contour
+            if kind == "ELLIPSE":  # a closed ellipse is reported as a contour
                 found.append(Issue("L207", f"{number} {kind} not circular", severity=Severity.NOTE))
                 continue
             missing = MissingWork("hole", number)
@@ -222,7 +222,7 @@ def _not_holes(kinds: Counter[str]) -> list[Issue]:
 
 
 def _nothing(walk: BlockWalk[Shape], finds: Finds, noticed: list[Issue]) -> str:
-    """Return why there are no holes: what was found instead, in one line."""
+    """Message for a drawing without holes: what was found instead, on one line."""
     parts = [f"{number} {shown(kind)}" for kind, number in (walk.others + finds.others).most_common(6)]
     parts += [f"{number} {kind} not circular" for kind, number in finds.squashed.items()]
     parts += [f"{number} {kind} {OUT_OF_RANGE}" for kind, number in finds.far.items()]

@@ -1,8 +1,8 @@
-"""From a DXF document to every shape in model space: blocks placed, scaled, turned, mirrored and arrayed; layers kept.
+"""Walk a DXF document: every shape in model space, with blocks placed, scaled, rotated, mirrored and arrayed.
 
-Each block is looked through once; after that only what is asked for (holes, or strokes) is visited again per insertion,
-so that a large block of lines costs nothing where holes are read, and the visits are counted, so that nested arrays end
-in an error and not in the night.
+Each block is examined once. After that, each insertion visits only the requested shapes (holes or strokes), so a large
+block of lines costs nothing when reading holes. Visits are counted; nested arrays that exceed the budget raise an
+error.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from typing import Any, Generic, NamedTuple, TypeVar
 from leafcut.read.dxf_shapes import IDENTITY, Matrix, combined, turned
 from leafcut.read.format import ReadBudget
 
-#: What is made of an entity: anything with the entity's `layer`.
+#: Shape made from an entity: any type with the `layer` of its entity.
 S = TypeVar("S")
 
 MAX_DEPTH = 32
-#: Stands for a layer in the counts of what is hidden; no layer has a name with a line end.
+#: Key of invisible entities in the counts of hidden layers; no layer name contains a line end.
 INVISIBLE = "\n"
 
 
 class Insertion(NamedTuple):
-    """An INSERT: which block, where, on which layer, and the two steps of its array with their numbers."""
+    """An INSERT: its block, matrix and layer, and the count and step of its array in each direction."""
 
     block: str
     matrix: Matrix
@@ -35,19 +35,19 @@ class Insertion(NamedTuple):
 
 @dataclass
 class Content(Generic[S]):
-    """What a layout or a block holds, in its own coordinates."""
+    """The contents of a layout or a block, in its own coordinates."""
 
     items: list[S | Insertion] = field(default_factory=list)
-    #: Entities of which nothing is made, by (type, layer).
+    #: Entities that give no shape, by (type, layer).
     others: Counter[tuple[str, str]] = field(default_factory=Counter)
-    #: Entities with missing numbers, or numbers out of range: (type, handle, what is wrong).
+    #: Entities with missing or invalid numbers: (type, handle, error).
     broken: list[tuple[str, str, str]] = field(default_factory=list)
     invisible: int = 0
 
 
 @dataclass
 class LayerFilter:
-    """Which layers are frozen or off, and which of the others are chosen."""
+    """The frozen and the off layers, and a test for the chosen ones."""
 
     frozen: set[str]
     off: set[str]
@@ -55,7 +55,7 @@ class LayerFilter:
     _known: dict[str, bool] = field(default_factory=dict)
 
     def shows(self, layer: str) -> bool:
-        """Whether an entity on this layer is to be read."""
+        """Whether entities on this layer are read."""
         found = self._known.get(layer)
         if found is None:
             name = layer.casefold()
@@ -64,16 +64,16 @@ class LayerFilter:
         return found
 
     def freezes(self, layer: str) -> bool:
-        """Whether an INSERT on this layer hides all that is in its block: frozen does, off does not."""
+        """Whether an INSERT on this layer hides the contents of its block: only if it is frozen, not if it is off."""
         return layer.casefold() in self.frozen
 
 
 @dataclass
 class BlockWalk(Generic[S]):
-    """Visits every shape of model space once per insertion, and counts what it leaves out.
+    """Visits every shape of model space once per insertion, and counts omissions.
 
-    `shape_of` makes a shape of an ezdxf entity: None for one that is not wanted, ValueError for a damaged one; `wanted`
-    is what shapes are, in words.
+    `shape_of` converts an ezdxf entity: None for an unwanted entity, ValueError for a damaged one. `wanted` names the
+    shapes in messages.
     """
 
     document: Any
@@ -81,7 +81,7 @@ class BlockWalk(Generic[S]):
     layers: LayerFilter
     shape_of: Callable[[Any], S | None]
     wanted: str
-    #: By type what is no shape, by layer what is hidden or not chosen, by block what cannot be followed.
+    #: Counts of omissions: other entities by type, hidden ones by layer, unusable INSERTs by block.
     others: Counter[str] = field(default_factory=Counter)
     hidden: Counter[str] = field(default_factory=Counter)
     missing_blocks: Counter[str] = field(default_factory=Counter)
@@ -93,21 +93,21 @@ class BlockWalk(Generic[S]):
     _noted: set[int] = field(default_factory=set)
 
     def shapes(self) -> Iterator[tuple[S, Matrix, str]]:
-        """Yield every visible shape with its place and the layer it counts as, in the order of the drawing.
+        """Yield every visible shape with its matrix and effective layer, in file order.
 
         Raises
         ------
         ReadError
-            The insertions come to more shapes and blocks than `copies` allows.
+            The insertions exceed the budget `copies`.
         """
         top = content_of(self.document.modelspace(), self.shape_of)
         self._look_through(top)
-        # Said before the work is done: a few lines of nested arrays ask for a billion holes.
+        # Check before the walk: a few lines of nested arrays can ask for a billion holes.
         self.copies.check(self._weight_of(top, ()))
         yield from self._visit(top, IDENTITY, None, ())
 
     def _look_through(self, top: Content[S]) -> None:
-        """Read every block that is reached, and find those that lead to a shape, to spare the visits to the others."""
+        """Read every reachable block, and mark those that lead to a shape; the others need no visits."""
         parents: dict[str, set[str]] = {}
         waiting = [("", top)]
         fruitful = []
@@ -119,7 +119,7 @@ class BlockWalk(Generic[S]):
                 parents.setdefault(block, set()).add(name)
                 if block not in self._contents:
                     layout = self.document.blocks.get(block) if block else None
-                    # A reference to another drawing (flag 4) has nothing in it, and that drawing is not ours to open.
+                    # An external reference (flag 4) is empty, and its drawing must not be opened.
                     absent = layout is None or layout.block.dxf.get("flags", 0) & 4
                     inner = self._contents[block] = None if absent else content_of(layout, self.shape_of)
                     if inner is not None:
@@ -131,7 +131,7 @@ class BlockWalk(Generic[S]):
                 fruitful.extend(parents.get(name, ()))
 
     def _weight(self, name: str, trail: tuple[str, ...]) -> int:
-        """Return how many visits an insertion of a block costs; what is not followed costs nothing."""
+        """Return the number of visits of one insertion of a block; 0 if it is not followed."""
         content = self._contents[name]
         if content is None or name not in self._fruitful or name in trail or len(trail) >= MAX_DEPTH:
             return 0
@@ -166,7 +166,7 @@ class BlockWalk(Generic[S]):
                 self.hidden[layer] += 1
 
     def _note(self, content: Content[S], inherited: str | None) -> None:
-        """Count what is no shape: once for a block, however often it is inserted."""
+        """Count entities that are not shapes, once per block, independent of the number of insertions."""
         if id(content) in self._noted:
             return
         self._noted.add(id(content))
@@ -202,16 +202,16 @@ class BlockWalk(Generic[S]):
 
 
 def _layer_of(layer: str, inherited: str | None) -> str:
-    """Return the layer an entity counts as: on layer 0 of a block it takes the layer of the INSERT."""
+    """Return the effective layer: entities on layer 0 of a block take the layer of the INSERT."""
     return inherited if layer == "0" and inherited is not None else layer
 
 
 def content_of(layout: Any, shape_of: Callable[[Any], S | None]) -> Content[S]:
-    """Return what a layout of ezdxf holds, each entity looked at once."""
+    """Return the contents of an ezdxf layout; each entity is examined once."""
     content: Content[S] = Content()
     for entity in layout:
         kind, dxf = entity.dxftype(), entity.dxf
-        # Asked this way, as `dxf.get` raises for what a damaged entity does not know.
+        # `dxf.get` raises for attributes unknown to a damaged entity.
         layer = dxf.layer if dxf.hasattr("layer") else "0"
         if dxf.hasattr("invisible") and dxf.invisible:
             content.invisible += 1
@@ -223,7 +223,7 @@ def content_of(layout: Any, shape_of: Callable[[Any], S | None]) -> Content[S]:
             content.broken.append((kind, handle or "", str(problem)))
             continue
         if shape is None or (kind == "POINT" and layer.casefold() == "defpoints"):
-            # Points on Defpoints belong to dimensions; CAD programs put them there and never plot them.
+            # Points on Defpoints belong to dimensions; CAD programs create but never plot them.
             content.others[kind, layer] += 1
         else:
             content.items.append(shape)
@@ -242,8 +242,8 @@ def _insertion(entity: Any) -> Insertion:
     if not all(math.isfinite(v) for v in (*numbers, angle, right, up)):
         raise ValueError("a number that is not finite")
     ocs = entity.ocs()
-    # The array follows the rotation of the INSERT and not its scale (as in AutoCAD and ezdxf). A spacing of 0 puts
-    # copies on top of each other: one is enough.
+    # The array is rotated, but not scaled, by the INSERT (as in AutoCAD and ezdxf). A spacing of 0 puts all copies on
+    # top of each other: one is enough.
     x = ocs.to_wcs((right * math.cos(angle), right * math.sin(angle), 0.0))
     y = ocs.to_wcs((-up * math.sin(angle), up * math.cos(angle), 0.0))
     columns = max(1, dxf.get("column_count", 1)) if right else 1

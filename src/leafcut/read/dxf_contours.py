@@ -1,4 +1,4 @@
-"""DXF drawings as what is cut from sheet: every visible line, arc, polyline, ellipse and spline, in blocks too."""
+"""DXF drawings for sheet cutting: every visible line, arc, polyline, ellipse and spline, including those in blocks."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ from leafcut.read.format import (
 def read_dxf_contours(source: Source, options: ReadOptions, *, texts: bool = True) -> Part:
     """Return the lines and curves of a DXF drawing's model space as contours, one per entity, in mm.
 
-    With `texts` the strokes of its texts, too, of kind ``text``.
+    `texts` adds the strokes of texts, with kind ``text``.
 
     Raises
     ------
     ReadError
-        It is no DXF, is damaged or cut off, or draws nothing that could be cut; says what was found instead.
+        The file is not DXF, is damaged or truncated, or draws nothing to cut; lists what was found instead.
     """
     issues: list[Issue] = []
     document = open_document(source, issues)
@@ -77,7 +77,7 @@ def read_dxf_contours(source: Source, options: ReadOptions, *, texts: bool = Tru
 
 
 def _heights(contours: tuple[Contour, ...]) -> list[Issue]:
-    """Return at which heights the contours are drawn, where that is not Z0: from above they look the same."""
+    """Return issues on contours at several heights or off Z0, which look the same from above."""
     heights = HeightCount.of((*c.path.start, c.z) for c in contours)
     if heights.differ:
         words = f"lines are drawn at different heights: {heights}; projected onto the sheet"
@@ -105,7 +105,7 @@ def _shape_of(entity: Any) -> DxfStroke | None:
 
 
 class _StrokePath(NamedTuple):
-    """A stroke as a path, mm, and whether it rises out of the plane of the sheet."""
+    """A stroke as a path, mm; `rising` if it leaves the plane of the sheet."""
 
     path: Polyline
     rising: bool
@@ -114,7 +114,7 @@ class _StrokePath(NamedTuple):
 
 @dataclass
 class Strokes:
-    """Collects contours in mm from strokes in drawing units, and counts what cannot be one."""
+    """Collects contours in mm from strokes in drawing units, and counts unusable strokes."""
 
     factor: float
     path: str
@@ -123,15 +123,15 @@ class Strokes:
     leaning: Counter[str] = field(default_factory=Counter)
     sloping: list[tuple[float, float]] = field(default_factory=list)
     skipped: dict[tuple[str, str], list[str]] = field(default_factory=dict)
-    #: Texts, by their type.
+    #: Number of texts by type.
     texts: Counter[str] = field(default_factory=Counter)
     _segments: int = 0
-    #: Strokes of blocks as if inserted at the origin, by how the block is turned, or why there are none; copies of them
-    #: are only moved.
+    #: Strokes of blocks inserted at the origin, or the exception raised, by the rotation of the block; copies are only
+    #: translated.
     _made: dict[tuple[int, Any], _StrokePath | Exception] = field(default_factory=dict)
 
     def add(self, stroke: DxfStroke, matrix: Matrix, layer: str) -> None:
-        """Take one stroke at its place; of a text all of its strokes."""
+        """Add a placed stroke, or all strokes of a text."""
         if isinstance(stroke.form, Letters):
             self.texts[stroke.dxftype] += 1
             for line in stroke.form.strokes:
@@ -162,7 +162,7 @@ class Strokes:
         self.found.append(Contour(placed, stroke.kind, layer, stroke.handle, z=z, name=stroke.name))
 
     def _of_block(self, stroke: DxfStroke, turn: Any) -> _StrokePath:
-        """Return a stroke of a block that is inserted at the origin."""
+        """Return a stroke of a block inserted at the origin."""
         made = self._made.get((id(stroke), turn))
         if made is None:
             try:
@@ -183,7 +183,7 @@ class Strokes:
         self.skipped.setdefault((stroke.dxftype, reason), []).append(stroke.handle or "?")
 
     def issues(self) -> list[Issue]:
-        """Return what was noticed about strokes."""
+        """Return the issues of the strokes."""
         found = []
         for kind, number in self.leaning.items():
             message = f"{number} {kind} not in the plane of the sheet: not cut"
@@ -199,7 +199,7 @@ class Strokes:
 
 
 def _rounded(path: Polyline, factor: float) -> Polyline:
-    """Return a path without the digits that only a conversion of units makes."""
+    """Round a path to remove digits that come from the unit conversion."""
     if factor == 1.0:
         return path
     vertices = path.vertices.copy()

@@ -1,4 +1,4 @@
-"""A DXF file opened safely: bounds before it is parsed, repairs that are said, units, layers."""
+"""Open a DXF file safely: size limits before parsing, reported repairs, units, layers."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from leafcut.read.filter_holes import layer_filter
 from leafcut.read.format import Source, factor_of
 from leafcut.read.recognition import BINARY_DXF, DXF_SECTION
 
-#: ezdxf needs about 1.6 kB for a circle and 0.1 kB for a tag (two lines): beyond these it would eat the memory.
+#: Memory limits: ezdxf needs about 1.6 kB per circle and 0.1 kB per tag (two lines).
 MAX_ENTITIES = 1_500_000
 MAX_LINES = 30_000_000
-#: Tags between two reports of progress: some milliseconds.
+#: Tags between two progress reports: a few milliseconds.
 _TAGS_PER_REPORT = 1000
-#: mm in one unit of $INSUNITS (DXF reference, HEADER section); 0 and what is not here is unknown.
+#: mm per unit of $INSUNITS (DXF reference, HEADER section); 0 and missing codes mean unknown.
 INSUNITS = {
     1: 25.4,
     2: 304.8,
@@ -46,24 +46,24 @@ INSUNITS = {
 }
 UNIT_NAMES = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 9: "mil", 13: "µm"}
 
-#: Of what ezdxf repairs, this is a guess at a number: a hole would be where nobody drew it.
+#: ezdxf repair that guesses a number: a hole would be in the wrong place.
 GUESSED_NUMBER = 117
-#: And these touch no geometry: sections and tables that R12 should not have, the root dictionary, a letter.
+#: ezdxf repairs that change no geometry: sections and tables invalid in R12, the root dictionary, a character.
 TRIVIAL_REPAIRS = (9, 10, 14, 111)
 
 _END = re.compile(rb"[\r\n][ \t]*0[ \t]*\r?\n[ \t]*EOF[ \t]*(?:[\r\n\x1a\0]|$)", re.IGNORECASE)
 _STRUCTURE = re.compile(rb"\n[ \t]*0[ \t]*\r?\n(?=[ \t]*[A-Za-z])")
 _SECTION_END = re.compile(rb"\n[ \t]*0[ \t]*\r?\n[ \t]*ENDSEC\b")
 _LINE = re.compile(r"\bline:? (\d+)")
-#: Half of a letter beyond U+FFFF, which no file or message can say.
+#: Half of a surrogate pair (beyond U+FFFF), which cannot be encoded.
 _HALF_LETTER = re.compile(rb"\\U\+[dD][89a-fA-F][0-9a-fA-F]{2}")
 
 
 def open_document(source: Source, issues: list[Issue]) -> Any:
-    """Return the document of ezdxf, loaded with its repairs but without its audit.
+    """Return the ezdxf document, loaded with repairs but without the audit.
 
-    The audit deletes circles whose handle is used twice, and follows all paths through nested blocks, which a
-    hundred lines of DXF can make endless; what it would find about holes and blocks, the walk finds itself.
+    The audit deletes circles with duplicate handles. It also follows all paths through nested blocks, which can be
+    endless in a hundred lines of DXF. `BlockWalk` reports the errors in holes and blocks itself.
     """
     kept = {} if source.kept is None else source.kept
     if "document" not in kept:
@@ -94,7 +94,7 @@ def _opened(source: Source, issues: list[Issue]) -> Any:
             return document
         except ReadError:
             raise
-        except Exception as problem:  # ezdxf raises nearly anything on a damaged file
+        except Exception as problem:  # ezdxf raises almost any exception on a damaged file
             text = shown(str(problem), 160) or type(problem).__name__
             line = _LINE.search(text)
             reason = f"the drawing is damaged and could not be repaired: {text}"
@@ -148,7 +148,7 @@ def _load_text(source: Source, data: bytes, issues: list[Issue]) -> Any:
 
 
 def _tags_of(sections: Mapping[str, Iterable[Iterable[Any]]]) -> Iterator[Any]:
-    """Yield the tags of repaired sections, each a list of records, as a file has them."""
+    """Yield the tags of repaired sections (lists of records) in file order."""
     from ezdxf.lldxf.types import DXFTag
 
     for records in sections.values():
@@ -160,7 +160,7 @@ def _tags_of(sections: Mapping[str, Iterable[Iterable[Any]]]) -> Iterator[Any]:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep ezdxf's warnings off the terminal: what matters of them becomes an `Issue`."""
+    """Suppress ezdxf's log messages; the relevant ones become an `Issue`."""
     logger = logging.getLogger("ezdxf")
     level = logger.level
     logger.setLevel(logging.CRITICAL + 1)
@@ -171,7 +171,7 @@ def _quiet() -> Iterator[None]:
 
 
 def units_of(document: Any, options: ReadOptions) -> tuple[float, str | None]:
-    """Return mm per drawing unit, and the unit's name, None when it is only assumed."""
+    """Return mm per drawing unit, and the name of the unit, or None if it is assumed."""
     if options.units:
         return factor_of(options, None), options.units
     code = document.header.get("$INSUNITS", 0)
@@ -181,7 +181,7 @@ def units_of(document: Any, options: ReadOptions) -> tuple[float, str | None]:
 
 
 def layers_of(document: Any, options: ReadOptions) -> LayerFilter:
-    """Return which layers of a drawing are frozen, off or not chosen."""
+    """Return the filter for layers that are frozen, off or not chosen."""
     frozen, off = set(), set()
     for layer in document.layers:
         name = str(layer.dxf.get("name", "")).casefold()
@@ -193,7 +193,7 @@ def layers_of(document: Any, options: ReadOptions) -> LayerFilter:
 
 
 def walk_issues(walk: BlockWalk[Any]) -> list[Issue]:
-    """Return what a walk left out: damaged entities, hidden layers, blocks that cannot be followed."""
+    """Return the omissions of a walk: damaged entities, hidden layers, unusable blocks."""
     found = []
     reasons: dict[tuple[str, str], list[str]] = {}
     for kind, handle, reason in walk.broken:
@@ -216,7 +216,7 @@ def walk_issues(walk: BlockWalk[Any]) -> list[Issue]:
 
 
 def hidden_by_layer(walk: BlockWalk[Any]) -> str:
-    """Return how many entities are hidden on which layers, in words."""
+    """Describe the number of hidden entities by layer."""
     named = [f"{n} on layer {shown(layer)}" for layer, n in walk.hidden.most_common(5) if layer != INVISIBLE]
     if invisible := walk.hidden.get(INVISIBLE):
         named.append(f"{invisible} invisible")

@@ -1,4 +1,4 @@
-"""The lines of a drilling drawing: the edge of the plate. They are shown, and never worked."""
+"""The lines of a drilling drawing: the edge of the plate. They are displayed, but never machined."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from leafcut.read.dxf_document import layers_of
 from leafcut.read.dxf_shapes import IDENTITY
 from leafcut.read.dxf_strokes import stroke_of
 
-#: What an edge is drawn with.
+#: Entity types of an edge.
 _KINDS = ("LINE", "ARC", "LWPOLYLINE", "POLYLINE")
-#: So many are shown; a plate has a few, and what has more is a drawing of something else.
+#: Most edges to display: a plate has a few, and a larger drawing shows something else.
 MOST_EDGES = 5_000
 
 
 def edge_of(
     document: Any, options: ReadOptions, factor: float, path: str, points: Spend, holes: Collection[str]
 ) -> tuple[Contour, ...]:
-    """Return the lines, arcs and polylines that stand in model space itself and are no holes, in mm.
+    """Return the lines, arcs and polylines placed directly in model space that are not holes, in mm.
 
-    `holes` are the handles of those that became holes. Layers that are off or frozen stay hidden; which of the others
-    are chosen makes no difference, as nothing is worked. What is damaged is left out.
+    `holes` are the handles of the entities that became holes. Layers that are off or frozen stay hidden; the layer
+    selection is ignored, because nothing is machined. Damaged entities are skipped.
     """
     layers = layers_of(document, replace(options, layers=()))
     strokes = Strokes(factor, path, points)
@@ -38,7 +38,7 @@ def edge_of(
                 if len(strokes.found) >= MOST_EDGES:
                     return ()
                 _add(entity, layers, holes, strokes)
-    except ReadError:  # more points than a drawing of this size may have: no reason to refuse its holes
+    except ReadError:  # the drawing exceeds its point budget, which is no reason to refuse its holes
         return ()
     return tuple(strokes.found)
 
@@ -48,7 +48,7 @@ def _add(entity: Any, layers: LayerFilter, holes: Collection[str], strokes: Stro
         layer, handle = entity.dxf.get("layer", "0"), entity.dxf.get("handle") or ""
         hidden = not layers.shows(layer) or bool(entity.dxf.get("invisible", 0))
         stroke = None if hidden or handle in holes else stroke_of(entity)
-    except Exception:  # ezdxf raises nearly anything on a damaged entity, of which the reader of the holes tells
+    except Exception:  # ezdxf raises almost any exception on a damaged entity; the hole reader reports it
         return
     if stroke is not None:
         strokes.add(stroke._replace(kind="sheet", name=""), IDENTITY, layer)

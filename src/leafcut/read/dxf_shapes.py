@@ -1,4 +1,4 @@
-"""What of a DXF entity may become a hole: full circles, arcs, bulged polylines, points; and how a block moves them."""
+"""DXF entities that can become holes (circles, arcs, bulged polylines, points), and block transformations."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from leafcut.read.arcs import bulge_arc
 
 Vector3 = tuple[float, float, float]
 
-#: A block's place in model space: images of x, y and z, and the origin, each a vector.
+#: Transformation from block to model space: images of x, y and z, and the origin.
 Matrix = tuple[Vector3, Vector3, Vector3, Vector3]
 IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
 
-#: Half axes may differ by this part of their length and still be a circle: 0.01 mm on a hole of 10 mm.
+#: Relative difference of the half axes of a circle: 0.01 mm on a hole of 10 mm.
 ROUND = 1e-3
-#: A circle may lean by this part of its radius out of the plane; drawings keep normals to 6 digits or more.
+#: Largest tilt of a circle out of the plane, relative to its radius; drawings keep normals to 6 digits or more.
 FLAT = 1e-4
 
 
 class Curve(NamedTuple):
-    """centre + u·cos(t) + v·sin(t) for t from `start` over `sweep`, in units of the drawing; a point has sweep 0."""
+    """centre + u·cos(t) + v·sin(t) for t from `start` over `sweep`, in drawing units; a point has sweep 0."""
 
     center: Vector3
     u: Vector3
@@ -31,7 +31,7 @@ class Curve(NamedTuple):
 
 
 class Shape(NamedTuple):
-    """An entity that may be a hole, or a part of one: a point, a circle, or arcs one after the other."""
+    """An entity that may be a hole or a part of a hole: a point, a circle, or a series of arcs."""
 
     dxftype: str
     curves: tuple[Curve, ...]
@@ -41,12 +41,12 @@ class Shape(NamedTuple):
 
 
 def shape_of(entity: Any) -> Shape | None:
-    """Return the shape of an ezdxf entity, or None for one that can never be a hole.
+    """Return the shape of an ezdxf entity, or None if it can never be a hole.
 
     Raises
     ------
     ValueError
-        The entity lacks a coordinate or a radius that it must have.
+        The entity lacks a required coordinate or radius.
     """
     kind = entity.dxftype()
     maker = _MAKERS.get(kind)
@@ -58,8 +58,8 @@ def shape_of(entity: Any) -> Shape | None:
 
 
 def need(entity: Any, *names: str) -> None:
-    """Raise ValueError where an entity lacks one of its values."""
-    # ezdxf puts defaults (the origin, radius 1) where a damaged file has nothing: such a hole nobody drew.
+    """Raise ValueError if an entity lacks a required value."""
+    # ezdxf replaces missing values by defaults (the origin, radius 1), which would create a hole that was never drawn.
     if missing := [name for name in names if not entity.dxf.hasattr(name)]:
         raise ValueError(f"no {missing[0]}")
 
@@ -70,7 +70,7 @@ def _point(entity: Any) -> tuple[Curve, ...]:
 
 
 def axes_of(entity: Any) -> tuple[Vector3, Vector3, Any]:
-    """Return the x and y axes of an entity's own plane (OCS) in its layout's coordinates, and the OCS."""
+    """Return the x and y axes of an entity's plane (OCS) in the coordinates of its layout, and the OCS."""
     ocs = entity.ocs()
     if not ocs.transform:
         return (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), ocs
@@ -78,7 +78,7 @@ def axes_of(entity: Any) -> tuple[Vector3, Vector3, Any]:
 
 
 def in_layout(ocs: Any, point: Vector3) -> Vector3:
-    """Return a point of an entity's own plane in its layout's coordinates."""
+    """Transform a point from an entity's plane to the coordinates of its layout."""
     if not ocs.transform:
         return point
     x, y, z = ocs.to_wcs(point)
@@ -108,14 +108,14 @@ def arc_of(entity: Any) -> tuple[Curve, ...]:
 
 
 def _sweep(angle: float) -> float:
-    """Return the counter-clockwise sweep of an arc; one full turn is meant by 0 to 360 degrees, not by 0 to 0."""
+    """Return the counter-clockwise sweep of an arc: 0 to 360 degrees is a full turn, 0 to 0 is empty."""
     if abs(abs(angle) - math.tau) < 1e-9:
         return math.tau
     return angle % math.tau
 
 
 def ellipse_of(entity: Any) -> tuple[Curve, ...]:
-    """Return the curve of an ELLIPSE, whole or not."""
+    """Return the curve of an ELLIPSE, full or partial."""
     need(entity, "center", "major_axis", "ratio")
     major, ratio = entity.dxf.major_axis, entity.dxf.ratio
     minor = entity.dxf.extrusion.normalize().cross(major) * ratio
@@ -126,12 +126,12 @@ def ellipse_of(entity: Any) -> tuple[Curve, ...]:
 def _ellipse(entity: Any) -> tuple[Curve, ...]:
     curves = ellipse_of(entity)
     if abs(entity.dxf.ratio) < 1 - ROUND and curves[0].sweep != math.tau:
-        return ()  # an arc of an ellipse that is none of a circle
+        return ()  # an elliptical arc, not a circular one
     return curves
 
 
 def vertices_of(entity: Any) -> tuple[Sequence[tuple[float, float, float]], bool, float]:
-    """Return (x, y, bulge) of the vertices of a LWPOLYLINE or plane POLYLINE, whether it is closed, and its height."""
+    """Return (x, y, bulge) of the vertices of an LWPOLYLINE or 2D POLYLINE, whether it is closed, and its height."""
     if entity.dxftype() == "LWPOLYLINE":
         vertices = [(float(x), float(y), float(bulge)) for x, y, bulge in entity.get_points("xyb")]
         return vertices, entity.closed, entity.dxf.get("elevation", 0.0)
@@ -141,9 +141,9 @@ def vertices_of(entity: Any) -> tuple[Sequence[tuple[float, float, float]], bool
 
 
 def real_vertices(entity: Any) -> list[Any]:
-    """Return the vertices that a POLYLINE passes through.
+    """Return the vertices on a POLYLINE.
 
-    Spline and curve frames carry control points that are no vertices of the line (bit 16 of the vertex flags).
+    Spline and curve frames also contain control points that do not lie on the line (bit 16 of the vertex flags).
     """
     return [v for v in entity.vertices if not v.dxf.get("flags", 0) & 16]
 
@@ -159,7 +159,7 @@ def _polyline(entity: Any) -> tuple[Curve, ...]:
 def _bulged(
     entity: Any, vertices: Sequence[tuple[float, float, float]], closed: bool, elevation: float
 ) -> tuple[Curve, ...]:
-    """Return the arcs of a polyline that has nothing but arcs, else none: a contour's corners are no holes."""
+    """Return the arcs of a polyline that consists of arcs only, otherwise nothing: rounded corners are not holes."""
     if all(v[2] == 0.0 for v in vertices):
         return ()
     ux, uy, ocs = axes_of(entity)
@@ -187,14 +187,14 @@ _MAKERS = {
 
 
 def turned(matrix: Matrix, vector: Vector3) -> Vector3:
-    """Return a direction of a block in the coordinates around it."""
+    """Transform a direction from a block to the coordinates of its parent."""
     (ax, ay, az), (bx, by, bz), (cx, cy, cz), _ = matrix
     x, y, z = vector
     return (x * ax + y * bx + z * cx, x * ay + y * by + z * cy, x * az + y * bz + z * cz)
 
 
 def placed(matrix: Matrix, point: Vector3) -> Vector3:
-    """Return a point of a block in the coordinates around it."""
+    """Transform a point from a block to the coordinates of its parent."""
     x, y, z = turned(matrix, point)
     ox, oy, oz = matrix[3]
     return (x + ox, y + oy, z + oz)
@@ -206,7 +206,7 @@ def combined(outer: Matrix, inner: Matrix) -> Matrix:
 
 
 def moved(matrix: Matrix, curve: Curve) -> Curve:
-    """Return a curve of a block in the coordinates around it."""
+    """Transform a curve from a block to the coordinates of its parent."""
     if matrix is IDENTITY:
         return curve
     return Curve(
@@ -215,21 +215,21 @@ def moved(matrix: Matrix, curve: Curve) -> Curve:
 
 
 def is_flat(curve: Curve) -> bool:
-    """Whether the curve lies parallel to the plane of the plate."""
+    """Whether the curve is parallel to the plane of the plate."""
     ux, uy, uz = curve.u
     vx, vy, vz = curve.v
     return abs(uz) <= FLAT * math.hypot(ux, uy) and abs(vz) <= FLAT * math.hypot(vx, vy)
 
 
 def half_axes(curve: Curve) -> tuple[float, float]:
-    """Return the larger and the smaller half axis of the curve seen from above: the singular values of (u v)."""
+    """Return the larger and the smaller half axis of the curve in top view: the singular values of (u v)."""
     (ux, uy, _), (vx, vy, _) = curve.u, curve.v
     even, odd = math.hypot(ux + vy, uy - vx) / 2, math.hypot(ux - vy, uy + vx) / 2
     return even + odd, abs(even - odd)
 
 
 def seen_span(curve: Curve) -> tuple[float, float]:
-    """Return (start, sweep) of a round arc as seen from above, counter-clockwise also where a block mirrors it."""
+    """Return (start, sweep) of a circular arc in top view, counter-clockwise even if a block mirrors it."""
     (ux, uy, _), (vx, vy, _) = curve.u, curve.v
     mirrored = ux * vy - uy * vx < 0
     first = curve.start + curve.sweep if mirrored else curve.start

@@ -1,4 +1,4 @@
-"""What of a DXF entity may be cut: lines, arcs, polylines, ellipses and splines; and how a block moves them."""
+"""DXF entities that can be cut (lines, arcs, polylines, ellipses, splines), and their placement by blocks."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ from leafcut.read.dxf_shapes import (
     vertices_of,
 )
 
-#: The extended data (XDATA) of this name hold what a part is called.
+#: Application name of the extended data (XDATA) that hold the name of a part.
 APPLICATION = "LEAFCUT"
-#: The axes of a plane that a block scales alike differ by this part of their length at most.
+#: Relative difference of the axes of a plane that a block scales uniformly.
 ROUND_SHARE = 1e-6
-#: A line may rise by this part of its length and still lie in the plane.
+#: Slope up to which a line counts as lying in the plane.
 SLOPE = 1e-3
-#: ezdxf solves a full matrix of all fit points where a spline has no control points: 0.3 GB for so many.
+#: ezdxf solves a full matrix of all fit points if a spline has no control points: 0.3 GB for 3,000 points.
 MAX_FIT_POINTS = 3_000
 
 
@@ -64,7 +64,7 @@ class Letters(NamedTuple):
 
 
 class DxfStroke(NamedTuple):
-    """An entity that may be cut, in the coordinates of its layout or block."""
+    """An entity that can be cut, in the coordinates of its layout or block."""
 
     dxftype: str
     form: DxfPolyline | Curve | Freeform | Letters
@@ -79,12 +79,12 @@ class LeaningError(ValueError):
 
 
 def stroke_of(entity: Any) -> DxfStroke | None:
-    """Return the stroke of an ezdxf entity, or None for one that is never cut.
+    """Return the stroke of an ezdxf entity, or None if it is never cut.
 
     Raises
     ------
     ValueError
-        The entity lacks a coordinate that it must have.
+        The entity lacks a required coordinate.
     """
     kind = entity.dxftype()
     maker = _MAKERS.get(kind)
@@ -95,7 +95,7 @@ def stroke_of(entity: Any) -> DxfStroke | None:
 
 
 def _said_of(entity: Any) -> tuple[str, str]:
-    """Return the name that a nest wrote beside the outline of a part or of the sheet, empty for none, and its kind."""
+    """Return the name that a nest stored in the XDATA of an outline ("" if none), and the kind: ``sheet`` or ``cut``."""
     texts = [str(tag.value) for tag in entity.get_xdata(APPLICATION)] if entity.has_xdata(APPLICATION) else []
     name, kind = [*texts[:2], "", ""][:2]
     return name, "sheet" if kind == "sheet" else "cut"
@@ -107,7 +107,7 @@ def _line(entity: Any) -> DxfPolyline:
 
 
 def straight(vertices: Floats, closed: bool) -> DxfPolyline:
-    """Return lines through places float64[n, 3]."""
+    """Return straight lines through points float64[n, 3]."""
     return DxfPolyline(vertices, np.zeros(len(vertices)), closed, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
 
 
@@ -148,23 +148,23 @@ _MAKERS: dict[str, Any] = {
 
 
 def placed_stroke(stroke: DxfStroke, matrix: Matrix, factor: float, tolerance: float, spend: Spend = free) -> Polyline:
-    """Return a stroke where its block puts it, seen from above, in mm; curves become arcs within `tolerance` mm.
+    """Transform a stroke to model space, in top view, in mm; curves become arcs within `tolerance` mm.
 
-    `spend` is told of the points that curves need.
+    `spend` receives the number of points that curves need.
 
     Raises
     ------
     LeaningError
         An arc does not lie in the plane of the sheet.
     PlanError, ValueError
-        Numbers that make no curve.
+        The numbers do not define a curve.
     """
     form = stroke.form
     if isinstance(form, Curve):
         return _placed_curve(moved(matrix, form), factor, tolerance, spend)
     if isinstance(form, DxfPolyline):
         return _placed_polyline(form, matrix, factor, tolerance, spend)
-    assert isinstance(form, Freeform)  # of a text each stroke is placed
+    assert isinstance(form, Freeform)  # texts are placed stroke by stroke
     control = _placed(form.control, matrix)[:, :2] * factor
     points = spline_points(control, form.degree, form.knots, form.weights, 0.25 * tolerance)
     ends_meet = float(np.abs(points[0] - points[-1]).max()) <= 1e-9 * float(np.abs(points).max() + 1.0)
@@ -183,7 +183,7 @@ def slopes(stroke: DxfStroke, matrix: Matrix) -> bool:
 
 
 def height_of(stroke: DxfStroke, matrix: Matrix) -> float:
-    """Return how high a stroke lies, in units of the drawing: its first place of those that are its own."""
+    """Return the height of a stroke's first point, in drawing units."""
     form = stroke.form
     if isinstance(form, Curve):
         return float(moved(matrix, form).center[2])
@@ -227,7 +227,7 @@ def _placed_polyline(polyline: DxfPolyline, matrix: Matrix, factor: float, toler
 def _squashed(
     flat: Polyline, xy: Floats, axes: tuple[tuple[float, float], ...], tolerance: float, spend: Spend
 ) -> Polyline:
-    """Return a polyline whose arcs a block has scaled to arcs of ellipses: `flat` in its own plane, `xy` in place."""
+    """Return a polyline whose arcs a block scales to elliptical arcs: `flat` in its own plane, `xy` in place."""
     (ux, uy), (vx, vy) = axes
     rows = []
     for k, s in enumerate(flat.segments()):

@@ -1,4 +1,4 @@
-"""TEXT and MTEXT of a DXF as strokes to be engraved: where they stand, how high, turned, stretched and slanted."""
+"""TEXT and MTEXT of a DXF as engraving strokes, with position, height, rotation, width and slant."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from leafcut.geometry.arrays import Floats
 from leafcut.read.dxf_strokes import DxfStroke, Letters, straight
 from leafcut.read.lettering import letters
 
-#: No engraving says more, letters.
+#: Most letters of an engraving.
 MOST_LETTERS = 2_000
-#: What hangs below the base line, by the height of a capital.
+#: Descender length, relative to the cap height.
 _BELOW = 7.0 / 21.0
-#: Lines of an MTEXT are so far apart, by the height of a capital and its factor (DXF reference, MTEXT, group 44).
+#: Line spacing of an MTEXT at factor 1, relative to the cap height (DXF reference, MTEXT, group 44).
 _PITCH = 5.0 / 3.0
 _BACKWARDS, _UPSIDE_DOWN = 2, 4
 
 
 def text_of(entity: Any) -> DxfStroke | None:
-    """Return the strokes of a TEXT or an MTEXT in its layout or block; None for another entity.
+    """Return the strokes of a TEXT or MTEXT in its layout or block; None for other entities.
 
-    Where a letter has no strokes there are none, and the reason is said.
+    If a letter has no strokes, the text becomes a single point whose name is the reason.
     """
     kind = entity.dxftype()
     if kind not in ("TEXT", "MTEXT"):
@@ -85,7 +85,7 @@ def _mtext(entity: Any) -> list[Floats]:
     top = (0.0, 0.5 * whole, whole)[attached // 3 % 3]
     across = (0.0, -0.5, -1.0)[attached % 3]
     turn, place = math.radians(entity.get_rotation()), np.array(dxf.insert.xyz)
-    # Seen from below it is mirrored.
+    # An MTEXT seen from below is mirrored.
     side = -1.0 if dxf.get("extrusion") is not None and dxf.extrusion.z < 0.0 else 1.0
     found = []
     for number, row in enumerate(rows):
@@ -99,7 +99,7 @@ def _mtext(entity: Any) -> list[Floats]:
 
 
 def _wrapped(line: str, wide: float) -> list[str]:
-    """Return a line in rows no wider than `wide`, by the height of a capital; one row for 0."""
+    """Wrap a line to rows no wider than `wide`, in cap heights; 0 means no wrapping."""
     if not wide > 0.0:
         return [line]
     rows: list[list[str]] = []

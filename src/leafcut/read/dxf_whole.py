@@ -1,4 +1,4 @@
-"""All that a DXF drawing shows, for a look: what may be worked, texts, dimensions, hatches and leaders as lines."""
+"""The complete DXF drawing for display: machinable entities, and texts, dimensions, hatches and leaders as lines."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ from leafcut.read.dxf_strokes import DxfPolyline, DxfStroke, Letters, straight, 
 from leafcut.read.dxf_texts import text_of
 from leafcut.read.format import FREE_HOLES, MAX_COORDINATE, Source, copies_of, points_of
 
-#: What is drawn by lines of its own, and never worked.
+#: Entities made of lines of their own, which are never machined.
 _DIMENSIONS = ("ARC_DIMENSION", "DIMENSION", "LEADER", "MULTILEADER")
 _ASIDE = (*_DIMENSIONS, "HATCH", "MLINE", "MPOLYGON", "SOLID", "TRACE", "3DFACE")
-#: So many lines of one such entity are shown, each with so many points.
+#: Most lines to display per entity, and most points per line.
 _MOST_LINES, _MOST_POINTS = 500, 2_000
-#: How far its curves may be from their lines, drawing units by the size of the curve.
+#: Flattening tolerance of curves for display, relative to the size of the curve.
 _COARSE = 0.005
 
 
 def read_dxf_whole(source: Source, options: ReadOptions) -> Part:
-    """Return all that the visible layers of model space show, in mm: circles and points as holes, the rest as contours.
+    """Return all visible entities of model space, in mm: circles and points as holes, the rest as contours.
 
-    Which layers and holes are chosen makes no difference.
+    Layer and hole selections are ignored.
 
     Raises
     ------
     ReadError
-        It is no DXF, is damaged or cut off, or shows nothing.
+        The file is not DXF, is damaged or truncated, or shows nothing.
     """
     document = open_document(source, [])
     factor, unit = units_of(document, options)
@@ -63,7 +63,7 @@ def read_dxf_whole(source: Source, options: ReadOptions) -> Part:
 
 
 def _hole_of(stroke: DxfStroke, matrix: Matrix, layer: str, factor: float) -> Hole | None:
-    """Return a point, or a circle that is one where its block puts it, as a hole."""
+    """Return a point, or a circle that is still circular after placement, as a hole; None otherwise."""
     if isinstance(stroke.form, DxfPolyline) and stroke.dxftype == "POINT":
         x, y, z = placed(matrix, stroke.form.vertices[0].tolist())
         return Hole(x * factor, y * factor, 0.0, layer, stroke.handle, z * factor)
@@ -91,7 +91,7 @@ def _point_of(entity: Any) -> DxfStroke | None:
 
 
 def _aside_of(entity: Any) -> DxfStroke | None:
-    """Return the lines of an entity that explains the drawing; None for one that has none, or that fails to tell."""
+    """Return the lines of an annotation; None for other entities and for those without readable lines."""
     kind = entity.dxftype()
     if kind not in _ASIDE:
         return None
@@ -102,7 +102,7 @@ def _aside_of(entity: Any) -> DxfStroke | None:
             found.append(stroke._replace(dxftype=kind, layer=layer, handle=handle, name="", kind="text"))
             if len(found) == _MOST_LINES:
                 break
-    except Exception:  # ezdxf raises nearly anything on a damaged entity: what it told until then is shown
+    except Exception:  # ezdxf raises almost any exception on a damaged entity: show the lines read so far
         found = found[:_MOST_LINES]
     return DxfStroke(kind, Letters(tuple(found)), layer, handle, "", "text") if found else None
 
@@ -128,7 +128,7 @@ def _lines_of(entity: Any) -> Iterator[DxfStroke]:
 
 
 def _flat(curve: Any) -> DxfStroke:
-    """Return a path of ezdxf's as lines."""
+    """Flatten an ezdxf path."""
     ends = np.array([p.xyz for p in curve.control_vertices()])
     size = float(np.ptp(ends, axis=0).max(initial=0.0)) or 1.0
     places = [p.xyz for p in curve.flattening(_COARSE * size)][:_MOST_POINTS]

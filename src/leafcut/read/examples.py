@@ -1,7 +1,7 @@
-"""Parts by name, without a file: ``example:plate-70``, ``example:ten-points``, and random maps ``random:N[:SEED]``.
+"""Built-in parts: ``example:plate-70``, ``example:ten-points``, and random maps ``random:N[:SEED]``.
 
-The plates and boards have the sizes and numbers of holes of test parts in the literature on drilling order; their
-patterns (bolt circles, grids, rows) are our own. `examples/make_plates.py` writes the same definitions as DXF.
+Sizes and numbers of holes are those of test parts in the literature on drilling order; the patterns (bolt circles,
+grids, rows) are our own. `examples/make_plates.py` writes the same definitions as DXF.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from leafcut.units import MM_PER_INCH
 EXAMPLE, RANDOM = "example:", "random:"
 DEFAULT_SEED = 1
 
-#: The classic small map: ten points to be visited, mm.
+#: A small map for demonstrations: ten points, mm.
 TEN_POINTS = (
     (12.0, 64.0), (78.0, 18.0), (45.0, 90.0), (90.0, 72.0), (24.0, 20.0),
     (60.0, 52.0), (8.0, 38.0), (96.0, 44.0), (36.0, 58.0), (70.0, 88.0),
@@ -44,7 +44,7 @@ class PlateHole:
 
 @dataclass(frozen=True)
 class Plate:
-    """A rectangular plate with its lower left corner at the origin, inches; holes in the order they were drawn."""
+    """A rectangular plate with its lower left corner at the origin, inches; holes in drawing order."""
 
     name: str
     width: float
@@ -63,7 +63,7 @@ def _grid(x: float, y: float, pitch: float, columns: int, rows: int) -> list[Inc
 
 def _bolt_circle(x: float, y: float, diameter: float, n: int, first_degrees: float = 0.0) -> list[Inches]:
     angles = [math.radians(first_degrees + 360.0 * i / n) for i in range(n)]
-    # Four decimals of an inch, as a drawing has them.
+    # Four decimals of an inch, as in a drawing.
     return [(round(x + diameter / 2 * math.cos(a), 4), round(y + diameter / 2 * math.sin(a), 4)) for a in angles]
 
 
@@ -71,7 +71,7 @@ def _corners(width: float, height: float, margin: float) -> list[Inches]:
     return [(x, y) for y in (margin, height - margin) for x in (margin, width - margin)]
 
 
-#: A group of holes that belong together, and their diameter.
+#: Centres of a group of holes, and their diameter.
 _Group = tuple[list[Inches], float]
 _QUARTER, _EIGHTH = 0.25, 0.125
 
@@ -250,8 +250,8 @@ EXAMPLE_NAMES = ("ten-points", *PLATE_NAMES)
 def plate(name: str) -> Plate:
     """Return one of `PLATE_NAMES`.
 
-    The holes are in the order in which a person draws: one group after the other, and inside a group as they come.
-    That order is shuffled once, by the plate's name, and always the same.
+    Groups, and the holes within a group, are shuffled with the name of the plate as seed, to mimic the order in which a
+    person draws them.
     """
     width, height, pattern = _PLATES[name]
     groups = pattern()
@@ -267,12 +267,12 @@ def plate(name: str) -> Plate:
 
 
 def read_example(source: Source, options: ReadOptions) -> Part:
-    """Return a built-in part by its name.
+    """Return a built-in part by name.
 
     Raises
     ------
     ReadError
-        There is no such example, or the numbers of a random map are out of range.
+        The example does not exist, or the numbers of a random map are out of range.
     """
     if source.path.startswith(RANDOM):
         return _random_map(source)
@@ -293,7 +293,7 @@ def read_example(source: Source, options: ReadOptions) -> Part:
 
 
 def _random_map(source: Source) -> Part:
-    """Return n points uniform in a square of √n·10 mm, so that neighbours are some 5 mm apart whatever n."""
+    """Return n uniform points in a square of side √n·10 mm: neighbours are about 5 mm apart for every n."""
     words = source.path.removeprefix(RANDOM).split(":")
     try:
         n, seed = int(words[0]), int(words[1]) if len(words) > 1 else DEFAULT_SEED

@@ -1,8 +1,7 @@
-"""Excellon drill files through gerbonara: holes by tool, and slots, routed or G85, as straight slots.
+"""Excellon drill files, read with gerbonara: holes by tool, and slots (routed or G85) as straight slots.
 
-gerbonara knows the dialects of KiCad, Altium, Eagle, Allegro and others. What it does not know is put into words that
-it does before it reads (G85 slots, one-digit G words, feeds and speeds of a machine's own file), line by line, so that
-messages name the line of the file.
+gerbonara supports the dialects of KiCad, Altium, Eagle, Allegro and others. Unsupported commands (G85 slots, one-digit
+G codes, a machine's own feeds and speeds) are translated line by line, so that messages keep the line numbers.
 """
 
 from __future__ import annotations
@@ -30,12 +29,12 @@ from leafcut.read.format import (
     units_unknown,
 )
 
-#: A command is never this long; a longer line is no drill file, and slow to match.
+#: Longest command, characters: a longer line is not a drill file, and slow to match.
 MAX_COMMAND = 200
-#: No board needs as many drills; gerbonara sorts all tools at each of them.
+#: Most tools: gerbonara sorts all tools at each definition, and no board needs more.
 MAX_TOOLS = 5_000
 
-#: The usual format of coordinates without a point: digits before it and after it.
+#: Default coordinate format without a decimal point: digits before and after it.
 _DIGITS = {"mm": (3, 3), "in": (2, 4)}
 _NUMBER = r"[+-]?\d*\.?\d*"
 _COORDINATE = re.compile(rf"[XY]{_NUMBER}")
@@ -43,15 +42,15 @@ _SLOT = re.compile(rf"((?:X{_NUMBER})?(?:Y{_NUMBER})?)G85((?:X{_NUMBER})?(?:Y{_N
 _TOOL = re.compile(r"T(\d{1,6})((?:[A-Z][+-]?[.\d]*)*)")
 _TOOL_DIAMETER = re.compile(r"C([.\d]+)")
 _REPEAT = re.compile(r"R(\d+)")
-#: Excellon, CNC-7: these reset hit counters, cutter distances and clocks of the machine. R,T resets the tools.
+#: Excellon, CNC-7: reset hit counters, cutter distances and clocks of the machine. R,T resets the tools.
 _COUNTERS = {"R,H", "R,D", "R,C", "R,CP", "R,CR"}
-#: G93 sets the zero of the program: to the zero that it has.
+#: G93 that sets the program zero to the current zero.
 _NO_ZERO_SET = re.compile(r"G93(?:X[+-]?0*\.?0*)?(?:Y[+-]?0*\.?0*)?")
 _FORMAT_COMMENT = re.compile(
     r";\s*FORMAT=\{(\d):(\d)\s*/[^/]*/[^/]*/\s*(suppress leading|suppress trailing|keep)?", re.I
 )
 _GERBONARA_PLACE = re.compile(r"^.*?:(\d+) \"(.*?)\": (.*)$", re.DOTALL)
-#: gerbonara's warnings that change nothing about the holes.
+#: Warnings of gerbonara that do not affect the holes.
 _HARMLESS = re.compile(
     r"header statement found|implicit number format|intended for CAM tools|in the middle of the file"
     r"|M30 statement found|end of program statement"
@@ -60,7 +59,7 @@ _HARMLESS = re.compile(
 
 @dataclass
 class _Prepared:
-    """The commands in gerbonara's words, and the line of the file that each came from."""
+    """The commands translated for gerbonara, with their line numbers in the file."""
 
     lines: list[str] = field(default_factory=list)
     numbers: list[int] = field(default_factory=list)
@@ -77,7 +76,7 @@ class _Prepared:
 
 
 class EmptyDrillFile(ReadError):
-    """A whole drill file without a tool and a hole, as KiCad writes of a board that has no unplated ones."""
+    """A complete drill file without tools and holes, as KiCad writes for a board without unplated holes."""
 
 
 def read_excellon(source: Source, options: ReadOptions) -> Part:
@@ -86,8 +85,8 @@ def read_excellon(source: Source, options: ReadOptions) -> Part:
     Raises
     ------
     ReadError
-        A command is not known, a coordinate cannot be read with certainty, or there are no holes and slots; where there
-        is not even a tool, an `EmptyDrillFile`.
+        A command is unknown, a coordinate is ambiguous, or there are no holes and slots; `EmptyDrillFile` if there are
+        no tools either.
     """
     prepared = _prepare(source, options.units)
     issues: list[Issue] = []
@@ -123,7 +122,7 @@ def _format_assumed(part: Part, metric: bool | None) -> Issue:
 
 
 def _too_narrow(holes: list[Hole]) -> Issue | None:
-    """Return a warning where all of several holes lie inside one of them: their numbers are read in a wrong format."""
+    """Return a warning if all holes fit inside the widest: the coordinate format must be wrong."""
     places = {(hole.x, hole.y) for hole in holes}
     if len(places) < 2:
         return None
@@ -175,7 +174,7 @@ def _check_whole(source: Source, prepared: _Prepared, issues: list[Issue]) -> No
     if last is None or prepared.lines[last] in ("M30", "M00"):
         return
     if prepared.lines[last][0] in "XYG" and not source.data.endswith((b"\n", b"\r")):
-        # Half a number is a number too: the hole would be somewhere else.
+        # Half a number is still a number: the hole would be in the wrong place.
         reason = "the file is incomplete: its last line is cut off; export or send it again"
         raise ReadError(source.path, reason, prepared.numbers[last])
     issues.append(Issue("L101", "the file does not end with M30: it may be incomplete, with holes missing"))
@@ -194,7 +193,7 @@ def _comment(prepared: _Prepared, line: str, number: int) -> None:
 
 
 def _command(source: Source, prepared: _Prepared, line: str, number: int, in_header: bool) -> None:
-    """Add one command, in gerbonara's words."""
+    """Add one command, translated for gerbonara."""
     if re.match(r"G[0-5](?!\d)", line):
         line = f"G0{line[1:]}"
     if line == "G91":
@@ -227,12 +226,12 @@ def _command(source: Source, prepared: _Prepared, line: str, number: int, in_hea
 
 
 def _tool(prepared: _Prepared, match: re.Match[str], number: int, in_header: bool) -> None:
-    """Add a tool's definition, its selection, or both; feeds and speeds are for the machine that wrote them."""
+    """Add the definition of a tool, its selection, or both. Feeds and speeds apply to the original machine only."""
     name = f"T{int(match.group(1))}"
     diameter = _TOOL_DIAMETER.search(match.group(2))
     if diameter:
         prepared.tools.add(name)
-        # One or two digits without a point are a size in whole units, not a number in the coordinates' format.
+        # One or two digits without a point are a size in whole units; gerbonara would apply the coordinate format.
         text = diameter.group(1)
         prepared.add(f"{name}C{text}{'.' if '.' not in text and len(text) <= 2 else ''}", number)
     if not diameter or not in_header:
@@ -240,7 +239,7 @@ def _tool(prepared: _Prepared, match: re.Match[str], number: int, in_header: boo
 
 
 def _parse(source: Source, prepared: _Prepared, issues: list[Issue]) -> Any:
-    """Return gerbonara's parser after it has read the prepared lines."""
+    """Return gerbonara's parser after reading the prepared lines."""
     from gerbonara.cam import FileSettings
     from gerbonara.excellon import ExcellonParser
 
@@ -264,7 +263,7 @@ def _parse(source: Source, prepared: _Prepared, issues: list[Issue]) -> Any:
 
 
 def _place(message: str, prepared: _Prepared) -> tuple[int | None, str, str]:
-    """Return (line of the file, command, reason) of a message of gerbonara."""
+    """Return (line of the file, command, reason) of a gerbonara message."""
     match = _GERBONARA_PLACE.match(message)
     if match is None:
         return None, "", message
@@ -284,12 +283,11 @@ def _reason(text: str) -> str:
 
 
 def _unit_name(unit: Any) -> str | None:
-    """Return our name of gerbonara's unit, None when the file gave none."""
     return None if unit is None else {"mm": "mm", "in": "in"}[unit.shorthand]
 
 
 def _objects(source: Source, parser: Any, options: ReadOptions, issues: list[Issue]) -> tuple[list[Hole], list[Slot]]:
-    """Return holes and slots in mm, in the order of the file."""
+    """Return holes and slots in mm, in file order."""
     chosen = layer_filter(options.layers)
     names = {id(tool): f"T{number}" for number, tool in parser.tools.items()}
     holes: list[Hole] = []

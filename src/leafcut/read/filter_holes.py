@@ -1,4 +1,4 @@
-"""From all holes found in a drawing to those that are drilled: chosen by diameter, each place once."""
+"""Filter the holes of a drawing: by layer and diameter, and without duplicates."""
 
 from __future__ import annotations
 
@@ -23,22 +23,23 @@ from leafcut.model.part import Hole
 from leafcut.options import ReadOptions
 from leafcut.read.format import places_of
 
-#: Holes of equal diameter closer than this are one, mm.
+#: Holes of equal diameter closer than this are duplicates, mm.
 MERGE_TOLERANCE = 0.01
-#: Circles are concentric if their centres are apart by at most this part of the radius of the larger one.
+#: Largest distance between the centres of concentric circles, relative to the larger radius.
 _CONCENTRIC = 0.05
 
 
 def layer_filter(patterns: tuple[str, ...]) -> Callable[[str], bool]:
-    """Return the test for ``--layers``: wildcards * and ?, upper and lower case alike; without patterns all pass."""
+    """Return the test for ``--layers``: wildcards * and ?, case-insensitive; without patterns all layers pass."""
     tests = [re.compile(fnmatch.translate(p), re.IGNORECASE) for p in patterns]
     return lambda layer: not tests or any(t.match(layer) for t in tests)
 
 
 def part_holes(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole], list[Issue]]:
-    """Return the holes without those on layers of frames, texts and dimensions, unless `options.layers` choose them.
+    """Return the holes without those on layers of frames, texts and dimensions, unless `options.layers` is set.
 
-    What is left out (L204) may be a balloon, a projection symbol or a centring mark; a wrong name is seen by its count.
+    The holes left out (L204) may be balloons, projection symbols or centring marks; their count reveals a misnamed
+    layer.
     """
     aside = set() if options.layers else {layer for layer in {hole.layer for hole in holes} if is_aside(layer)}
     gone = [hole for hole in holes if hole.layer in aside]
@@ -56,7 +57,7 @@ def part_holes(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole],
 
 
 def chosen_layers(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole], list[Issue]]:
-    """Return the holes of a map that are on the chosen layers, or on none, and what was left out (L204)."""
+    """Return the holes of a map on the chosen layers or without a layer, and a note on those left out (L204)."""
     chosen = layer_filter(options.layers)
     kept = [h for h in holes if not h.layer or chosen(h.layer)]
     if left := len(holes) - len(kept):
@@ -68,16 +69,17 @@ def chosen_layers(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hol
 def sift(
     holes: Sequence[Hole], options: ReadOptions, point_tolerance: float | None = None
 ) -> tuple[tuple[Hole, ...], list[Issue]]:
-    """Return the holes to drill, in the order of the drawing, and what was noticed.
+    """Return the holes to drill, in file order, and issues.
 
-    Holes outside the chosen diameters are left out (L205); of holes of one diameter on top of each other the first
-    stays (L301); of circles with one centre the one that `options.concentric` says stays (L302); a bare point in the
-    centre of a circle is its centre mark.
+    * Holes outside the chosen diameters are left out (L205).
+    * Of holes of one diameter on top of each other, the first is kept (L301).
+    * Of concentric circles, the one selected by `options.concentric` is kept (L302).
+    * A bare point in the centre of a circle is its centre mark.
 
     Parameters
     ----------
     point_tolerance
-        Distance within which bare points are one, mm; None for `MERGE_TOLERANCE`.
+        Distance within which bare points are duplicates, mm; None for `MERGE_TOLERANCE`.
     """
     issues: list[Issue] = []
     kept = _by_diameter(holes, options, issues)
@@ -85,7 +87,7 @@ def sift(
     kept = _without_centre_marks(kept, MERGE_TOLERANCE, issues)
     if options.concentric != "all":
         kept = _one_per_centre(kept, options, issues)
-        # A point may be near to that circle only which another stood for until now.
+        # The remaining circle may have a centre mark that belonged to a circle just removed.
         kept = _without_centre_marks(kept, MERGE_TOLERANCE, issues)
     return tuple(kept), issues
 
@@ -93,7 +95,7 @@ def sift(
 def _by_diameter(holes: Sequence[Hole], options: ReadOptions, issues: list[Issue]) -> list[Hole]:
     low = options.min_diameter if options.min_diameter is not None else 0.0
     high = options.max_diameter if options.max_diameter is not None else math.inf
-    # Inches become mm with a rounding error: a limit of 6.35 means the hole of 1/4 in too.
+    # The conversion from inches rounds: a limit of 6.35 must include a hole of 1/4 in.
     slack = 1e-6
     kept = [h for h in holes if low - slack <= h.diameter <= high + slack]
     if left := len(holes) - len(kept):
@@ -114,7 +116,7 @@ def _without_doubles(
         table = np.array([(holes[i].x, holes[i].y, holes[i].diameter) for i in rows]).reshape(-1, 3)
         for row, first in zip(rows, anchors(table, reach), strict=True):
             double[row] = rows[first] != row
-            # Both edges of a hole may be drawn: it begins at the upper one.
+            # Both edges of a hole may be drawn: it starts at the upper one.
             highest[rows[first]] = max(highest[rows[first]], holes[row].z)
     if gone := [(h.x, h.y) for h, is_double in zip(holes, double, strict=True) if is_double]:
         issues.append(
@@ -164,7 +166,7 @@ def _one_per_centre(holes: list[Hole], options: ReadOptions, issues: list[Issue]
         highest[stays] = max(highest[stays], holes[row].z)
     raised = [(h.x, h.y) for i, h in enumerate(holes) if i not in gone and highest[i] > h.z + SAME_HEIGHT]
     if raised:
-        # Nobody takes away what stands under the others: down to its own height would be into the material.
+        # Material remains above the lower circle; a rapid to its own height would enter it.
         message = "circles with one centre are drawn at different heights: the hole begins at the highest of them"
         issues.append(Issue("L406", message, places_of(raised, len(raised))))
     if gone:
@@ -181,7 +183,7 @@ def _one_per_centre(holes: list[Hole], options: ReadOptions, issues: list[Issue]
 
 
 def _concentric_anchors(centres: NDArray[np.float64], radii: list[float], tolerance: float) -> list[int]:
-    """Return for every circle the first that is concentric with it, as `anchors`; centres may be somewhat apart."""
+    """Return the first concentric circle of each circle, like `anchors`, but with the tolerance for concentric circles."""
     found = anchors(centres, tolerance)
     table = np.column_stack([centres[:, :2], radii])
     pairs = []
@@ -195,9 +197,9 @@ def _concentric_anchors(centres: NDArray[np.float64], radii: list[float], tolera
 
 
 def circles_around(holes: Sequence[Hole], paths: Sequence[Polyline], tolerance: float) -> list[int]:
-    """Return which circles are outlines: around an off-centre hole, or around separate off-centre closed contours.
+    """Return the circles that are outlines: around an off-centre hole, or around separate off-centre contours.
 
-    Concentric circles are steps of one hole. A concentric contour, or a single contour, may be drawn in a hole: the
+    Concentric circles are steps of one hole. A concentric contour, or a single contour, may be drawn inside a hole: the
     square of a screw head, a letter.
     """
     table = np.array([(hole.x, hole.y, 0.5 * hole.diameter) for hole in holes]).reshape(-1, 3)
@@ -218,7 +220,7 @@ def circles_around(holes: Sequence[Hole], paths: Sequence[Polyline], tolerance: 
             if np.hypot(*(path.flattened() - table[k, :2]).T).max() <= radius[k]:
                 boxes.setdefault(k, []).append((x0, y0, x1, y1))
     for k, around in boxes.items():
-        # Two boxes are apart if one begins, in an axis, after another ends.
+        # Two boxes are apart if, in one axis, one starts after the other ends.
         starts, ends = np.array(around)[:, :2].max(axis=0), np.array(around)[:, 2:].min(axis=0)
         if (starts > ends).any():
             found.add(k)
@@ -226,9 +228,9 @@ def circles_around(holes: Sequence[Hole], paths: Sequence[Polyline], tolerance: 
 
 
 def _concentric_within(radius: float, inner: Any, tolerance: float) -> Any:
-    """Return up to which distance of their centres, mm, an item of the radius `inner` is concentric with a circle.
+    """Return the largest distance of the centres, mm, of a circle and a concentric item of radius `inner`.
 
-    The item contains the centre of the circle, so holes around the centre of a large disc are not concentric with it.
+    The item must contain the centre of the circle: holes around the centre of a large disc are not concentric with it.
     """
     return np.maximum(tolerance, np.minimum(_CONCENTRIC * radius, inner))
 
@@ -236,7 +238,7 @@ def _concentric_within(radius: float, inner: Any, tolerance: float) -> Any:
 def _neighbours(
     table: NDArray[np.float64], reach: NDArray[np.float64]
 ) -> Iterator[tuple[int, NDArray[np.intp], NDArray[np.float64]]]:
-    """Yield each circle, the smaller circles up to `reach` beside it in X, and the distances of their centres, mm.
+    """Yield each circle, the smaller circles within `reach` in X, and the distances of their centres, mm.
 
     `table`: float64[n, 3], x, y and radius.
     """
@@ -251,11 +253,11 @@ def _neighbours(
 
 
 def anchors(points: NDArray[np.float64], tolerance: float) -> list[int]:
-    """Return for every row the first anchor within `tolerance`; a row that has none before it is an anchor.
+    """Return the first anchor within `tolerance` of each row; a row without an earlier anchor is an anchor.
 
-    Rows are taken in their order, so no two anchors are within `tolerance` of each other, and every row is within
-    `tolerance` of its anchor. The grid only finds candidates: cell borders do not matter. O(n): an anchor keeps others
-    out of its neighbourhood, so a cell holds few.
+    Rows are processed in order. Anchors are therefore more than `tolerance` apart, and each row is within `tolerance`
+    of its anchor. The grid only finds candidates, so cell borders do not matter. O(n), because a cell holds few
+    anchors.
 
     Parameters
     ----------
@@ -283,7 +285,7 @@ def anchors(points: NDArray[np.float64], tolerance: float) -> list[int]:
 def _cell(x: float, y: float, w: float, tolerance: float) -> tuple[float, float, float]:
     if tolerance <= 0:
         return (x, y, w)
-    # A hair wider than the tolerance: rounding must not put neighbours two cells apart.
+    # Cells are slightly wider than the tolerance, so that rounding cannot put neighbours two cells apart.
     size = tolerance * 1.001
     return (x // size, y // size, w // size)
 
@@ -296,11 +298,11 @@ def _around(cell: tuple[float, float, float], tolerance: float) -> list[tuple[fl
 
 
 def _crowded(points: NDArray[np.float64], tolerance: float) -> NDArray[np.bool_]:
-    """Return bool[n]: which rows share their cell or one beside it with another row; the rest are anchors for sure."""
+    """Return bool[n]: the rows that share their cell, or an adjacent one, with another row; all others are anchors."""
     if len(points) < 2:
         return np.zeros(len(points), dtype=np.bool_)
     size = max(tolerance, 1e-3)
-    # Coordinates are within ±1e6 mm, so a cell number fits in 31 bits and two of them in one key.
+    # Coordinates are within ±1e6 mm: a cell number fits in 31 bits, and two of them in one key.
     column = np.floor(points[:, 0] / size).astype(np.int64)
     key = column * 2**32 + np.floor(points[:, 1] / size).astype(np.int64)
     cells, counts = np.unique(key, return_counts=True)

@@ -1,4 +1,4 @@
-"""G-code programs are no drawings: they are left to the processes that read programs."""
+"""G-code programs are not drawings; the processes that read programs handle them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from leafcut.read.format import Source
 
 
 def read_gcode(source: Source, options: ReadOptions) -> Part:
-    """Refuse: a program has no drawing.
+    """Raise `ReadError`: a program contains no drawing.
 
     Raises
     ------

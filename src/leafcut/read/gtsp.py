@@ -1,11 +1,11 @@
-"""Generalised travelling salesman problems: ``.gtsp`` of GTSPLIB and ``.pcglns`` with precedence, into a `Part`.
+"""Generalised travelling salesman problems: ``.gtsp`` of GTSPLIB, and ``.pcglns`` with precedence.
 
-The keys and sections of TSPLIB, and besides:
+These formats extend TSPLIB:
 
-* ``GTSP_SETS``: number of sets; ``GTSP_SET_SECTION``: lines of set, nodes, -1. A tour visits one node of every set.
-* ``GTSP_SET_ORDERING``: lines ``a b c -1``: set a is visited before b and before c.
-* ``START_GROUP_SECTION``: the set with which the closed tour begins.
-* In a full matrix -1 says that a way is not allowed; it need not be symmetric.
+* ``GTSP_SETS``: number of sets; ``GTSP_SET_SECTION``: lines of set, nodes, -1. A tour visits one node of each set.
+* ``GTSP_SET_ORDERING``: lines ``a b c -1``: set a is visited before sets b and c.
+* ``START_GROUP_SECTION``: the first set of the closed tour.
+* In a full matrix, -1 marks a forbidden edge; the matrix need not be symmetric.
 
 Source: the instances of S. L. Smith and F. Imeson (GLNS, 2017) and of R. Salman, F. Ekstedt and P. Damaschke (2020).
 """
@@ -30,14 +30,14 @@ KINDS = ("GTSP", "AGTSP", "PCGTSP", "PCGLNS")
 
 
 def read_gtsp(source: Source, options: ReadOptions) -> Part:
-    """Return the nodes as holes of diameter 0, with the rule of distance and their `Grouping`.
+    """Return the nodes as holes of diameter 0, with the distance function and their `Grouping`.
 
-    Nodes that have distances only are on a circle: the places are for pictures.
+    Nodes given only by distances are placed on a circle, for display.
 
     Raises
     ------
     ReadError
-        A key, section or number is missing, wrong, or of a kind that leafcut does not solve.
+        A key, section or number is missing, wrong, or of an unsupported kind.
     """
     path = source.path
     keys, sections = tsplib.split(source)
@@ -63,7 +63,7 @@ def read_gtsp(source: Source, options: ReadOptions) -> Part:
 
 
 def _check_costs(path: str, section: DataSection, matrix: NDArray[np.float64]) -> None:
-    """Raise if a cost is negative and not the -1 of a way that is not allowed."""
+    """Raise if a cost is negative and not -1 (a forbidden edge)."""
     wrong = np.argwhere((matrix < 0) & (matrix != -1))
     if len(wrong):
         i, j = wrong[0].tolist()
@@ -111,7 +111,7 @@ def _ordering(path: str, sections: Sections, number: dict[int, int]) -> Ints:
 
 
 def _start(path: str, sections: Sections, number: dict[int, int]) -> int:
-    """Return the cluster with which the tour begins, or -1."""
+    """Return the first cluster of the tour, or -1."""
     if "START_GROUP_SECTION" not in sections:
         return -1
     section = sections["START_GROUP_SECTION"]
@@ -128,7 +128,7 @@ def _known(path: str, line: int, number: dict[int, int], name: int) -> int:
 
 
 def _runs(path: str, section: DataSection) -> list[tuple[int, list[int]]]:
-    """Return the runs of whole numbers that end with -1, each with its line."""
+    """Return the lists of integers terminated by -1, each with its line number."""
     values = tsplib.numbers(path, section)
     if not len(values):
         return []
