@@ -206,10 +206,10 @@ def find_cut_data(
 ) -> tuple[CutData, list[Issue]]:
     """Return the cutting data of a sheet, and issues.
 
-    Uses the row of the given thickness, or interpolates between the two nearest rows of one process, material and
-    current. Speed is interpolated in logarithms, because it falls with a power of the thickness; all else linearly. The
-    most trusted chart wins; estimates are the last resort. Of several currents, the fastest wins that pierces the sheet
-    and has complete data. If the user gives speed, kerf and pierce delay, no row is needed.
+    Uses the row of the given thickness, or interpolates between the two rows around it, of the same process,
+    material and current. Speed is interpolated in logarithms, because it falls with a power of the thickness; all
+    else linearly. The most trusted chart wins; estimates are the last resort. Of several currents, the fastest wins
+    that pierces the sheet and has complete data. If the user gives speed, kerf and pierce delay, no row is needed.
 
     Parameters
     ----------
@@ -345,7 +345,7 @@ def _at_thickness(group: list[ChartRow], thickness: float) -> tuple[ChartRow, li
 
 
 def _by_nozzle(rows: list[ChartRow]) -> list[list[ChartRow]]:
-    """Group rows by nozzle. Nozzles are mixed only if none of them has rows on both sides of the thickness."""
+    """Group rows by nozzle. Mixing nozzles is the last resort, if no nozzle has rows on both sides."""
     return [[r for r in rows if r.rates.nozzle == name] for name in dict.fromkeys(r.rates.nozzle for r in rows)]
 
 

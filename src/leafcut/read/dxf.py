@@ -222,7 +222,7 @@ def _not_holes(kinds: Counter[str]) -> list[Issue]:
 
 
 def _nothing(walk: BlockWalk[Shape], finds: Finds, noticed: list[Issue]) -> str:
-    """Message for a drawing without holes: what was found instead, on one line."""
+    """Message for a drawing without holes: list the other entities on one line."""
     parts = [f"{number} {shown(kind)}" for kind, number in (walk.others + finds.others).most_common(6)]
     parts += [f"{number} {kind} not circular" for kind, number in finds.squashed.items()]
     parts += [f"{number} {kind} {OUT_OF_RANGE}" for kind, number in finds.far.items()]

@@ -95,7 +95,7 @@ def stroke_of(entity: Any) -> DxfStroke | None:
 
 
 def _said_of(entity: Any) -> tuple[str, str]:
-    """Return the name that a nest stored in the XDATA of an outline ("" if none), and the kind: ``sheet`` or ``cut``."""
+    """Return the name stored in the XDATA of an outline by a nest ("" if none), and its kind: ``sheet`` or ``cut``."""
     texts = [str(tag.value) for tag in entity.get_xdata(APPLICATION)] if entity.has_xdata(APPLICATION) else []
     name, kind = [*texts[:2], "", ""][:2]
     return name, "sheet" if kind == "sheet" else "cut"

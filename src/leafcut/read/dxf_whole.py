@@ -102,7 +102,7 @@ def _aside_of(entity: Any) -> DxfStroke | None:
             found.append(stroke._replace(dxftype=kind, layer=layer, handle=handle, name="", kind="text"))
             if len(found) == _MOST_LINES:
                 break
-    except Exception:  # ezdxf raises almost any exception on a damaged entity: show the lines read so far
+    except Exception:  # ezdxf raises almost any exception on a damaged entity: show the lines already read
         found = found[:_MOST_LINES]
     return DxfStroke(kind, Letters(tuple(found)), layer, handle, "", "text") if found else None
 

@@ -183,7 +183,7 @@ def _one_per_centre(holes: list[Hole], options: ReadOptions, issues: list[Issue]
 
 
 def _concentric_anchors(centres: NDArray[np.float64], radii: list[float], tolerance: float) -> list[int]:
-    """Return the first concentric circle of each circle, like `anchors`, but with the tolerance for concentric circles."""
+    """Return the first concentric circle of each circle, like `anchors` with the tolerance of concentric circles."""
     found = anchors(centres, tolerance)
     table = np.column_stack([centres[:, :2], radii])
     pairs = []

@@ -1,4 +1,4 @@
-"""What a reader is: a named format, the file it is given, and small things that all readers share."""
+"""The `Format` type, the input of a reader (`Source`), and functions shared by all readers."""
 
 from __future__ import annotations
 
@@ -20,32 +20,32 @@ from leafcut.model.part import Part
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.units import MM_PER_UNIT
 
-#: Files larger than this are refused: no drawing of holes is, and reading one could exhaust the memory.
+#: Largest file, bytes: no drawing of holes is larger, and reading it could exhaust the memory.
 MAX_BYTES = 512 * 1024 * 1024
-#: More holes than this are refused, whatever the file.
+#: Most holes of a part.
 MAX_HOLES = 1_000_000
-#: No machine that leafcut writes for is a kilometre wide; beyond this a number is a mistake, mm.
+#: Largest coordinate, mm: machines are smaller than 1 km, so a larger number is a mistake.
 MAX_COORDINATE = 1e6
-#: What is wrong with such an entity, and what to do.
+#: Message and remedy for an entity beyond `MAX_COORDINATE`.
 OUT_OF_RANGE = "lying or extending more than 1 km from the drawing zero: move it to the zero, or give --units"
-#: A drawing that is smaller than this on its longer side is in another unit, mm; `--units` says that it is not.
+#: A drawing whose longer side is shorter than this, mm, has the wrong unit, unless `--units` is given.
 SMALLEST_DRAWING = 2.0
-#: More lines and arcs than this are refused, whatever the file.
+#: Most lines and arcs of a part.
 MAX_SEGMENTS = 1_000_000
-#: Splines and ellipses become arcs and lines that leave them by at most this, mm.
+#: Tolerance of the arcs and lines that approximate splines and ellipses, mm.
 CURVE_TOLERANCE = 0.01
-#: How much of a file `Format.sniff` sees, bytes.
+#: Bytes passed to `Format.sniff`.
 SNIFF_BYTES = 64 * 1024
 
 
-#: What the blocks of a drawing of any size may expand to (holes are quicker to read), and so many more for each byte.
+#: Elements that the blocks of any drawing may expand to (holes are faster to read), and the addition per byte.
 FREE_COPIES, FREE_HOLES, COPIES_PER_BYTE = 100_000, 400_000, 1
 #: The same for the points along its curves.
 FREE_POINTS, POINTS_PER_BYTE = 500_000, 4
 
 
 class Match(IntEnum):
-    """How sure a format is, from the first bytes, that a file is its own."""
+    """Confidence of a format, from the first bytes, in recognising a file."""
 
     NO = 0
     MAYBE = 1
@@ -54,10 +54,10 @@ class Match(IntEnum):
 
 @dataclass(frozen=True)
 class Source:
-    """What a reader is given: the path as the user wrote it, and the bytes of the file.
+    """Input of a reader: the path as the user wrote it, and the bytes of the file.
 
-    Readers call `look` as they go on: who waits may end them. Where there is a `kept`, they leave there what takes long
-    to make of the bytes, for the next reader of the same source.
+    Readers report progress to `look`, which may cancel them. `kept`, if given, caches expensive results for the next
+    reader of the same source.
     """
 
     path: str
@@ -70,16 +70,16 @@ class Source:
 
     @property
     def file_name(self) -> str:
-        """The file's name without its folders, so that no program's header tells where it was made."""
+        """The file name without its folder, so that the header of a program does not reveal the folder."""
         return Path(self.path).name
 
     @property
     def name(self) -> str:
-        """The file's name without folders and extension, for people."""
+        """The file name without folder and extension, for display."""
         return Path(self.path).stem
 
     def text(self) -> str:
-        """Return the file as text: UTF-8, UTF-16 by its mark, else Latin-1.
+        """Return the file as text: UTF-8, UTF-16 with a byte order mark, else Latin-1.
 
         Raises
         ------
@@ -95,9 +95,9 @@ class Source:
 
 @contextmanager
 def parsing_xml(path: str, advice: str) -> Iterator[None]:
-    """Turn what the parsers of XML raise into a `ReadError` with its line.
+    """Convert the exceptions of XML parsers to a `ReadError` with the line number.
 
-    `advice` is what to do where the file declares entities, which nothing that leafcut reads needs.
+    `advice` is the remedy for a file that declares entities, which no supported format needs.
     """
     from xml.etree.ElementTree import ParseError
     from xml.sax import SAXParseException
@@ -117,30 +117,30 @@ def parsing_xml(path: str, advice: str) -> Iterator[None]:
         except ParseError as problem:
             reason, line = f"not well-formed XML: {shown(str(problem), 80)}", problem.position[0]
         except (LookupError, ValueError) as problem:
-            # An encoding that there is not: only the declaration, in the first line, names one.
+            # An unknown encoding: only the declaration, in the first line, names one.
             reason, line = f"not well-formed XML: {shown(str(problem), 80)}", 1
         raise ReadError(path, reason, line)
 
 
 class ReadBudget:
-    """What reading a file may come to, by the file's size: a few lines can ask for the work of a night."""
+    """Limit of the work done for a file, by its size: a few lines can ask for hours of work."""
 
     def __init__(self, path: str, most: int, reason: str) -> None:
         self.path, self.left, self.reason = path, most, reason
 
     def __call__(self, amount: int) -> None:
-        """Spend an amount; raise `ReadError` where that is more than there is."""
+        """Spend an amount; raise `ReadError` if the budget is exceeded."""
         self.check(amount)
         self.left -= amount
 
     def check(self, amount: int) -> None:
-        """Raise `ReadError` where an amount is more than there is."""
+        """Raise `ReadError` if an amount exceeds the rest of the budget."""
         if amount > self.left:
             raise ReadError(self.path, self.reason)
 
 
 def copies_of(source: Source, what: str, free: int = FREE_COPIES) -> ReadBudget:
-    """Return the budget for what the blocks or uses of a drawing expand to."""
+    """Return the budget for the elements that the blocks or uses of a drawing expand to."""
     most = free + COPIES_PER_BYTE * len(source.data)
     reason = f"the {what} of this drawing, which has {size_of(source)}, expand to more than {most:,} elements"
     return ReadBudget(source.path, most, f"{reason}; explode less of it")
@@ -154,7 +154,7 @@ def points_of(source: Source) -> ReadBudget:
 
 
 def size_of(source: Source) -> str:
-    """Return the size of a file in words."""
+    """Return the size of a file in kB, as text."""
     return f"{max(len(source.data) // 1000, 1):,} kB"
 
 
@@ -164,12 +164,12 @@ def _no_match(_: bytes) -> Match:
 
 @dataclass(frozen=True)
 class Format:
-    """One kind of file and the function that reads it.
+    """A file format, and the functions that read it.
 
     Attributes
     ----------
     name
-        One word, kept as `Part.format`.
+        One word, stored as `Part.format`.
     extensions
         Lower case, with the dot.
     help
@@ -177,22 +177,21 @@ class Format:
     read
         ``(Source, ReadOptions) -> Part``; raises `ReadError`.
     sniff
-        Says from the first bytes of a file whether it is of this format.
+        Recognises the format from the first bytes of a file.
     prefix
-        Inputs that begin with it are no files; they are given to this format by name (``example:plate-70``).
+        Inputs with one of these prefixes are names for this format, not files (``example:plate-70``).
     error
-        Why a plug-in could not be loaded; empty for a format that works.
+        The reason why a plug-in could not be loaded; empty for a working format.
     contours
-        ``(Source, ReadOptions) -> Part`` for what is to be cut: the part's contours, as they are drawn. None for a
-        format that has none.
+        ``(Source, ReadOptions) -> Part``: the contours to cut, unchanged. None for a format without contours.
     pockets
-        ``(Source, ReadOptions, PocketDrawingOptions, SheetOptions) -> Part`` for what is to be
-        cleared: the part's pockets. None for a format that has none.
+        ``(Source, ReadOptions, PocketDrawingOptions, SheetOptions) -> Part``: the pockets to clear. None for a format
+        without pockets.
     whole
-        ``(Source, ReadOptions) -> Part``: all that a drawing shows, whatever of it is worked: contours, and circles and
-        points as holes. None where `contours`, or else `read`, gives that.
+        ``(Source, ReadOptions) -> Part``: the complete drawing for display: contours, and circles and points as holes.
+        None if `contours`, or else `read`, returns it.
     processes
-        What a file of this kind is read for, the usual first: ``drill``, ``cut``, ``pocket``.
+        The processes that use such files, the most common first: ``drill``, ``cut``, ``pocket``.
     """
 
     name: str
@@ -209,7 +208,7 @@ class Format:
 
 
 def load(path: str | Path) -> Source:
-    """Return the bytes of a regular file.
+    """Read a regular file.
 
     Raises
     ------
@@ -238,7 +237,7 @@ def load(path: str | Path) -> Source:
 
 
 def load_json(path: str | Path) -> Any:
-    """Return what a JSON file holds.
+    """Read a JSON file.
 
     Raises
     ------
@@ -252,12 +251,12 @@ def load_json(path: str | Path) -> Any:
 
 
 def parse_json(text: str) -> Any:
-    """Return what a JSON text holds.
+    """Parse a JSON text.
 
     Raises
     ------
     ValueError, RecursionError
-        It is not JSON, or a text in it has half of a letter (``\\ud800``), which nothing can be written with.
+        The text is not JSON, or contains a lone surrogate (``\\ud800``), which cannot be encoded.
     """
     found = json.loads(text)
     if "\\ud" in text.lower() and has_half_letter(found):
@@ -266,7 +265,7 @@ def parse_json(text: str) -> Any:
 
 
 def has_half_letter(value: Any) -> bool:
-    """Return whether a text somewhere in what JSON can say has half of a letter, which nothing can be written with."""
+    """Return whether a string in a JSON value contains a lone surrogate, which cannot be encoded."""
     try:
         json.dumps(value, ensure_ascii=False).encode()
     except UnicodeEncodeError:
@@ -275,23 +274,23 @@ def has_half_letter(value: Any) -> bool:
 
 
 def places_of(points: list[tuple[float, float]], number: int) -> str:
-    """Return the first places of `number` things, as the place of an `Issue`."""
+    """Return the first of `number` points as text, for `Issue.place`."""
     first = ", ".join(f"({x:g}, {y:g})" for x, y in points[:3])
     return f"at {first}" + (" …" if number > 3 else "")
 
 
 def factor_of(options: ReadOptions, own_units: str | None) -> float:
-    """Return mm per unit: the user's word, else the file's own, else mm."""
+    """Return mm per unit: of the user's unit, else the file's, else mm."""
     return MM_PER_UNIT[options.units or own_units or "mm"]
 
 
 def to_mm(value: float, factor: float) -> float:
-    """Return a length in mm, without the digits that only a conversion makes: the same part in inch is the same."""
+    """Convert a length to mm, rounded to remove digits that come from the conversion."""
     return value if factor == 1.0 else round(value * factor, 6)
 
 
 def units_unknown(what: str, part: Part, severity: Severity) -> Issue:
-    """Return the issue L102, with the size that the part has in mm, so that a wrong guess is seen."""
+    """Return the issue L102 with the size of the part in mm, which reveals a wrong guess."""
     left, low, right, high = part.extents
     widths = [w for w in part.diameters if w > 0]
     holes = f"holes of Ø {min(widths):g} to {max(widths):g} mm" if widths else "the points"
@@ -305,12 +304,12 @@ def units_unknown(what: str, part: Part, severity: Severity) -> Issue:
 
 
 def refuse_tiny(path: str, part: Part, options: ReadOptions) -> None:
-    """Refuse a drawing so small that its unit must be another, unless the user gives the unit, or chooses layers.
+    """Refuse a drawing too small for its unit, unless the user gives the unit or selects layers.
 
     Raises
     ------
     ReadError
-        It is: states its size.
+        The drawing is too small; states its size.
     """
     if options.units or options.layers:
         return
@@ -326,10 +325,10 @@ def refuse_tiny(path: str, part: Part, options: ReadOptions) -> None:
 
 
 def too_many_holes(path: str) -> ReadError:
-    """Return the error about more holes than leafcut takes."""
+    """Return the error for more holes than `MAX_HOLES`."""
     return ReadError(path, f"more than {MAX_HOLES:,} holes; select some with --layers or split the file")
 
 
 def too_many_segments(path: str) -> ReadError:
-    """Return the error about more lines and arcs than leafcut takes."""
+    """Return the error for more lines and arcs than `MAX_SEGMENTS`."""
     return ReadError(path, f"more than {MAX_SEGMENTS:,} lines and arcs; select some with --layers or split the file")

@@ -1,4 +1,4 @@
-"""Drill files of one board joined: those of plated and of other holes, as KiCad and others write them apart."""
+"""Join the drill files of one board: KiCad and others write plated and unplated holes to separate files."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from leafcut.read.filter_holes import sift
 
 
 def read_drill_files(sources: Sequence[Source], options: ReadOptions, look: Heartbeat = unseen) -> Part:
-    """Return one part with the holes and slots of several drill files; one that is empty is told, and left out.
+    """Return one part with the holes and slots of several drill files; empty files are reported and left out.
 
     Raises
     ------
     ReadError
-        One cannot be read, all are empty, or as `join_drill_files` does.
+        A file cannot be read, all are empty, or `join_drill_files` raises it.
     """
     parts, empty = [], []
     for source in sources:
@@ -42,13 +42,13 @@ def read_drill_files(sources: Sequence[Source], options: ReadOptions, look: Hear
 def join_drill_files(parts: Sequence[Part], options: ReadOptions) -> Part:
     """Return one part with the holes and slots of several drill files, in their order.
 
-    A hole that stands in two of them is drilled once. Holes of one diameter are alike, plated or not: what tells them
-    apart is the file, and who wants them apart makes a program of each.
+    A hole in two files is drilled once. Plated and unplated holes of equal diameter are not distinguished; to keep
+    them apart, make one program per file.
 
     Raises
     ------
     ReadError
-        With `options.strict`, a hole stands in two files, or they lie so far apart that they are hardly of one board.
+        With `options.strict`, a hole occurs in two files, or the files lie too far apart to belong to one board.
     """
     holes, noticed = sift([hole for part in parts for hole in part.holes], options)
     words = ", ".join(f"{part.source} {_counts(part)}" for part in parts)
@@ -73,7 +73,7 @@ def join_drill_files(parts: Sequence[Part], options: ReadOptions) -> Part:
 
 
 def _reference(parts: Sequence[Part]) -> Part | None:
-    """Return all holes of the files, chosen or not, if what was chosen is not all of them."""
+    """Return all holes of the files, including unselected ones; None if every hole is selected."""
     if all(part.reference is None for part in parts):
         return None
     every = [part.reference or part for part in parts]
@@ -87,7 +87,7 @@ def _counts(part: Part) -> str:
 
 
 def _far_apart(parts: Sequence[Part]) -> str:
-    """Return which two parts are further from each other than they are large together; empty for none."""
+    """Name two parts whose distance exceeds the sum of their sizes; empty if there are none."""
     boxes = [part.extents for part in parts]
     for k, (a, one) in enumerate(zip(parts, boxes, strict=True)):
         for b, other in zip(parts[k + 1 :], boxes[k + 1 :], strict=True):

@@ -1,7 +1,7 @@
-"""Letters as single strokes, to be engraved: the Hershey font "Roman Simplex", the same on every machine.
+"""Letters as single strokes for engraving: the Hershey font "Roman Simplex", identical on every machine.
 
-Source of the strokes: A. V. Hershey, Calligraphy for Computers, NWL Report 2101 (1967), by the package Hershey-Fonts.
-Accents, and what a drawing writes as %%c, %%d and %%p, are put together here.
+Source of the strokes: A. V. Hershey, Calligraphy for Computers, NWL Report 2101 (1967), from the package Hershey-Fonts.
+Accents, and the characters that a drawing writes as %%c, %%d and %%p, are composed here.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 LetterLines = list[NDArray[np.float64]]
 
-#: In the font's units: a capital's foot and head, and how high it is; y runs down.
+#: Base line and cap height, in font units; y points down.
 _FOOT, _CAPITAL = 9.0, 21.0
-#: The head of a small letter, above the foot.
+#: Height of a lower-case letter above the base line.
 _SMALL = 14.0
-#: Marks over or under a letter, about its middle, from 0 at the letter's edge away from it.
+#: Accent strokes: x from the middle of the letter, y from its edge.
 _ACCENTS: dict[str, list[list[tuple[float, float]]]] = {
     "\u0300": [[(-3, 6), (1, 3)]],
     "\u0301": [[(3, 6), (-1, 3)]],
@@ -31,20 +31,20 @@ _ACCENTS: dict[str, list[list[tuple[float, float]]]] = {
     "\u030c": [[(-4, 6), (0, 3), (4, 6)]],
     "\u0327": [[(1, 0), (-1, -3), (2, -4), (0, -6), (-3, -6)]],
 }
-#: A letter whose strokes are those of two others.
+#: Letters composed of the strokes of two others.
 _TOGETHER = {"Ø": "O/", "ø": "o/", "±": "+_", "⌀": "O/", "∅": "O/"}
 _ALIKE = {"–": "-", "—": "-", "−": "-", "’": "'", "‘": "'", "“": '"', "”": '"', "\u00a0": " ", "\t": " ", "ı": "i"}
 
 
 def letters(text: str) -> tuple[LetterLines, float]:
-    """Return a line of text as strokes float64[n, 2] from its base line's beginning, and its width.
+    """Return a line of text as strokes float64[n, 2] from the left end of its base line, and its width.
 
-    A capital is 1 high.
+    The cap height is 1.
 
     Raises
     ------
     ValueError
-        There are no strokes for a letter; names it.
+        The font has no strokes for a letter; names it.
     """
     found: LetterLines = []
     x = 0.0
@@ -71,7 +71,7 @@ def _letter(letter: str) -> tuple[LetterLines, float]:
     left = glyph.left_offset
     strokes = [[(x - left, _FOOT - y) for x, y in stroke] for stroke in glyph.strokes]
     if base == "i" and marks:
-        strokes = strokes[1:]  # the mark stands where the dot was
+        strokes = strokes[1:]  # the accent replaces the dot
     strokes += _marked(marks, 0.5 * glyph.char_width, _SMALL if base.islower() else _CAPITAL)
     return [np.array(stroke, dtype=np.float64) / _CAPITAL for stroke in strokes], glyph.char_width / _CAPITAL
 

@@ -1,6 +1,6 @@
 """Machine profiles: TOML → `Machine`.
 
-Shipped profiles, and those of installed packages (`leafcut.machines`), are found by name; others by their path.
+Shipped profiles, and those of installed packages (`leafcut.machines`), are loaded by name; others by path.
 """
 
 from __future__ import annotations
@@ -32,36 +32,36 @@ from leafcut.read.machine_keys import (
 from leafcut.read.toml_table import TomlTable
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: LinuxCNC and others check the limits of an axis to about this, mm.
+#: Tolerance of axis limits in LinuxCNC and other controllers, mm.
 _ROOM = 1e-6
-#: No motor makes more steps per mm.
+#: Most motor steps per mm.
 _MOST_STEPS = 1e5
-#: No nozzle is wider, mm.
+#: Largest nozzle diameter, mm.
 _WIDEST_NOZZLE = 200.0
 
 
 def shipped_machines() -> list[str]:
-    """Return the names of the shipped machines, sorted."""
+    """Return the sorted names of the shipped machines."""
     return sorted(
         f.name.removesuffix(".toml") for f in resources.files("leafcut.machines").iterdir() if f.name.endswith(".toml")
     )
 
 
 def _path_of(name: str, found: Any) -> Path:
-    """Return the path of the profile that an entry point names, after checking that it loads."""
+    """Return the path of the profile of an entry point, after checking that it loads."""
     path = file_of(name, found)
     load_machine(str(path))
     return path
 
 
-#: Machines of other packages: each is a TOML profile.
+#: Machines of other packages, as TOML profiles.
 MACHINES = PluginKind(
     "machine", "leafcut.machines", shipped_machines, _path_of, lambda path: load_machine(str(path)).description
 )
 
 
 def machine_names() -> list[str]:
-    """Return the names of all machines, those shipped first, without broken plug-ins."""
+    """Return the names of all machines, shipped ones first, without broken plug-ins."""
     return [*shipped_machines(), *(one.name for one in MACHINES.plugins() if one.adds is not None)]
 
 
@@ -71,22 +71,22 @@ def machine_descriptions() -> dict[str, str]:
 
 
 def machine_list() -> list[tuple[str, str]]:
-    """Return each machine's name, description and controller; of a broken plug-in its name and error."""
+    """Return the name, description and controller of each machine; for a broken plug-in, its name and error."""
     known = {name: load_machine(name) for name in machine_names()}
-    # Of the path of a dialect only the file name is shown.
+    # For a dialect given by path, only the file name is shown.
     rows = [(name, f"{one.description} ({Path(one.controller).name})") for name, one in known.items()]
     return rows + [(one.name, one.told) for one in MACHINES.plugins() if one.adds is None]
 
 
 def load_machine(name_or_path: str, work_offset: Sequence[float] | None = None) -> Machine:
-    """Return a machine by its name, or by the path of its profile, a ``.toml`` file.
+    """Return a machine by its name, or by the path of its ``.toml`` profile.
 
-    `work_offset` (x, y, z of program zero in machine coordinates, mm) takes the place of the profile's own.
+    `work_offset` (program zero in machine coordinates: x, y, z in mm) overrides the profile.
 
     Raises
     ------
     OptionError
-        There is no machine of that name (the nearest name is suggested), or no such file; or a plug-in cannot be read.
+        The machine (the nearest name is suggested) or the file does not exist, or a plug-in cannot be read.
     DataError
         The file cannot be read; or a key of the profile is unknown, missing, of the wrong kind or out of range.
     """
@@ -95,12 +95,12 @@ def load_machine(name_or_path: str, work_offset: Sequence[float] | None = None) 
 
 
 def machine_template(name_or_path: str) -> str:
-    """Return the profile of a machine as TOML to save and change; comments explain every key.
+    """Return the profile of a machine as TOML to edit, with comments that explain every key.
 
     Raises
     ------
     OptionError
-        As `load_machine` does.
+        As in `load_machine`.
     """
     data, place = _profile(name_or_path)
     machine = _machine_of(data, place)
@@ -108,7 +108,7 @@ def machine_template(name_or_path: str) -> str:
 
 
 def machine_of_profile(text: str, place: str) -> Machine:
-    """Return the machine of a profile that is not written to a file yet; `place` starts its messages.
+    """Return the machine of a profile given as text; `place` is the prefix of messages.
 
     Raises
     ------
@@ -119,12 +119,12 @@ def machine_of_profile(text: str, place: str) -> Machine:
 
 
 def profile_of(name_or_path: str) -> dict[str, Any]:
-    """Return the keys of the profile of a machine, as they stand there.
+    """Return the keys and values of a machine profile, unchanged.
 
     Raises
     ------
     OptionError
-        As `load_machine` does.
+        As in `load_machine`.
     """
     data, place = _profile(name_or_path)
     _machine_of(data, place)
@@ -132,7 +132,7 @@ def profile_of(name_or_path: str) -> dict[str, Any]:
 
 
 def _profile(name_or_path: str) -> tuple[dict[str, Any], str]:
-    """Return the contents of a profile, and the name of its file for messages."""
+    """Return the contents of a profile, and its file name for messages."""
     if name_or_path.lower().endswith(".toml"):
         return read_toml(Path(name_or_path), MACHINE), name_or_path
     if name_or_path not in shipped_machines():
@@ -211,10 +211,10 @@ def _machine_of(data: dict[str, Any], place: str) -> Machine:
 
 
 def _controller(top: TomlTable, place: str) -> tuple[str, str]:
-    """Return the dialect of a machine, a name or a path, and the shipped dialect that it is based on, if any.
+    """Return the dialect of a machine (a name or a path), and the shipped dialect that it extends, or "".
 
-    The file of a dialect lies in the folder of the profile or below it, so that no profile can make leafcut read
-    files elsewhere.
+    A dialect file must be in the folder of the profile or below it, so that no profile can make leafcut read files
+    elsewhere.
     """
     name = top.text("controller")
     if name.lower().endswith(".toml"):
@@ -235,7 +235,7 @@ def _controller(top: TomlTable, place: str) -> tuple[str, str]:
 
 
 def _limits(travel: TomlTable, key: str, unlimited: float) -> XYZ:
-    """Return one end of the travel of each axis; `unlimited` where it is not known."""
+    """Return the lower or upper travel limits of the axes; `unlimited` if unknown."""
     if not travel.values:
         return (unlimited,) * 3
     value = travel.values.get(key)
@@ -261,13 +261,13 @@ def _xy(v: tuple[float, ...]) -> tuple[float, float]:
 
 
 def _sources(top: TomlTable) -> dict[str, str]:
-    """Return where each value comes from, by ``key`` or ``table.key``."""
+    """Return the source of each value, by ``key`` or ``table.key``."""
     table = top.table("sources", SOURCE_KEYS)
     return {key: table.text(key) for key in table.values}
 
 
 def _check(machine: Machine, place: str, top: TomlTable) -> None:
-    """Refuse impossible numbers before anything divides by them. Messages show them as they stand in the file."""
+    """Reject impossible numbers before they are used. Messages show them as written in the file."""
 
     def refuse(key: str, reason: str) -> DataError:
         return DataError(f"{place}: '{key}' {reason}")

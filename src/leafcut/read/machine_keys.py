@@ -1,6 +1,7 @@
-"""The keys of a machine profile, with meaning and default.
+"""The keys of a machine profile, with meanings and defaults.
 
-This table checks and completes profiles, writes templates and the reference page (`tools/make_reference.py`).
+This table is used to validate and complete profiles, and to write templates and the reference page
+(`tools/make_reference.py`).
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from leafcut.model.kinds import Head
 
 RAPID_STYLES = ("linear", "dogleg")
 CORNERS = ("linuxcnc", "grbl", "round")
-#: What stands for the end of the travel of one axis where it is not known.
+#: Value for an unknown travel limit of an axis.
 UNKNOWN = "unknown"
 
 
@@ -28,21 +29,21 @@ class ProfileKey:
     name
         ``key``, or ``table.key``.
     help
-        What it means, in a line.
+        Its meaning, in one line.
     default
-        The value of a profile without the key, as it would stand there; None if there is no such value.
+        Value if the key is missing, as written in a profile; None if there is no such value.
     why
-        Where the default comes from; without a default, what happens instead.
+        Source of the default; without a default, the effect of a missing key.
     example
-        What a template shows for a key without a default.
+        Value in a template for a key without a default.
     required
         Every profile must have the key.
     told
-        A run that uses the default says so (L408): times, or what is refused, depend on it.
+        A run that uses the default reports it (L408), because times or refusals depend on it.
     unit, size
-        Of a quantity its inner unit, a key of `units.FACTORS`, and how many there are: one, or one for each axis.
+        For a quantity: its internal unit, a key of `units.FACTORS`, and the number of values: one, or one per axis.
     choices, bounds
-        What it may be: one of these words, or within these bounds, in words.
+        Allowed words, or the allowed range as text.
     """
 
     name: str
@@ -59,7 +60,7 @@ class ProfileKey:
 
     @property
     def kind(self) -> str:
-        """What stands there: flag, choice, quantity, axes (a quantity for each), number, whole, wholes, or text."""
+        """Kind of the value: flag, choice, quantity, axes (a quantity per axis), number, whole, wholes, or text."""
         if isinstance(self.default, bool):
             return "flag"
         if self.choices:
@@ -81,7 +82,7 @@ class ProfileKey:
 
     @property
     def shown_default(self) -> str:
-        """The default and where it comes from, in words."""
+        """The default and its source, as text."""
         value = "" if self.default is None else toml_value(self.default)
         return f"{value} ({self.why})" if value and self.why else value or self.why
 
@@ -348,17 +349,17 @@ KEYS: dict[str, tuple[str, ...]] = {
     for table in dict.fromkeys(key.table for key in PROFILE_KEYS)
 }
 
-#: What may stand at the top level.
+#: Keys and tables of the top level.
 TOP_KEYS: tuple[str, ...] = (*KEYS[""], *(table for table in KEYS if table), "sources")
 
-#: Keys that `[sources]` may explain: every value that is a fact about the machine.
+#: Keys of `[sources]`: every value that is a fact about the machine.
 SOURCE_KEYS: tuple[str, ...] = tuple(key.name for key in PROFILE_KEYS if key.name not in ("name", "description"))
 
 
 def with_defaults(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:
-    """Return a profile with its defaults filled in, and those defaults that a run must report.
+    """Fill the defaults into a profile; return it, and the defaults that a run must report.
 
-    The second is key → value and where it comes from. A missing table [probe] stays missing.
+    The second maps each key to its value and source. A missing table [probe] stays missing.
     """
     filled = {name: dict(value) if isinstance(value, Mapping) else value for name, value in data.items()}
     told: dict[str, str] = {}
@@ -374,10 +375,9 @@ def with_defaults(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, st
 
 
 def profile_template(data: Mapping[str, Any], name: str) -> str:
-    """Return a profile as TOML that explains every key.
+    """Return a profile as TOML with an explanation of every key.
 
-    Keys that the profile does not have stand there as comments, with their default or an example. Read back, the text
-    is the same machine.
+    Missing keys are comments with their default or an example. Loading the text gives the same machine.
     """
     lines = [
         f"# Machine profile {name}: save it as my.toml, change it, and run with --machine my.toml.",
@@ -416,6 +416,6 @@ def _by_table() -> dict[str, list[ProfileKey]]:
 
 
 def toml_value(value: Any) -> str:
-    """Return a text, a number, true or false, or a list of these as TOML."""
-    # TOML escapes a text as JSON does; neither needs to escape letters beyond ASCII.
+    """Return a string, a number, a bool, or a list of these as TOML."""
+    # TOML escapes strings like JSON; both allow characters beyond ASCII.
     return json.dumps(value, ensure_ascii=False)

@@ -1,7 +1,7 @@
-"""Meshes of solids: STL, as text or binary, and STEP.
+"""Meshes of solids: STL (text or binary) and STEP.
 
-Libraries read STL too (trimesh, numpy-stl); with the bounds and refusals that a stranger's file needs, nothing of this
-would be less, and they take a second to import.
+Libraries such as trimesh and numpy-stl also read STL. With the limits and checks that untrusted files need, they would
+save no code here, and they take a second to import.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from leafcut.read.recognition import sniff_step
 from leafcut.read.step import AS_DRAWN, Pose, WhichSolid, step_mesh
 from leafcut.read.step import LARGEST as LARGEST_STEP
 
-#: More triangles than this are refused: 72 bytes each, and some more while they are read.
+#: Most triangles: 72 bytes each, plus memory while reading.
 MOST_TRIANGLES = 2_000_000
-#: A binary STL has a header of 80 bytes, the number of its triangles, and 50 bytes for each.
+#: A binary STL has a header of 80 bytes, the number of triangles, and 50 bytes per triangle.
 _HEADER, _TRIANGLE = 84, 50
-#: Text takes some 250 bytes for a triangle.
+#: Text needs about 250 bytes per triangle.
 _LONGEST_TEXT = 300 * MOST_TRIANGLES
-#: A part is not smaller and not larger than this, mm: its unit is another one.
+#: Smallest and largest part, mm; other sizes mean a wrong unit.
 SMALLEST, LARGEST = 0.5, 20_000.0
 
 _VERTEX = re.compile(rb"vertex\s+(\S{1,40})\s+(\S{1,40})\s+(\S{1,40})", re.IGNORECASE)
 
-#: Millimetres in one unit of length.
+#: mm per unit.
 UNITS = {"mm": 1.0, "in": 25.4, "cm": 10.0, "m": 1000.0}
 
 
@@ -42,18 +42,18 @@ def load_mesh(
     Parameters
     ----------
     unit
-        Of the numbers of an STL file, one of `UNITS`; STEP says its own.
+        Unit of an STL file, one of `UNITS`; a STEP file states its own.
     mend
-        What to do about a part of a size that none has; else to say its unit is proposed.
+        Remedy to suggest for an implausible size; by default, to give the unit.
     which
-        Of several solids of a STEP file: the number of one, or all of them.
+        Number of a solid of a STEP file, or all of them.
     pose
-        How a solid of a STEP file lies.
+        Orientation of the solid of a STEP file.
 
     Raises
     ------
     ReadError
-        The file cannot be read, is no mesh, is empty, is too large, or of a size that no part has.
+        The file cannot be read, is not a mesh, is empty, is too large, or has an implausible size.
     """
     file = Path(path)
     try:
@@ -101,7 +101,7 @@ def _stl(file: Path, head: bytes, size: int) -> np.ndarray:
         raise ReadError(file, f"has {found}; at most {MOST_TRIANGLES:,} triangles are read: save it coarser")
     data = file.read_bytes()
     if binary:
-        # Three numbers of the normal, nine of the corners, and two bytes that mean nothing.
+        # Three numbers of the normal, nine of the corners, and two unused bytes.
         rows = np.frombuffer(
             data, dtype=np.dtype([("n", "<f4", 3), ("corners", "<f4", (3, 3)), ("a", "<u2")]), offset=_HEADER
         )
@@ -127,7 +127,7 @@ def _checked(triangles: np.ndarray, file: Path, mend: str) -> Mesh:
 
 
 def is_closed(triangles: np.ndarray) -> bool:
-    """Return whether every edge of a mesh belongs to two triangles; corners that are the same number are one."""
+    """Return whether every edge of a mesh belongs to an even number of triangles; equal corners are merged."""
     _, corner = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
     faces = corner.reshape(-1, 3).astype(np.int64)
     edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)

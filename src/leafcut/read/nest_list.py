@@ -1,8 +1,8 @@
-"""What is to be nested: drawings with quantities, as words of a command line or as lists in CSV.
+"""The parts to nest: drawings with quantities, given as command-line arguments or CSV lists.
 
-A word is ``bracket.dxf``, ``bracket.dxf:10`` or ``parts.csv``. A list has a line per drawing: file, quantity,
-rotations; with or without a header, comma, semicolon or tab between; # begins a comment line. Files are found from
-the folder of the list. Rotations are degrees with blanks or slashes between, or ``free``.
+An argument is ``bracket.dxf``, ``bracket.dxf:10`` or ``parts.csv``. A list has one line per drawing: file, quantity,
+rotations. The header is optional; the separator is a comma, semicolon or tab; lines starting with # are comments. Paths
+are relative to the folder of the list. Rotations are degrees, separated by blanks or slashes, or ``free``.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from leafcut.errors import OptionError, ReadError, parsing, shown
 from leafcut.read.format import load
 from leafcut.units import parse_angles
 
-#: Words that a header's first field can be.
+#: Words that mark the first line as a header.
 HEADER_WORDS = ("file", "part", "drawing", "name", "path")
-#: More drawings than this are no list of parts.
+#: Most drawings of a nest.
 MAX_DRAWINGS = 2_000
 _NUMBERED = re.compile(r"(.+):([+-]?[0-9]{1,9})", re.DOTALL)
 
 
 @dataclass(frozen=True)
 class WantedDrawing:
-    """One drawing, how often its parts are wanted, and at which angles, as words; empty: those of the options."""
+    """A drawing, the quantity of its parts, and their rotations as text; if empty, the options give the rotations."""
 
     file: str
     quantity: int = 1
@@ -38,16 +38,16 @@ class WantedDrawing:
 
 
 def read_wanted(words: Sequence[str | WantedDrawing]) -> list[WantedDrawing]:
-    """Return the drawings that words name, those of lists in their place; the number behind a list multiplies it.
+    """Return the drawings named by arguments, with lists expanded; the quantity of a list multiplies its lines.
 
-    What stands among them already as a drawing stays as it is.
+    `WantedDrawing` arguments are returned unchanged.
 
     Raises
     ------
     ReadError
-        A list cannot be read, or a line of it (said by its number).
+        A list cannot be read, or a line of it is invalid (names the line).
     OptionError
-        There are no words, or a quantity is below 1 or stands by itself.
+        There are no arguments, or a quantity is below 1 or has no drawing.
     """
     found = [one for word in words for one in ([word] if isinstance(word, WantedDrawing) else _named(word))]
     if not found:
@@ -58,7 +58,7 @@ def read_wanted(words: Sequence[str | WantedDrawing]) -> list[WantedDrawing]:
 
 
 def file_and_quantity(word: str) -> tuple[str, int]:
-    """Return the file and the quantity that a word names, such as ``bracket.dxf:10``."""
+    """Split an argument such as ``bracket.dxf:10`` into file and quantity."""
     match = _NUMBERED.fullmatch(word)
     return (match[1], int(match[2])) if match else (word, 1)
 
@@ -77,7 +77,6 @@ def _named(word: str) -> Iterator[WantedDrawing]:
 
 
 def _listed(file: str) -> Iterator[WantedDrawing]:
-    """Yield the drawings of a list."""
     source = load(file)
     lines = source.text().splitlines()
     delimiter = next((d for d in (";", "\t") if any(d in line for line in lines)), ",")

@@ -1,13 +1,13 @@
-"""Order files: in which order a person wants holes to be drilled.
+"""Order files: the order in which a user wants holes to be drilled.
 
     {"leafcut_order": 1, "drawing": {"holes": 45, "print": "5f0c2a91d3b4"},
      "operations": [{"operation": 1, "holes": [12, 3, 7]}]}
 
-Operations are counted from 1 as the program has them, holes from 1 in the order of the drawing. The holes named come
-first, in this order; those of an operation that are not named come after them as the search finds best.
+Operations are numbered from 1 in program order, holes from 1 in file order. Listed holes are drilled first, in this
+order; the search orders the remaining holes of the operation after them.
 
-An order is that of one drawing: ``drawing`` has how many holes that has, and a print of where they are from each other.
-A file without it, as of another program or an older leafcut, is taken for any drawing that has its holes.
+An order belongs to one drawing: ``drawing`` gives its number of holes and a fingerprint of their relative positions. A
+file without it, from another program or an older leafcut, is accepted for any drawing that has its holes.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from leafcut.errors import ReadError, shown
 from leafcut.files.schemas import ORDER, check_schema
 from leafcut.read.format import load_json
 
-#: Holes that are nearer to each other are in one place, mm: no drawing is more exact after another export.
+#: Grid of the fingerprint, mm: the accuracy that survives another export.
 _CELL = 0.01
-#: Where the cells begin, in cells: nowhere near a length that people draw, which noise would put to either side.
+#: Offset of the grid, in cells: far from round lengths, which noise could move into either neighbouring cell.
 _BEGIN = 0.381966
-#: Digits of a print: of a million orders no two are mixed up.
+#: Digits of the fingerprint: enough to avoid collisions among a million orders.
 _DIGITS = 12
 
 PlacesInOrder = Iterable[tuple[float, float]]
@@ -36,7 +36,7 @@ PlacesInOrder = Iterable[tuple[float, float]]
 
 @dataclass(frozen=True)
 class Drawing:
-    """Which drawing an order is of: how many holes it has, and a print of their places in the drawing's order."""
+    """Identity of a drawing: its number of holes, and a fingerprint of their positions in file order."""
 
     holes: int
     print: str
@@ -44,16 +44,16 @@ class Drawing:
 
 @dataclass(frozen=True)
 class OrderFile:
-    """What an order file says: operation → holes, both counted from 0, and of which drawing, where it says that."""
+    """Contents of an order file: operation → holes, both counted from 0, and its drawing, if given."""
 
     operations: dict[int, tuple[int, ...]]
     drawing: Drawing | None
 
 
 def drawing_of(places: PlacesInOrder) -> Drawing:
-    """Return what tells a drawing from others; `places` of its holes in the drawing's order, mm.
+    """Return the identity of a drawing; `places` of its holes in file order, mm.
 
-    A drawing that is moved as a whole is the same one.
+    Translating the whole drawing does not change it.
     """
     xy = [(float(x), float(y)) for x, y in places]
     x0, y0 = (min(values) for values in zip(*xy, strict=True)) if xy else (0.0, 0.0)
@@ -62,7 +62,7 @@ def drawing_of(places: PlacesInOrder) -> Drawing:
 
 
 def order_text(operations: dict[int, tuple[int, ...]], drawing: Drawing | None = None) -> str:
-    """Return the text of an order file: operation → holes, both counted from 0, of a drawing."""
+    """Return the text of an order file; `operations` maps operation → holes, both counted from 0."""
     rows = [
         f'  {{"operation": {number + 1}, "holes": {json.dumps([hole + 1 for hole in holes])}}}'
         for number, holes in sorted(operations.items())
@@ -72,14 +72,14 @@ def order_text(operations: dict[int, tuple[int, ...]], drawing: Drawing | None =
 
 
 def load_order(path: Path) -> OrderFile:
-    """Return what an order file wants.
+    """Read an order file.
 
     Raises
     ------
     ReadError
-        The file is not an order file; names the operation and its fault.
+        The file is not an order file; names the operation and the error.
     DataError
-        The file has a schema that this leafcut does not read.
+        This version of leafcut does not support the schema of the file.
     """
     place = str(path)
     data = load_json(path)
@@ -111,7 +111,7 @@ def _drawing(place: str, data: Any) -> Drawing | None:
 
 
 def _number(place: str, value: Any, what: str) -> int:
-    """Return a number that is counted from 1 in the file, from 0."""
+    """Convert a number counted from 1 in the file to one counted from 0."""
     if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value < 2**31:
         raise ReadError(place, f"{what}: {shown(json.dumps(value))} is not a whole number of 1 or more")
     return value - 1

@@ -1,7 +1,7 @@
-"""Pictures (PNG, JPEG, BMP) of pockets: dark is milled, bright is left; one pixel is as wide as the user says.
+"""Pictures (PNG, JPEG, BMP) of pockets: dark areas are milled, bright areas remain; the user gives the pixel size.
 
-The origin is the lower left corner of the picture, y points up. Brightness between dark and bright says where between
-two pixels the wall is.
+The origin is the lower left corner of the picture; y points up. Intermediate brightness places the wall between two
+pixels.
 """
 
 from __future__ import annotations
@@ -25,21 +25,21 @@ from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.format import MAX_COORDINATE, Source, places_of
 from leafcut.read.recognition import picture_kind
 
-#: Pictures with more pixels are refused: tracing one takes some 30 bytes a pixel.
+#: Most pixels: tracing needs about 30 bytes per pixel.
 MAX_PIXELS = 25_000_000
-#: A progressive JPEG has about ten scans. Each is decoded over all pixels, however few bytes it has.
+#: Most scans of a JPEG: a progressive one has about ten, and decoding each covers all pixels, however small it is.
 MAX_SCANS = 100
 _SCAN = b"\xff\xda"
-#: More steps between dark and bright than this are noise, no outline.
+#: Most transitions between dark and bright; more are noise, not an outline.
 MAX_STEPS = 250_000
-#: With more steps than this, a picture is so fine that arcs along the smoothed line do, and best ones take long.
+#: Most transitions for the optimal arc fit, which is slow; smoothed outlines are accurate enough for finer pictures.
 MAX_FITTED = 50_000
-#: More outlines than this are noise, too.
+#: Most outlines; more are noise.
 MAX_OUTLINES = 5_000
-#: Dark and bright must differ by this share of the whole range.
+#: Minimum contrast between dark and bright, relative to the full range.
 LEAST_CONTRAST = 0.1
 
-#: Light that falls off by more than this share over the picture is levelled; so often is it estimated.
+#: Light falloff above which a picture is levelled, and iterations of the estimate.
 UNEVEN, LIGHT_ROUNDS = 0.25, 6
 
 Grey = NDArray[np.float32]
@@ -48,7 +48,7 @@ _READ = ("PNG", "JPEG", "BMP")
 
 
 def read_picture(source: Source, options: ReadOptions) -> Part:
-    """Refuse: holes to drill are not read from pictures.
+    """Raise `ReadError`: holes to drill are not read from pictures.
 
     Raises
     ------
@@ -59,12 +59,13 @@ def read_picture(source: Source, options: ReadOptions) -> Part:
 
 
 def read_picture_pockets(source: Source, _: ReadOptions, options: PocketDrawingOptions, joining: SheetOptions) -> Part:
-    """Return the dark regions of a picture as pockets, in mm; bright spots in them are islands.
+    """Return the dark regions of a picture as pockets, in mm; bright spots inside them are islands.
 
     Raises
     ------
     ReadError
-        It is no picture, of another kind, cut off, animated or too large; it has no contrast, or too many spots.
+        The file is not a supported picture, or it is truncated, animated or too large; it has no contrast, or too many
+        spots.
     OptionError
         `pixel_size` is missing.
     """
@@ -96,7 +97,7 @@ def read_picture_pockets(source: Source, _: ReadOptions, options: PocketDrawingO
     try:
         return _pockets(part, [fit(line) for line in lines], (size, height), joining, source)
     except ReadError:
-        # Walls a pixel apart may meet when they are smoothed: as they are in the picture they do not.
+        # Smoothing can make walls a pixel apart meet; the unsmoothed outlines do not.
         return _pockets(
             part, [Polyline.of_points(line, closed=True) for line in lines], (size, height), joining, source
         )
@@ -105,7 +106,7 @@ def read_picture_pockets(source: Source, _: ReadOptions, options: PocketDrawingO
 def _pockets(
     part: Part, outlines: list[Polyline], frame: tuple[float, int], joining: SheetOptions, source: Source
 ) -> Part:
-    """Return the part with pockets made of outlines in pixels; `frame` is the width of a pixel and the rows."""
+    """Return the part with pockets made of outlines in pixels; `frame` is the pixel size and the number of rows."""
     from leafcut.read.pocket_outlines import as_pockets  # start-up
 
     size, rows = frame
@@ -121,7 +122,7 @@ def _pockets(
 
 
 def _opened(source: Source) -> Any:
-    """Return the picture, its pixels not read yet."""
+    """Open the picture without decoding its pixels."""
     from PIL import Image, UnidentifiedImageError
 
     kind = picture_kind(source.data)
@@ -130,7 +131,7 @@ def _opened(source: Source) -> Any:
         raise ReadError(source.path, f"{what}; save it as PNG, JPEG or BMP")
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # what is too large is refused below
+            warnings.simplefilter("ignore")  # pictures that are too large are refused below
             image = Image.open(io.BytesIO(source.data), formats=[kind])
             width, height = image.size
             moving = kind == "PNG" and getattr(image, "n_frames", 1) > 1
@@ -138,7 +139,7 @@ def _opened(source: Source) -> Any:
         raise ReadError(source.path, _too_large("far too many pixels")) from None
     except UnidentifiedImageError:
         raise ReadError(source.path, f"a damaged {kind} picture (invalid header); save it again") from None
-    except Exception as problem:  # what a decoder raises on a damaged file has no common root
+    except Exception as problem:  # decoders raise unrelated exceptions on damaged files
         raise ReadError(source.path, f"a damaged {kind} picture ({shown(str(problem), 80)}); save it again") from None
     if width * height > MAX_PIXELS:
         raise ReadError(source.path, _too_large(f"{width} × {height} pixels"))
@@ -154,7 +155,7 @@ def _too_large(what: str) -> str:
 
 
 def _by_density(image: Any) -> str:
-    """Return what the file itself says of its scale, in words, as an advice."""
+    """Advise a pixel size by the resolution stated in the file."""
     try:
         density = float(image.info["dpi"][0])
         return f"; its file says {density:.6g} pixels per inch: --pixel-size {25.4 / density:.6g}"
@@ -163,7 +164,7 @@ def _by_density(image: Any) -> str:
 
 
 def _brightness(source: Source, image: Any, invert: bool) -> Grey:
-    """Return the brightness of the pixels, float32[rows, columns], 0 … 1: small is to be milled."""
+    """Return the brightness of the pixels, float32[rows, columns], 0 … 1: dark pixels are milled."""
     from PIL import Image, ImageOps
 
     try:
@@ -175,12 +176,12 @@ def _brightness(source: Source, image: Any, invert: bool) -> Grey:
                 grey /= 65535.0 if image.mode != "F" else 1.0
             else:
                 if "transparency" in image.info or image.mode in ("RGBA", "LA", "PA", "La", "RGBa"):
-                    # What is transparent is not there, and so is not milled.
+                    # Transparent pixels are not milled.
                     clear = Image.new("RGBA", image.size, (0, 0, 0, 255) if invert else (255, 255, 255, 255))
                     image = Image.alpha_composite(clear, image.convert("RGBA"))
                 grey = np.asarray(image.convert("L")).astype(np.float32)
                 grey /= 255.0
-    except Exception as problem:  # what a decoder raises on a damaged file has no common root
+    except Exception as problem:  # decoders raise unrelated exceptions on damaged files
         raise ReadError(
             source.path, f"a damaged or cut off picture ({shown(str(problem), 80)}); save it again"
         ) from None
@@ -191,7 +192,7 @@ def _brightness(source: Source, image: Any, invert: bool) -> Grey:
 
 
 def _level(source: Source, grey: Grey, options: PocketDrawingOptions) -> float:
-    """Return the brightness at which the wall lies: the user's, else the middle between dark and bright."""
+    """Return the brightness of the wall: the user's threshold, else the middle between dark and bright."""
     low, high = float(grey.min()), float(grey.max())
     if not np.isfinite(high - low):
         raise ReadError(source.path, "the picture has a brightness that is not a number")
@@ -214,11 +215,11 @@ def _level(source: Source, grey: Grey, options: PocketDrawingOptions) -> float:
 
 
 def _evenly_lit(grey: Grey, invert: bool, issues: list[Issue]) -> Grey:
-    """Return the brightness as under even light, where that of a photo falls off to one side or to its edges.
+    """Level the brightness of a photo whose light falls off to one side or to its edges.
 
-    What is bright should be equally bright everywhere, and what is dark equally dark: the light is a surface of second
-    degree, fitted to both, and the brightness is divided by it; then what is bright is looked at again. Fitted to the
-    bright alone it would be made up wherever there is none. A picture whose light is even stays as it is.
+    Bright areas should be equally bright everywhere, and dark areas equally dark. The light is a quadratic surface
+    fitted to both classes. The brightness is divided by it, the classes are determined again, and so on. A fit to the
+    bright class alone would be extrapolated into the dark areas. An evenly lit picture is returned unchanged.
     """
     light = 1.0 - grey if invert else grey
     if not np.isfinite(light).all() or float(np.ptp(light)) < LEAST_CONTRAST:
@@ -240,7 +241,7 @@ def _evenly_lit(grey: Grey, invert: bool, issues: list[Issue]) -> Grey:
     issues.append(Issue("L426", f"{message}; set --threshold to use it as it is"))
     levelled: Grey = np.empty_like(light)
     y, x = (np.linspace(-1.0, 1.0, n) for n in light.shape)
-    for row, dark in enumerate(light):  # not at once: a row takes little memory, the whole surface gigabytes
+    for row, dark in enumerate(light):  # row by row: the whole surface would take gigabytes
         even = np.clip(dark / np.maximum(_powers_at(x, y[row]) @ weights, 0.02), 0.0, 1.2)
         levelled[row] = 1.2 - even if invert else even
     return levelled
@@ -253,15 +254,15 @@ def _powers(shape: tuple[int, ...]) -> NDArray[np.float64]:
 
 
 def _powers_at(x: NDArray[np.float64], y: NDArray[np.float64] | float) -> NDArray[np.float64]:
-    """Return 1, x, y, x², xy, y² of places, float64[n, 6]."""
+    """Return 1, x, y, x², xy, y² of points, float64[n, 6]."""
     y = np.broadcast_to(y, x.shape)
     return np.column_stack([np.ones_like(x), x, y, x * x, x * y, y * y])
 
 
 def _from_level(grey: Grey, level: float) -> Grey:
-    """Return the brightness from the level: 0 there, −1 and less where it is plainly dark, 1 where plainly bright.
+    """Return the brightness relative to the level: 0 at the level, −1 or less if clearly dark, 1 if clearly bright.
 
-    So a wall between plain pixels lies in the middle between them, whatever the threshold.
+    A wall between clearly dark and clearly bright pixels then lies halfway between them, whatever the threshold.
     """
     dark, bright = grey < level, grey >= level
     below = max(level - float(np.median(grey[dark])), 1e-6) if dark.any() else 1.0
@@ -271,10 +272,10 @@ def _from_level(grey: Grey, level: float) -> Grey:
 
 
 def otsu(grey: Grey) -> float:
-    """Return the brightness that parts dark from bright pixels best.
+    """Return the brightness that best separates dark from bright pixels.
 
     Source: Otsu, "A threshold selection method from gray-level histograms", IEEE Trans. SMC 9 (1979), equation 18: the
-    largest variance between the two classes. Of several that are as good (nothing lies between them), the middle one.
+    largest variance between the two classes. Of several equal maxima, across an empty range, the middle is used.
     """
     counts, edges = np.histogram(grey, bins=256, range=(float(grey.min()), max(float(grey.max()), 1e-6)))
     share = counts / counts.sum()
@@ -287,19 +288,19 @@ def otsu(grey: Grey) -> float:
     return float(0.5 * (edges[best[0] + 1] + edges[best[-1] + 1]))
 
 
-#: Pixels.
+#: Half of a pixel, pixels.
 _HALF_PIXEL = 0.5
 
 
 def _steps(dark: NDArray[np.bool_]) -> int:
-    """Return how often dark lies beside bright."""
+    """Count the transitions between dark and bright pixels."""
     return int((dark[1:] != dark[:-1]).sum()) + int((dark[:, 1:] != dark[:, :-1]).sum())
 
 
 def _without_dirt(
     source: Source, lines: list[Points], narrow: float, frame: tuple[float, int], issues: list[Issue]
 ) -> list[Points]:
-    """Return the level lines round what is not narrower than dirt (pixels); what is left out is said (L214)."""
+    """Return the outlines of spots wider than `narrow` pixels; the others are reported as dirt (L214)."""
     import shapely  # start-up
 
     size, rows = frame
@@ -325,11 +326,11 @@ def _without_dirt(
 
 
 def _check_edges(lines: list[Points], shape: tuple[int, ...], issues: list[Issue]) -> None:
-    """Report (L425) the edges of the picture that become walls of what is milled; dirt is not milled."""
+    """Report (L425) picture edges that become walls of the milled region."""
     points = np.concatenate(lines)
     (left, upper), (right, lower) = points.min(axis=0), points.max(axis=0)
     rows, columns = shape
-    # A level line crosses half of a pixel at the edge at most.
+    # A level line crosses at most half of a pixel at the edge.
     sides = {"left": left, "right": columns - right, "upper": upper, "lower": rows - lower}
     if reached := [name for name, away in sides.items() if away < _HALF_PIXEL]:
         message = f"what is milled reaches the {', '.join(reached)} edge of the picture, which is taken as a wall"

@@ -1,11 +1,11 @@
-"""Plan files: the choices of a cutting plan as JSON that a person can read, change and give back.
+"""Plan files: the choices of a cutting plan as JSON that a user can read, edit and load.
 
     {"leafcut_plan": 1, "sheet": "brackets", "contours": […], "cuts": [
       {"contours": [2], "start": [41.2, 80.5], "direction": "counter-clockwise",
        "lead_in": {"style": "arc", "length": 6, "angle": 90}, "lead_out": {"style": "none"}, "fixed": ["start"]}]}
 
-Contours are counted from 1 in the order of the drawing; lengths in mm, angles in degrees. The cuts are in their order;
-one with ``"bridge": true`` begins without a pierce: the torch comes burning from the cut before.
+Contours are numbered from 1 in file order; lengths in mm, angles in degrees. Cuts are listed in cutting order. A cut
+with ``"bridge": true`` starts without a pierce: the torch stays lit from the previous cut.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _CUT_KEYS = ("contours", "start", "direction", "lead_in", "lead_out", "bridge", 
 
 
 def plan_text(plan: PlanFile) -> str:
-    """Return a plan as the text of its file, one line for every contour and every cut."""
+    """Return the text of a plan file, with one line per contour and cut."""
     contours = [
         {
             "kind": c.kind,
@@ -70,14 +70,14 @@ def _lead(lead: Lead) -> dict[str, Any]:
 
 
 def load_plan(path: Path) -> PlanFile:
-    """Return the plan of a file.
+    """Read a plan file.
 
     Raises
     ------
     ReadError
-        The file is not a plan file; names the cut and its fault.
+        The file is not a plan file; names the cut and the error.
     DataError
-        The file has a schema that this leafcut does not read.
+        This version of leafcut does not support the schema of the file.
     """
     place = str(path)
     data = load_json(path)
@@ -99,7 +99,7 @@ def load_plan(path: Path) -> PlanFile:
 
 
 class _PlanReader:
-    """Checks what a file of a person holds, and says where it is wrong."""
+    """Validates a user's plan file, and names the location of errors."""
 
     def __init__(self, place: str) -> None:
         self.place = place

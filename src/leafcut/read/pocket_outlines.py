@@ -1,8 +1,8 @@
-"""From the outlines of a drawing to pockets: joined, cleaned, and each island in the pocket that it stands in.
+"""From the outlines of a drawing to pockets: joined, cleaned, and each island assigned to its pocket.
 
-Layers say what is a pocket and what an island where their names or the options do. Else outlines inside each other have
-two readings: the outermost is a pocket with islands in it, or it is the edge of a plate with pockets in it. The user
-chooses (`--outline`); the wrong one would mill the negative of the part.
+Layers determine pockets and islands, by name or by options. Otherwise nested outlines are ambiguous: the outermost is a
+pocket with islands, or the edge of a plate with pockets. The user chooses (`--outline`), because the wrong choice would
+mill the negative of the part.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ from leafcut.options import PocketDrawingOptions, SheetOptions
 from leafcut.read.filter_holes import layer_filter
 from leafcut.read.format import places_of
 
-#: What layers are for by their names, where the user does not say.
+#: Default layer names of pockets and islands.
 POCKET_NAMES = ("POCKET*",)
 ISLAND_NAMES = ("ISLAND*",)
 
 
 @dataclass(frozen=True)
 class PocketOutline:
-    """A closed contour, the number of its first stroke in the drawing, and what it is by its layer."""
+    """A closed contour, the number of its first stroke in the drawing, and its kind by layer."""
 
     contour: Contour
     order: int
@@ -50,13 +50,13 @@ class PocketOutline:
 
 
 def pockets_of_drawing(part: Part, options: PocketDrawingOptions, joining: SheetOptions, path: str) -> Part:
-    """Return a part with pockets in the place of its contours; layers or `options.outline` say which contour is what.
+    """Return a part with pockets instead of contours; layers or `options.outline` determine their kinds.
 
     Raises
     ------
     ReadError
-        An outline is open or crosses itself, two touch or overlap, or an island lies in no pocket; with the place.
-        Outlines lie inside each other, and nothing says what the outermost is; with both readings and their sizes.
+        An outline is open or crosses itself, two touch or overlap, or an island lies in no pocket; gives the position.
+        Outlines are nested and the kind of the outermost is unknown; gives both readings and their sizes.
     """
     issues = list(part.issues)
     kinds, named = _kinds(part.contours, options, issues, path)
@@ -86,21 +86,21 @@ def as_pockets(
     *,
     picture: bool = False,
 ) -> Part:
-    """Return a part with pockets in the place of its contours; edges of plates become its `edge`.
+    """Return a part with pockets instead of contours; edges of plates become its `edge`.
 
     Parameters
     ----------
     kinds
-        What each contour is: `POCKET`, `ISLAND`, `EITHER`, or None for one that is left out.
+        Kind of each contour: `POCKET`, `ISLAND`, `EITHER`, or None to leave it out.
     outermost
-        What an outline in no other is: `POCKET`, `EDGE`, or `EITHER` to refuse outlines inside each other.
+        Kind of the outermost outlines: `POCKET`, `EDGE`, or `EITHER` to refuse nested outlines.
     picture
-        Whether the outlines are traced from a picture: nobody drew one that crosses or touches itself.
+        Whether the outlines are traced from a picture: self-intersections are then noise, not drawing errors.
 
     Raises
     ------
     ReadError
-        As `pockets_of_drawing`.
+        As in `pockets_of_drawing`.
     """
     issues = list(part.issues)
     try:
@@ -155,9 +155,9 @@ def _kinds(
             f"pockets and islands by the names of layers: {words}; change that with --pocket-layers, --island-layers"
         )
         issues.append(Issue("L421", message, severity=Severity.NOTE))
-    # Where layers say which lines are islands only, all others are pockets.
+    # If layers name islands only, all other lines are pockets.
     others = None if pocket_names else POCKET if island_names else EITHER
-    # Without a layer for islands, they are drawn on the pockets' own.
+    # Without a layer for islands, they are drawn on the layers of the pockets.
     pocket = POCKET if island_names else EITHER
     kinds = [pocket if c.layer in pocket_names else ISLAND if c.layer in island_names else others for c in contours]
     if left := Counter(c.layer for c, kind in zip(contours, kinds, strict=True) if kind is None):
@@ -177,7 +177,7 @@ def _named(names: Sequence[str], given: tuple[str, ...], usual: tuple[str, ...])
 def _outlines(
     contours: Sequence[Contour], kinds: Sequence[str | None], joining: SheetOptions, issues: list[Issue]
 ) -> list[PocketOutline]:
-    """Return the closed outlines, in the order of the drawing; those of one kind are joined with each other only."""
+    """Return the closed outlines in file order; only strokes of one kind are joined with each other."""
     strokes: dict[str, list[tuple[int, Contour]]] = {}
     gone = []
     for k, (contour, kind) in enumerate(zip(contours, kinds, strict=True)):
@@ -210,7 +210,7 @@ def _outlines(
 def _joined(
     strokes: Sequence[tuple[int, Contour]], kind: str, joining: SheetOptions, issues: list[Issue]
 ) -> list[PocketOutline]:
-    """Return strokes of one kind joined; each with the layer and handle of its first one."""
+    """Join strokes of one kind; each outline takes layer and handle of its first stroke."""
     tidied = tidy([contour.path for _, contour in strokes], joining.join_tolerance)
     gaps = [gap for made in tidied.paths for gap in made.gaps]
     if gaps:
@@ -236,8 +236,8 @@ def _joined(
 
 
 def _check_simple(outlines: Sequence[PocketOutline], shapes: NDArray[Any], picture: bool) -> None:
-    """Raise for outlines that cross or touch themselves, or enclose nothing."""
-    # By the hull: the two halves of an 8 cancel each other's area.
+    """Raise for outlines that cross or touch themselves, or enclose no area."""
+    # The hull, because the areas of the two halves of a figure 8 cancel.
     thin = 2.0 * shapely.area(shapely.convex_hull(shapes)) <= SAME * shapely.length(shapes)
     for outline in (o for o, is_thin in zip(outlines, thin, strict=True) if is_thin):
         if picture:
@@ -255,7 +255,7 @@ def _check_simple(outlines: Sequence[PocketOutline], shapes: NDArray[Any], pictu
 
 
 def _once(outlines: Sequence[PocketOutline], met: Sequence[Conflict], issues: list[Issue]) -> list[int]:
-    """Return which outlines to take, none twice (L312); none overlap."""
+    """Return the indices of the outlines without duplicates (L312); raise if outlines overlap."""
     gone = {c.second for c in met if c.kind == "same"}
     for c in met:
         one, other = outlines[c.first], outlines[c.second]
@@ -272,7 +272,7 @@ def _once(outlines: Sequence[PocketOutline], met: Sequence[Conflict], issues: li
 
 
 def _check_reading(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], outermost: str) -> None:
-    """Raise if the outermost outlines can be edges or pockets, or if edges have no pocket in them."""
+    """Raise if the outermost outlines can be edges or pockets, or if edges contain no pocket."""
     nested = bool(depth.any())
     if outermost == EDGE and not nested:
         raise LeafcutError(
@@ -300,7 +300,7 @@ def _sized(outlines: Sequence[PocketOutline], noun: str) -> str:
 
 
 def _check_kinds(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], parent: NDArray[np.int64]) -> None:
-    """Raise where the layers say other than the depth: an island in no pocket, a pocket directly in a pocket."""
+    """Raise if layers contradict the nesting: an island in no pocket, or a pocket directly in a pocket."""
     for outline, deep, around in zip(outlines, depth.tolist(), parent.tolist(), strict=True):
         if outline.kind == ISLAND and around < 0:
             raise LeafcutError(f"{outline} lies in no pocket")
@@ -319,12 +319,12 @@ def _check_apart(
     issues: list[Issue],
     picture: bool,
 ) -> None:
-    """Raise where an island touches a wall or another island; report (L423) pockets that touch each other or an edge.
+    """Raise if an island touches a wall or another island; report (L423) pockets that touch each other or an edge.
 
     Parameters
     ----------
     level
-        -1 for the edge of a plate; from there on pockets are even and islands odd.
+        -1 for the edge of a plate; otherwise even for pockets, odd for islands.
     """
     beside, at_edge = [], []
     for c in met:
@@ -361,7 +361,7 @@ def _at(conflict: Conflict) -> str:
 def _pockets(
     outlines: Sequence[PocketOutline], level: NDArray[np.int64], parent: NDArray[np.int64], name: str
 ) -> tuple[Pocket, ...]:
-    """Return the pockets, in the order of the drawing; several are numbered, one is called as the drawing."""
+    """Return the pockets in file order. A single pocket takes the name of the drawing; several are numbered."""
     islands: dict[int, list[int]] = {}
     for k in np.flatnonzero((level > 0) & (level % 2 == 1)).tolist():
         islands.setdefault(int(parent[k]), []).append(k)

@@ -1,4 +1,4 @@
-"""How each format is recognised by the first bytes of a file, without loading its reader."""
+"""Recognise each format by the first bytes of a file, without loading its reader."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from leafcut.read.format import Match
 from leafcut.read.table_rows import is_number, separator_of, split_row
 
 BINARY_DXF = b"AutoCAD Binary DXF\r\n\x1a\x00"
-#: The first group of a DXF in text: code 0 with SECTION; case is ignored.
+#: Start of a text DXF: group code 0 with SECTION, case-insensitive.
 DXF_SECTION = rb"(?:^|[\r\n])[ \t]*0[ \t]*\r?\n[ \t]*SECTION\b"
 
-#: Elements of an XML map that are points.
+#: XML elements that define points.
 POINT_TAGS = ("city", "point", "hole", "node", "ciudad", "punto", "agujero", "nodo")
 
-#: First bytes of pictures; the last kinds are known so that they can be refused by name.
+#: Magic bytes of pictures; the unsupported kinds are listed so that messages can name them.
 _PICTURES = (
     (b"\x89PNG\r\n\x1a\n", "PNG"),
     (b"\xff\xd8\xff", "JPEG"),
@@ -32,19 +32,19 @@ _GEOMETRIES = (
     "COMPOUNDCURVE|CURVEPOLYGON|MULTICURVE|MULTISURFACE|POLYHEDRALSURFACE|TIN|TRIANGLE"
 )
 
-#: Excellon: a tool with its diameter, words of its header, a tool alone, a place.
+#: Excellon: a tool with its diameter, header words, a tool alone, a coordinate.
 _DRILL_TOOL, _DRILL_HEADER = rb"^T\d.*C[.\d]", rb"^(?:METRIC|INCH|M71|M72|FMAT)"
 _BARE_TOOL, _DRILL_PLACE = rb"^T\d{1,6}\s*$", rb"^X[-+.\d]+Y[-+.\d]+\s*$"
-#: Words of a program that no drill file has: a height, spindle and tool change, G words but those of drilling, routing,
-#: slots, absolute and incremental places and the zero.
+#: Program words that no drill file contains: Z, spindle and tool change, and G codes other than drilling, routing,
+#: slots, absolute and incremental coordinates, and the zero.
 _NOT_IN_DRILL_FILES = (
     rb"^(?!T\d|METRIC|INCH|M7[12])[^;(\n]*?(?:Z|M0?[3-6](?!\d)|G(?!0?[0-5](?!\d)|4[0-2](?!\d)|85(?!\d)|9[013](?!\d))\d)"
 )
 
-#: Programs: lines that are examined, and the share of them that must be blocks.
+#: Programs: number of lines to examine, and minimum share of blocks.
 _LINES, _SHARE = 60, 0.8
-#: A block: marks, then words of a letter and a number; or a comment, a percent sign, an O-word, an assignment.
-#: Possessive, because backtracking would never end where a long line is cut off.
+#: A block: words of a letter and a number; or a comment, a percent sign, an O-word, an assignment. The quantifiers are
+#: possessive, because backtracking on a long truncated line would take forever.
 _BLOCK = (
     rb"\s*(%.*|[(;].*|[oO]\s*(\d+|<).*|#.*|/?\s*+([A-Za-z]\s*+[+-]?(\d++\.?\d*+|\.\d++|[\[#].*)\s*+)++([(;].*)?|)\s*"
 )
@@ -52,7 +52,7 @@ _CODE = rb"\b[GgMm]\s*0*\d{1,3}(?!\d)"
 
 
 def sniff_dxf(head: bytes) -> Match:
-    """Recognise DXF by the mark of binary files, or by group code 0 with SECTION."""
+    """Recognise DXF by the sentinel of binary files, or by group code 0 with SECTION."""
     if head.startswith(BINARY_DXF):
         return Match.YES
     text = head[:4096].replace(b"\r\n", b"\n").replace(b"\r", b"\n")
@@ -65,7 +65,7 @@ def sniff_svg(head: bytes) -> Match:
 
 
 def sniff_step(head: bytes) -> Match:
-    """Recognise STEP by its first words (ISO 10303-21)."""
+    """Recognise STEP by its first keyword (ISO 10303-21)."""
     return Match.YES if head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"ISO-10303-21;") else Match.NO
 
 
@@ -88,16 +88,16 @@ def sniff_picture(head: bytes) -> Match:
 
 
 def picture_kind(head: bytes) -> str:
-    """Return the kind of a picture by its first bytes; empty if it is none."""
+    """Return the kind of a picture by its first bytes; empty for other files."""
     found = next((kind for magic, kind in _PICTURES if head.startswith(magic)), "")
     sure = {"BMP": head[6:10] == bytes(4), "WebP": head[8:12] == b"WEBP"}
     return found if sure.get(found, True) else ""
 
 
 def sniff_excellon(head: bytes) -> Match:
-    """Recognise Excellon by its header, or at least by tools and coordinates.
+    """Recognise Excellon by its header, or by tools and coordinates.
 
-    Without a header only its words tell it from a program: some boards come as ``.tap`` or ``.nc``.
+    Some boards come as ``.tap`` or ``.nc``. Without a header, only the words distinguish them from programs.
     """
     lines = head.replace(b"\r", b"\n")
     tools = _has_line(_DRILL_TOOL, lines)
@@ -116,7 +116,7 @@ def _has_line(pattern: bytes, lines: bytes) -> bool:
 
 
 def sniff_xml(head: bytes) -> Match:
-    """Recognise XML by its first character; SVG and HTML are other formats."""
+    """Recognise XML by its first character; SVG and HTML are excluded."""
     start = head.removeprefix(b"\xef\xbb\xbf").lstrip()[:2000].lower()
     if not start.startswith((b"<?xml", b"<")) or b"<svg" in start or b"<html" in start or b"<!doctype html" in start:
         return Match.NO
@@ -124,7 +124,7 @@ def sniff_xml(head: bytes) -> Match:
 
 
 def sniff_csv(head: bytes) -> Match:
-    """Recognise a table if most lines begin with two numbers; that is never certain."""
+    """Recognise a table if most lines start with two numbers; never certain."""
     if b"\0" in head:
         return Match.NO
     lines = [line for line in head.decode("latin-1").splitlines()[:50] if line.strip() and not line.startswith("#")]
@@ -152,7 +152,7 @@ def sniff_gtsp(head: bytes) -> Match:
 
 
 def sniff_gcode(head: bytes) -> Match:
-    """Recognise a program by its blocks; that is never certain."""
+    """Recognise a program by its blocks; never certain."""
     if b"\0" in head:
         return Match.NO
     lines = [line[:300] for line in head.splitlines()[:_LINES] if line.strip()]
@@ -160,5 +160,5 @@ def sniff_gcode(head: bytes) -> Match:
     codes = sum(re.search(_CODE, line) is not None for line in lines)
     if lines and codes and blocks >= _SHARE * len(lines):
         return Match.MAYBE
-    # Programs in other languages are recognised, too, so that they can be refused by name.
+    # Programs in other languages are recognised too, so that messages can name them.
     return Match.MAYBE if other_language(head.decode("latin-1")) else Match.NO

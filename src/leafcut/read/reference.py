@@ -1,6 +1,6 @@
-"""The outline of a part, by which `--origin` names the zero: the same for all commands, layers and ranges of holes.
+"""The reference outline of a part for `--origin`: the same for all commands, layers and hole selections.
 
-It is found in all that a drawing shows, without texts, dimensions and drawing frames.
+It is derived from the complete drawing without texts, dimensions and drawing frames.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from leafcut.options import ReadOptions
 from leafcut.read.format import Format, Source
 from leafcut.read.registry import run
 
-#: Ends of lines nearer than this are joined, mm; a constant, so that `--join-tolerance` does not move the zero.
+#: Tolerance for joining lines, mm; constant, so that `--join-tolerance` does not move the zero.
 JOINED = 0.05
 
 
 def whole_of(format_: Format, loaded: Source, options: ReadOptions) -> Part:
-    """Return all that a file shows, whichever layers and holes `options` choose (`read_whole`).
+    """Return the complete drawing, ignoring the layer and hole selections of `options` (`read_whole`).
 
     Raises
     ------
     ReadError
-        The file cannot be read, or shows nothing.
+        The file cannot be read, or is empty.
     """
     everything = replace(options, layers=(), min_diameter=None, max_diameter=None, concentric="all")
     reader = format_.whole or format_.contours or format_.read
@@ -34,14 +34,14 @@ def whole_of(format_: Format, loaded: Source, options: ReadOptions) -> Part:
 
 
 def reference_of(format_: Format, loaded: Source, options: ReadOptions) -> Part | None:
-    """Return the closed outlines of a drawing, or all of its geometry if none is closed; None if all of it is worked.
+    """Return the closed outlines of a drawing, or all of its geometry if none is closed; None if all is machined.
 
-    Drill files, point maps and pictures show nothing but what is worked; holes count there by their centres.
+    Everything in drill files, point maps and pictures is machined; their holes count by their centres.
 
     Raises
     ------
     ReadError
-        As `whole_of`.
+        As in `whole_of`.
     """
     if format_.whole is None and format_.contours is None:
         filtered = options.layers or options.min_diameter is not None or options.max_diameter is not None
@@ -50,10 +50,10 @@ def reference_of(format_: Format, loaded: Source, options: ReadOptions) -> Part 
 
 
 def outline_of(whole: Part) -> Part:
-    """Return what bounds a drawing: its closed outlines, circles and points, or else all of its geometry.
+    """Return the boundary of a drawing: its closed outlines, circles and points, or else its complete geometry.
 
-    The box around all closed outlines is that of the outermost. An open path around all of them is an outline with a
-    gap, so all of the geometry counts then.
+    The outermost closed outline determines the bounding box. An open path around all of them is an outline with a
+    gap, so the complete geometry is used.
     """
     from leafcut.geometry.tidying import tidy  # start-up: it needs shapely
 
@@ -64,7 +64,7 @@ def outline_of(whole: Part) -> Part:
         kept, holes = [c.path for c in drawn], list(whole.holes)
     try:
         paths = [made.path for made in tidy(kept, JOINED).paths]
-    except PlanError:  # hundreds of ends in one place: no outline is known
+    except PlanError:  # hundreds of ends in one point: the outline is unknown
         paths = kept
     closed = _bounds([path for path in paths if path.closed], holes)
     opened = [path for path in paths if not path.closed]
@@ -74,7 +74,7 @@ def outline_of(whole: Part) -> Part:
 
 
 def _bounds(paths: Sequence[Polyline], holes: Sequence[Hole]) -> Part:
-    """Return paths, circles as wide as they are drawn, and points."""
+    """Return a part with paths, circles as contours, and points."""
     circles = [Polyline.circle(h.x, h.y, 0.5 * h.diameter) for h in holes if h.diameter]
     points = tuple(h for h in holes if not h.diameter)
     return Part("", points, contours=tuple(Contour(path) for path in (*paths, *circles)))
@@ -85,7 +85,7 @@ def _is_empty(part: Part) -> bool:
 
 
 def _around(outer: tuple[float, float, float, float], inner: tuple[float, float, float, float]) -> bool:
-    """Return whether a box lies around another, at least a little on every side."""
+    """Whether the box `outer` extends beyond `inner` on every side, by more than `JOINED`."""
     return (
         outer[0] < inner[0] - JOINED
         and outer[1] < inner[1] - JOINED

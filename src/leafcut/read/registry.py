@@ -1,4 +1,4 @@
-"""The formats there are, and which of them reads a file: by prefix, by content, by extension."""
+"""The known formats, and the choice of a format for a file: by prefix, content or extension."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from leafcut.options import ReadOptions, flag_name
 from leafcut.read import recognition
 from leafcut.read.format import SNIFF_BYTES, Format, Match, Source, load
 
-#: What can be read: a file, the name of an example, what came through standard input, or what was read already.
+#: Input of a reader: a file, the name of an example, standard input, or a source already read.
 Input = str | Path | StandardInput | Source
 
 
 def _reader(place: str) -> Callable[..., Part]:
-    """Return a function of a reader, ``module:function``; its module is imported at the first call."""
+    """Return a reader function ``module:function``; its module is imported at the first call."""
 
     def read(*arguments: Any) -> Part:
         part: Part = resolve_name(f"leafcut.read.{place}")(*arguments)
@@ -151,7 +151,7 @@ def _own_names() -> set[str]:
 
 
 def _format_of(name: str, found: Any) -> Format:
-    """Return the format that an entry point names; `name` is the entry point's own."""
+    """Return the format of an entry point called `name`, after checks."""
     if not isinstance(found, Format):
         raise TypeError(f"a leafcut.read.Format was expected, not {type(found).__name__}")
     texts = (found.name, found.help, *found.extensions, *found.prefix, *found.processes)
@@ -162,12 +162,12 @@ def _format_of(name: str, found: Any) -> Format:
     return found
 
 
-#: Packages of other people add a format by an entry point that names a `Format`.
+#: Packages add a format with an entry point that names a `Format`.
 READERS = PluginKind("reader", "leafcut.readers", _own_names, _format_of, lambda format_: format_.help)
 
 
 def formats() -> tuple[Format, ...]:
-    """Return every format, those of plug-ins last; a plug-in that cannot be used is there with its `error`."""
+    """Return all formats, plug-ins last; an unusable plug-in is included with its `error`."""
     return (*BUILT_IN, *(plugin.adds or _unusable(plugin) for plugin in READERS.plugins()))
 
 
@@ -179,14 +179,14 @@ def _unusable(plugin: Plugin[Format]) -> Format:
 
 
 def read_source(source: Input, look: Heartbeat = unseen) -> tuple[Format, Source]:
-    """Return the format that takes an input, and the input's bytes; who waits looks at its reader by `look`.
+    """Return the format of an input, and its bytes; `look` receives the progress of the reader.
 
-    What was read already (a `Source`) is not read again, and keeps its own `look` where none is given.
+    A `Source` is not read again, and keeps its own `look` unless another is given.
 
     Raises
     ------
     ReadError
-        There is no such file, it cannot be read, or no format knows it.
+        The file does not exist, cannot be read, or has no known format.
     """
     known = formats()
     for format_ in known:
@@ -201,7 +201,7 @@ def read_source(source: Input, look: Heartbeat = unseen) -> tuple[Format, Source
 
 
 def format_name(path: str | Path) -> str:
-    """Return the name of the format of a file, from its first bytes; empty where it cannot be read or is unknown."""
+    """Return the name of the format of a file, from its first bytes; empty if unreadable or unknown."""
     try:
         with Path(path).open("rb") as stream:
             return choose(formats(), Source(str(path), stream.read(SNIFF_BYTES))).name
@@ -210,12 +210,12 @@ def format_name(path: str | Path) -> str:
 
 
 def choose(known: tuple[Format, ...], source: Source) -> Format:
-    """Return the format of a file: one that is sure of the content, else that of the extension, else a likely one."""
+    """Return the format of a file: certain by content, else by extension, else likely by content."""
     extension = Path(source.path).suffix.lower()
     head = source.data[:SNIFF_BYTES]
     own = [(_sniff(format_, head), format_) for format_ in known if extension in format_.extensions]
     for match, format_ in own:
-        if match == Match.YES:  # the others, some of which look long, need not be asked
+        if match == Match.YES:  # the other tests, some of them slow, are not needed
             return format_
     others = [(_sniff(format_, head), format_) for format_ in known if extension not in format_.extensions]
     for wanted, among in ((Match.YES, others), (Match.MAYBE, own), (Match.NO, own), (Match.MAYBE, others)):
@@ -229,19 +229,19 @@ def choose(known: tuple[Format, ...], source: Source) -> Format:
 def _sniff(format_: Format, head: bytes) -> Match:
     try:
         return Match(format_.sniff(head))
-    except Exception:  # a plug-in's sniff must not stop the others
+    except Exception:  # an error in the sniff function of a plug-in must not stop the others
         return Match.NO
 
 
 def run(format_: Format, source: Source, options: ReadOptions) -> Part:
-    """Return the part that a format reads, whatever its parser does.
+    """Read a file with a format.
 
     Raises
     ------
     ReadError
-        The file cannot be read; also for everything that a parser from elsewhere raises.
+        The file cannot be read; also for every exception of a third-party parser.
     OptionError
-        A solid is chosen, turned or lifted, and the format has none.
+        A solid is chosen, turned or lifted, but the format has no solids.
     """
     if format_.name != "step":
         for name in ("solid", "up", "z_zero"):

@@ -1,6 +1,6 @@
 """Sheets of the Sirius CAM in JSON (``*.dbs.json``): parts as paths of (x, y, bulge); one of them is the sheet.
 
-The bulge is that of DXF (LWPOLYLINE, group code 42). Units are mm.
+Bulges are defined as in DXF (LWPOLYLINE, group code 42). Units are mm.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ from leafcut.read.format import (
 )
 from leafcut.units import MM_PER_UNIT
 
-#: A path whose last vertex is as near to its first is closed, mm.
+#: Tolerance for closing a path, mm.
 CLOSED = 1e-6
 
 
 def read_sirius(source: Source, options: ReadOptions) -> Part:
-    """Refuse: holes to drill are not read from a sheet.
+    """Raise `ReadError`: holes to drill are not read from a sheet.
 
     Raises
     ------
@@ -43,14 +43,14 @@ def read_sirius(source: Source, options: ReadOptions) -> Part:
 
 
 def read_sirius_contours(source: Source, options: ReadOptions) -> Part:
-    """Return the parts of a sheet as contours, the sheet's own outline among them, in mm.
+    """Return the parts of a sheet as contours, including the outline of the sheet, in mm.
 
-    The first entry is the sheet when it is called LIST… or lies round all others.
+    The first entry is the sheet if its name starts with LIST, or if it encloses all others.
 
     Raises
     ------
     ReadError
-        It is no such JSON, or holds no paths.
+        The file is not such JSON, or contains no paths.
     """
     entries = _entries(source)
     factor = MM_PER_UNIT[options.units or "mm"]

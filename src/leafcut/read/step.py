@@ -1,4 +1,4 @@
-"""STEP: holes, pockets, outlines and triangles of a solid, by OpenCASCADE (extra `step`) in a process of its own."""
+"""STEP: holes, pockets, outlines and triangles of a solid, read with OpenCASCADE (extra `step`) in a subprocess."""
 
 from __future__ import annotations
 
@@ -27,27 +27,29 @@ from leafcut.read.filter_holes import sift
 from leafcut.read.format import Source, places_of
 from leafcut.read.step_shapes import ONLY
 
-#: Files larger than this are refused: OpenCASCADE takes some twenty times as much memory.
+#: Largest file, bytes: OpenCASCADE needs about twenty times as much memory.
 LARGEST = 100 * 1024 * 1024
-#: Directions of holes along an axis, as the process tells them: the number of the axis.
+#: Horizontal hole directions, as reported by the subprocess -> number of the axis.
 _AXES = {"1, 0, 0": 0, "0, 1, 0": 1}
-#: Most time of the process, s; `step_solid.MEMORY` is its most memory.
+#: Time limit of the subprocess, s; `step_solid.MEMORY` is its memory limit.
 SECONDS = 300
-#: The solid of a file: a number, all of them, or None for its only one.
+#: The solid of a file: a number, all of them, or None for the only one.
 WhichSolid = int | Literal["all"] | None
-#: More triangles than this are not taken.
+#: Most triangles of a solid.
 MOST_TRIANGLES = 2_000_000
 
 
 class Pose(NamedTuple):
-    """How a solid lies: which of its directions points up (`model.part.TURNS`), what is at Z0 (`ProgramZero.level`)."""
+    """Orientation of a solid: the direction that points up (`model.part.TURNS`), and the level of Z0
+    (`ProgramZero.level`).
+    """
 
     up: str = "z"
     level: str = "drawn"
 
     @classmethod
     def of(cls, options: ReadOptions) -> Pose:
-        """Return the pose in which the part of a program lies: upright, with its top at Z0, unless options differ."""
+        """Return the pose of a part for machining: upright, with its top at Z0, unless options differ."""
         return cls(options.up or "z", options.z_zero or "top")
 
 
@@ -55,26 +57,26 @@ AS_DRAWN = Pose()
 
 
 class ChosenSolid(NamedTuple):
-    """Which solid of a file is the material of a program, and how it lies: as it is drawn, unless options differ."""
+    """The solid of a file that is the stock of a program, and its pose: unchanged, unless options differ."""
 
     which: WhichSolid = None
     pose: Pose = AS_DRAWN
 
     @classmethod
     def of(cls, options: ReadOptions) -> ChosenSolid:
-        """Return the choice of options."""
+        """Return the solid chosen by options."""
         return cls(options.solid, Pose(options.up or AS_DRAWN.up, options.z_zero or AS_DRAWN.level))
 
 
 def read_step(source: Source, options: ReadOptions) -> Part:
-    """Return the holes of a solid that can be drilled from above, each with its height and its depth.
+    """Return the holes of a solid that can be drilled from above, with their heights and depths.
 
     Raises
     ------
     ReadError
         The file is damaged, has no solid, or has several and `options.solid` chooses none.
     OptionError
-        OpenCASCADE is not installed, or a unit is given: the file says its own.
+        OpenCASCADE is not installed, or a unit is given, although the file states its own.
     """
     _check_units(options)
     told = _of_part(source, options, "holes")
@@ -94,17 +96,17 @@ def read_step(source: Source, options: ReadOptions) -> Part:
 def read_pockets_of_step(
     source: Source, options: ReadOptions, drawing: PocketDrawingOptions, joining: SheetOptions
 ) -> Part:
-    """Return the closed pockets of a solid that have a level floor and upright walls, each with its depth.
+    """Return the closed pockets of a solid with level floors and vertical walls, with their depths.
 
-    Depths count from the highest place of the solid, as whatever stands there has to be passed. What is no such pocket
-    is told.
+    Depths count from the highest point of the solid, because the tool has to pass everything above the floor. Other
+    pockets are reported as issues.
 
     Raises
     ------
     ReadError
-        As `read_step`; or there is no such pocket.
+        As in `read_step`; or the solid has no such pocket.
     OptionError
-        As `read_step`; or layers are given, which a solid has not.
+        As in `read_step`; or layers are given, which solids do not have.
     """
     _check_units(options)
     if options.layers or drawing.pocket_layers or drawing.island_layers:
@@ -114,7 +116,7 @@ def read_pockets_of_step(
     if not found:
         reasons = "; ".join(issue.message for issue in issues) or "its level faces are all at the top"
         raise ReadError(source.path, f"the solid has no closed pocket with a level floor: {reasons}")
-    # What is round may be as wide as the tool: the process decides whether a drill makes it.
+    # Round openings may be as wide as the tool: the pocket process decides whether to drill them.
     openings = tuple(
         Opening(_turned(one["outline"], clockwise=False), one["diameter"])
         for one in told["openings"]
@@ -135,12 +137,12 @@ def read_pockets_of_step(
 
 
 def read_outlines_of_step(source: Source, options: ReadOptions) -> Part:
-    """Return the outlines of a flat sheet, as it is seen from above: round its edge, and of all that goes through.
+    """Return the outlines of a flat sheet in top view: its edge and all its through openings.
 
     Raises
     ------
     ReadError, OptionError
-        As `read_step`; or the solid is no flat sheet.
+        As in `read_step`; or the solid is not a flat sheet.
     """
     _check_units(options)
     if options.layers:
@@ -163,7 +165,7 @@ def _of_part(source: Source, options: ReadOptions, what: str) -> dict[str, Any]:
 
 
 def _placeable(part: Part, told: dict[str, Any], options: ReadOptions) -> Part:
-    """Return a part of a solid with the height of its zero, and with the view from above, whose corners may be zero."""
+    """Return a part of a solid with its program zero, and its top view as reference for `--origin`."""
     pose = Pose.of(options)
     outline = np.array(told["box"] if told["box"] and _is_quarter(options.rotate) else told["hull"])
     reference = Part(part.name, contours=(Contour(Polyline.of_points(outline, closed=True)),))
@@ -172,7 +174,7 @@ def _placeable(part: Part, told: dict[str, Any], options: ReadOptions) -> Part:
 
 
 def _is_quarter(angle: float) -> bool:
-    """Return whether an angle, rad, is a whole number of quarter turns: a box stays the box of what is in it."""
+    """Return whether an angle, rad, is a multiple of 90°: rotation then keeps a bounding box exact."""
     return abs(math.remainder(angle, 0.5 * math.pi)) < 1e-9
 
 
@@ -187,19 +189,19 @@ def _turned(vertices: list[list[float]], clockwise: bool) -> Polyline:
 
 
 def step_mesh(path: str, data: bytes, which: WhichSolid = None, pose: Pose = AS_DRAWN) -> NDArray[np.float64]:
-    """Return the surface of a solid as triangles, float64[n, 3, 3], mm; they leave it by 0.05 mm at most.
+    """Return the surface of a solid as triangles, float64[n, 3, 3], mm, accurate to 0.05 mm.
 
     Parameters
     ----------
     which
-        Of several solids: the number of one, or all of them.
+        Number of one of several solids, or all of them.
     pose
-        How it lies.
+        Orientation of the solid.
 
     Raises
     ------
     ReadError, OptionError
-        As `read_step`.
+        As in `read_step`.
     """
     return _solid(path, data, "mesh", which, pose)[1]
 
@@ -234,7 +236,7 @@ def _issues(told: dict[str, Any], up: str) -> list[Issue]:
             )
         )
     for direction, count in told["aside"].items():
-        # A row of the matrix has one axis of the solid.
+        # Each row of the matrix selects one axis of the solid.
         row = _AXES.get(direction)
         axis = "" if row is None else "xyz"[[abs(value) for value in TURNS[up][row]].index(1)]
         turn = f"; turn the solid with --up {axis} or --up -{axis}" if axis else ""
@@ -306,12 +308,12 @@ def _middle(outline: Polyline) -> tuple[float, float]:
 
 
 def work_besides_holes(source: Source, options: ReadOptions) -> list[Issue]:
-    """Return what a solid has besides the holes that can be drilled: pockets and openings, as missing work (L219).
+    """Return the features of a solid other than drillable holes, pockets and openings, as missing work (L219).
 
     Raises
     ------
     ReadError, OptionError
-        As `read_step`.
+        As in `read_step`.
     """
     told = _of_part(source, options, "pockets")
     issues = _issues_of_pockets(told)
@@ -327,9 +329,9 @@ def work_besides_holes(source: Source, options: ReadOptions) -> list[Issue]:
 def _solid(
     path: str, data: bytes, what: str, which: WhichSolid, pose: Pose, boxed: bool = False
 ) -> tuple[dict[str, Any], NDArray[np.float64]]:
-    """Return what the process tells of the holes, pockets or outlines of a solid, and its triangles.
+    """Run the subprocess. Return the holes, pockets or outlines of a solid, and its triangles.
 
-    The exact box around it is found only if `boxed` asks for it.
+    `boxed` also requests the exact bounding box.
     """
     if importlib.util.find_spec("OCP") is None:
         raise OptionError("reading STEP needs OpenCASCADE: pip install 'leafcut[step]'")
@@ -340,7 +342,7 @@ def _solid(
     with tempfile.TemporaryDirectory(prefix="leafcut-step-") as folder:
         file, out = Path(folder, "part.step"), Path(folder, "found.npz")
         file.write_bytes(data)
-        # -P: nothing beside the drawing is taken for a module.
+        # -P: a file beside the drawing must not be imported as a module.
         command = [
             sys.executable,
             "-P",

@@ -1,8 +1,7 @@
-"""Pockets and outlines of a solid, found in its sections by level planes; part of the process of `step_solid`.
+"""Pockets and outlines of a solid from its sections by level planes; part of the subprocess `step_solid`.
 
-Just above the level floor of a closed pocket the section shows the pocket as a hole in the material, with its islands:
-lines and arcs as they are, not as triangles. What the section does not show, the faces and the triangles do: whether
-the walls are upright, and whether anything hangs over it.
+Just above the level floor of a closed pocket, the section shows the pocket as a hole in the material, with its islands,
+as exact lines and arcs. The faces and triangles show the rest: whether walls are vertical, and overhangs.
 """
 
 from __future__ import annotations
@@ -23,35 +22,35 @@ from leafcut.geometry.regions import polygons as polygons_of
 from leafcut.geometry.tidying import polygons
 from leafcut.read.step_shapes import PARALLEL, edge_of, face_of, part_above, parts_of, triangles_of
 
-#: A section is taken so far above a floor, mm.
+#: Height of a section above its floor, mm.
 OVER = 0.01
-#: Free curves become lines that leave them by at most this, mm.
+#: Tolerance of the lines that approximate free curves, mm.
 CHORD = 0.005
-#: Ends of a section's curves that are nearer are one, mm.
+#: Tolerance for joining the curves of a section, mm.
 ENDS = 1e-4
-#: A face stands upright where its normals lean by less than this.
+#: Largest Z component of the normals of a vertical face.
 UPRIGHT = 1e-5
-#: What hangs over a pocket by less than this is taken for a chord of its own walls, mm.
+#: Smaller overhangs over a pocket are chords of its own walls, mm.
 HANGS = 0.12
-#: More heights than this are not looked at.
+#: Most heights of level faces.
 MOST_HEIGHTS = 200
-#: Openings narrower than this are gaps between triangles, mm.
+#: Narrower openings are gaps between triangles, mm.
 NARROWEST = 0.05
-#: 4 π A / P² of a circle in chords at least.
+#: Minimum roundness 4 π A / P² of a circle made of chords.
 ROUND = 0.98
-#: A flat sheet has the same section everywhere but for so much of its edge: mm² for each mm of its outline.
+#: Tolerance between the sections of a flat sheet: mm² per mm of outline.
 SAME_EDGE = 0.02
 
 
 class SectionRing(NamedTuple):
-    """A closed curve of a section, and whether some of what it is on does not stand upright."""
+    """A closed curve of a section; `leans` if any of its faces is not vertical."""
 
     path: Polyline
     leans: bool
 
     @property
     def diameter(self) -> float:
-        """Of a circle, mm; else 0."""
+        """Diameter of a circle, mm; 0 for other shapes."""
         bulges = self.path.bulges
         if not len(bulges) or not (bulges != 0.0).all() or np.ptp(np.sign(bulges)):
             return 0.0
@@ -63,7 +62,7 @@ class SectionRing(NamedTuple):
 
 @dataclass(frozen=True)
 class LevelSection:
-    """The rings of a section, how many lie around each, and the one directly around it or −1."""
+    """The rings of a section, the nesting depth of each, and the index of its parent or −1."""
 
     rings: list[SectionRing]
     shapes: NDArray[Any]
@@ -71,27 +70,27 @@ class LevelSection:
     parent: NDArray[np.int64]
 
     def around(self, x: float, y: float) -> int:
-        """Return the smallest ring around a place, −1 where there is none."""
+        """Return the index of the smallest ring around a point, or −1."""
         inside = np.flatnonzero(shapely.contains_xy(self.shapes, x, y))
         return int(inside[np.argmin(shapely.area(self.shapes[inside]))]) if len(inside) else -1
 
     def within(self, ring: int) -> list[int]:
-        """Return the rings directly inside another."""
+        """Return the rings directly inside a ring."""
         return np.flatnonzero(self.parent == ring).tolist()
 
     def region(self, ring: int) -> Any:
-        """Return what is inside a ring and in none of those directly inside it."""
+        """Return the area of a ring without the rings directly inside it."""
         inner = [self.shapes[k].exterior for k in self.within(ring)]
         return shapely.Polygon(self.shapes[ring].exterior, inner)
 
     @property
     def material(self) -> Any:
-        """Return what is cut through."""
+        """The cross-section of the material."""
         return shapely.union_all([self.region(k) for k in np.flatnonzero(self.depth % 2 == 0).tolist()])
 
 
 class LevelFace(NamedTuple):
-    """A level face that looks up: a place on it, and its height, mm."""
+    """A point on a level face that faces up, mm."""
 
     x: float
     y: float
@@ -101,12 +100,12 @@ class LevelFace(NamedTuple):
 def pockets_of(
     shape: Any, triangles: NDArray[np.float64], faces: Sequence[Any], seen: Callable[[float, float, float], bool]
 ) -> dict[str, Any]:
-    """Return the closed pockets of a solid with level floors and upright walls, and how many others it has by reason.
+    """Return the closed pockets of a solid with level floors and vertical walls, and the number of others by reason.
 
     Parameters
     ----------
     seen
-        Says whether a place is seen from above.
+        Test for visibility of a point from above.
     """
     highest = float(triangles[:, :, 2].max())
     floors = [one for one in _levels(faces) if one.z < highest - OVER]
@@ -139,9 +138,9 @@ def pockets_of(
 
 
 def _openings(triangles: NDArray[np.float64]) -> list[dict[str, Any]]:
-    """Return what of a solid one sees through from above: outlines, and the diameter of those that are round, else 0.
+    """Return the through openings of a solid in top view: outlines, and the diameter of round ones, else 0.
 
-    At whatever height an opening ends, the shadow of the solid has it as a hole.
+    The shadow of the solid has each opening as a hole, at whatever height it ends.
     """
     film, found = 0.5 * NARROWEST, []
     rings = shapely.MultiPolygon(
@@ -156,9 +155,9 @@ def _openings(triangles: NDArray[np.float64]) -> list[dict[str, Any]]:
 
 
 def outlines_of(shape: Any, triangles: NDArray[np.float64], faces: Sequence[Any]) -> dict[str, Any]:
-    """Return the outlines of a solid as it is seen from above, from a section that is the same; else a problem.
+    """Return the outlines of a solid in top view, from a section equal to its shadow; or a problem.
 
-    `uneven` says whether other sections differ: what it has besides its outline is not cut.
+    `uneven` is true if other sections differ: these features of the solid are not cut.
     """
     highest, lowest = float(triangles[:, :, 2].max()), float(triangles[:, :, 2].min())
     steps = sorted({round(one.z, 3) for one in (*_levels(faces), *_levels(faces, down=True))})
@@ -215,7 +214,7 @@ def section_at(shape: Any, z: float) -> LevelSection:
 
 
 def hangs_over(triangles: NDArray[np.float64], region: Any, z: float) -> bool:
-    """Return whether some of a surface above a height lies over a region, but for the edge of the region."""
+    """Return whether a surface above a height overhangs a region, except along the edge of the region."""
     inner = region.buffer(-HANGS)
     if inner.is_empty:
         inner = region.representative_point()
@@ -239,15 +238,15 @@ def _pocket(section: LevelSection, ring: int, z: float) -> dict[str, Any]:
 
 
 def _shadow(triangles: NDArray[np.float64]) -> Any:
-    """Return what is seen from above."""
+    """Return the top view of the solid."""
     a, b, c = triangles[:, 0, :2], triangles[:, 1, :2], triangles[:, 2, :2]
     up = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) > (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
-    flat: Any = shapely.polygons(triangles[up, :, :2])  # whatever faces down has something above it that faces up
+    flat: Any = shapely.polygons(triangles[up, :, :2])  # every triangle that faces down has one above it that faces up
     return shapely.union_all(flat[shapely.area(flat) > 1e-9], grid_size=1e-5)
 
 
 def _levels(faces: Sequence[Any], down: bool = False) -> Iterator[LevelFace]:
-    """Yield the level faces that look up, or down."""
+    """Yield the level faces that face up, or down."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.GeomAbs import GeomAbs_Plane
     from OCP.TopAbs import TopAbs_REVERSED
@@ -265,7 +264,7 @@ def _levels(faces: Sequence[Any], down: bool = False) -> Iterator[LevelFace]:
 
 
 def _middle(face: Any) -> tuple[float, float, float]:
-    """Return the middle of the largest triangle of a face."""
+    """Return the centroid of the largest triangle of a face."""
     corners = triangles_of(face)
     if not len(corners):
         return math.nan, math.nan, math.nan
@@ -276,7 +275,7 @@ def _middle(face: Any) -> tuple[float, float, float]:
 
 
 def _sloping(faces: Sequence[Any], seen: Callable[[float, float, float], bool]) -> int:
-    """Return how many faces look up and are neither level nor upright, and are no cone of a hole."""
+    """Count the visible faces that face up and are neither level nor vertical nor cones of holes."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.GeomAbs import GeomAbs_Cone
 
@@ -296,7 +295,7 @@ def _sloping(faces: Sequence[Any], seen: Callable[[float, float, float], bool]) 
 
 
 def _upright(face: Any) -> bool:
-    """Return whether a face stands upright, by its normals at places all over it."""
+    """Whether a face is vertical, by its normals on a grid."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.BRepLProp import BRepLProp_SLProps
     from OCP.BRepTools import BRepTools
@@ -318,7 +317,7 @@ def _upright(face: Any) -> bool:
 
 
 def _curve(edge: Any) -> NDArray[np.float64] | None:
-    """Return the vertices of an edge in a level plane, x, y and bulge, float64[n, 3]; None for one of no length."""
+    """Return the vertices of an edge in a level plane, x, y and bulge, float64[n, 3]; None if its length is 0."""
     from OCP.BRepAdaptor import BRepAdaptor_Curve
     from OCP.GCPnts import GCPnts_QuasiUniformDeflection
     from OCP.GeomAbs import GeomAbs_Circle, GeomAbs_Line
@@ -329,7 +328,7 @@ def _curve(edge: Any) -> NDArray[np.float64] | None:
     if kind == GeomAbs_Line:
         at = [first, last]
     elif kind == GeomAbs_Circle:
-        # No piece is more than half a turn.
+        # An arc with a bulge must not exceed half a turn.
         pieces = max(math.ceil((last - first) / math.pi - 1e-9), 1)
         at = np.linspace(first, last, pieces + 1).tolist()
         place = curve.Circle().Position()

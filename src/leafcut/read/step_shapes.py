@@ -1,4 +1,4 @@
-"""Small things about shapes of OpenCASCADE that all of the process of `step_solid` needs."""
+"""Functions on OpenCASCADE shapes shared by `step_solid` and its modules."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-#: Which solid is read: the only one that there is, or all of them; else a number.
+#: Which solid to read: the only one or all of them; otherwise a number.
 ONLY, ALL = "only", "all"
-#: Directions that differ by less are one.
+#: Largest difference of parallel unit vectors.
 PARALLEL = 1e-6
 
 
 def parts_of(shape: Any, kind: Any) -> Iterator[Any]:
-    """Yield the faces, edges … of a shape."""
+    """Yield the subshapes of one kind: faces, edges, …"""
     from OCP.TopExp import TopExp_Explorer
 
     explorer = TopExp_Explorer(shape, kind)
@@ -25,21 +25,21 @@ def parts_of(shape: Any, kind: Any) -> Iterator[Any]:
 
 
 def face_of(shape: Any) -> Any:
-    """Return a shape as the face that it is."""
+    """Cast a shape to a face."""
     from OCP.TopoDS import TopoDS
 
     return TopoDS.Face(shape) if hasattr(TopoDS, "Face") else TopoDS.Face_s(shape)
 
 
 def edge_of(shape: Any) -> Any:
-    """Return a shape as the edge that it is."""
+    """Cast a shape to an edge."""
     from OCP.TopoDS import TopoDS
 
     return TopoDS.Edge(shape) if hasattr(TopoDS, "Edge") else TopoDS.Edge_s(shape)
 
 
 def triangles_of(face: Any) -> NDArray[np.float64]:
-    """Return the triangles of a face that has been meshed, float64[n, 3, 3]; seen from outside counter-clockwise."""
+    """Return the triangles of a meshed face, float64[n, 3, 3], counter-clockwise seen from outside."""
     from OCP.BRep import BRep_Tool
     from OCP.TopAbs import TopAbs_REVERSED
     from OCP.TopLoc import TopLoc_Location
@@ -60,7 +60,7 @@ def triangles_of(face: Any) -> NDArray[np.float64]:
 
 
 def part_above(corners: NDArray[np.float64], height: float) -> NDArray[np.float64]:
-    """Return the part of a flat convex piece that is above a height, its corners in turn."""
+    """Clip a flat convex polygon to the part above a height; corners in order."""
     found = []
     for here, there in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         if here[2] > height:

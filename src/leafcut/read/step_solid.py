@@ -1,11 +1,11 @@
-"""What a STEP file holds, found by OpenCASCADE in a process of its own: holes, other sides, and triangles.
+"""Read a STEP file with OpenCASCADE in a subprocess: holes, pockets, outlines, and triangles.
 
     python -m leafcut.read.step_solid FILE OUT.npz MOST_TRIANGLES holes|pockets|outlines|mesh only|all|NUMBER \
         x|y|z|-x|-y|-z top|bottom|drawn box|''
 
-A damaged file can end OpenCASCADE, or fill the memory: that ends this process alone. It writes nothing but OUT.npz,
-whose `told` is JSON: what is wrong, or the holes, the pockets or the outlines of the solid as it is turned and lifted;
-the height that became Z0, the convex hull as seen from above, and the box around it.
+A damaged file can crash OpenCASCADE or fill the memory; only this process ends. Its only output is OUT.npz, in which
+`told` is JSON: a problem, or the holes, pockets or outlines of the solid after rotation and lifting; the height that
+became Z0, the convex hull in top view, and its bounding box.
 """
 
 from __future__ import annotations
@@ -25,20 +25,20 @@ from numpy.typing import NDArray
 from leafcut.model.part import TURNS, HoleStep
 from leafcut.read.step_shapes import ALL, ONLY, PARALLEL, face_of, part_above, parts_of, triangles_of
 
-#: Most memory of this process, bytes.
+#: Memory limit of this process, bytes.
 MEMORY = 8 * 1024**3
-#: Triangles leave the solid by at most this, mm, and by this angle, rad.
+#: Mesh tolerance: distance, mm, and angle, rad.
 DEFLECTION, ANGLE = 0.05, 0.3
-#: Lengths that differ by less are one, mm.
+#: Tolerance of equal lengths, mm.
 SAME = 1e-3
-#: So many solids of a file are listed.
+#: Most solids listed in a message.
 MOST_NAMED = 8
-#: A round wall that misses no more than this of a full turn is a whole one, degrees.
+#: Gap up to which a round wall counts as a full turn, degrees.
 WHOLE = 1
 
 
 class RoundWall(NamedTuple):
-    """A round wall about an upright axis: its heights, and its radius at the lower and the upper end, mm."""
+    """A round wall about a vertical axis: its heights, and its radius at the lower and the upper end, mm."""
 
     x: float
     y: float
@@ -46,7 +46,7 @@ class RoundWall(NamedTuple):
     high: float
     low_radius: float
     high_radius: float
-    #: The whole degrees of a turn that it covers, seen from above.
+    #: The whole degrees of a turn that it covers, in top view.
     covers: frozenset[int]
 
     @property
@@ -56,24 +56,24 @@ class RoundWall(NamedTuple):
 
     @property
     def taper(self) -> float:
-        """How much the radius grows with the height."""
+        """Increase of the radius with height."""
         return 0.0 if self.straight else (self.high_radius - self.low_radius) / (self.high - self.low)
 
 
 @dataclass(frozen=True)
 class SolidHole:
-    """A hole that is open above.
+    """A hole open at the top.
 
     Attributes
     ----------
     x, y, top, diameter
-        Of the narrowest straight part, and where the hole begins, mm.
+        Axis and diameter of the narrowest cylinder, and the height at which the hole starts, mm.
     depth
-        From the top to the lower end of that part, mm.
+        From the top to the lower end of that cylinder, mm.
     through
-        Whether it is open below.
+        Whether it is open at the bottom.
     pointed
-        Of a blind hole: whether a cone ends it, as the point of a drill leaves it; else its floor is flat.
+        For a blind hole: whether it ends in a cone, like the point of a drill; otherwise its floor is flat.
     steps
         Wider parts above and below.
     """
@@ -89,7 +89,7 @@ class SolidHole:
 
 
 def labels(values: list[float]) -> list[int]:
-    """Return a number for each value, the same for those that differ by no more than `SAME`, or by a chain of such."""
+    """Label values: equal labels mean values within `SAME`, or connected by a chain of such differences."""
     order = np.argsort(values, kind="stable")
     steps = np.diff(np.asarray(values, dtype=np.float64)[order]) > SAME
     number = np.zeros(len(values), dtype=np.int64)
@@ -98,10 +98,10 @@ def labels(values: list[float]) -> list[int]:
 
 
 def joined(walls: list[RoundWall]) -> list[RoundWall]:
-    """Return whole walls, pieces of one put together; what goes round less than a turn is no hole.
+    """Join the pieces of each wall, and return the walls that cover a full turn; others are not holes.
 
-    The pieces of one wall are on one cylinder or cone, and beside each other; on a slope they reach to different
-    heights.
+    The pieces of a wall lie on one cylinder or cone and overlap or touch in height; on a sloping surface they end at
+    different heights.
     """
     level = [wall.low_radius - wall.taper * wall.low for wall in walls]
     keys = zip(
@@ -130,9 +130,9 @@ def _one_of(pieces: list[RoundWall]) -> RoundWall:
 
 
 def columns(walls: list[RoundWall], apart: Callable[[RoundWall, RoundWall], bool]) -> Iterator[list[RoundWall]]:
-    """Yield the walls of each hole from above: those of one axis, until there is material between two of them.
+    """Yield the walls of each hole from above: walls of one axis without material between them.
 
-    A gap between walls is a place where something else opens into the hole, such as a hole across or a groove.
+    A gap between walls means that another feature opens into the hole, such as a cross hole or a groove.
     """
     by_axis: dict[tuple[int, int], list[RoundWall]] = {}
     for x, y, wall in zip(labels([w.x for w in walls]), labels([w.y for w in walls]), walls, strict=True):
@@ -148,7 +148,7 @@ def columns(walls: list[RoundWall], apart: Callable[[RoundWall, RoundWall], bool
 
 
 def hole_of(column: list[RoundWall]) -> SolidHole | None:
-    """Return the hole of a column, taken for open below; None where nothing of it is straight."""
+    """Return the hole of a column, assumed open at the bottom; None if it has no cylinder."""
     straight = [wall for wall in column if wall.straight]
     if not straight:
         return None
@@ -163,7 +163,7 @@ def hole_of(column: list[RoundWall]) -> SolidHole | None:
 
 
 def _step_of(wall: RoundWall, column: list[RoundWall], top: float) -> HoleStep:
-    """Return a wide part of a column; `open` where what is above it is wider, and a tool's point finds room below."""
+    """Return a wide part of a column; `open` if a tool can reach it from above, and its point has clearance below."""
     place = column.index(wall)
     above = all(one.low_radius > wall.high_radius - SAME and one.taper >= 0.0 for one in column[:place])
     below = column[place + 1 :]
@@ -172,7 +172,7 @@ def _step_of(wall: RoundWall, column: list[RoundWall], top: float) -> HoleStep:
         return HoleStep(wide, depth, math.pi, depth, wide, above and bool(below))
     if wall.taper < 0.0 or not below:
         return HoleStep(wide, depth, math.pi, depth, wide)
-    # The cone goes on to its tip below the wall: in a straight hole as wide as its end that is clear.
+    # The cone of the tool continues below the wall; the next cylinder has to be as wide as the cone's lower end.
     beyond = wall.low_radius / wall.taper
     following = below[0]
     clear = following.straight and abs(following.high_radius - wall.low_radius) < SAME
@@ -182,7 +182,7 @@ def _step_of(wall: RoundWall, column: list[RoundWall], top: float) -> HoleStep:
 
 
 class Surface(NamedTuple):
-    """The triangles of a solid, float64[n, 3, 3], and the least and greatest place of each, float64[n, 3], mm."""
+    """The triangles of a solid, float64[n, 3, 3], and the bounding box of each, float64[n, 3], mm."""
 
     triangles: NDArray[np.float64]
     least: NDArray[np.float64]
@@ -190,12 +190,12 @@ class Surface(NamedTuple):
 
     @classmethod
     def of(cls, triangles: NDArray[np.float64]) -> Surface:
-        """Return the surface of triangles."""
+        """Compute the bounding boxes of triangles."""
         return cls(triangles, triangles.min(axis=1), triangles.max(axis=1))
 
 
 def meets_disc(surface: Surface, x: float, y: float, radius: float, low: float, high: float) -> bool:
-    """Return whether some of a surface lies within a radius of an upright axis between two heights, ends excluded."""
+    """Return whether a surface enters the cylinder of a radius about a vertical axis between two heights, exclusive."""
     triangles, least, most = surface
     near = (most[:, 2] > low) & (least[:, 2] < high)
     near &= (
@@ -209,7 +209,7 @@ def meets_disc(surface: Surface, x: float, y: float, radius: float, low: float, 
 
 
 def main(arguments: list[str]) -> int:
-    """Read a file and write what it holds; this process gets no more memory than `MEMORY`."""
+    """Read a file and write the result, within the memory limit `MEMORY`."""
     _limit_memory()
     file, out, most, what, which, up, level, boxed = arguments
     told, triangles = _found(file, int(most), what, which, up, level, bool(boxed))
@@ -224,7 +224,7 @@ def _limit_memory() -> None:
 
     for kind, limit in ((resource.RLIMIT_AS, MEMORY), (resource.RLIMIT_CORE, 0)):
         hard = resource.getrlimit(kind)[1]
-        # A lower limit is kept. macOS refuses to limit the memory, and goes without.
+        # Keep a lower existing limit. macOS refuses to limit the memory.
         with suppress(ValueError, OSError):
             least = limit if hard == resource.RLIM_INFINITY else min(limit, hard)
             resource.setrlimit(kind, (least, least))
@@ -276,7 +276,7 @@ def _found(
 
 
 def _told_of(what: str, shape: Any, triangles: NDArray[np.float64], faces: Sequence[Any]) -> dict[str, Any]:
-    """Return the holes, pockets or outlines of a solid, or a problem; nothing of a mesh."""
+    """Return the holes, pockets or outlines of a solid, or a problem; empty for a mesh."""
     if what == "mesh":
         return {}
     if what == "holes":
@@ -293,7 +293,7 @@ def _told_of(what: str, shape: Any, triangles: NDArray[np.float64], faces: Seque
 
 
 def _moved(shape: Any, rows: Sequence[Sequence[int]], lift: float) -> Any:
-    """Return a shape turned by a matrix, then lifted, mm; its triangles go with it."""
+    """Return a shape rotated by a matrix, then lifted, mm, with its triangles."""
     from OCP.gp import gp_Trsf
     from OCP.TopLoc import TopLoc_Location
 
@@ -304,19 +304,19 @@ def _moved(shape: Any, rows: Sequence[Sequence[int]], lift: float) -> Any:
 
 
 def _hull(triangles: NDArray[np.float64]) -> list[list[float]]:
-    """Return the corners of the convex hull of a solid as it is seen from above."""
+    """Return the corners of the convex hull of a solid in top view."""
     hull: Any = shapely.MultiPoint(triangles[:, :, :2].reshape(-1, 2)).convex_hull
     return [list(corner) for corner in shapely.get_coordinates(hull).tolist()]
 
 
 def _box_of(shape: Any) -> list[list[float]]:
-    """Return the corners of the box around a shape as it is seen from above."""
+    """Return the corners of the bounding box of a shape in top view."""
     x0, y0, _, x1, y1, _ = _box(shape)
     return [[x0, y0], [x1, y0], [x1, y1], [x0, y1]]
 
 
 def _box(shape: Any) -> tuple[float, float, float, float, float, float]:
-    """Return the lower and the upper corner of the exact box around a shape, mm."""
+    """Return the lower and the upper corner of the exact bounding box of a shape, mm."""
     from OCP.Bnd import Bnd_Box
     from OCP.BRepBndLib import BRepBndLib
 
@@ -326,7 +326,7 @@ def _box(shape: Any) -> tuple[float, float, float, float, float, float]:
 
 
 def _several(solids: Sequence[Any]) -> str:
-    """Return how many solids there are, with the size and the lower corner of the box around each."""
+    """Describe the solids: their number, and the size and lower corner of each bounding box."""
     words = []
     for number, solid in enumerate(solids[:MOST_NAMED], 1):
         box = _box(solid)
@@ -347,13 +347,12 @@ def _told_of_holes(shape: Any, triangles: NDArray[np.float64]) -> dict[str, Any]
 
 
 def _triangles(faces: Sequence[Any]) -> NDArray[np.float64]:
-    """Return the triangles of faces, float64[n, 3, 3]."""
     found = [triangles_of(face) for face in faces]
     return np.concatenate(found) if found else np.zeros((0, 3, 3))
 
 
 def _holes(shape: Any, triangles: NDArray[np.float64]) -> tuple[list[SolidHole], dict[str, int], dict[str, int]]:
-    """Return the holes that are open above, how many are not by the reason, and by direction those of other sides."""
+    """Return the holes open at the top, and counts of the others: by reason, and by direction."""
     walls, aside, free = _walls(shape)
     surface = Surface.of(triangles)
 
@@ -367,7 +366,7 @@ def _holes(shape: Any, triangles: NDArray[np.float64]) -> tuple[list[SolidHole],
         hole = hole_of(column)
         if hole is None:
             continue
-        # Chords of the triangles come nearer to the axis than the wall does, by this angle at most.
+        # The chords of the triangles come nearer to the axis than the wall, by at most this angle.
         radius = hole.diameter / 2.0 * math.cos(ANGLE)
         bottom = hole.top - hole.depth
 
@@ -378,7 +377,7 @@ def _holes(shape: Any, triangles: NDArray[np.float64]) -> tuple[list[SolidHole],
             open_below = not meets(-math.inf, hole.top - SAME)
             left["below" if open_below else "obstructed"] += 1
             continue
-        # What a through hole needs below it: the point of its drill, of 118 degrees, and a little more.
+        # Clearance below a through hole: the point of its drill, 118°, and 1 mm.
         room = hole.diameter / 2.0 / math.tan(math.radians(59.0)) + 1.0
         closed = hole.pointed or meets(bottom - room, bottom + SAME)
         steps = tuple(
@@ -390,15 +389,15 @@ def _holes(shape: Any, triangles: NDArray[np.float64]) -> tuple[list[SolidHole],
 
 
 def _covered(surface: Surface, hole: SolidHole, step: HoleStep) -> bool:
-    """Return whether something is over a wide part of a hole."""
+    """Return whether a wide part of a hole is covered from above."""
     cone = 0.5 * (step.diameter - step.narrow) / math.tan(0.5 * step.angle) if step.angle < math.pi else 0.0
     begin = hole.top - step.depth + cone + SAME
     return meets_disc(surface, hole.x, hole.y, 0.5 * step.diameter * math.cos(ANGLE), begin, math.inf)
 
 
 def _walls(shape: Any) -> tuple[list[RoundWall], dict[str, int], int]:
-    """Return the hollow round walls about upright axes, how many whole ones have another direction, by it, and how many
-    faces are of a free form, in which no hole is found.
+    """Return the concave round walls about vertical axes, the number of full cylinders in other directions by
+    direction, and the number of free-form faces, in which holes are not found.
     """
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.BRepTools import BRepTools
@@ -422,7 +421,8 @@ def _walls(shape: Any) -> tuple[list[RoundWall], dict[str, int], int]:
         if kind not in (GeomAbs_Cylinder, GeomAbs_Cone):
             continue
         round_ = surface.Cylinder() if kind == GeomAbs_Cylinder else surface.Cone()
-        # Its own normal looks away from the axis, unless its axes are left-handed; that of the solid out of material.
+        # The normal of the surface points away from the axis, unless its axes are left-handed; the face normal
+        # points out of the material.
         if (face.Orientation() == TopAbs_REVERSED) != round_.Position().Direct():
             continue
         u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
@@ -449,7 +449,7 @@ def _walls(shape: Any) -> tuple[list[RoundWall], dict[str, int], int]:
 
 
 def _covers(place: Any, begin: float, end: float) -> frozenset[int]:
-    """Return the whole degrees, seen from above, of a piece of a round wall."""
+    """Return the whole degrees covered by a piece of a round wall, in top view."""
     angle = np.linspace(begin, end, max(int(math.degrees(end - begin) * 4.0), 2))
     along, across = place.XDirection(), place.YDirection()
     x = along.X() * np.cos(angle) + across.X() * np.sin(angle)
@@ -458,20 +458,20 @@ def _covers(place: Any, begin: float, end: float) -> frozenset[int]:
 
 
 def _direction(axis: Any) -> tuple[float, float, float]:
-    """Return a direction, the same for both ways along it."""
+    """Return a direction with a canonical sign."""
     x, y, z = axis.X(), axis.Y(), axis.Z()
     sign = next((math.copysign(1.0, value) for value in (x, y, z) if abs(value) > PARALLEL), 1.0)
     return sign * x + 0.0, sign * y + 0.0, sign * z + 0.0
 
 
 def _foot(axis: Any, at: Any) -> tuple[float, float, float]:
-    """Return the place of an axis that is nearest to zero: of one axis it is the same wherever it is said to begin."""
+    """Return the point of an axis nearest to the origin, which identifies the axis independently of its location."""
     along = at.X() * axis.X() + at.Y() * axis.Y() + at.Z() * axis.Z()
     return at.X() - along * axis.X(), at.Y() - along * axis.Y(), at.Z() - along * axis.Z()
 
 
 def _meets(shape: Any, x: float, y: float, low: float, high: float) -> bool:
-    """Return whether the upright line at a place meets the solid between two heights."""
+    """Return whether the vertical line through a point meets the solid between two heights."""
     from OCP.gp import gp_Dir, gp_Lin, gp_Pnt
     from OCP.IntCurvesFace import IntCurvesFace_ShapeIntersector
 

@@ -1,7 +1,7 @@
-"""Strip instances of the nesting literature (ESICUP in the JSON of sparrow and spyrrow): parts, how often, and angles.
+"""Strip-packing instances of the nesting literature (ESICUP, in the JSON format of sparrow and spyrrow).
 
-An item has an ``id``, a ``demand``, ``allowed_orientations`` in degrees (none, or null: any), and a ``shape``: a
-``simple_polygon`` of points. The strip's height is not the sheet's: --sheet says that.
+An item has an ``id``, a ``demand``, ``allowed_orientations`` in degrees (missing or null: any), and a ``shape``: a
+``simple_polygon`` of points. The height of the strip is ignored; --sheet gives the sheet.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from leafcut.model.contour import Contour
 from leafcut.model.nest import NestPart
 from leafcut.read.format import MAX_COORDINATE, Source, parse_json
 
-#: More items than this, or points in one, are no instance.
+#: Most items, and most points per item.
 MAX_ITEMS, MAX_POINTS = 2_000, 100_000
 
 
 def is_strip_instance(file: str) -> bool:
-    """Return whether a file is named as one, and not as a sheet of the Sirius CAM."""
+    """Whether a file is an instance by its name, not a Sirius sheet."""
     name = file.lower()
     return name.endswith(".json") and not name.endswith(".dbs.json")
 
@@ -30,13 +30,13 @@ def read_strip_instance(
 ) -> list[NestPart]:
     """Return the items of an instance as parts, `quantity` times their demand.
 
-    With `turned` the parts may lie in `angles` (rad, None for any), else in their own. `unit` is mm per unit of the
-    file, which names none.
+    With `turned`, the rotations of the parts are `angles` (rad, None for any), otherwise those of the file. `unit` is
+    mm per unit of the file, which states none.
 
     Raises
     ------
     ReadError
-        It is no such file, or one of its items is not whole; says which.
+        The file is not an instance, or an item is incomplete; names the item.
     """
     file, text = source.path, source.text()
     with parsing(file, "this is not JSON"):

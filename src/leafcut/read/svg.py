@@ -1,7 +1,7 @@
-"""SVG drawings as what is cut from sheet: paths and basic shapes, transforms, units, uses; text and pictures are not.
+"""SVG drawings for sheet cutting: paths and basic shapes, transforms, units, uses; no text, no pictures.
 
-From strangers: no entities, no external references (defusedxml), nothing outside the file is opened. The y axis of
-SVG points down; the part is turned over so that it looks as on the screen.
+The files are untrusted: entities and external references are refused (defusedxml), and no other file is opened. The y
+axis of SVG points down; the part is flipped to look as on the screen.
 """
 
 from __future__ import annotations
@@ -51,17 +51,17 @@ MAX_BYTES = 64 * 1024 * 1024
 MAX_DEPTH = 100
 MM_PER_PX = 25.4 / 96.0
 
-#: Elements that only hold others, and are drawn as they stand.
+#: Container elements, which are drawn in place.
 GROUPS = ("g", "a", "switch", "svg")
-#: Elements whose content is drawn only where a `use` asks for it, or never.
+#: Elements whose content is drawn only by a `use`, or never.
 UNDRAWN = ("defs", "symbol", "clippath", "mask", "marker", "pattern", "lineargradient", "radialgradient", "filter")
-#: The properties that matter here.
+#: The style properties used here.
 _STYLED = ("display", "visibility", "stroke", "clip-path", "mask")
 SILENT = ("style", "title", "desc", "metadata", "namedview", "script")
 
 
 def read_svg(source: Source, options: ReadOptions) -> Part:
-    """Refuse: holes to drill are not read from SVG.
+    """Raise `ReadError`: holes to drill are not read from SVG.
 
     Raises
     ------
@@ -77,12 +77,12 @@ def read_svg(source: Source, options: ReadOptions) -> Part:
 def read_svg_contours(source: Source, options: ReadOptions) -> Part:
     """Return the paths and shapes of an SVG drawing as contours, one per subpath, in mm.
 
-    The layer of a contour is its Inkscape layer's name, else its class, else the colour of its stroke.
+    The layer of a contour is the name of its Inkscape layer, else its class, else its stroke colour.
 
     Raises
     ------
     ReadError
-        It is not well-formed, declares entities, or draws nothing that could be cut.
+        The file is not well-formed, declares entities, or draws nothing to cut.
     """
     root = _root(source)
     issues: list[Issue] = []
@@ -114,7 +114,7 @@ def read_svg_pockets(
     Raises
     ------
     ReadError
-        As `read_svg_contours` and `pockets_of_drawing`.
+        See `read_svg_contours` and `pockets_of_drawing`.
     """
     from leafcut.read.pocket_outlines import pockets_of_drawing  # start-up
 
@@ -122,7 +122,7 @@ def read_svg_pockets(
 
 
 class _Page(NamedTuple):
-    """From user units to mm, y up; and what percentages stand for."""
+    """The transform from user units to mm, y up, and the reference size of percentages."""
 
     matrix: Affine
     frame: ViewSize
@@ -146,7 +146,7 @@ def _tag(element: Any) -> str:
 
 
 def _page(root: Any, options: ReadOptions, path: str) -> tuple[_Page, bool]:
-    """Return the page, and whether the file says how large it is in the world."""
+    """Return the page, and whether the file states its physical size."""
     try:
         box = view_box(root.get("viewBox", ""))
         sizes = [parts_of_length(root.get(name, "100%")) for name in ("width", "height")]
@@ -159,7 +159,7 @@ def _page(root: Any, options: ReadOptions, path: str) -> tuple[_Page, bool]:
         raise ReadError(path, f"the size of the drawing is invalid: {problem}") from None
     mm, sure = MM_PER_PX, any(unit in PHYSICAL for _, unit in sizes)
     if options.units:
-        # The user's word is about the numbers in the drawing: one of them is one such unit.
+        # The user's unit applies to the numbers in the drawing.
         fit, mm, sure = (Affine(e=-box[0], f=-box[1]) if box else Affine()), MM_PER_UNIT[options.units], True
         px = given if box else px
     matrix = Affine(mm, 0.0, 0.0, -mm, 0.0, px[1] * mm).of(fit)
@@ -167,7 +167,7 @@ def _page(root: Any, options: ReadOptions, path: str) -> tuple[_Page, bool]:
 
 
 class _Own(NamedTuple):
-    """What the attributes of an element say, wherever it is drawn."""
+    """The attributes of an element, independent of where it is drawn."""
 
     shown: bool
     visible: bool
@@ -180,7 +180,7 @@ class _Own(NamedTuple):
 
 
 class _Place(NamedTuple):
-    """What an element inherits: where it is, and its layer by Inkscape, class and colour."""
+    """Inherited properties: the transform, and the layer by Inkscape, class and colour."""
 
     matrix: Affine
     layer: str = ""
@@ -191,7 +191,7 @@ class _Place(NamedTuple):
 
 @dataclass
 class _Walk:
-    """Visits every drawn element, `use` by `use`, and counts what it leaves out."""
+    """Visits every drawn element, including each `use`, and counts omissions."""
 
     path: str
     page: _Page
@@ -208,11 +208,11 @@ class _Walk:
     _by_id: dict[str, Any] = field(default_factory=dict)
     _rules: dict[str, dict[str, str]] = field(default_factory=dict)
     _segments: int = 0
-    #: What was made of elements that a `use` draws, or why nothing was: copies of them are only placed.
+    #: Results for elements drawn by a `use`, or the exception raised; copies are only placed.
     _made: dict[tuple[str, int], Any] = field(default_factory=dict)
 
     def look_up(self, root: Any) -> None:
-        """Find what has an id, and the rules of the style sheets; nothing deeper than `MAX_DEPTH` is allowed."""
+        """Index the ids and the style rules; raise if the nesting exceeds `MAX_DEPTH`."""
         waiting = [(root, 0)]
         while waiting:
             element, depth = waiting.pop()
@@ -226,7 +226,7 @@ class _Walk:
             waiting.extend((child, depth + 1) for child in element)
 
     def children(self, element: Any, place: _Place, depth: int, trail: tuple[str, ...]) -> None:
-        """Take what an element holds."""
+        """Visit the children of an element."""
         for child in element:
             self._take(child, place, depth + 1, trail)
 
@@ -258,16 +258,16 @@ class _Walk:
             )
 
     def _style(self, element: Any) -> dict[str, str]:
-        """Return what attributes, classes and style say of an element, the stronger over the weaker."""
+        """Return the style of an element: attributes, overridden by classes, overridden by its style."""
         found = {n: element.get(n) for n in _STYLED if element.get(n)}
         for name in element.get("class", "").split():
             found.update(self._rules.get(name, {}))
         return {**found, **declarations(element.get("style", ""))}
 
     def _once(self, what: str, element: Any, make: Callable[[Any], Any], trail: tuple[str, ...]) -> Any:
-        """Return what `make` makes of an element; of one that a `use` draws it is made once, however often it is drawn.
+        """Return `make(element)`, cached for elements drawn by a `use`.
 
-        Else a few thousand copies of a long path would be read for hours.
+        Otherwise a few thousand copies of a long path would be read for hours.
         """
         if not trail:
             return make(element)
@@ -310,7 +310,7 @@ class _Walk:
         )
 
     def _viewport(self, element: Any, place: _Place) -> _Place:
-        """Return the place inside a nested drawing or a symbol: its own corner and view box."""
+        """Return the place inside a nested drawing or a symbol, with its own corner and view box."""
         frame = self.page.frame
         x, y = length(element.get("x", "0"), frame.width), length(element.get("y", "0"), frame.height)
         w = length(element.get("width", "100%"), frame.width)
@@ -348,7 +348,7 @@ class _Walk:
             self._keep(outline, place, layer, element.get("id", ""))
 
     def _keep(self, outline: SvgSubpath, place: _Place, layer: str, name: str) -> None:
-        self._spend(len(outline.pieces))  # before they are placed: some may have no length
+        self._spend(len(outline.pieces))  # before placing: some pieces may have no length
         with np.errstate(all="ignore"):
             path = placed_outline(outline, place.matrix, CURVE_TOLERANCE, self.points)
             far = 0.0 if path is None else np.abs(path.extents).max()
@@ -365,7 +365,7 @@ class _Walk:
             raise too_many_segments(self.path)
 
     def issues(self) -> list[Issue]:
-        """Return what was noticed."""
+        """Return the issues of the walk."""
         found = []
         if self.others:
             words = ", ".join(f"{number} <{shown(kind, 30)}>" for kind, number in self.others.most_common(8))

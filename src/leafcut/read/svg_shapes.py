@@ -1,4 +1,4 @@
-"""What of an SVG element is drawn: its lines, arcs and Bézier curves, placed in mm."""
+"""SVG shapes as lines, arcs and Bézier curves, placed in mm."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from leafcut.geometry.curves import Spend, bezier_points, ellipse_path, fitted, 
 from leafcut.geometry.polyline import Polyline
 from leafcut.read.svg_transform import Affine, length, numbers
 
-#: What path data is made of; svgelements reads over what it does not understand.
+#: Characters of path data; svgelements skips unknown ones silently.
 _PATH_DATA = re.compile(r"[MmZzLlHhVvCcSsQqTtAa0-9eE+\-.,\s]*")
 _FULL = 2.0 * math.pi
 
@@ -30,21 +30,21 @@ class Bend(NamedTuple):
 
 
 class SvgSubpath(NamedTuple):
-    """A subpath in user units: lines and Bézier curves as control points, bends; whether it is closed."""
+    """A subpath in user units: lines and Bézier curves as control points, and elliptical arcs."""
 
     pieces: list[list[Point] | Bend]
     closed: bool
 
 
 class ViewSize(NamedTuple):
-    """What percentages of lengths stand for: width and height of the view, user units."""
+    """Reference size of percentages: width and height of the view, user units."""
 
     width: float
     height: float
 
 
 def outlines_of(tag: str, attributes: Mapping[str, str], frame: ViewSize) -> list[SvgSubpath]:
-    """Return the subpaths of a shape; ValueError for one that cannot be understood."""
+    """Return the subpaths of a shape; raise ValueError if it is invalid."""
     return list(SHAPES[tag](attributes, frame))
 
 
@@ -121,7 +121,7 @@ def _path(a: Mapping[str, str], _: ViewSize) -> Iterator[SvgSubpath]:
         return iter(list(_subpaths(text)))
     except (ValueError, RecursionError, MemoryError):
         raise
-    except Exception:  # svgelements counts with the numbers that are missing
+    except Exception:  # svgelements computes with the missing numbers
         raise ValueError("path data in which numbers are missing") from None
 
 
@@ -171,7 +171,7 @@ def _pair(point: Any) -> Point:
     return (x, y)
 
 
-#: Every element that draws, and what it draws.
+#: Every shape element -> function that returns its subpaths.
 SHAPES: dict[str, Callable[[Mapping[str, str], ViewSize], Iterator[SvgSubpath]]] = {
     "path": _path,
     "rect": _rectangle,
@@ -184,9 +184,9 @@ SHAPES: dict[str, Callable[[Mapping[str, str], ViewSize], Iterator[SvgSubpath]]]
 
 
 def placed_outline(outline: SvgSubpath, matrix: Affine, tolerance: float, spend: Spend = free) -> Polyline | None:
-    """Return an outline in mm, its curves as arcs within `tolerance` mm; None for one without length.
+    """Return an outline in mm with curves as arcs within `tolerance` mm; None if it has no length.
 
-    `spend` is told of the points that curves need.
+    `spend` receives the number of points that curves need.
     """
     first = outline.pieces[0]
     if len(outline.pieces) == 1 and isinstance(first, Bend):

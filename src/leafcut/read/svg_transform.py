@@ -1,4 +1,4 @@
-"""Small grammars of SVG: lengths, transforms, the view box, styles. Everything strict: nothing is guessed."""
+"""Parse SVG attributes: lengths, transforms, the view box, styles. Invalid values raise an error."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ import math
 import re
 from typing import NamedTuple
 
-#: User units (1/96 inch) in one of each unit (CSS Values and Units 3, section 6.2).
+#: User units (1/96 inch) per unit (CSS Values and Units 3, section 6.2).
 PX_PER_UNIT = {"": 1.0, "px": 1.0, "in": 96.0, "mm": 96.0 / 25.4, "cm": 960.0 / 25.4, "q": 24.0 / 25.4, "pt": 4.0 / 3.0}
 PX_PER_UNIT["pc"] = 16.0
-#: Of these a length says how large the drawing is in the world.
+#: Units that state the physical size of the drawing.
 PHYSICAL = ("in", "mm", "cm", "q", "pt", "pc")
 
-# Each expression is matched at one place and knows its way without turning back: a hostile file cannot stall it.
+# These expressions cannot backtrack far, so a hostile file cannot stall the reader.
 _NUMBER = r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
 _LENGTH = re.compile(rf"({_NUMBER})\s*([a-zA-Z]*|%)")
 _NEXT_NUMBER = re.compile(rf"[\s,]*({_NUMBER})")
 _FUNCTION = re.compile(r"[\s,]*([a-zA-Z]+)\s*\(([^()]*)\)")
 _CLASS = re.compile(r"\w*\.([\w-]+)")
-#: No length or view box has more letters; each copy of a `use` reads them again.
+#: Longest length or view box, characters; each copy of a `use` parses them again.
 _LONGEST = 200
 
 
@@ -47,7 +47,7 @@ class Affine(NamedTuple):
 
 
 def numbers(text: str) -> list[float]:
-    """Return the numbers of a list separated by commas or spaces; ValueError for anything else in it."""
+    """Parse a list of numbers separated by commas or spaces; raise ValueError for anything else."""
     found, at, text = [], 0, text.strip()
     while at < len(text):
         match = _NEXT_NUMBER.match(text, at)
@@ -61,7 +61,7 @@ def numbers(text: str) -> list[float]:
 
 
 def length(text: str, whole: float) -> float:
-    """Return a length in user units; `whole` is what 100 % stands for."""
+    """Return a length in user units; `whole` is the reference of percentages."""
     value, unit = parts_of_length(text)
     if unit == "%":
         return 0.01 * value * whole
@@ -69,7 +69,7 @@ def length(text: str, whole: float) -> float:
 
 
 def parts_of_length(text: str) -> tuple[float, str]:
-    """Return number and unit of a length; ValueError for a unit that needs a font, and for anything else."""
+    """Split a length into number and unit; raise ValueError for units that need a font, and for invalid text."""
     match = _LENGTH.fullmatch(text.strip()) if len(text) <= _LONGEST else None
     unit = match.group(2).lower() if match else "?"
     if match is None or (unit not in PX_PER_UNIT and unit != "%") or not math.isfinite(float(match.group(1))):
@@ -78,7 +78,7 @@ def parts_of_length(text: str) -> tuple[float, str]:
 
 
 def transform(text: str) -> Affine:
-    """Return what a transform attribute says; ValueError for one that is not understood."""
+    """Parse a transform attribute; raise ValueError if it is invalid."""
     result, at, text = Affine(), 0, text.strip()
     while at < len(text):
         match = _FUNCTION.match(text, at)
@@ -108,7 +108,7 @@ def _function(name: str, v: list[float]) -> Affine:
 
 
 def view_box(text: str) -> list[float]:
-    """Return the numbers of a view box; ValueError for what is none."""
+    """Parse a view box; raise ValueError if it is invalid."""
     if len(text) > _LONGEST:
         raise ValueError(f"view box '{text[:20]} …'")
     return numbers(text)
@@ -133,13 +133,13 @@ def view(box: list[float], width: float, height: float, aspect: str) -> Affine:
 
 
 def declarations(style: str) -> dict[str, str]:
-    """Return the properties of a style attribute or rule, names in lower case."""
+    """Return the properties of a style attribute or rule, with names in lower case."""
     pairs = (item.partition(":") for item in style.split(";"))
     return {name.strip().lower(): value.replace("!important", "").strip() for name, _, value in pairs if name.strip()}
 
 
 def class_rules(sheet: str) -> dict[str, dict[str, str]]:
-    """Return what a style sheet gives to single classes (``.cut { stroke: red }``); nothing is loaded."""
+    """Return the rules of a style sheet for single classes (``.cut { stroke: red }``); imports are not loaded."""
     first, *others = sheet.split("/*")
     plain = first + "".join(text.partition("*/")[2] for text in others)
     found: dict[str, dict[str, str]] = {}

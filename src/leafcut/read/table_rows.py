@@ -1,4 +1,4 @@
-"""Rows of text tables: their separator, fields and numbers."""
+"""Rows of text tables: separator, fields and numbers."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from leafcut.errors import shown
 
 
 def separator_of(lines: list[str]) -> str | None:
-    """Return the separator of fields: the strongest sign in at least half of the lines; None for blanks."""
+    """Return the separator of fields: the first of ; tab , in at least half of the lines; None for blanks."""
     for sign in (";", "\t", ","):
         if lines and 2 * sum(sign in line for line in lines) >= len(lines):
             return sign
@@ -17,7 +17,7 @@ def separator_of(lines: list[str]) -> str | None:
 
 
 def split_row(line: str, separator: str | None) -> list[str]:
-    """Return the fields of a row."""
+    """Split a row into fields."""
     if separator is None:
         return line.split()
     if '"' not in line:
@@ -29,14 +29,14 @@ def split_row(line: str, separator: str | None) -> list[str]:
 
 
 def cell_number(text: str, separator: str | None) -> float:
-    """Return the number in a field; a comma between digits is decimal where semicolons or tabs separate.
+    """Parse the number in a field; with semicolons or tabs as separators, a comma is a decimal comma.
 
     Raises
     ------
     ValueError
         The text is not a number.
     """
-    # float() also reads "1_000"; in a table that is a mistake.
+    # float() also accepts "1_000", which is an error in a table.
     plain = text.replace(",", ".") if separator in (";", "\t") and text.count(",") == 1 and "." not in text else text
     try:
         if "_" in plain:
@@ -47,7 +47,7 @@ def cell_number(text: str, separator: str | None) -> float:
 
 
 def is_number(text: str, separator: str | None) -> bool:
-    """Return whether a field holds a finite number."""
+    """Return whether a field contains a finite number."""
     try:
         return math.isfinite(cell_number(text, separator))
     except ValueError:

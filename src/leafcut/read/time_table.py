@@ -1,4 +1,4 @@
-"""Times by a stop-watch: as one types them, and as a CSV table of programs and what each took."""
+"""Stop-watch times: parse a typed time, and read a CSV table of programs and times."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from leafcut.errors import OptionError, ReadError, shown
 from leafcut.files.whole_files import decoded
 from leafcut.units import parse_quantity
 
-#: A table larger than this is none, bytes; nor has anybody stopped more programs.
+#: Largest table, bytes, and most rows.
 _MOST_BYTES, _MOST_ROWS = 1_000_000, 1000
 
 _CLOCK = re.compile(r"\s*(?:(\d{1,3}):)?(\d{1,4}):(\d{1,2}(?:\.\d{1,6})?)\s*\Z")
 
 
 def parse_clock(text: str) -> float:
-    """Return the seconds of a time as a stop-watch shows it (``12:34``, ``1:02:03``), or of a quantity (``754 s``).
+    """Parse a stop-watch time (``12:34``, ``1:02:03``) or a quantity (``754 s``), in seconds.
 
     Raises
     ------
     OptionError
-        It is neither, or not above 0.
+        The text is neither, or not above 0.
     """
     match = _CLOCK.match(text)
     if match:
@@ -39,10 +39,9 @@ def parse_clock(text: str) -> float:
 
 
 def read_times(path: str | Path) -> list[tuple[str, float]]:
-    """Return the program of each row, by its path from the table's folder on, and its seconds.
+    """Return the program of each row, as a path relative to the folder of the table, and its time in seconds.
 
-    Columns are parted by commas, or by semicolons where there is one in the first line. A first row without a time is a
-    head.
+    The separator is a semicolon if the first line contains one, else a comma. A first row without a time is a header.
 
     Raises
     ------
@@ -72,7 +71,7 @@ def read_times(path: str | Path) -> list[tuple[str, float]]:
             seconds = parse_clock(cells[1])
         except OptionError as problem:
             if not found and count == 1:
-                continue  # the head
+                continue  # the header
             raise ReadError(path, str(problem), count) from None
         found.append((str(file.parent / cells[0]), seconds))
         if len(found) > _MOST_ROWS:

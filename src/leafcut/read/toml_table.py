@@ -1,4 +1,4 @@
-"""TOML files of ours, read with care: every wrong key or value is one line that says where it stands."""
+"""Strict access to leafcut's TOML files: every wrong key or value raises an error that names its place."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ T = TypeVar("T")
 
 
 class TomlTable:
-    """One table of a TOML file: takes values out by kind, and knows how to say what is wrong with them.
+    """One table of a TOML file, with typed access to its values.
 
-    `place` is what messages begin with: the file, and the table in it.
+    `place` is the prefix of messages: the file, and the table in it.
     """
 
     def __init__(self, values: Any, place: str, keys: Iterable[str]) -> None:
@@ -32,15 +32,15 @@ class TomlTable:
         return key in self.values
 
     def problem(self, key: str, reason: str) -> DataError:
-        """Return the error that says what is wrong with the value of `key`."""
+        """Return the error for the value of `key`."""
         return DataError(f"{self.place}: '{key}' {reason}")
 
     def table(self, key: str, keys: Iterable[str]) -> TomlTable:
-        """Return the table `key`; an absent one is empty."""
+        """Return the table `key`; empty if missing."""
         return TomlTable(self.values.get(key, {}), f"{self.place}: [{key}]", keys)
 
     def text(self, key: str, default: str | None = None, choices: Iterable[str] = ()) -> str:
-        """Return a text of one line; without `default` the key must be there."""
+        """Return a single-line string; without `default` the key is required."""
         value = self._get(key, default)
         if not isinstance(value, str) or not value.isprintable():
             raise self.problem(key, f"is {_shown(value)}, but must be a text of one line")
@@ -50,44 +50,44 @@ class TomlTable:
         return value
 
     def flag(self, key: str, default: bool) -> bool:
-        """Return true or false."""
+        """Return a bool."""
         value = self._get(key, default)
         if not isinstance(value, bool):
             raise self.problem(key, f"is {_shown(value)}, but must be true or false")
         return value
 
     def whole(self, key: str, lowest: int, highest: int) -> int:
-        """Return a whole number within its bounds."""
+        """Return an integer within bounds."""
         return self._whole(key, self._get(key, None), lowest, highest)
 
     def wholes(self, key: str, lowest: int, highest: int) -> tuple[int, ...]:
-        """Return a list of at least one whole number within bounds."""
+        """Return a list of at least one integer within bounds."""
         value = self._get(key, None)
         if not isinstance(value, list) or not value:
             raise self.problem(key, f"is {_shown(value)}, but must be a list such as [1, 2]")
         return tuple(self._whole(key, one, lowest, highest) for one in value)
 
     def number(self, key: str, default: float) -> float:
-        """Return a plain number."""
+        """Return a number without a unit."""
         value = self._get(key, default)
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
             raise self.problem(key, f"is {_shown(value)}, but must be a number")
         return float(value)
 
     def quantity(self, key: str, unit: str, default: float | None = None) -> float:
-        """Return a number with its unit, written as text ("25.4 m/min"), in the inner `unit`."""
+        """Return a quantity, written as text with a unit ("25.4 m/min"), in the internal `unit`."""
         return default if default is not None and key not in self else self._quantity(key, unit, self._get(key, None))
 
     def with_value(self, key: str, value: Any) -> TomlTable:
-        """Return the same table with another value of one key."""
+        """Return a copy of the table with another value of one key."""
         return TomlTable({**self.values, key: value}, self.place, {*self.values, key})
 
     def optional(self, key: str, read: Callable[[str], T]) -> T | None:
-        """Return what `read` makes of `key`, or None when the key is absent."""
+        """Return ``read(key)``, or None if the key is missing."""
         return read(key) if key in self else None
 
     def vector(self, key: str, unit: str, default: tuple[float, ...] | None = None, size: int = 3) -> tuple[float, ...]:
-        """Return one quantity per axis; one text stands for all axes."""
+        """Return one quantity per axis; a single string applies to all axes."""
         if default is not None and key not in self:
             return default
         value = self._get(key, None)
@@ -98,7 +98,7 @@ class TomlTable:
         return tuple(self._quantity(key, unit, one) for one in value)
 
     def typed(self, key: str, axis: int = 0) -> str:
-        """Return a value as it stands in the file, its unit included; of a list that of one axis."""
+        """Return a value as written in the file, with its unit; for a list, the value of one axis."""
         value = self.values.get(key, "")
         return _shown(value[axis] if isinstance(value, list) else value)
 
@@ -126,9 +126,9 @@ class TomlTable:
 
 
 def _shown(value: Any) -> str:
-    """Return a value as a message may show it: one short line."""
+    """Return a value as one short line for messages."""
     try:
         words = value if isinstance(value, str) else repr(value)
-    except ValueError:  # an integer of more digits than Python prints
+    except ValueError:  # the integer has more digits than Python prints
         words = "a very long number"
     return shown(words)

@@ -1,9 +1,10 @@
-"""Read tool libraries of other programs as rows with the keys of leafcut's own libraries.
+"""Convert tool libraries of other programs to rows with the keys of leafcut's own libraries.
 
-LinuxCNC's table (``tool.tbl``: user manual, "Tool Table Format") is in the machine's units. It has no kinds of tools;
-its comments name them. A Fusion library (``.json``, or zipped as ``.tools``) has the unit of each tool; its feeds are
-in presets, one per material. A FreeCAD library (``.fctl``, with one ``.fctb`` per tool) has lengths with units, and no
-feeds. `leafcut.read.tool_table` reads tables (``.csv``).
+* LinuxCNC table (``tool.tbl``; user manual, "Tool Table Format"): in the units of the machine. It has no tool kinds,
+  but its comments may name them.
+* Fusion library (``.json``, or zipped as ``.tools``): each tool has a unit; feeds are in presets, one per material.
+* FreeCAD library (``.fctl``, with one ``.fctb`` per tool): lengths with units, no feeds.
+* Tables (``.csv``): see `leafcut.read.tool_table`.
 """
 
 from __future__ import annotations
@@ -24,23 +25,23 @@ from leafcut.read.format import parse_json
 from leafcut.read.tool_kinds import FUSION_KINDS, Preset, RawRow, ToolRow, cone_in, kind_in
 from leafcut.read.tool_table import rows_of_table
 
-#: A library larger than this is none, bytes; so is what it unpacks to.
+#: Largest library, bytes, also after unpacking.
 MAX_BYTES = 16 * 1024 * 1024
 
-#: What `zipfile` and what it unpacks with raise of a file that is none, or is torn.
+#: Exceptions of `zipfile` and its decompressors for invalid or damaged files.
 _TORN = (zipfile.BadZipFile, zlib.error, LZMAError, EOFError, OSError, ValueError, NotImplementedError, RuntimeError)
 
-#: Endings of libraries that may have several presets per tool.
+#: Extensions of libraries that may have several presets per tool.
 WITH_PRESETS = (".json", ".tools", ".csv")
 _FUSION_UNITS = {"millimeters": "mm", "inches": "in"}
-#: What a piece of a shaft or of a holder says.
+#: Keys of a segment of a shaft or of a holder.
 _SEGMENT = ("height", "lower-diameter", "upper-diameter")
 _WIDE = "shoulder-diameter"
 _FREECAD_KINDS = {
     "drill": "drill", "endmill": "end-mill", "bullnose": "end-mill", "ballend": "ball-mill", "chamfer": "chamfer-mill",
     "v-bit": "v-bit", "vbit": "v-bit", "reamer": "reamer", "tap": "tap", "slotmill": "slot-mill",
 }  # fmt: skip
-#: Words of which one makes the name of a preset that of a material: 'Softwood', but not 'Roughing'.
+#: Words that make a preset name the name of a material: 'Softwood', but not 'Roughing'.
 _MATERIALS = frozenset(
     {
         "abs", "acetal", "acrylic", "alloy", "alu", "aluminium", "brass", "bronze", "carbon", "ceramic", "composite",
@@ -50,24 +51,24 @@ _MATERIALS = frozenset(
         "softwood", "stainless", "steel", "stone", "teflon", "titanium", "uhmw", "wax", "wood", "zinc",
     }
 )  # fmt: skip
-#: What mills, and what of it has a cone: see `leafcut.model.tool`.
+#: Kinds of mills, and kinds with a cone: see `leafcut.model.tool`.
 _MILLS, _CONES = tuple(kind.value for kind in MILLS), tuple(kind.value for kind in CONES)
 
 
 def rows_of(path: Path, units: str, material: str = "") -> tuple[list[ToolRow], bool] | None:
-    """Return the tools of another program's library, and whether it has no feeds; None for other files.
+    """Return the tools of another program's library, and whether it lacks feeds; None for other files.
 
     Parameters
     ----------
     units
-        Unit of lengths that have none in the file, ``mm`` or ``in``; "" if it is unknown.
+        Unit of lengths without one, ``mm`` or ``in``; "" if unknown.
     material
-        Chooses among the presets of a tool; "" if none is named.
+        Selects a preset of each tool; "" if not given.
 
     Raises
     ------
     DataError
-        The file cannot be read, is not what its name says, or needs `units`.
+        The file cannot be read, does not match its extension, or needs `units`.
     """
     reader = READERS.get(path.suffix.lower())
     if reader is None:
@@ -83,10 +84,10 @@ def rows_of(path: Path, units: str, material: str = "") -> tuple[list[ToolRow], 
 
 
 def _for_material(values: dict[str, Any] | str | list[Preset], material: str) -> dict[str, Any] | str:
-    """Return a tool with the preset for a material, or why it has none.
+    """Return a tool with the preset for a material, or the reason why it has none.
 
-    A preset fits if its words contain all words of the material, or the other way round. A tool with one preset needs
-    no material, but its preset is not used if its name is that of another one.
+    A preset fits if its words contain all words of the material, or vice versa. A tool with a single preset needs no
+    material, unless the preset is named after a material.
     """
     if not isinstance(values, list):
         return values
@@ -158,7 +159,7 @@ def _fusion(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
 
 
 def _fusion_presets(tool: dict[str, Any]) -> Iterator[Preset]:
-    """Yield name and values of each preset; libraries of 2016 to 2018 have one, named ``*``."""
+    """Yield the name and values of each preset; libraries of 2016 to 2018 have one preset, ``*``."""
     start = _inner(tool, "start-values")
     presets = start.get("presets")
     for preset in presets if isinstance(presets, list) else [start.get("*")]:
@@ -172,7 +173,7 @@ def _fusion_row(tool: dict[str, Any], kind: str, unit: str, number: object, pres
     mill = kind in _MILLS
     angle = _with(geometry.get("SIG"), "deg") if kind in ("drill", "centre-drill") else None
     if kind in _CONES and isinstance(geometry.get("TA"), int | float):
-        angle = f"{2 * geometry['TA']} deg"  # Fusion has the angle of one side
+        angle = f"{2 * geometry['TA']} deg"  # Fusion states the angle of one side
     down = preset.get("v_f_plunge") or preset.get("v_f")
     given = {
         "number": number,
@@ -194,10 +195,10 @@ def _fusion_row(tool: dict[str, Any], kind: str, unit: str, number: object, pres
 
 
 def _fusion_body(tool: dict[str, Any], geometry: dict[str, Any], unit: str) -> dict[str, str | None]:
-    """Return what is above the flutes, as far as the tool says it.
+    """Return the body above the flutes, as far as known.
 
-    A shaft begins above the shoulder, and a holder where the tool stands out of it (LB); both list their pieces from
-    below, those of a holder in its own unit.
+    A shaft starts above the shoulder, and a holder at the stickout (LB). Both list their segments from below; a
+    holder has its own unit.
     """
     flutes, shoulder, wide, out = (_length(geometry.get(key)) for key in ("LCF", "shoulder-length", _WIDE, "LB"))
     pieces = _pieces(_inner(tool, "shaft"), unit)
@@ -216,7 +217,7 @@ def _fusion_body(tool: dict[str, Any], geometry: dict[str, Any], unit: str) -> d
 
 
 def _pieces(body: dict[str, Any], unit: str) -> list[str]:
-    """Return the pieces of a shaft or holder as a ``[[tool]]`` has them; none where one is no piece."""
+    """Return the segments of a shaft or holder as in a ``[[tool]]``; none if one is invalid."""
     segments = body.get("segments")
     found = []
     for one in segments if isinstance(segments, list) else []:
@@ -228,7 +229,7 @@ def _pieces(body: dict[str, Any], unit: str) -> list[str]:
 
 
 def _length(value: object) -> float:
-    """Return a length of a file; 0 where it is none."""
+    """Return a length; 0 if it is not a positive number."""
     plain = isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < math.inf
     return float(value) if plain and isinstance(value, int | float) else 0.0
 
@@ -246,7 +247,7 @@ def _freecad(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
         if not isinstance(number, int) or not isinstance(file, str):
             yield f"tool {count}", "it has no number or no file"
             continue
-        # FreeCAD keeps bits beside the library, or in a folder Bit beside the library's own.
+        # FreeCAD stores bits beside the library, or in a folder Bit beside the folder of the library.
         places = [path.parent / Path(file).name, path.parent.parent / "Bit" / Path(file).name]
         bit = next((place for place in places if place.is_file()), None)
         if bit is None:
@@ -262,7 +263,7 @@ def _freecad_row(path: Path, bit: Any, number: int) -> dict[str, Any] | str:
     kind = _FREECAD_KINDS.get(shape)
     if kind is None:
         return f"leafcut has no tool of shape '{shown(shape, 30)}'"
-    # FreeCAD writes numbers as the user's country does, without a separator of thousands: '3,175 mm'.
+    # FreeCAD writes numbers in the user's locale without thousands separators: '3,175 mm'.
     values = {
         key: value.replace(",", ".") if isinstance(value, str) else value
         for key, value in _inner(bit, "parameter").items()
@@ -286,7 +287,7 @@ def _freecad_row(path: Path, bit: Any, number: int) -> dict[str, Any] | str:
 
 
 def _above_0(text: object) -> bool:
-    """Return whether a length is more than nothing: FreeCAD writes the tip of a sharp V-bit as ``0.00 mm``."""
+    """Return whether a length is above 0: FreeCAD writes the tip of a sharp V-bit as ``0.00 mm``."""
     return bool(re.search(r"[1-9]", str(text or "")))
 
 
@@ -317,7 +318,7 @@ def _inner(table: dict[str, Any], key: str) -> dict[str, Any]:
 
 
 def _with(value: Any, unit: str) -> str | None:
-    """Return a number with its unit as text; None where it is none, or says nothing (0)."""
+    """Return a number with its unit as text; None for 0 and for other values."""
     plain = isinstance(value, int | float) and not isinstance(value, bool)
     return f"{value!r} {unit}" if plain and value else None
 

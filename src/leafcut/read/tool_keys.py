@@ -1,4 +1,4 @@
-"""The keys of a tool library: what each means, and what is taken where a tool does not say it."""
+"""The keys of a tool library, with meanings and defaults."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from leafcut.model.tool import ToolKind
 from leafcut.options import CYCLES
 from leafcut.read.machine_keys import ProfileKey
 
-#: What a library has no tools of: their data come from a cut chart.
+#: Kinds that are not in tool libraries: a cut chart has their data.
 NO_TOOLS = (ToolKind.TORCH,)
 _POSITIVE = "above 0"
 _LENGTH = "above 0 and at most 1000 mm"

@@ -1,18 +1,18 @@
-"""What other programs call the kinds of tools."""
+"""Recognise the kinds of tools named by other programs."""
 
 from __future__ import annotations
 
 import re
 from typing import Any
 
-#: Name of a preset (feeds and speeds for one material), and the tool with it as the values of a ``[[tool]]``.
+#: Name of a preset (feeds and speeds for one material), and the tool with it as values of a ``[[tool]]``.
 Preset = tuple[str, dict[str, Any]]
-#: Name of a tool, and its values, or the reason why leafcut leaves it out.
+#: Name of a tool, and its values or the reason why it is left out.
 ToolRow = tuple[str, dict[str, Any] | str]
-#: The same before one of its presets is chosen.
+#: The same before a preset is chosen.
 RawRow = tuple[str, dict[str, Any] | str | list[Preset]]
 
-#: Words for each kind in a comment; the first that fits counts. A size and "HSS" alone mean a drill; teeth a mill.
+#: Patterns for each kind in a comment; the first match counts. A size and "HSS" alone mean a drill, flutes a mill.
 _IN_WORDS = (
     ("centre-drill", r"\b(centre|center|spot)[\s-]*drill|\bspot(ting)?\b"),
     ("reamer", r"\bream"),
@@ -22,18 +22,18 @@ _IN_WORDS = (
     ("drill", r"\bdrill\b|\bbohrer\b|^[\W\d]*(mm|in|inch)?\s*hss[\W\d]*(mm|in|inch)?\W*$"),
     ("end-mill", r"\b[1-9]\s*-?(fl|flutes?)\b|\brough(er|ing)\b"),
 )
-#: Tools that are none of these although such a word is in their comment.
+#: Words for other kinds of tools, which exclude the patterns above.
 _OTHER_WORDS = re.compile(
     r"\b(tap|bull|chamfer|v-?bit|vee|engrav|face|fly|thread|probe|dove|mill[\s-]*drill|c'?sink|csk|countersink|c'?bore"
     r"|counterbore|key|woodruff|t-?slot|lollipop|(corner\s*)?radius|taper|step|saw|slitting|form)(?!\s*drill)",
     re.IGNORECASE,
 )
-#: Words for tools with a cone, and the angle without which they cannot be used.
+#: Patterns for tools with a cone, which need an angle.
 _CONES = (
     ("chamfer-mill", r"\bchamfer|\bc'?sink|\bcsk\b|\bcountersink|\bmill[\s-]*drill"),
     ("v-bit", r"\bv-?bit|\bengrav"),
 )
-#: A smaller angle of a chamfer mill or countersink is probably that of one side, degrees.
+#: A smaller angle of a chamfer mill or countersink is probably the half angle, degrees.
 SMALLEST_CHAMFER = 60
 _ANGLE = re.compile(r"\b([1-9][0-9]{1,2})\s*(deg\b|degrees?\b|°)", re.IGNORECASE)
 FUSION_KINDS = {
@@ -44,16 +44,16 @@ FUSION_KINDS = {
 
 
 def kind_in(comment: str) -> str | None:
-    """Return the kind that a comment says, or None."""
+    """Return the kind of tool named in a comment, or None."""
     if _OTHER_WORDS.search(comment):
         return None
     return next((kind for kind, words in _IN_WORDS if re.search(words, comment, re.IGNORECASE)), None)
 
 
 def cone_in(comment: str) -> tuple[str, str] | None:
-    """Return the kind of tool with a cone that a comment names, and its full angle in words; "" for no angle.
+    """Return the kind of conical tool named in a comment, and its full angle as text; "" if there is no angle.
 
-    A small angle of a chamfer mill is usually that of one side, so it counts only where the comment says "included".
+    A small angle of a chamfer mill is usually the half angle, so it counts only if the comment contains "included".
     """
     kind = next((kind for kind, words in _CONES if re.search(words, comment, re.IGNORECASE)), None)
     if kind is None:

@@ -1,8 +1,8 @@
 """Read tables of tools (CSV), such as Fusion exports.
 
-The first row names the columns, in any order: leafcut's own keys, common words, or Fusion's names
-(``Diameter (tool_diameter)``). The unit of a length stands in its cell, in the head (``Diameter [in]``) or in the
-column ``unit``; otherwise the caller gives it. Fusion writes a row for each preset of a tool.
+The first row names the columns, in any order: leafcut's own keys, common words, or Fusion's names (``Diameter
+(tool_diameter)``). The unit of a length is in its cell, in the header (``Diameter [in]``) or in the column ``unit``;
+otherwise the caller gives it. Fusion writes one row per preset of a tool.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from leafcut.files.whole_files import decoded
 from leafcut.model.tool import CONES, MILLS, ToolKind
 from leafcut.read.tool_kinds import FUSION_KINDS, RawRow, kind_in
 
-#: No shop has more tools.
+#: Most rows of a table.
 _MOST_ROWS = 10_000
 
-#: What a column is called → the key of a tool.
+#: Column name → key of a tool.
 _COLUMNS = {
     "number": "number", "t": "number", "tool": "number", "no": "number", "nr": "number",
     "toolnumber": "number",
@@ -53,12 +53,12 @@ _PLAIN = re.compile(r"[-+]?[0-9.,]+(e[-+]?[0-9]+)?", re.IGNORECASE)
 
 
 def rows_of_table(path: Path, data: bytes, units: str) -> Iterator[RawRow]:
-    """Yield each tool of a table as the values of a ``[[tool]]``, its presets, or why it is left out.
+    """Yield each tool of a table: its name, and its values, its presets, or the reason why it is left out.
 
     Raises
     ------
     DataError
-        The file is not text, has too many rows, has no column for number or diameter, or a length without a unit
+        The file is not text, has too many rows, has no column for number or diameter, or has a length without a unit
         while `units` is "".
     """
     if b"\0" in data:
@@ -101,7 +101,7 @@ def rows_of_table(path: Path, data: bytes, units: str) -> Iterator[RawRow]:
 
 
 def _column(cell: str) -> tuple[str, str]:
-    """Return the key of a column, "" for none, and the unit that its head says."""
+    """Return the key of a column ("" if unknown), and the unit in its header."""
     head, unit = cell.strip(), ""
     found = _HEAD.match(head)
     if found:
@@ -143,12 +143,12 @@ def _tool(said: Mapping[str, tuple[str, str]], number: str, units: str) -> dict[
         row["teeth"] = int(teeth[:9])
     taper = said.get("taper_angle", ("", ""))[0]
     if kind in CONES and "point_angle" not in row and _PLAIN.fullmatch(taper):
-        row["point_angle"] = f"{2 * float(taper.replace(',', '.')):g} deg"  # Fusion has the angle of one side
+        row["point_angle"] = f"{2 * float(taper.replace(',', '.')):g} deg"  # Fusion states the angle of one side
     return _fitting(row, ToolKind(kind))
 
 
 def _put(row: dict[str, Any], said: Mapping[str, tuple[str, str]], key: str, unit: str) -> None:
-    """Put a quantity where it is said; a number without a unit gets that of its head, or `unit`; 0 says nothing."""
+    """Set a quantity if given. The header or `unit` gives the unit of a bare number; 0 means not given."""
     cell, head = said.get(key, ("", ""))
     if _PLAIN.fullmatch(cell):
         if not re.search(r"[1-9]", cell):
@@ -169,7 +169,7 @@ def _kind(word: str, name: str) -> str | None:
 
 
 def _fitting(row: dict[str, Any], kind: ToolKind) -> dict[str, Any]:
-    """Return a row without what other programs write for every tool and this kind does not have."""
+    """Remove the keys that other programs write for every tool, but this kind does not have."""
     mill = kind in MILLS
     gone = {"plunge_feed", "teeth"} if not mill else {"cycle", "peck", "dwell", "pitch"}
     if kind is not ToolKind.TAP:
@@ -181,7 +181,7 @@ def _fitting(row: dict[str, Any], kind: ToolKind) -> dict[str, Any]:
         if mill or kind not in (ToolKind.DRILL, ToolKind.CENTRE_DRILL):
             gone.add("point_angle")
     if not mill and "plunge_feed" in row:
-        row = {**row, "feed": row["plunge_feed"]}  # a drill goes down alone
+        row = {**row, "feed": row["plunge_feed"]}  # a drill only moves down
     if kind is ToolKind.TAP:
         gone.add("feed")
     return {key: value for key, value in row.items() if key not in gone}

@@ -1,4 +1,4 @@
-"""A tool library of another program, written as one of leafcut's own."""
+"""Convert a tool library of another program to TOML."""
 
 from __future__ import annotations
 
@@ -18,13 +18,12 @@ from leafcut.read.tools import foreign_rows
 def imported_tools(file: str, units: str = "", material: str = "") -> tuple[str, ToolLibrary]:
     """Return another program's library as TOML, and its tools.
 
-    `units` (``mm`` or ``in``) holds for lengths that have no unit in the file, `material` chooses among the presets of
-    a tool.
+    `units` (``mm`` or ``in``) applies to lengths without a unit; `material` selects a preset of each tool.
 
     Raises
     ------
     OptionError
-        The file cannot be read, is of no kind that leafcut knows, needs `units`, or has no tool that can be used.
+        The file cannot be read, has an unknown format, needs `units`, or contains no usable tool.
     """
     path = Path(file)
     if path.suffix.lower() not in READERS:

@@ -24,18 +24,18 @@ _TOOL_KEYS, _HOLE_KEYS = (tuple(key.name for key in keys) for keys in (TOOL_KEYS
 _HIGHEST_NUMBER = 99_999_999  # eight digits: the widest T word, of Fanuc
 _LARGEST = 1000.0
 
-#: Keys of mills only, those that a mill does not have, and those of some mills: in which kinds.
+#: Keys for mills only, keys not for mills, and keys for certain kinds.
 _MILL_KEYS, _NO_MILL_KEYS = ("plunge_feed", "teeth"), ("cycle", "peck", "dwell", "pitch")
 _SOME_MILLS = {"corner_radius": (ToolKind.END_MILL,), "tip_diameter": CONES}
 _MOST_TEETH = 100
 
-#: The full angle of the point where a tool does not say it: 118° is the common twist drill; the others end flat.
+#: Default of the full point angle: 118° is the common twist drill; other tools end flat.
 _POINT_ANGLE = {ToolKind.DRILL: math.radians(118), ToolKind.CENTRE_DRILL: math.radians(118)}
 
-#: A tool has at most so many pieces above its flutes: more is a drawing, and each is looked for in the material.
+#: Most segments of the body of a tool, each of which is checked for collisions.
 _MOST_SEGMENTS = 40
 
-#: How far the feed of a tap may be from pitch × speed: the rounding of the numbers in a catalogue.
+#: Relative tolerance between the feed of a tap and pitch × speed: rounding in catalogues.
 _TAP_FEED = 0.005
 
 
@@ -43,15 +43,15 @@ def load_tools(path: str | Path, units: str = "mm", material: str = "") -> ToolL
     """Return the tool library of a TOML file, with one ``[[tool]]`` per tool and one ``[[hole]]`` per recipe.
 
     A tap gets the cycle G84, and the feed pitch × speed if it has none. `leafcut.read.tool_formats` reads libraries of
-    other programs: lengths without a unit are in `units`, and `material` chooses among the presets of a tool.
+    other programs: `units` applies to lengths without a unit, and `material` selects a preset of each tool.
 
     Raises
     ------
     OptionError
-        There is no such file.
+        The file does not exist.
     DataError
-        The file cannot be read, or a table says what cannot be: an unknown key, a number used twice, a tap without its
-        pitch, a recipe with a tool that is not there … The message names the file and the table by its number.
+        The file cannot be read, or a table is invalid: an unknown key, a duplicate number, a tap without a pitch, a
+        recipe with a missing tool … The message names the file and the table by its number.
     """
     place = str(path)
     foreign = rows_of(Path(path), units, material)
@@ -83,7 +83,7 @@ def foreign_rows(path: Path, units: str, material: str) -> tuple[list[dict[str, 
     Raises
     ------
     DataError
-        The file cannot be read, is no such library, or has no tool that can be used.
+        The file cannot be read, is not such a library, or contains no usable tool.
     """
     foreign = rows_of(path, units, material)
     if foreign is None:
@@ -92,7 +92,7 @@ def foreign_rows(path: Path, units: str, material: str) -> tuple[list[dict[str, 
 
 
 def _foreign_library(rows: list[ToolRow], without_feeds: bool, place: str) -> tuple[list[dict[str, Any]], ToolLibrary]:
-    """Return the tools of another program's library that can be used; the others are told, and why."""
+    """Return the usable tools of another program's library; the others are listed with a reason."""
     tools: dict[int, Tool] = {}
     kept: list[dict[str, Any]] = []
     left_out: list[str] = []
@@ -160,7 +160,7 @@ def _tool(table: TomlTable) -> Tool:
 
 
 def _segments(table: TomlTable, key: str) -> tuple[BodySegment, ...]:
-    """Return the pieces of a shaft or a holder, written as ``20-28 x 5, 28 x 40``."""
+    """Parse the segments of a shaft or a holder, such as ``20-28 x 5, 28 x 40``."""
     pieces = [piece.strip() for piece in table.text(key, "").split(",")] if key in table else []
     if len(pieces) > _MOST_SEGMENTS:
         raise table.problem(key, f"has {len(pieces)} pieces; the limit is {_MOST_SEGMENTS}")
@@ -224,7 +224,7 @@ def _check_mill(tool: Tool, table: TomlTable) -> None:
 
 
 def _check_cycle(tool: Tool, table: TomlTable) -> None:
-    """A cycle that does not fit its tool breaks it."""
+    """Raise if the cycle does not fit the tool, because it would break the tool."""
     if tool.cycle in ("G83", "G73") and tool.peck is None:
         raise table.problem("cycle", f"is {tool.cycle}, which needs 'peck', the depth of one peck")
     if tool.cycle == "G82" and tool.dwell is None:
@@ -236,7 +236,7 @@ def _check_cycle(tool: Tool, table: TomlTable) -> None:
 
 
 def _tapping(tool: Tool, table: TomlTable) -> Tool:
-    """Return a tap with its cycle, and with the feed that its thread needs: pitch × revolutions."""
+    """Return a tap with its cycle, and with the feed pitch × speed."""
     if tool.pitch is None:
         raise DataError(f"{table.place}: a tap needs 'pitch', mm per revolution, such as '1 mm' for M6")
     if tool.pitch >= tool.diameter:

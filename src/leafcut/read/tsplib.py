@@ -1,6 +1,6 @@
-"""TSPLIB: symmetric ``.tsp`` problems into a `Part`, and ``.tour`` files both ways.
+"""TSPLIB: read symmetric ``.tsp`` problems, read and write ``.tour`` files.
 
-Source: G. Reinelt, TSPLIB 95 (Heidelberg 1995), sections 1.1 and 1.2. The numbers of a file are taken as mm.
+Source: G. Reinelt, TSPLIB 95 (Heidelberg 1995), sections 1.1 and 1.2. Numbers are taken as mm.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from leafcut.options import ReadOptions
 from leafcut.read.format import MAX_HOLES, Source, load, too_many_holes
 
 WEIGHT_TYPES = ("EUC_2D", "CEIL_2D", "ATT", "GEO", "MAX_2D", "MAN_2D", "EXPLICIT")
-#: Numbers that a matrix of n nodes has in each format of its section.
+#: Number of entries of a matrix of n nodes, by format.
 MATRIX_FORMATS: dict[str, Callable[[int], int]] = {
     "FULL_MATRIX": lambda n: n * n,
     "UPPER_ROW": lambda n: n * (n - 1) // 2,
@@ -30,28 +30,28 @@ MATRIX_FORMATS: dict[str, Callable[[int], int]] = {
     "UPPER_DIAG_ROW": lambda n: n * (n + 1) // 2,
     "LOWER_DIAG_ROW": lambda n: n * (n + 1) // 2,
 }
-#: By columns is by rows of the other triangle, as the matrix is symmetric.
+#: Equivalent formats: columns of one triangle are rows of the other, as the matrix is symmetric.
 SAME_FORMAT = {
     "UPPER_COL": "LOWER_ROW",
     "LOWER_COL": "UPPER_ROW",
     "UPPER_DIAG_COL": "LOWER_DIAG_ROW",
     "LOWER_DIAG_COL": "UPPER_DIAG_ROW",
 }
-#: Best known lengths, if this file lies beside the instance: columns name, n, optimal_length.
+#: File of best known lengths beside the instance: columns name, n, optimal_length.
 OPTIMA_FILE = "optima.csv"
 
 _KEY = re.compile(r"\s*([A-Za-z][A-Za-z_0-9]*)\s*(?::\s*(.*))?\Z")
 
 
 def read_tsp(source: Source, options: ReadOptions) -> Part:
-    """Return the nodes of a TSPLIB problem as holes of diameter 0, with its rule of distance.
+    """Return the nodes of a TSPLIB problem as holes of diameter 0, with its distance function.
 
-    A problem that gives distances only (EXPLICIT) has its nodes on a circle: the places are for pictures.
+    Nodes given only by distances (EXPLICIT) are placed on a circle, for display.
 
     Raises
     ------
     ReadError
-        A key, section or number is missing, wrong, or of a kind that leafcut does not solve.
+        A key, section or number is missing, wrong, or of an unsupported kind.
     """
     keys, sections = split(source)
     weight = keys.get("EDGE_WEIGHT_TYPE", ("EUC_2D", 0))[0].upper()
@@ -73,14 +73,14 @@ def read_tsp(source: Source, options: ReadOptions) -> Part:
     )
 
 
-#: The line of a section's first text, and its texts; sections by their names; keys with their values and lines.
+#: The first line number and the lines of a section; sections by name; keys with their values and line numbers.
 DataSection = tuple[int, list[str]]
 Sections = dict[str, DataSection]
 SpecificationKeys = dict[str, tuple[str, int]]
 
 
 def split(source: Source) -> tuple[SpecificationKeys, Sections]:
-    """Return the keys and the sections of a file."""
+    """Split a file into keys and sections."""
     keys: SpecificationKeys = {}
     sections: Sections = {}
     current: list[str] | None = None
@@ -106,7 +106,7 @@ def split(source: Source) -> tuple[SpecificationKeys, Sections]:
 
 
 def check_kind(path: str, keys: SpecificationKeys, weight: str, kinds: Sequence[str]) -> None:
-    """Raise if the problem is of none of these kinds, or its rule of distance is not known."""
+    """Raise if the kind of the problem or its distance function is not supported."""
     kind, line = keys.get("TYPE", (kinds[0], 0))
     if (kind.upper().split() or [""])[0] not in kinds:
         expected = "TSP (symmetric)" if kinds == ("TSP",) else ", ".join(kinds)
@@ -129,7 +129,7 @@ def dimension(path: str, keys: SpecificationKeys) -> int:
 
 
 def numbers(path: str, section: DataSection) -> NDArray[np.float64]:
-    """Return all numbers of a section, float64, or raise at the first line that has something else."""
+    """Return all numbers of a section, float64; raise at the first line that contains anything else."""
     first, lines = section
     try:
         values = np.array(list(map(float, " ".join(lines).split())), dtype=np.float64)
@@ -149,7 +149,7 @@ def numbers(path: str, section: DataSection) -> NDArray[np.float64]:
 
 
 def places(path: str, sections: Sections, n: int, explicit: bool, issues: list[Issue]) -> NDArray[np.float64]:
-    """Return where the nodes are, float64[n, 2]; where `explicit` costs are all that is said, on a circle."""
+    """Return the positions of the nodes, float64[n, 2]; on a circle if an `explicit` problem has none."""
     if "NODE_COORD_SECTION" in sections:
         return _coordinates(path, sections["NODE_COORD_SECTION"], n, issues)
     if not explicit:
@@ -181,7 +181,7 @@ def _coordinates(path: str, section: DataSection, n: int, issues: list[Issue]) -
 def matrix(
     path: str, keys: SpecificationKeys, sections: Sections, n: int, symmetric: bool = True
 ) -> NDArray[np.float64]:
-    """Return the distances of an EXPLICIT problem, float64[n, n]; only a full matrix may be not symmetric."""
+    """Return the distances of an EXPLICIT problem, float64[n, n]; only a full matrix may be asymmetric."""
     form, line = keys.get("EDGE_WEIGHT_FORMAT", ("", 0))
     form = SAME_FORMAT.get(form.upper(), form.upper())
     if form not in MATRIX_FORMATS:
@@ -202,7 +202,7 @@ def matrix(
         return full
     half = np.zeros((n, n))
     offset = 0 if "DIAG" in form else 1
-    # Both walk the triangle row by row, as the file does.
+    # Both traverse the triangle row by row, like the file.
     where = np.triu_indices(n, offset) if form.startswith("UPPER") else np.tril_indices(n, -offset)
     half[where] = values
     both: NDArray[np.float64] = half + half.T - np.diag(np.diag(half))
@@ -215,7 +215,7 @@ def _on_circle(n: int) -> NDArray[np.float64]:
 
 
 def _optimum(source: Source, name: str, n: int) -> float | None:
-    """Return the length that `OPTIMA_FILE` beside the instance gives, if there is one."""
+    """Return the length in `OPTIMA_FILE` beside the instance, or None."""
     names = {name.casefold().removesuffix(".tsp"), source.name.casefold()}
     with contextlib.suppress(LeafcutError, csv.Error, ValueError, TypeError):
         text = load(Path(source.path).with_name(OPTIMA_FILE)).text()
@@ -229,12 +229,12 @@ def _optimum(source: Source, name: str, n: int) -> float | None:
 def tour_text(name: str, order: Sequence[int] | NDArray[np.integer], every: bool = True) -> str:
     """Return a tour (node numbers from 0 in visiting order) as the text of a TSPLIB ``.tour`` file.
 
-    `every`: it must visit every node; a tour through sets of nodes does not.
+    `every`: the tour must visit every node; a tour through sets of nodes does not.
 
     Raises
     ------
     LeafcutError
-        The order is not a permutation, or has a node twice.
+        The order is not a permutation, or contains a node twice.
     """
     nodes = [int(i) for i in order]
     if sorted(nodes) != list(range(len(nodes))) if every else len(set(nodes)) < len(nodes):
@@ -249,7 +249,7 @@ def read_tour(path: str | Path) -> NDArray[np.int64]:
     Raises
     ------
     ReadError
-        It is no tour, or does not visit every node once.
+        The file is not a tour, or does not visit every node once.
     """
     source = load(path)
     keys, sections = split(source)

@@ -1,4 +1,4 @@
-"""Well-known text (OGC 06-103r4, section 7): POLYGON, MULTIPOLYGON and collections of them are pockets with islands."""
+"""Well-known text (OGC 06-103r4, section 7): polygons and collections of them become pockets with islands."""
 
 from __future__ import annotations
 
@@ -29,21 +29,21 @@ from leafcut.read.format import (
     units_unknown,
 )
 
-#: Larger texts are refused: a million corners need less.
+#: Largest text, bytes: a million corners need less.
 MAX_BYTES = 64 * 1024 * 1024
-#: Collections in collections deeper than this are refused: the parser would follow them to the end of its stack.
+#: Deepest nesting of collections, which protects the parser's stack.
 MAX_DEPTH = 20
-#: A ring needs three corners and the first of them again.
+#: Points of the smallest ring: three corners and the first again.
 _RING = 4
 
 _PREFIX = re.compile(r"\s*SRID\s*=\s*\d+\s*;", re.IGNORECASE)
-#: What may stand between two geometries.
+#: Separators between geometries.
 _BETWEEN = " \t\r\n;"
 _BRACKET_OR_EMPTY = re.compile(r"[()]|\bEMPTY\b", re.IGNORECASE)
 
 
 def read_wkt(source: Source, options: ReadOptions) -> Part:
-    """Refuse: holes to drill are not read from well-known text.
+    """Raise `ReadError`: holes to drill are not read from well-known text.
 
     Raises
     ------
@@ -56,13 +56,13 @@ def read_wkt(source: Source, options: ReadOptions) -> Part:
 def read_wkt_pockets(source: Source, options: ReadOptions, _: PocketDrawingOptions, joining: SheetOptions) -> Part:
     """Return the polygons of a text as pockets, in mm; their interior rings are islands.
 
-    A file may hold several geometries, one after the other.
+    A file may contain several geometries in sequence.
 
     Raises
     ------
     ReadError
-        It is too large or nested too deep, is damaged (with its line), holds no polygon, or what it holds is none:
-        crosses itself, touches or overlaps another, has no finite corners.
+        The text is too large, nested too deep, or damaged (names the line), or it contains no polygon; a polygon
+        crosses itself, touches or overlaps another, or has corners that are not finite.
     """
     from leafcut.read.pocket_outlines import as_pockets  # start-up
 
@@ -90,7 +90,7 @@ def read_wkt_pockets(source: Source, options: ReadOptions, _: PocketDrawingOptio
 
 
 def _geometries(source: Source) -> Iterator[tuple[int, str]]:
-    """Yield every geometry of a text and the line that it begins in: each ends where its brackets are closed."""
+    """Yield each geometry and its first line number; a geometry ends where its brackets close."""
     text = source.text()
     begin = depth = counted = 0
     line = 1
@@ -113,7 +113,7 @@ def _parsed(path: str, line: int, text: str) -> Any:
     import shapely  # start-up
 
     with parsing(path, "this is not well-known text", line), warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # numbers that are none are found below
+        warnings.simplefilter("ignore", RuntimeWarning)  # invalid numbers are reported below
         try:
             prefix = _PREFIX.match(text)
             return shapely.from_wkt(text[prefix.end() if prefix else 0 :].strip())
@@ -124,26 +124,26 @@ def _parsed(path: str, line: int, text: str) -> Any:
 
 
 class _Ring(NamedTuple):
-    """A ring of a polygon: corners in mm, the first one again at the end; a wall or an island."""
+    """A ring of a polygon, a wall or an island: corners in mm, closed by repeating the first."""
 
     points: Points
     kind: str
 
 
 class _Rings:
-    """Collects the rings of all polygons in mm, and counts what is none."""
+    """Collects the rings of all polygons in mm, and counts other geometries."""
 
     def __init__(self, path: str, factor: float) -> None:
         self.path = path
         self.factor = factor
         self.found: list[_Ring] = []
         self.others: dict[str, int] = {}
-        #: Where a ring begins that does not lie level.
+        #: First point of each ring that is not level.
         self.heights: list[tuple[float, float]] = []
         self._corners = 0
 
     def take(self, geometry: Any, line: int) -> None:
-        """Take the polygons of a geometry."""
+        """Add the polygons of a geometry."""
         if geometry is None or geometry.is_empty:
             return
         if geometry.geom_type == "Polygon":

@@ -1,6 +1,6 @@
-"""Materials to be cut: TOML → `WorkMaterial`.
+"""Work materials: TOML → `WorkMaterial`.
 
-Those shipped are found by name, or by another name of theirs; others by the path of their file.
+Shipped materials are loaded by name or synonym, others by path.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from leafcut.read.toml_table import TomlTable
 from leafcut.units import SECONDS_PER_MINUTE
 
 _EXPONENTS = ("diameter", "feed", "width", "depth", "teeth")
-#: The keys of a material's file, by table.
+#: The keys of a material file, by table.
 MATERIAL_KEYS: dict[str, tuple[str, ...]] = {
     "": ("name", "description", "also", "tensile_strength", "hardness", "density", "drill_constant"),
     "cutting_force": ("kc11", "mc"),
@@ -30,27 +30,27 @@ _SOURCE_KEYS = (
     "tensile_strength", "hardness", "density", "drill_constant", "cutting_force", "feed.drill", "feed.mill",
 )  # fmt: skip
 
-#: No exponent of a law of tool life is larger.
+#: Largest exponent of a tool life law.
 _STEEPEST = 4.0
-#: Handbooks have C in m/min for a life of 1 min: in mm/s for 1 s it is this × 60^m.
+#: Conversion of Taylor's C from m/min at 1 min (handbooks) to mm/s at 1 s: multiply by this × 60^m.
 _MM_PER_S = 1000.0 / SECONDS_PER_MINUTE
 
 
 def material_names() -> list[str]:
-    """Return the names of the shipped materials, sorted."""
+    """Return the sorted names of the shipped materials."""
     files = resources.files("leafcut.materials").iterdir()
     return sorted(file.name.removesuffix(".toml") for file in files if file.name.endswith(".toml"))
 
 
 def load_material(name_or_path: str) -> WorkMaterial:
-    """Return a material by one of its names, or by the path of its file, ``.toml``.
+    """Return a material by name, synonym, or path of its ``.toml`` file.
 
     Raises
     ------
     OptionError
-        There is no material of that name (the nearest name is suggested), or no such file.
+        The material (the nearest name is suggested) or the file does not exist.
     DataError
-        The file cannot be read; or a key of it is unknown, missing, of the wrong kind or out of range.
+        The file cannot be read; or a key is unknown, missing, of the wrong kind or out of range.
     """
     if name_or_path.lower().endswith(".toml"):
         return _material(read_toml(Path(name_or_path), MATERIAL), name_or_path)
@@ -65,18 +65,18 @@ def load_material(name_or_path: str) -> WorkMaterial:
 
 
 def material_list() -> list[tuple[str, str]]:
-    """Return each shipped material's name, and its description with its other names."""
+    """Return the name of each shipped material, and its description with its synonyms."""
     found = [_shipped(name) for name in material_names()]
     return [(one.name, f"{one.description} ({', '.join(one.also)})") for one in found]
 
 
 def material_text(name_or_path: str) -> str:
-    """Return the file of a material, with the source of every value, to save and change.
+    """Return the file of a material to edit, with the source of every value.
 
     Raises
     ------
     OptionError
-        As `load_material` does.
+        As in `load_material`.
     """
     material = load_material(name_or_path)
     if name_or_path.lower().endswith(".toml"):

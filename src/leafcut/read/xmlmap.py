@@ -1,7 +1,7 @@
-"""XML point maps: ``<map units="mm"><city name="A" x="1" y="2"/></map>``, in attribute or element style.
+"""XML point maps: ``<map units="mm"><city name="A" x="1" y="2"/></map>``, with attributes or child elements.
 
-Any root name; points are called city, point, hole or node, in Spanish ciudad, punto, agujero or nodo; ``diameter`` (or
-``d``) is optional. Entity declarations and external entities are refused (defusedxml), so a map can neither grow in
+The root has any name. Points are city, point, hole or node, or in Spanish ciudad, punto, agujero or nodo; ``diameter``
+(or ``d``) is optional. Entity declarations and external entities are refused (defusedxml), so a map can neither grow in
 memory nor read other files.
 """
 
@@ -30,8 +30,7 @@ from leafcut.read.format import (
 from leafcut.read.recognition import POINT_TAGS
 from leafcut.units import MM_PER_UNIT
 
-#: The last four are Spanish.
-#: The fields of a point, and the names they go by.
+#: Attribute or element name -> field of a point; the last five are Spanish.
 FIELDS = {
     "x": "x",
     "y": "y",
@@ -57,14 +56,14 @@ UNIT_KEYS = ("units", "unit", "unidades", "unidad")
 class _Point:
     line: int
     values: dict[str, str] = field(default_factory=dict)
-    #: Field being read in element style.
+    #: The field of the current child element.
     current: str = ""
     holds_points: bool = False
 
 
 @dataclass
 class _Map:
-    """Collects the points of a map while the parser runs."""
+    """Collects the points of a map during parsing."""
 
     path: str
     units: str | None = None
@@ -120,7 +119,7 @@ def read_xml(source: Source, options: ReadOptions) -> Part:
     Raises
     ------
     ReadError
-        It is not well-formed XML, declares entities, has unknown units, or holds no points.
+        The file is not well-formed XML, declares entities, has unknown units, or contains no points.
     """
     found = _parse(source)
     if not found.points:
@@ -174,7 +173,7 @@ def _parse(source: Source) -> _Map:
     found = _Map(source.path)
 
     class Handler(ContentHandler):
-        """Passes the parser's events on with plain lower-case names."""
+        """Forwards the parser's events with local names in lower case."""
 
         def startElement(self, name: str, attrs: Any) -> None:
             source.look()
@@ -195,5 +194,5 @@ def _parse(source: Source) -> _Map:
 
 
 def _plain(name: str) -> str:
-    """Return a tag or attribute without its name space, in lower case."""
+    """Return a tag or attribute name without its namespace, in lower case."""
     return name.rpartition(":")[2].lower()

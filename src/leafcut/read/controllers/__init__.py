@@ -1,1 +1,1 @@
-"""Settings of controllers, each read into the values of a machine profile: a module for each kind of file."""
+"""Import controller settings into machine profiles: one module per kind of file."""

@@ -1,8 +1,8 @@
 """FluidNC: its ``config.yaml``.
 
-Source: FluidNC's wiki, "Config file" (axes, homing, spindles, kinematics), and bdring/FluidNC, Machine/Axis.h (what it
-takes where a key is missing) and Machine/Axes.cpp `limitsMinPosition` (where the travel lies). FluidNC knows no
-anchors, so a file that has some is refused: a few lines of them can stand for gigabytes.
+Source: the wiki of FluidNC, "Config file" (axes, homing, spindles, kinematics); bdring/FluidNC, Machine/Axis.h
+(defaults of missing keys) and Machine/Axes.cpp `limitsMinPosition` (position of the travel). FluidNC does not support
+YAML anchors. A file with anchors is refused, because a few lines can expand to gigabytes.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from leafcut.model.kinds import Head
 from leafcut.model.machine import XYZ
 from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, in_lines, number, texts
 
-#: A real file has some kilobytes; a thousandth of a second for each.
+#: Largest file, bytes: a real one has a few kB; parsing takes about 1 ms per kB.
 MOST_BYTES = 262_144
-#: Mappings within mappings: a real file has six.
+#: Deepest nesting of mappings; real files have six levels.
 _DEEPEST = 40
 
-#: What FluidNC takes where a key is missing: rate, acceleration, travel, junction deviation.
+#: FluidNC's defaults: rate, mm/min; acceleration, mm/s²; travel, mm; junction deviation, mm.
 _RATE, _ACCELERATION, _TRAVEL, _DEVIATION = 1000.0, 25.0, 1000.0, 0.01
-#: Likewise: steps in a millimetre and arcs (Machine/Axis.h, Machine/MachineConfig.h).
+#: More defaults: steps per mm, arc tolerance, mm (Machine/Axis.h, Machine/MachineConfig.h).
 _STEPS, _ARC_TOLERANCE = 80.0, 0.002
-#: Sections of spindles; of a laser alone.
+#: Sections of spindles, and of a laser.
 _SPINDLES = ("pwm", "10v", "besc", "dac", "hbridge", "relay", "onoff", "huanyang", "h2a", "h100", "yl620", "siemensv20",
              "danfossvlt2800", "nowforever", "modbusvfd")  # fmt: skip
 _LASER = "laser"
@@ -38,17 +38,17 @@ class _Scalar:
     line: int
 
 
-#: A mapping of FluidNC's file, its keys in small letters: FluidNC does not tell them apart.
+#: A mapping of FluidNC's file; keys are lower case, because FluidNC ignores case.
 _Tree = dict[str, "_Scalar | _Tree"]
 
 
 def read(text: str, file: str) -> Values:
-    """Return what the configuration of FluidNC says.
+    """Import a FluidNC configuration.
 
     Raises
     ------
     ReadError
-        It is no YAML, or has anchors; it has no axes x and y; a value is no number, or one that no machine has.
+        The text is not YAML, or has anchors; the axes x and y are missing; a value is not a number, or implausible.
     """
     tree = _parsed(text, file)
     values = Values(file, "FluidNC")
@@ -91,20 +91,21 @@ def read(text: str, file: str) -> Values:
 
 @dataclass(frozen=True)
 class FluidConfiguration:
-    """What a board with FluidNC is set to.
+    """The settings of a board with FluidNC.
 
     Attributes
     ----------
     low, high
-        Of machine coordinates, mm; -inf and inf where it has no ``max_travel_mm``.
+        Travel limits in machine coordinates, mm; -inf and inf for an axis without ``max_travel_mm``.
     rates, accelerations, steps
-        Of x, y and z: mm/s, mm/s², steps/mm.
+        For x, y and z: mm/s, mm/s², steps/mm.
     deviation, arc_tolerance
         Of corners and of arcs, mm.
     homing, must_home, soft_limits
-        Whether each of the three is homed in a cycle; the board is locked until that; each keeps to its travel.
+        Whether all three axes home in a cycle; whether the board is locked until then; whether all three axes have
+        soft limits.
     fastest
-        The spindle's highest speed, or the laser's highest power; inf where it has no ``speed_map``.
+        The maximum spindle speed or laser power; inf without a ``speed_map``.
     """
 
     low: XYZ
@@ -121,12 +122,12 @@ class FluidConfiguration:
 
 
 def configuration_of(text: str, file: str) -> FluidConfiguration:
-    """Return what a board is set to, by its whole configuration, as it answers to ``$CD``.
+    """Return the settings of a board from its complete configuration (its answer to ``$CD``).
 
     Raises
     ------
     ReadError
-        It is no YAML; a value is no number, or one that no machine has.
+        The text is not YAML; a value is not a number, or implausible.
     """
     tree = _parsed(text, file)
     values = Values(file, "FluidNC")
@@ -166,7 +167,7 @@ def _is_on(tree: _Tree, key: str, *, otherwise: bool) -> bool:
 
 
 def _axis_travel(values: Values, axis: str, part: _Tree) -> tuple[float, float, float, int]:
-    """Return the lowest and highest place of an axis, where homing ends, and the line that says it, 0 for none."""
+    """Return the travel limits of an axis, its home position, and the line number of its travel, or 0."""
     entry = part.get("max_travel_mm")
     if not isinstance(entry, _Scalar):
         return -math.inf, math.inf, 0.0, 0
@@ -174,7 +175,7 @@ def _axis_travel(values: Values, axis: str, part: _Tree) -> tuple[float, float, 
     homing = _inner(part, "homing")
     place = homing.get("mpos_mm")
     home = number(values, place.text, f"mpos_mm of {axis}", place.line) if isinstance(place, _Scalar) else 0.0
-    # Without homing it counts down from machine zero, as after homing in positive direction, which is the default.
+    # Without homing, the travel counts down from machine zero, as with homing in positive direction (the default).
     down = not homing or _is_on(homing, "positive_direction", otherwise=True)
     if not length > 0:
         raise values.refusal(f"max_travel_mm of {axis} is {length:g}, but must be above 0", entry.line)
@@ -226,7 +227,7 @@ def _work(values: Values, tree: _Tree) -> None:
 
 
 def _speeds(values: Values, entry: _Scalar) -> None:
-    """Keep the slowest and the highest speed of a map such as ``0=0% 6000=25% 24000=100%``."""
+    """Store the lowest and highest speed of a map such as ``0=0% 6000=25% 24000=100%``."""
     speeds = []
     for pair in entry.text.split():
         speed, equals, power = pair.partition("=")
@@ -262,17 +263,17 @@ def _inner(tree: Mapping[str, Any], key: str) -> _Tree:
 
 
 def _parsed(text: str, file: str) -> _Tree:
-    """Return the mappings and scalars of a YAML text; its lists and tags are left out."""
+    """Return the mappings and scalars of a YAML text; lists and tags are skipped."""
     import yaml
 
     if len(text.encode()) > MOST_BYTES:
         raise ReadError(file, f"has more than {MOST_BYTES >> 10} KiB; a configuration of FluidNC has some")
     root: _Tree = {}
-    #: Where we are: the mapping (None: something that is left out) and the key that waits for its value.
+    #: Path of the parser: each mapping (None if skipped), and the key whose value comes next.
     stack: list[tuple[_Tree | None, str | None]] = []
 
     def put(value: _Scalar | _Tree) -> bool:
-        """Put a value where it belongs, and return whether it is a value of a mapping that counts."""
+        """Store a value in the current mapping. Return whether it was stored as the value of a key."""
         if not stack:
             return isinstance(value, dict)
         tree, key = stack[-1]

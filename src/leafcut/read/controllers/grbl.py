@@ -1,8 +1,8 @@
-"""GRBL and grblHAL: the answer to ``$$``, as it was saved from a terminal.
+"""GRBL and grblHAL: the answer to ``$$``, as saved from a terminal.
 
-Source: GRBL 1.1 wiki, "Grbl v1.1 Configuration" (what each number means; all in mm, mm/min and mm/s², whatever ``$13``
-says), and gnea/grbl 1.1, system.c `system_check_travel_limits` (the travel counts down from 0). grblHAL/core,
-settings.h (the numbers that it adds).
+Source: GRBL 1.1 wiki, "Grbl v1.1 Configuration" (meaning of each number; always in mm, mm/min and mm/s², independent of
+``$13``); gnea/grbl 1.1, system.c `system_check_travel_limits` (the travel counts down from 0); grblHAL/core, settings.h
+(additional numbers).
 """
 
 from __future__ import annotations
@@ -13,26 +13,26 @@ from dataclasses import dataclass
 from leafcut.model.kinds import Head
 from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, in_lines, number
 
-#: ``$110=500.000``, ``$110 = 500 (x max rate, mm/min)``, also behind what a terminal writes before a line.
+#: ``$110=500.000`` or ``$110 = 500 (x max rate, mm/min)``, optionally after a prefix written by the terminal.
 SETTING = re.compile(r"^[^$\[]{0,40}\$(\d{1,4})\s*=\s*([^\s(;]+)", re.MULTILINE)
 _VERSION = re.compile(r"\[VER:\s*([^:\]]{1,40})|Grbl(?:HAL)?\s+([0-9][^\s'\[]{0,20})", re.IGNORECASE)
 _HAL = re.compile(r"grblHAL", re.IGNORECASE)
-#: Numbers that only grblHAL has, such as ``$341`` (tool change): GRBL ends at 132, what was built on it below these.
+#: Numbers that only grblHAL has, such as ``$341`` (tool change): GRBL ends at 132, and its other derivatives below 340.
 _ONLY_HAL = frozenset(range(340, 1000))
-#: A setting as senders keep it in a file: ``"key": "$110", "value": "500.000"`` (Universal Gcode Sender), or
-#: ``"$110": "500.000"`` (gSender).
+#: Setting in the file of a sender: ``"key": "$110", "value": "500.000"`` (Universal Gcode Sender), or ``"$110":
+#: "500.000"`` (gSender).
 _KEPT = re.compile(
     r'"key"\s*:\s*"\$(\d{1,4})"\s*,\s*"value"\s*:\s*"([^"\n]{0,40})"|"\$(\d{1,4})"\s*:\s*"?([^",}\n]{0,40})"?'
 )
 
 _TRAVELS, _ACCELERATIONS, _RATES = (130, 131, 132), (120, 121, 122), (110, 111, 112)
 _STEPS, _LOCK, _ARC_TOLERANCE = (100, 101, 102), 1, 12
-#: ``$1`` of motors that stay on.
+#: ``$1`` if the motors stay enabled.
 _ALWAYS_ON = 255
 _DEVIATION, _HOMING, _HOME_TO_MIN, _FASTEST_RPM, _SLOWEST_RPM, _LASER, _SPINDLE_ON = 11, 22, 23, 30, 31, 32, 394
-#: grblHAL: homing sets machine zero where the switch is; it is a bit of ``$22``.
+#: grblHAL: bit of ``$22`` that sets machine zero at the switch when homing.
 _ZERO_AT_SWITCH = 8
-#: A text with so many settings is meant as such.
+#: Minimum number of settings that identifies a text.
 _SOME = 3
 
 
@@ -43,12 +43,12 @@ class _Setting:
 
 
 def read(text: str, file: str) -> Values:
-    """Return what the settings of GRBL say.
+    """Import GRBL settings.
 
     Raises
     ------
     ReadError
-        A setting that is needed is missing, is no number, or is one that no machine has.
+        A required setting is missing, is not a number, or is implausible.
     """
     settings = _settings(text)
     hal = _HAL.search(text) is not None or not _ONLY_HAL.isdisjoint(settings)
@@ -72,14 +72,14 @@ def read(text: str, file: str) -> Values:
 
 
 def is_answer(text: str) -> bool:
-    """Return whether a text has some settings of GRBL, as it answers or as a sender keeps them."""
+    """Return whether a text contains GRBL settings, as an answer or in the file of a sender."""
     return sum(1 for _ in SETTING.finditer(text)) >= _SOME or (
         text.lstrip("\ufeff \t\r\n").startswith("{") and sum(1 for _ in _KEPT.finditer(text)) >= _SOME
     )
 
 
 def _settings(text: str) -> dict[int, _Setting]:
-    """Return the settings by number, each with its line; of a setting that is there twice the last one."""
+    """Return the settings by number, each with its line; the last duplicate counts."""
     settings = {}
     if text.lstrip("\ufeff \t\r\n").startswith("{"):
         line, before = 1, 0
@@ -96,7 +96,7 @@ def _settings(text: str) -> dict[int, _Setting]:
 
 
 def _board(values: Values, settings: dict[int, _Setting]) -> None:
-    """Keep what the board's clock depends on besides; what the file does not have is GRBL's own default."""
+    """Store the other settings that affect the clock of the board; GRBL's defaults replace missing ones."""
     if _ARC_TOLERANCE in settings:
         place = _place(settings, _ARC_TOLERANCE)
         values.take("corners.arc_tolerance", f"{_number(values, settings, _ARC_TOLERANCE):.10g} mm", place)
@@ -141,7 +141,7 @@ def _travel(values: Values, settings: dict[int, _Setting], hal: bool) -> None:
         for length, axis in zip(lengths.numbers, "xyz", strict=True):
             if not length > 0:
                 raise values.refusal(f"the travel of {axis} is {length:g} mm, but must be above 0 ({lengths.source})")
-        # grblHAL may count from the switch: up from 0 where that is at the lower end.
+        # grblHAL may count from the switch: up from 0 if it is at the lower end.
         up = [bool(hal and homing & _ZERO_AT_SWITCH and to_min >> axis & 1) for axis in range(3)]
         words = f"{lengths.source}; " + (
             "counted from the switches ($22, $23)" if any(up) else "GRBL counts down from 0"

@@ -1,7 +1,6 @@
-"""A file of a controller's settings → a machine profile: what kind it is, what it says, and the profile as text.
+"""Import a settings file of a controller: recognise its kind, read its values, and write a machine profile.
 
-A controller at a port is asked for the same text (`leafcut.sender.firmware.asked_settings`), which `imported` takes as
-it is.
+A connected controller is asked for the same text (`leafcut.sender.firmware.asked_settings`), which `imported` accepts.
 """
 
 from __future__ import annotations
@@ -21,13 +20,13 @@ from leafcut.read.controllers.values import How, Value, Values
 from leafcut.read.machine import machine_of_profile, profile_of
 from leafcut.read.machine_keys import PROFILE_KEYS, toml_value
 
-#: A file of settings larger than this is none, bytes: the largest seen are a tenth of it.
+#: Largest settings file, bytes: ten times the largest one seen.
 MOST_BYTES = 4 * 1024 * 1024
 
 
 @dataclass(frozen=True)
 class SettingsKind:
-    """A kind of file: its name, what it is in words, and how it is read: text, file, units → values."""
+    """A kind of file: its name, its description, and its reader (text, file, units → values)."""
 
     name: str
     help: str
@@ -35,7 +34,7 @@ class SettingsKind:
 
 
 def _in_mm(read: Callable[[str, str], Values]) -> Callable[[str, str, str | None], Values]:
-    """Return a reader that refuses units, since its files say them or have one alone."""
+    """Return a reader that rejects units, because its files state them or have only one."""
 
     def reader(text: str, file: str, units: str | None) -> Values:
         if units is not None:
@@ -62,25 +61,25 @@ _SECTION = re.compile(r"^\s*\[\w[^\]\n]{0,40}\]\s*$", re.MULTILINE)
 _LINUXCNC = re.compile(r"^(\s*\[(TRAJ|KINS|EMC|RS274NGC|JOINT_0|AXIS_X|AXIS_0)\]|#INCLUDE )", re.MULTILINE)
 _MACH4 = re.compile(r"^\s*\[Motor0\]", re.MULTILINE)
 _AXES = re.compile(r"^axes\s*:", re.MULTILINE | re.IGNORECASE)
-#: Words that only Marlin has in its answer, and that only RepRapFirmware has in its file. M208 is the travel there, and
-#: a move of filament in Marlin.
+#: Words that only Marlin's answer or only a RepRapFirmware file contains. M208 is the travel in RepRapFirmware, and a
+#: filament move in Marlin.
 _MARLIN_WORDS, _RRF_WORDS = {"M205", "M206", "M301"}, {"M453", "M550", "M566", "M584", "M669", "M950"}
 
 
 @dataclass(frozen=True)
 class ImportedMachine:
-    """A machine as the settings of its controller have it.
+    """A machine according to the settings of its controller.
 
     Attributes
     ----------
     kind, title
-        The kind of file, and what it is in words: ``GRBL 1.1h``.
+        The kind of file, and its description: ``GRBL 1.1h``.
     machine
-        What the profile says, read as any other.
+        The machine loaded from the profile.
     values
-        Each value with how it was come by, in the order of the profile.
+        Each value with its origin, in the order of the profile.
     notes
-        What a person should know.
+        Hints for the user.
     text
         The profile as TOML.
     """
@@ -94,12 +93,12 @@ class ImportedMachine:
 
 
 def read_settings(path: str | Path) -> str:
-    """Return the text of a file of settings.
+    """Read the text of a settings file.
 
     Raises
     ------
     ReadError
-        It is missing, no file, empty, too large, or no text.
+        The file is missing, not a regular file, empty, too large, or not text.
     """
     file = Path(path)
     try:
@@ -115,12 +114,12 @@ def read_settings(path: str | Path) -> str:
 
 
 def settings_text(data: bytes, path: str) -> str:
-    """Return the text of settings that were read already; `path` names them in messages.
+    """Decode settings that were already read; `path` names them in messages.
 
     Raises
     ------
     ReadError
-        They are empty, too large, or no text.
+        The settings are empty, too large, or not text.
     """
     if len(data) > MOST_BYTES:
         raise ReadError(path, f"is larger than {MOST_BYTES >> 20} MiB; settings of a controller have some kilobytes")
@@ -136,12 +135,12 @@ def settings_text(data: bytes, path: str) -> str:
 
 
 def kind_of(text: str, file: str) -> str:
-    """Return what kind of settings a text is, by its contents.
+    """Return the kind of settings of a text, by its contents.
 
     Raises
     ------
     ReadError
-        It is of no known kind, or may be of two.
+        The kind is unknown or ambiguous.
     """
     start = text.lstrip("\ufeff \t\r\n")
     if start.startswith("<"):
@@ -158,7 +157,7 @@ def kind_of(text: str, file: str) -> str:
         return "fluidnc"
     found = {match[1].upper() for line in text.splitlines() if (match := reprap.word_of(line))}
     if found & {"M201", "M203"}:
-        if "echo:" in text:  # so begin the lines of an answer of Marlin
+        if "echo:" in text:  # Marlin starts the lines of its answers with "echo:"
             return "marlin"
         marlin = bool(found & _MARLIN_WORDS)
         duet = bool(found & _RRF_WORDS) or reprap.has_travel(text)
@@ -174,7 +173,7 @@ def kind_of(text: str, file: str) -> str:
 
 
 def _guess(text: str) -> str:
-    """Return what an unknown text seems to be."""
+    """Describe a text of unknown kind."""
     if _SECTION.search(text):
         return "is an INI file of no controller that leafcut knows"
     if len(re.findall(r"^\s*[NGM]\d+\b", text[:5000], re.MULTILINE)) > 1:
@@ -183,23 +182,23 @@ def _guess(text: str) -> str:
 
 
 def imported(text: str, file: str, kind: str | None = None, units: str | None = None) -> ImportedMachine:
-    """Return the machine that a text of settings describes.
+    """Return the machine described by a text of settings.
 
     Parameters
     ----------
     file
-        Its name, for messages, for the profile, and for the name of a machine that has none.
+        Its name, for messages, the profile, and the name of a nameless machine.
     kind
-        One of `KINDS`; by the contents where it is None.
+        One of `KINDS`; None to recognise it by the contents.
     units
-        ``mm`` or ``in``, where the file may be in either and does not say it.
+        ``mm`` or ``in``, for files that do not state their unit.
 
     Raises
     ------
     ReadError
-        The text is of no known kind, lacks a value that is needed, or has one that no machine has.
+        The kind is unknown, or a required value is missing or implausible.
     OptionError
-        The kind is unknown, or units are given where the file says them.
+        The kind is invalid, or units are given for a file that states them.
     """
     if kind is not None and kind not in KINDS:
         raise OptionError(f"--kind: unknown kind '{shown(kind, 30)}'{nearest(kind[:80], KINDS)}")
@@ -226,7 +225,7 @@ def _made(kind: str, values: Values, origin: str) -> ImportedMachine:
 
 
 def profile_text(values: tuple[Value, ...], title: str) -> str:
-    """Return a profile as TOML: over each value how it was come by, in ``[sources]`` from what."""
+    """Return a profile as TOML, with the origin of each value as a comment, and its source in ``[sources]``."""
     lines = [
         f"# {title}",
         "# taken: it was said so; derived: it follows from that, or from how the controller works;",
@@ -234,7 +233,7 @@ def profile_text(values: tuple[Value, ...], title: str) -> str:
         MACHINE.line,
     ]
     tables = dict.fromkeys(value.key.rpartition(".")[0] for value in values)
-    for table in sorted(tables, key=bool):  # what stands in no table comes first
+    for table in sorted(tables, key=bool):  # values without a table come first
         lines.append("")
         if table:
             lines.append(f"[{table}]")
@@ -252,7 +251,7 @@ def _comment(words: str) -> str:
 
 
 def values_of(data: Mapping[str, Any]) -> tuple[Value, ...]:
-    """Return the values of a profile that was read already, each with the source that it has there."""
+    """Return the values of a loaded profile, each with its source."""
     sources = data.get("sources", {})
     found = []
     for key in PROFILE_KEYS:
@@ -268,14 +267,14 @@ def values_of(data: Mapping[str, Any]) -> tuple[Value, ...]:
 
 
 def changed_profile(name_or_path: str, changes: Mapping[str, tuple[Any, str]], place: str) -> str:
-    """Return the profile of a machine as TOML with other values, each with the source that it gets.
+    """Return the profile of a machine as TOML with changed values and their sources.
 
-    `place` is the file that it will be, for messages.
+    `place` is the file to be written, for messages.
 
     Raises
     ------
     OptionError
-        There is no such machine, or a value cannot be.
+        The machine does not exist, or a value is invalid.
     """
     data = profile_of(name_or_path)
     values = {value.key: value for value in values_of(data)}

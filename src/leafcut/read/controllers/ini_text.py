@@ -1,4 +1,4 @@
-"""INI files as controllers write them: sections and keys in their own case, each value with the line it stands in."""
+"""INI files of controllers: case-sensitive sections and keys, each value with its line number."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from pathlib import Path
 
 from leafcut.errors import ReadError, shown
 
-#: Files that others include others in, and how much all of them hold, bytes: a real one has some kilobytes.
+#: Limits of included files: depth of nesting, and total size, bytes (a real one has a few kB).
 DEEPEST, MOST_INCLUDED = 8, 4 * 1024 * 1024
-#: And how many of them: of files that each include some others there would soon be millions.
+#: Most included files, because files that include each other multiply quickly.
 MOST_FILES = 200
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A value, and its place in words: ``line 12``, or ``limits.inc, line 3``."""
+    """A value, and its place as text: ``line 12``, or ``limits.inc, line 3``."""
 
     text: str
     place: str
@@ -23,17 +23,17 @@ class Entry:
 
 @dataclass
 class Ini:
-    """Sections by name, each with its keys; where a key is there twice, the first counts, as LinuxCNC has it."""
+    """Sections by name, each with its keys; the first duplicate of a key counts, as in LinuxCNC."""
 
     sections: dict[str, dict[str, Entry]] = field(default_factory=dict)
 
     def get(self, key: str, *sections: str) -> Entry | None:
-        """Return the value of a key in the first of some sections that has it."""
+        """Return the value of a key in the first of the given sections that contains it."""
         return next((self.sections[name][key] for name in sections if key in self.sections.get(name, {})), None)
 
 
 def read_ini(text: str, file: str, include: bool = False) -> Ini:
-    """Return what an INI file holds.
+    """Read an INI file.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def read_ini(text: str, file: str, include: bool = False) -> Ini:
     Raises
     ------
     ReadError
-        A line is none of an INI file, or an included file lies elsewhere, is missing, or includes itself.
+        An included file is outside the folder, is missing, or includes itself.
     """
     found = Ini()
     _Reading(Path(file), found, include).lines(text, Path(file), 0, "")
@@ -59,7 +59,7 @@ class _Reading:
     files: int = 0
 
     def lines(self, text: str, file: Path, depth: int, section: str) -> str:
-        """Read the lines of a file, and return the section that they end in."""
+        """Read the lines of a file; return the current section at its end."""
         for count, line in enumerate(text.splitlines(), 1):
             words = line.strip()
             place = f"line {count}" if depth == 0 else f"{shown(file.name, 40)}, line {count}"
@@ -99,5 +99,5 @@ class _Reading:
 
 
 def _is_name(name: str) -> bool:
-    """Return whether a name is that of a file here or below, and none of a home, a device or another folder."""
+    """Whether a name is a relative path, without a home or a drive."""
     return bool(name) and "\0" not in name and not name.startswith(("/", "~", "\\")) and ":" not in name

@@ -1,7 +1,7 @@
-"""LinuxCNC: the ``.ini`` of a machine, and what it includes.
+"""LinuxCNC: the ``.ini`` of a machine, and its includes.
 
 Source: LinuxCNC 2.9, "INI Configuration" (sections EMC, DISPLAY, RS274NGC, KINS, TRAJ, AXIS_letter, JOINT_num,
-SPINDLE_num, EMCIO; ``#INCLUDE``). Configurations before 2.8 have the limits of axes in ``[AXIS_0]`` and on.
+SPINDLE_num, EMCIO; ``#INCLUDE``). Configurations before 2.8 have axis limits in ``[AXIS_0]`` and following sections.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from leafcut.model.kinds import Head
 from leafcut.read.controllers.ini_text import Entry, Ini, read_ini
 from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, number
 
-#: Without a limit LinuxCNC takes 1e99; what is beyond this is none, in units of the machine.
+#: Limits beyond this mean unlimited, in machine units; LinuxCNC's default is 1e99.
 _NO_LIMIT = 1e6
-#: Share of the acceleration that is kept for a corner where the file does not say it (ARC_BLEND_KINK_RATIO).
+#: Default of ARC_BLEND_KINK_RATIO: share of the acceleration reserved for corners.
 _KINK_RATIO = 0.1
 _UNITS = {"mm": "mm", "metric": "mm", "in": "in", "inch": "in", "imperial": "in"}
 _QTPLASMAC, _PLASMA = re.compile(r"plasmac", re.IGNORECASE), re.compile(r"plasma", re.IGNORECASE)
@@ -29,13 +29,13 @@ _NAMES = (
 
 
 def read(text: str, file: str, units: str | None = None) -> Values:
-    """Return what the file of a machine says; `units` are those of lengths, mm or in, where it does not say them.
+    """Import the INI file of a machine; `units` (mm or in) apply if it does not state them.
 
     Raises
     ------
     ReadError
-        It has no axis x, y or z, no units, or no velocity or acceleration of an axis; a value is no number, or one that
-        no machine has; what it includes cannot be read, or lies outside its folder.
+        Axis x, y or z, the units, or a velocity or acceleration is missing; a value is not a number, or implausible; an
+        included file cannot be read, or lies outside the folder.
     """
     ini = read_ini(text, file, include=True)
     values = Values(file, "LinuxCNC")
@@ -71,7 +71,7 @@ def _units(ini: Ini, values: Values, given: str | None) -> str:
 
 
 def _joints(ini: Ini, values: Values) -> str:
-    """Return the letter of the axis of each joint: ``xyz``."""
+    """Return the axis letters of the joints: ``xyz``."""
     kinematics = ini.get("KINEMATICS", "KINS")
     words = kinematics.text.lower() if kinematics else "trivkins"
     if kinematics is not None and not _is_trivial(ini):
@@ -103,7 +103,7 @@ class _Reader:
     trivial: bool
 
     def motion(self) -> None:
-        """Velocities and accelerations: those of axes, or of their joints, at most those of the path."""
+        """Velocities and accelerations of the axes or their joints, limited by the path limits."""
         limits = []
         for key, name, unit in (("MAX_VELOCITY", "VELOCITY", "s"), ("MAX_ACCELERATION", "ACCELERATION", "s2")):
             found = [self._needed(key, axis) for axis in "xyz"]
@@ -128,7 +128,7 @@ class _Reader:
         self.values.derive("corners.style", "linuxcnc", "LinuxCNC's own planner")
 
     def travel(self) -> None:
-        """Limits of axes, or of their joints; where the joints stand after homing."""
+        """Travel limits of the axes or their joints, and the home position."""
         ends = []
         for key, unlimited in (("MIN_LIMIT", -math.inf), ("MAX_LIMIT", math.inf)):
             numbers, places = [], []
@@ -153,7 +153,7 @@ class _Reader:
         self.values.home_at(Axes(tuple(homes), self.units, words, assumed=not places))
 
     def work(self) -> None:
-        """Find what does the work: a plasma torch if an entry or a section names one."""
+        """Set the process: a plasma torch if an entry or a section names one, else a spindle."""
         named = [one for one in (self.ini.get(*place) for place in _NAMES) if one is not None]
         own = next((one for one in named[:2] if _QTPLASMAC.search(one.text)), None)
         if "QTPLASMAC" in self.ini.sections or "PLASMAC" in self.ini.sections or own is not None:
@@ -171,7 +171,7 @@ class _Reader:
         self.values.assume("process", Head.SPINDLE.value, "the file does not say what does the work")
 
     def spindle(self) -> None:
-        """The range of the spindle, where the file has it."""
+        """The speed range of the spindle, if given."""
         places = (
             ("MAX_FORWARD_VELOCITY", "SPINDLE_0"),
             ("MAX_VELOCITY", "SPINDLE_0"),
@@ -191,7 +191,7 @@ class _Reader:
             self.values.assume("spindle.start_time", *SPINDLE_START)
 
     def tool_change(self) -> None:
-        """Whether tools are changed by the machine, and where."""
+        """Whether the machine changes tools, and the tool change position."""
         random = self.ini.get("RANDOM_TOOLCHANGER", "EMCIO")
         if random is not None and random.text.strip().lower() in ("1", "yes", "true"):
             where = f"[EMCIO]RANDOM_TOOLCHANGER, {random.place}"
@@ -211,7 +211,7 @@ class _Reader:
             self.values.take("tool_change.position", written, f"[EMCIO]TOOL_CHANGE_POSITION, {entry.place}")
 
     def _entry(self, key: str, axis: str) -> tuple[Entry, str] | None:
-        """Return the entry of an axis, or of its joint, and the section it stands in."""
+        """Return the entry of an axis or its joint, and its section."""
         letter, old, joint = f"AXIS_{axis.upper()}", f"AXIS_{'xyz'.index(axis)}", f"JOINT_{self.joints.index(axis)}"
         for section in (letter, joint, old) if self.trivial else (letter,):
             entry = self.ini.get(key, section)

@@ -1,11 +1,11 @@
 """Mach3 (``Mach3Mill.xml``) and Mach4 (``Machine.ini``): the profile of a machine.
 
-Sources. Mach3: profiles that owners of machines have published, and LinuxCNC's import of them
-(stepconf/import_mach.py), say the same: ``VelN`` and ``AccN`` are in native units a second, ``MNMin`` and ``MNMax`` the
-soft limits of axis N, ``Units`` 0 for mm and 1 for inches; "Using Mach3Mill", 5.5 (motor tuning) and 5.6 (soft limits,
-pulleys). Mach4: "Software Installation and Configuration Guide", chapter 4; in its file velocity, acceleration and soft
-limits are in counts, ``CountsPerUnit`` of them in one of ``SetupUnits``, which are 200 for inches and 210 for mm, as
-G20 and G21.
+Sources for Mach3: published profiles and LinuxCNC's import (stepconf/import_mach.py) agree that ``VelN`` and ``AccN``
+are in native units per second, ``MNMin`` and ``MNMax`` are the soft limits of axis N, and ``Units`` is 0 for mm and 1
+for inches; "Using Mach3Mill", 5.5 (motor tuning) and 5.6 (soft limits, pulleys).
+
+Source for Mach4: "Software Installation and Configuration Guide", chapter 4. Velocity, acceleration and soft limits are
+in counts. ``CountsPerUnit`` is per ``SetupUnits``: 200 for inches and 210 for mm, from G20 and G21.
 """
 
 from __future__ import annotations
@@ -23,23 +23,23 @@ from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, number
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-#: What XML does not allow; Mach3 writes such in names of people and files (``<LastUser>``) nevertheless.
+#: Characters invalid in XML, which Mach3 still writes in names of people and files (``<LastUser>``).
 _NO_XML = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")
-#: Soft limits that nobody has set.
+#: Default soft limits, which mean unset.
 _MACH3_UNSET = (-100.0, 100.0)
-#: What Mach3 writes when an axis of its motor tuning is saved, and not before.
+#: Tags that Mach3 writes only after the motor tuning of an axis is saved.
 _MACH3_MOTORS = tuple(f"{stem}{axis}" for axis in range(3) for stem in ("Vel", "Acc"))
-#: How Mach takes corners: said of neither by its file.
+#: Corner rounding, which neither file contains: an estimate, and its reason.
 _DEVIATION = "0.05 mm", "constant velocity rounds corners; how far is not in the file"
 
 
 def read_mach3(text: str, file: str, units: str | None = None) -> Values:
-    """Return what a profile of Mach3 says.
+    """Import a Mach3 profile.
 
     Raises
     ------
     ReadError
-        It is no XML, has entities, or lacks the tuning of a motor; a value is no number, or one that no machine has.
+        The text is not XML, has entities, or lacks the tuning of a motor; a value is not a number, or implausible.
     """
     tags = _preferences(text, file)
     values = Values(file, "Mach3")
@@ -109,12 +109,12 @@ def _mach3_work(values: Values, tags: Mapping[str, str]) -> None:
 
 
 def read_mach4(text: str, file: str, units: str | None = None) -> Values:
-    """Return what a profile of Mach4 says.
+    """Import a Mach4 profile.
 
     Raises
     ------
     ReadError
-        It lacks the motor of an axis or its tuning; a value is no number, or one that no machine has.
+        The motor of an axis or its tuning is missing; a value is not a number, or implausible.
     """
     ini = read_ini(text, file)
     values = Values(file, "Mach4")
@@ -179,7 +179,7 @@ def _motor(ini: Ini, values: Values, axis: int) -> str:
 
 
 def _of_motors(ini: Ini, values: Values, motors: list[str], key: str, unit: str) -> tuple[tuple[float, ...], str, str]:
-    """Return a value of each motor, which the file has in counts, in `unit`; then the unit, and the places in words."""
+    """Return a value per motor, converted from counts to `unit`; then the unit, and the places as text."""
     numbers, places = [], []
     for motor in motors:
         entry, counts = ini.get(key, motor), ini.get("CountsPerUnit", motor)
@@ -201,7 +201,7 @@ def _mach_moves(values: Values) -> None:
 
 
 def _given(values: Values, found: str | None, what: str, given: str | None) -> str:
-    """Return the units of a file, or those that were given where it does not say them."""
+    """Return the units stated in a file, or else the given ones."""
     if found is None and given is None:
         raise values.refusal(f"{what}, so its lengths may be mm or inches; set --units")
     if found is not None and given not in (None, found):
@@ -210,7 +210,7 @@ def _given(values: Values, found: str | None, what: str, given: str | None) -> s
 
 
 def _preferences(text: str, file: str) -> dict[str, str]:
-    """Return the texts of the tags in ``<Preferences>`` by their names; of a tag that is there twice the last one."""
+    """Return the texts of the tags in ``<Preferences>`` by name; the last duplicate counts."""
     from defusedxml.common import DefusedXmlException
     from defusedxml.ElementTree import ParseError, fromstring
 

@@ -1,9 +1,7 @@
-"""A machine profile by a few questions: for controllers that keep their settings to themselves, as Haas and Centroid
-do.
+"""Create a machine profile from a few questions, for controllers that do not export settings (Haas, Centroid).
 
-Each question has an answer that is likely for the controller, from a machine that leafcut knows; what is not answered
-is written as an estimate. A profile that was imported can be completed: then only what is missing or estimated there is
-asked.
+Each question suggests the value of a known machine with that controller; unanswered questions become estimates. When
+completing an imported profile, only missing or estimated values are asked.
 """
 
 from __future__ import annotations
@@ -24,7 +22,7 @@ from leafcut.read.machine import machine_of_profile, profile_of
 from leafcut.read.machine_keys import PROFILE_KEYS, UNKNOWN
 from leafcut.units import parse_quantity, with_unit
 
-#: A controller → the machine whose values are its likely answers.
+#: Controller → the machine whose values are suggested.
 _LIKE = {
     "haas": "haas-vf2", "fanuc": "haas-vf2", "grbl": "grbl-3018", "linuxcnc": "linuxcnc-mill", "mach3": "mach3-router",
     "mach4": "mach4-router", "fagor8055": "fagor-8055", "qtplasmac": "plasma-table", "plasma": "plasma-table",
@@ -34,13 +32,13 @@ _LIKE = {
     "fanuc-laser": "laser-table", "grbl-laser": "grbl-laser-20w", "flame": "flame-table", "waterjet": "water-table",
 }  # fmt: skip
 _LIKE_OTHERS = "linuxcnc-mill"
-#: Controllers that leafcut has no dialect of, and the nearest one.
+#: Unsupported controllers → the nearest supported dialect.
 _NEAREST: dict[str, str] = {}
-#: Asks a person: what, and the likely answer, "" for none; returns what was typed.
+#: Asks the user a question with a suggestion ("" for none); returns the typed answer.
 Ask = Callable[[str, str], str]
-#: A travel that ends above this counts up from machine zero, mm: some centimetres are room beyond the switches.
+#: A travel limit above this means travel counts up from machine zero, mm; a few centimetres are overtravel.
 _UPWARDS = 50.0
-#: So many wrong answers to one question end the asking.
+#: Wrong answers to one question after which the dialogue ends.
 _MOST_TRIES = 5
 
 
@@ -51,15 +49,15 @@ class Question:
     Attributes
     ----------
     name
-        Of its flag, and of its key in a file of answers.
+        Name of its flag, and its key in an answer file.
     keys
-        The keys of the profile that it answers.
+        The profile keys that it sets.
     text
-        What is asked, and for the help of the flag.
+        The question, also the help of the flag.
     unit
-        Of the answer: a key of `units.FACTORS`, else "".
+        Unit of the answer: a key of `units.FACTORS`, else "".
     required
-        Where nobody can be asked, it must be given: nothing is likely.
+        Must be given in non-interactive runs, because there is no plausible default.
     """
 
     name: str
@@ -94,14 +92,14 @@ _BY_NAME = {question.name: question for question in QUESTIONS}
 
 
 def answers_of(file: Path) -> tuple[dict[str, Any], dict[str, str]]:
-    """Return the answers of a TOML file, and where each stands: name → file and line.
+    """Read a TOML file of answers. Return them, and their places: name → file and line.
 
     Raises
     ------
     OptionError
-        There is no such file.
+        The file does not exist.
     DataError
-        It cannot be read, or is not TOML.
+        The file cannot be read, or is not TOML.
     """
     content = toml_bytes(file)
     given = parse_toml(content, str(file), MACHINE_ANSWERS)
@@ -118,25 +116,25 @@ def questioned(
     base: str | None = None,
     places: Mapping[str, str] | None = None,
 ) -> ImportedMachine:
-    """Return the machine that the answers describe.
+    """Return the machine described by answers.
 
     Parameters
     ----------
     given
-        Answers by the names of `QUESTIONS`; texts, or true and false.
+        Answers by the names of `QUESTIONS`; strings or bools.
     ask
-        Asks a person for the others; where nobody can be asked, what is likely is taken.
+        Asks the user for missing answers; None to use the suggestions.
     base
-        A profile to complete, by name or path: what it says, other than by estimate, is not asked.
+        A profile to complete, by name or path; only its estimates are asked.
     places
-        Where a file of answers says them, by their names.
+        Places of the answers in their file, by name.
 
     Raises
     ------
     OptionError
         An answer is unknown, wrong or missing, or the base cannot be read.
     DataError
-        An answer of a file is wrong: with its line.
+        An answer in a file is wrong; names the line.
     """
     places = places or {}
     for name in given:
@@ -157,12 +155,12 @@ def questioned(
 
 
 def _placed(problem: OptionError, place: str | None) -> OptionError:
-    """Return what is wrong with an answer, with its line where a file gave it: then the command line is right."""
+    """Convert the error to a `DataError` with file and line if the answer came from a file."""
     return problem if place is None else DataError(f"{place}: {problem}")
 
 
 class _Answers:
-    """The values that were answered, and what is likely for the others."""
+    """The answers so far, and suggestions for the others."""
 
     def __init__(self, given: dict[str, Any], ask: Ask | None, base: str | None) -> None:
         self.given, self.ask = given, ask
@@ -172,7 +170,7 @@ class _Answers:
         self.like = self.typed_controller = ""
 
     def is_answered(self, question: Question) -> bool:
-        """Return whether there is an answer without asking: given, or of the base, be it by estimate."""
+        """Whether a question has an answer: given, or in the base, even as an estimate."""
         return question.name in self.given or self._is_there(question)
 
     def _is_said(self, question: Question) -> bool:
@@ -183,7 +181,7 @@ class _Answers:
         return all(key in self.values.found for key in question.keys)
 
     def answer(self, question: Question) -> None:
-        """Take an answer as it was given, ask for it, or take what is likely."""
+        """Use the given answer, ask for it, or use the suggestion."""
         if question.name in self.given:
             value = self.given[question.name]
             said = value if isinstance(value, str) else {True: "yes", False: "no"}.get(value) or str(value)
@@ -203,16 +201,16 @@ class _Answers:
                 self._keep(question, typed, "answered")
                 return
             except OptionError as problem:
-                # The next question begins with what was wrong.
+                # The next question starts with the error message.
                 question = Question(question.name, question.keys, f"{problem}; {question.text}", question.unit)
         else:
             if self.ask:
                 raise OptionError(f"--{question.name}: {_MOST_TRIES} wrong answers; nothing was written")
-        if likely and not self._is_there(question):  # what the base has by estimate stays as it is
+        if likely and not self._is_there(question):  # keep an estimate of the base
             self._keep(question, likely, why, assumed=True)
 
     def _likely(self, question: Question) -> tuple[str, str]:
-        """Return the likely answer to a question, and why."""
+        """Return the suggested answer to a question, and its source."""
         before = [self.values.found.get(key) for key in question.keys]
         if question.name == "travel":
             return "as it is" if self._is_there(question) else UNKNOWN, "not known"
@@ -233,7 +231,7 @@ class _Answers:
         return _as_answer(value), f"as {self.like}" + (f": {source}" if source else "")
 
     def _compare(self) -> None:
-        """Take the likely answers from a machine with the same controller, else from any, but for how it moves."""
+        """Load the suggestions from a machine with the same controller, else from a default without motion values."""
         said = self.typed_controller or str(self.values.found["controller"].value)
         self.like = _LIKE.get(said, _LIKE_OTHERS)
         self.likely = {key: value for key, value in profile_of(self.like).items() if key not in ("name", "description")}
@@ -249,12 +247,12 @@ class _Answers:
                 self.values.assume(key, value, f"as {self.like}: {source}")
 
     def _keep(self, question: Question, typed: str, why: str, assumed: bool = False) -> None:
-        """Keep an answer in the values of the profile.
+        """Store an answer in the profile.
 
         Raises
         ------
         OptionError
-            It is no answer to that question.
+            The answer is invalid.
         """
         try:
             kept = _TAKERS.get(question.name, _as_it_is)(question, typed)
@@ -277,7 +275,7 @@ class _Answers:
                 self.values.found.pop(key, None)
 
     def _travel(self, kept: dict[str, Any]) -> dict[str, Any]:
-        """Return the ends of the travel of some lengths: from 0 up or down, as that of the machine to compare with."""
+        """Return travel limits for lengths, counting up or down from 0 like the machine of the suggestions."""
         lengths = kept.get("travel.max")
         if lengths is None:
             return {}
@@ -290,7 +288,7 @@ class _Answers:
         }
 
     def made(self) -> ImportedMachine:
-        """Return the machine, with what the profile would take by default written in it."""
+        """Return the machine of the answers."""
         found = self.values.found
         if "description" not in found:
             controller = self.typed_controller or found["controller"].value
@@ -303,7 +301,7 @@ class _Answers:
 
 
 def _as_answer(value: Any) -> str:
-    """Return a value of a profile as it would be typed."""
+    """Return a profile value as it would be typed."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     return ", ".join(map(str, value)) if isinstance(value, list | tuple) else "" if value is None else str(value)
@@ -353,7 +351,7 @@ def _axes(question: Question, typed: str) -> dict[str, Any]:
 
 
 def _lengths(question: Question, typed: str) -> dict[str, Any]:
-    """Lengths of x, y and z, mm, for `_Answers._travel`."""
+    """Parse the lengths of x, y and z, mm, for `_Answers._travel`."""
     if typed.strip().lower() == UNKNOWN:
         return {}
     parts = [part.strip() for part in typed.split(",")]

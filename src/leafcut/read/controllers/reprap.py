@@ -1,7 +1,7 @@
 """Marlin (the answer to ``M503``) and RepRapFirmware of Duet boards (``config.g``): the same words in other units.
 
-Source: Marlin's G-code reference (M201, M203, M204, M205, M211, M503) and Configuration.h (a junction deviation that
-stands for a jerk: 0.4 jerk² / acceleration); Duet3D's G-code dictionary (M201, M203, M208, M550, M566, M669, M950).
+Source: Marlin's G-code reference (M201, M203, M204, M205, M211, M503) and Configuration.h (junction deviation
+equivalent to a jerk: 0.4 jerk² / acceleration); Duet3D's G-code dictionary (M201, M203, M208, M550, M566, M669, M950).
 M203 is in mm/s in Marlin, and in mm/min in RepRapFirmware.
 """
 
@@ -17,9 +17,9 @@ from leafcut.errors import shown
 from leafcut.model.kinds import Head
 from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, in_lines, number, texts
 
-#: No line of settings is longer; what stands behind that is not looked at.
+#: Longest line, characters; the rest is ignored.
 LONGEST_LINE = 1000
-#: A line of settings, behind what a terminal or the firmware writes before it.
+#: A settings line, optionally after a prefix written by the terminal or the firmware.
 LINE = re.compile(
     r"^(?:.{0,100}?\becho:|(?:(?:Recv|Received|<<<|READ|SENT|>>>|>)[:\s]*)?)\s*([GM]\d{1,4}(?:\.\d)?)\b(.*)$",
     re.IGNORECASE,
@@ -28,13 +28,13 @@ _WORD = re.compile(r"([A-Za-z])\s*(\"[^\"]*\"|\{[^}]*\}|[-+.0-9:eE]+)?")
 _ENDSTOPS = re.compile(
     r"Min:\s*X([-\d.]+)\s*Y([-\d.]+)\s*Z([-\d.]+).{0,200}?Max:\s*X([-\d.]+)\s*Y([-\d.]+)\s*Z([-\d.]+)", re.DOTALL
 )
-#: δ = 0.4 jerk² / a: a corner of 90° is then taken as fast. Exactly (1 - s) / s with s the sine of 45°.
+#: δ = 0.41 jerk² / a takes a corner of 90° at the same speed: exactly (1 - s) / s with s = sin 45°.
 _OF_JERK = (1.0 - math.sqrt(0.5)) / math.sqrt(0.5)
 
 
 @dataclass(frozen=True)
 class _Place:
-    """A line, of the file itself or of one that it runs."""
+    """A line of the file, or of a file that it runs."""
 
     line: int
     file: str = ""
@@ -42,36 +42,36 @@ class _Place:
 
 @dataclass(frozen=True)
 class _Line:
-    """A line that is a word of settings: the text of each of its letters."""
+    """A settings line: its word, and the text of each of its letters."""
 
     place: _Place
     word: str
     letters: dict[str, str]
 
 
-#: A variable of RepRapFirmware that is a plain number: ``global xMax = 335``, ``set var.steps = 90``.
+#: A numeric variable of RepRapFirmware: ``global xMax = 335``, ``set var.steps = 90``.
 _VARIABLE = re.compile(r"^\s*(global|var|set\s+global|set\s+var)(?:\s+|\.)(\w{1,60})\s*=\s*\{?([-+.0-9]{1,30})\}?\s*$")
 _USE = re.compile(r"\{\s*(global|var)\.(\w{1,60})\s*\}")
 _CONDITION = re.compile(r"^\s*(if|elif|while)\b")
-#: Files that a config.g runs in all (M98), and how deep they run each other.
+#: Limits of files run by a config.g (M98): number, depth of nesting, and bytes per file.
 _MOST_RUN, _DEEPEST_RUN, _MOST_BYTES_RUN = 100, 8, 262_144
 
 
 @dataclass
 class _Settings:
-    """The last value of each letter of each word, and the line it stands in."""
+    """The last value of each letter of each word, and its line."""
 
     words: dict[str, dict[str, tuple[str, _Place]]] = field(default_factory=dict)
     inch: _Place | None = None
 
 
 def read_marlin(text: str, file: str) -> Values:
-    """Return what Marlin's answer to M503 says.
+    """Import Marlin's answer to M503.
 
     Raises
     ------
     ReadError
-        M203 or M201 is missing, or lacks an axis; a value is no number, or one that no machine has.
+        M203 or M201 is missing, or lacks an axis; a value is not a number, or implausible.
     """
     settings = _settings(_lines(text))
     values = Values(file, "Marlin")
@@ -108,7 +108,7 @@ def read_marlin(text: str, file: str) -> Values:
 
 
 def _marlin_acceleration(values: Values, settings: _Settings, unit: str) -> Axes:
-    """Of moves without an extruder: M204 T (S of old ones), at most that of each axis."""
+    """Acceleration without extrusion: M204 T (S in old versions), limited by the axis limits (M201)."""
     most = _axes(values, settings, "M201", f"{unit}/s2", "highest accelerations")
     path = settings.words.get("M204", {})
     letter = next((one for one in "TSP" if one in path), None)
@@ -123,13 +123,13 @@ def _marlin_acceleration(values: Values, settings: _Settings, unit: str) -> Axes
 
 
 def read_rrf(text: str, file: str) -> Values:
-    """Return what the ``config.g`` of RepRapFirmware says, and the files in its folder that it runs (M98).
+    """Import the ``config.g`` of RepRapFirmware, and the files in its folder that it runs (M98).
 
     Raises
     ------
     ReadError
-        M203 or M201 is missing, or lacks an axis; a value is an expression, no number, or one that no machine has; it
-        runs too many files.
+        M203 or M201 is missing, or lacks an axis; a value is an expression, not a number, or implausible; too
+        many files are run.
     """
     values = Values(file, "RepRapFirmware")
     lines = _Running(Path(file), values).lines(text)
@@ -164,7 +164,7 @@ def read_rrf(text: str, file: str) -> Values:
 
 
 def _rrf_spindle(values: Values, lines: list[_Line]) -> None:
-    """M950 R0: ``L24000``, or ``L6000:24000``."""
+    """Spindle speeds of M950 R0: ``L24000``, or ``L6000:24000``."""
     for line in lines:
         if line.word == "M950" and "R" in line.letters and line.letters.get("L"):
             speeds = [_number(values, part, "M950 L", line.place) for part in line.letters["L"].split(":")]
@@ -173,7 +173,9 @@ def _rrf_spindle(values: Values, lines: list[_Line]) -> None:
 
 
 def _rrf_travel(values: Values, lines: list[_Line], unit: str) -> dict[str, list[float]]:
-    """M208: ``X0:200``, or the highest with S0 and the lowest with S1. Return both ends of each axis."""
+    """Store the travel of M208: ``X0:200``, or the maximum with S0 and the minimum with S1. Return both limits per
+    axis.
+    """
     ends: dict[str, list[float]] = {axis: [-math.inf, math.inf] for axis in "XYZ"}
     each = [(line, axis) for line in lines if line.word == "M208" for axis in "XYZ" if axis in line.letters]
     plain = [(line, axis) for line, axis in each if "{" not in line.letters[axis]]
@@ -184,7 +186,7 @@ def _rrf_travel(values: Values, lines: list[_Line], unit: str) -> dict[str, list
         elif line.letters.get("S", "").strip() == "1":
             ends[axis][0] = found[0]
         else:
-            # RepRapFirmware's default of the lowest end is 0.
+            # RepRapFirmware's default of the lower limit is 0.
             ends[axis] = [0.0 if ends[axis][0] == -math.inf else ends[axis][0], found[0]]
     for axis in "XYZ":
         if not math.isfinite(ends[axis][1]):
@@ -201,9 +203,9 @@ def _rrf_travel(values: Values, lines: list[_Line], unit: str) -> dict[str, list
 
 
 def _rrf_home(values: Values, lines: list[_Line], ends: dict[str, list[float]], unit: str) -> None:
-    """M574: the end of an axis where its switch is, 1 the lowest and 2 the highest; homing sets it to M208's value.
+    """Store the home position of M574: 1 is the lower end and 2 the upper end, at the limits of M208.
 
-    A probe (S2) does not stand at an end.
+    A probe (S2) is not at an end.
     """
     homes, places = dict.fromkeys("XYZ", 0.0), []
     for line in lines:
@@ -222,7 +224,7 @@ def _rrf_home(values: Values, lines: list[_Line], ends: dict[str, list[float]], 
 
 
 def _steps(values: Values, settings: _Settings, unit: str) -> None:
-    """M92, steps of the motors per mm, where the file has plain numbers."""
+    """Store the motor steps per mm of M92, if they are plain numbers."""
     letters = settings.words.get("M92", {})
     if unit == "mm" and all(axis in letters and not letters[axis][0].startswith("{") for axis in "XYZ"):
         steps = [_first(values, letters[axis], f"M92 {axis}") for axis in "XYZ"]
@@ -232,7 +234,7 @@ def _steps(values: Values, settings: _Settings, unit: str) -> None:
 
 
 def _jerk_corners(values: Values, jerk: float, place: _Place, unit: str, what: str) -> None:
-    """Keep the junction deviation with which a corner of 90° is taken at the speed that a jerk allows."""
+    """Store the junction deviation that takes a corner of 90° at the speed allowed by a jerk."""
     acceleration = values.found["rapid.acceleration"].value
     first = acceleration if isinstance(acceleration, str) else acceleration[0]
     along = number(values, first, "rapid.acceleration")
@@ -268,7 +270,7 @@ def _axes(values: Values, settings: _Settings, word: str, unit: str, what: str) 
     missing = [axis for axis in "XYZ" if axis not in letters]
     if missing:
         raise values.refusal(f"{word} has no {' and no '.join(missing)}; is the file whole?")
-    # Of several motors, X100:100, the slowest decides.
+    # If an axis has several motors (X100:100), the slowest decides.
     numbers = []
     for axis in "XYZ":
         text, place = letters[axis]
@@ -288,7 +290,6 @@ def _first(values: Values, entry: tuple[str, _Place], what: str) -> float:
 
 
 def _in(places: Iterable[_Place]) -> str:
-    """Return ``line 3``, or ``speed.g, lines 2 and 4``."""
     each: dict[str, list[int]] = {}
     for place in places:
         each.setdefault(place.file, []).append(place.line)
@@ -296,17 +297,17 @@ def _in(places: Iterable[_Place]) -> str:
 
 
 def word_of(line: str) -> re.Match[str] | None:
-    """Return the word that a line of settings begins with, and what follows it; None of any other line."""
+    """Match the word at the start of a settings line; None for other lines."""
     return LINE.match(line[:LONGEST_LINE].partition(";")[0].strip())
 
 
 def has_travel(text: str) -> bool:
-    """Return whether a text has an M208 of RepRapFirmware: with an axis, which Marlin's has not."""
+    """Whether a text has an M208 of RepRapFirmware, which has an axis letter; Marlin's M208 has none."""
     return any(line.word == "M208" and not {"X", "Y", "Z"}.isdisjoint(line.letters) for line in _lines(text))
 
 
 def _lines(text: str) -> list[_Line]:
-    """Return each line that is a word of settings."""
+    """Return the settings lines of a text."""
     found = (_line(line, _Place(count)) for count, line in enumerate(text.splitlines(), 1))
     return [line for line in found if line is not None]
 
@@ -332,9 +333,9 @@ def _settings(lines: list[_Line]) -> _Settings:
 
 @dataclass
 class _Running:
-    """The lines of a config.g in the order in which the board runs them: M98 runs a file of its folder in between.
+    """The lines of a config.g in execution order, with the files run by M98 inserted.
 
-    A variable that is a plain number is put in its place; what an ``if`` depends on is not known.
+    Numeric variables are substituted. Conditions are not evaluated.
     """
 
     root: Path
@@ -345,7 +346,7 @@ class _Running:
     conditions: bool = False
 
     def lines(self, text: str) -> list[_Line]:
-        """Return the lines of the file itself and of those that it runs, and note what is not known."""
+        """Return the lines of the file and of those that it runs; note what is unknown."""
         found = self._of(text, "", 0)
         if self.missing:
             names = ", ".join(dict.fromkeys(self.missing))
@@ -378,7 +379,7 @@ class _Running:
         return found
 
     def _ran(self, name: str, depth: int) -> list[_Line]:
-        """Return the lines of a file that M98 runs; it stands in the folder of the config.g, which is ``/sys``."""
+        """Return the lines of a file run by M98, which must be in the folder of the config.g (``/sys``)."""
         inner = re.sub(r"^(0:)?/sys/", "", name)
         if not self.root.is_file():  # standard input has no folder
             self.missing.append(name)

@@ -1,4 +1,4 @@
-"""What the settings of a controller say of its machine, value by value, each with the place it comes from."""
+"""The values of controller settings, each with its source."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from leafcut.gcode.dialects import dialects
 from leafcut.model.kinds import Head
 from leafcut.units import FACTORS
 
-#: No machine is faster, speeds up harder or is longer: what goes beyond is a slip, in mm/s, mm/s² and mm. Sources:
-#: linear motors of flat-bed lasers reach 3 to 5 m/s and 5 g; gantries of shipyards 50 m.
+#: Plausible maxima of speed, acceleration and travel, mm/s, mm/s², mm. Sources: linear motors of flat-bed lasers reach
+#: 3 to 5 m/s and 5 g; shipyard gantries 50 m.
 FASTEST, HARDEST, LONGEST = 10_000.0, 100_000.0, 100_000.0
-#: Nor does a spindle turn faster, rpm: air bearings of drilling machines for boards reach 350,000.
+#: Plausible maximum of the spindle speed, rpm: air bearings of circuit board drills reach 350,000.
 FASTEST_SPINDLE = 500_000.0
 
-#: What is taken for a machine whose file says nothing of it.
+#: Estimates for missing values.
 HAND_CHANGE = "60 s", "a practised hand, with setting z anew"
 SPINDLE_START = "2 s", "a small spindle"
 
@@ -28,7 +28,7 @@ _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 
 
 class How(StrEnum):
-    """How a value was come by."""
+    """Origin of a value."""
 
     TAKEN = "taken"
     DERIVED = "derived"
@@ -42,11 +42,11 @@ class Value:
     Attributes
     ----------
     key
-        Its key: ``key``, or ``table.key``.
+        ``key``, or ``table.key``.
     value
-        As it stands in a profile: a text with its unit, a list of three, true or false, a number.
+        As written in a profile: text with a unit, a list of three, a bool, or a number.
     how, source
-        How it was come by, and from what, in words.
+        Its origin, and its source as text.
     """
 
     key: str
@@ -56,22 +56,22 @@ class Value:
 
     @property
     def words(self) -> str:
-        """Where it comes from, as `[sources]` of a profile says it."""
+        """Its source as written in `[sources]` of a profile."""
         return f"estimate: {self.source}" if self.how is How.ASSUMED else self.source
 
 
 @dataclass
 class Values:
-    """The values that are found in a file.
+    """The values of a settings file.
 
     Attributes
     ----------
     file
         Its name, for messages.
     title
-        What kind of settings these are: ``GRBL 1.1``.
+        The kind of settings: ``GRBL 1.1``.
     notes
-        What the file says that a profile cannot hold, or that a person should look at.
+        Settings that a profile cannot hold, and hints for the user.
     """
 
     file: str
@@ -80,27 +80,27 @@ class Values:
     notes: list[str] = field(default_factory=list)
 
     def take(self, key: str, value: Any, source: str) -> None:
-        """Keep what the file says."""
+        """Store a value given in the file."""
         self.found[key] = Value(key, value, How.TAKEN, source)
 
     def derive(self, key: str, value: Any, source: str) -> None:
-        """Keep what follows from what the file says, or from how its controller works."""
+        """Store a value that follows from the file or the controller."""
         self.found[key] = Value(key, value, How.DERIVED, source)
 
     def assume(self, key: str, value: Any, source: str) -> None:
-        """Keep what the file does not say, and that is only likely."""
+        """Store an estimate for a value missing in the file."""
         self.found[key] = Value(key, value, How.ASSUMED, source)
 
     def note(self, words: str) -> None:
-        """Keep what a person should know."""
+        """Add a hint for the user."""
         self.notes.append(words)
 
     def refusal(self, reason: str, line: int | None = None) -> ReadError:
-        """Return the error that says why the file cannot be used."""
+        """Return the error for a file that cannot be used."""
         return ReadError(self.file, reason, line)
 
     def controller(self, name: str, source: str, otherwise: str) -> None:
-        """Keep the dialect of the controller; `otherwise` where leafcut does not know it."""
+        """Store the dialect of the controller, or `otherwise` if leafcut does not support it."""
         if name in dialects():
             self.derive("controller", name, source)
         else:
@@ -109,7 +109,7 @@ class Values:
             )
 
     def motion(self, velocity: Axes, acceleration: Axes) -> None:
-        """Keep rapids and accelerations, and the highest feed as the slower rapid of x and y."""
+        """Store rapids and accelerations; the highest feed is the slower rapid of x and y."""
         for key, axes, most in (("velocity", velocity, FASTEST), ("acceleration", acceleration, HARDEST)):
             axes.check(self, f"rapid.{key}", most, above_0=True)
         self._axes("rapid.velocity", velocity)
@@ -118,7 +118,7 @@ class Values:
         self.derive("max_feed", with_unit(slower, velocity.unit), "the slower rapid of x and y: axes limit feeds, too")
 
     def travel(self, lowest: Axes, highest: Axes) -> None:
-        """Keep the travel, as far as it is known: an end that is not finite is unknown."""
+        """Store the travel; an infinite limit is unknown."""
         for low, high, name in zip(lowest.numbers, highest.numbers, "xyz", strict=True):
             if not high > low:
                 raise self.refusal(
@@ -135,10 +135,7 @@ class Values:
             self.note(f"the travel of {', '.join(unknown)} is unknown: nothing is checked against it")
 
     def home_at(self, places: Axes) -> None:
-        """Keep where the machine stands after homing; a place beyond the travel is moved to its end.
-
-        Call it after `travel`.
-        """
+        """Store the home position, clamped to the travel. Call it after `travel`."""
         ends = [self.found.get(f"travel.{end}") for end in ("min", "max")]
         inside = list(places.numbers)
         for axis in range(3):
@@ -152,16 +149,16 @@ class Values:
         keep("home", texts(inside, places.unit), where)
 
     def tools_by_hand(self, why: str) -> None:
-        """Say that a person changes tools."""
+        """Store that tools are changed by hand."""
         self.assume("tool_change.automatic", False, why)
         self.assume("tool_change.time", *HAND_CHANGE)
 
     def work(self, head: Head, source: str) -> None:
-        """Keep what does the work."""
+        """Store the process."""
         self.derive("process", head.value, source)
 
     def spindle(self, highest: float, lowest: float, source: str) -> None:
-        """Keep the range of the spindle, rpm."""
+        """Store the speed range of the spindle, rpm."""
         if not 0 <= lowest <= highest <= FASTEST_SPINDLE or not highest > 0:
             raise self.refusal(f"the spindle turns {lowest:g} to {highest:g} rpm ({source}); correct that first")
         self.take("spindle.max_speed", f"{highest:g} rpm", source)
@@ -175,7 +172,7 @@ class Values:
 
 @dataclass(frozen=True)
 class Axes:
-    """A value for each axis, with their unit and where they come from."""
+    """A value per axis, with their unit and source."""
 
     numbers: tuple[float, ...]
     unit: str
@@ -184,12 +181,12 @@ class Axes:
     assumed: bool = False
 
     def check(self, values: Values, key: str, most: float, above_0: bool = False) -> None:
-        """Refuse what no machine has.
+        """Check that the values are plausible.
 
         Raises
         ------
         ReadError
-            A value is too large, or not above 0 where it must be.
+            A value is too large, or not above 0 although required.
         """
         kind = {"rapid.velocity": "mm/s", "rapid.acceleration": "mm/s²"}.get(key, "mm")
         factor = FACTORS[kind][self.unit]
@@ -204,12 +201,12 @@ class Axes:
 
 
 def number(values: Values, text: str, what: str, line: int | None = None) -> float:
-    """Return a number; what stands behind it, such as a comment, does not count.
+    """Parse a number; any text after it, such as a comment, is ignored.
 
     Raises
     ------
     ReadError
-        The text does not begin with one.
+        The text does not start with a number.
     """
     found = _NUMBER.match(text.strip())
     if found is None:
@@ -221,12 +218,12 @@ def number(values: Values, text: str, what: str, line: int | None = None) -> flo
 
 
 def with_unit(value: float, unit: str) -> str:
-    """Return a number with its unit, as a profile has it; an end that is not known is so called."""
+    """Return a number with its unit as in a profile; "unknown" if it is infinite."""
     return f"{value:.10g} {unit}" if math.isfinite(value) else "unknown"
 
 
 def texts(numbers: Sequence[float], unit: str) -> Any:
-    """Return a value for each axis, or one for all where they are alike."""
+    """Return a value per axis, or a single value if all are equal."""
     written = [with_unit(one, unit) for one in numbers]
     return written[0] if len(set(written)) == 1 else written
 
