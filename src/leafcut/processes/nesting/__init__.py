@@ -1,1 +1,1 @@
-"""Nesting: drawings and quantities become sheets with parts laid close together."""
+"""Nesting: place parts close together on sheets."""

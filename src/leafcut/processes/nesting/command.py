@@ -23,7 +23,7 @@ def nest(
     progress: OnProgress | None,
     cancelled: threading.Event | None,
 ) -> tuple[NestOutcome, list[str | Path | None]]:
-    """Nest parts and write the sheets; return the outcome and all files that were read, `beside` among them."""
+    """Nest parts and write the sheets; return the outcome, and all files read, including `beside`."""
     from leafcut.processes.nesting.run import nest_drawings
 
     wanted = read_wanted([part if isinstance(part, WantedDrawing) else str(part) for part in parts])
@@ -33,7 +33,7 @@ def nest(
     check_output(output, inputs)
     options = settings.of(NestOptions)
     if options.remnants_out is not None:
-        check_output(options.remnants_out / "rest.dxf", inputs)  # before any work: the folder is there
+        check_output(options.remnants_out / "rest.dxf", inputs)  # fail early if the folder is missing
     outcome, texts = nest_drawings(wanted, settings, output, progress=progress, cancelled=cancelled)
     sheets = [word.name for word in options.sheets if word.size is None]
     read = [*inputs, *sheets]

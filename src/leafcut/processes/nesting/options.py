@@ -16,7 +16,7 @@ from leafcut.units import parse_angles
 class NestOptions(OptionGroup):
     """How parts are laid on sheets.
 
-    The seed, the time limit and the budget of work are those of `SolveOptions`.
+    `SolveOptions` holds the seed, the time limit and the iterations.
     """
 
     section: ClassVar[str] = "nest"
@@ -75,12 +75,12 @@ class NestOptions(OptionGroup):
 
     @property
     def sheets(self) -> tuple[SheetWord, ...]:
-        """The kinds of sheet that parts may be laid on.
+        """The kinds of sheet available.
 
         Raises
         ------
         OptionError
-            There are none, one is not a sheet, or only some sizes have a price.
+            The list is empty, an entry is not a sheet, or only some sizes have a price.
         """
         found = tuple(parse_sheet(word) for word in self.sheet)
         if not found:
@@ -94,5 +94,5 @@ class NestOptions(OptionGroup):
 
     @property
     def angles(self) -> tuple[float, ...] | None:
-        """The angles in which a part may lie, rad; None for any."""
+        """The allowed rotations of parts, rad; None for any."""
         return parse_angles(self.rotations, "--rotations")

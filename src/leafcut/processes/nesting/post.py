@@ -1,4 +1,4 @@
-"""A nested sheet as a DXF drawing, for any program that cuts; leafcut reads it back as it was planned."""
+"""Write a nested sheet as a DXF drawing for any cutting program; leafcut can read it back."""
 
 from __future__ import annotations
 
@@ -12,30 +12,30 @@ from leafcut.files.digests import DIGEST_LINE, signed
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.nest import Layout, Nest, Stock
 
-#: Threads may write drawings at the same time.
+#: ezdxf's metadata option is global, so threads take turns.
 _ONE_BY_ONE = threading.Lock()
-#: Layers of a drawing: what is on them, and the colour (AutoCAD colour index).
+#: Layer -> AutoCAD colour index.
 LAYERS = {"CUT": 7, "CUT_HOLES": 3, "MARK": 5, "SHEET": 8}
-#: The name under which the name of a part is written beside its outline, as extended data (XDATA).
+#: Application name of the extended data (XDATA) with the name of a part.
 APPLICATION = "LEAFCUT"
-#: Coordinates are written to this many digits: a nanometre, so that sums made in another order are the same text.
+#: Decimals of coordinates, mm: a nanometre, so that sums in another order give the same text.
 DIGITS = 6
-#: Two bulges that differ by less make one circle.
+#: Tolerance of the two bulges of a circle.
 ROUND = 1e-9
 
 
 def write_layout(nest: Nest, layout: Layout) -> str:
     """Return one sheet of a nest as DXF R2000 in mm.
 
-    Outlines are on layer CUT, with the name of their part as extended data, holes on CUT_HOLES, marks on MARK, the edge
-    of the sheet on SHEET; arcs stay arcs. The same sheet is always the same text.
+    Outlines are on layer CUT, with the name of their part as XDATA, holes on CUT_HOLES, marks on MARK, the edge of the
+    sheet on SHEET; arcs stay arcs. The output is deterministic.
     """
     with _without_dates():
         return _text(_drawing(nest, layout))
 
 
 def write_stock(stock: Stock) -> str:
-    """Return what remains of a sheet as a drawing of its own: its outline and its holes, on SHEET."""
+    """Return a remnant as a drawing: its outline and its holes, on SHEET."""
     with _without_dates():
         drawing = _new()
         _draw_stock(drawing.modelspace(), stock)
@@ -75,12 +75,12 @@ def _draw_stock(space: Any, stock: Stock) -> None:
 
 
 def _ascii(name: str) -> str:
-    """Return a name with what is no ASCII as DXF of this age has it, such as \\U+00E4."""
+    """Return a name with non-ASCII characters escaped as in DXF R2000, such as \\U+00E4."""
     return "".join(c if c.isascii() else f"\\U+{ord(c):04X}" for c in name)
 
 
 def _draw(space: Any, path: Polyline, layer: str) -> Any:
-    """Add a path, a circle as one, all else as a polyline with bulges; return what was added."""
+    """Add a path, as a circle if it is one, else as a polyline with bulges; return the entity."""
     where = {"layer": layer}
     bulges = path.bulges
     if path.closed and len(bulges) == 2 and abs(abs(bulges[0]) - 1.0) < ROUND and abs(bulges[0] - bulges[1]) < ROUND:
@@ -100,9 +100,9 @@ def _text(drawing: Any) -> str:
 
 @contextmanager
 def _without_dates() -> Iterator[None]:
-    """Let ezdxf make and write drawings without the dates and random numbers that it puts in otherwise.
+    """Make ezdxf write drawings without dates and random numbers.
 
-    That is an option of the whole process, so that one drawing is made at a time.
+    The option is global, so only one drawing is written at a time.
     """
     import ezdxf
 

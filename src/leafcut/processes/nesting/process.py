@@ -1,4 +1,4 @@
-"""Nesting as a process: what its form shows; it is run by its own command."""
+"""Nesting as a process for the studio's form; it has a command of its own."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Nesting(Process):
-    """Parts and quantities, laid on sheets."""
+    """Parts and quantities, nested on sheets."""
 
     name = "nest"
     title = "nesting"
@@ -28,7 +28,7 @@ class Nesting(Process):
     )
     uses |= use(CutDataOptions, "cut_process", "kerf")
     uses |= use(SolveOptions, "preset", "time_limit", "iterations", "seed", "threads")
-    otherwise = {"quantity": "write it after the drawing, such as bracket.dxf:20"}  # noqa: RUF012  # the protocol says that it is of the class
+    otherwise = {"quantity": "write it after the drawing, such as bracket.dxf:20"}  # noqa: RUF012  # `Process` declares it as a class variable
     command = "nest"
     help = "Nest parts on sheets, in several variants, and write the best nest as DXF for cutting."
     offered_with = "cut"
@@ -43,11 +43,11 @@ class Nesting(Process):
     )
 
     def usual(self, settings: Settings) -> Settings:
-        """Return the settings of what is cut: what is nested will be."""
+        """Return the settings of the cutting process, which will cut the nest."""
         return for_cutting(settings)
 
     def look_at(self, source: Source | str, settings: Settings) -> Part:
-        """Return the contours as they are drawn: what is nested is placed by that."""
+        """Return the contours unchanged, because nests are placed by them."""
         from leafcut.read import read_contours
 
         return read_contours(source, settings.read)

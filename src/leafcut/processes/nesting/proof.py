@@ -1,4 +1,4 @@
-"""Whether a nest can be cut: counted and measured anew, by code that shares nothing with what made it."""
+"""Check a nest: count and measure it independently, sharing no code with the planner."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from leafcut.model.contour import Contour
 from leafcut.model.nest import Layout, Nest, Placement, Stock
 from leafcut.model.sheet import Sheet
 
-#: Chords leave the arcs of an outline by at most this; two outlines with arcs must be that much further apart, mm.
+#: Tolerance of chords; two outlines with arcs must be that much further apart, mm.
 CHORD = 0.005
-#: Distances this much too short are rounding, mm.
+#: Rounding tolerance of distances, mm.
 ROUNDING = 1e-5
-#: A drawing that was read again is this near to what was written, mm: its figures have six decimals.
+#: Tolerance between a drawing and the plan, mm: coordinates have six decimals.
 SAME_PLACE = 1e-3
-#: Outlines that run beside each other for less have no common edge, mm.
+#: Minimum length of a common edge, mm.
 COMMON = 2.0
-#: Angles this far apart are different, rad.
+#: Tolerance of equal angles, rad.
 SAME_ANGLE = 1e-6
 
 
 def check_nest(nest: Nest, spacing: float, margin: float, kerf: float = 0.0) -> list[str]:
-    """Return what is wrong with a nest, in a person's words; nothing when it can be cut.
+    """Return the errors of a nest as messages; empty if it can be cut.
 
-    No more sheets of a kind are taken than there are. Every part is there as often as it was asked for; each lies in an
-    allowed angle, inside the sheet less its margin, and at least `spacing` (mm) from every other, or from the edge of
-    the hole that it lies in. With a `kerf` (mm) parts may be as near as that to those with which they hang together by
-    edges just a kerf apart.
+    * Sheets of each kind do not exceed the available number.
+    * Every part is placed as often as requested, at an allowed rotation, inside the sheet less its margin.
+    * Parts are at least `spacing` (mm) apart, also from the edge of a surrounding hole. With a `kerf` (mm), parts
+      linked by edges exactly one kerf apart may be that close.
     """
     found = _sheets(nest) + _counted(nest)
     for number, layout in enumerate(nest.layouts, 1):
@@ -107,7 +107,7 @@ def _within(nest: Nest, layout: Layout, margin: float) -> list[str]:
 
 
 def _apart(nest: Nest, layout: Layout, spacing: float, kerf: float) -> list[str]:
-    """Return the pairs of parts that overlap or are too near each other."""
+    """Return the pairs of parts that overlap or are too close."""
     placements = layout.placements
     regions = [_region(nest, p) for p in placements]
     shells = [shapely.Polygon(region.exterior) for region in regions]
@@ -121,7 +121,7 @@ def _apart(nest: Nest, layout: Layout, spacing: float, kerf: float) -> list[str]
     found = []
     for i, j in near:
         distance = regions[i].distance(regions[j])
-        # One in a hole of the other is measured from the edge of the hole.
+        # A part in a hole of another is measured from the edge of the hole.
         slack = (round_hole if shells[i].contains(shells[j]) else round_shell)[i]
         slack += (round_hole if shells[j].contains(shells[i]) else round_shell)[j]
         least = kerf if block[i] == block[j] else spacing + slack
@@ -133,7 +133,7 @@ def _apart(nest: Nest, layout: Layout, spacing: float, kerf: float) -> list[str]
 
 
 def _have_common_edge(one: Polygon, other: Polygon, kerf: float) -> bool:
-    """Return whether two outlines run beside each other, just a kerf apart."""
+    """Return whether two outlines have parallel edges exactly one kerf apart."""
     if abs(one.distance(other) - kerf) > ROUNDING:
         return False
     return bool(other.exterior.intersection(one.buffer(kerf + SAME_PLACE)).length >= COMMON)
@@ -145,13 +145,13 @@ def _paths(nest: Nest, placement: Placement) -> list[Polyline]:
 
 
 def _round(nest: Nest, placement: Placement) -> tuple[bool, bool]:
-    """Return whether a part's outline has arcs, and whether one of its holes has."""
+    """Return whether the outline of a part has arcs, and whether one of its holes has."""
     outline, *holes = _paths(nest, placement)
     return bool(outline.bulges.any()), any(hole.bulges.any() for hole in holes)
 
 
 def _region(nest: Nest, placement: Placement) -> Polygon:
-    """Return what a part covers of the sheet: its outline less its holes."""
+    """Return the area of a part: its outline less its holes."""
     outline, *holes = (path.flattened(CHORD) for path in _paths(nest, placement))
     return shapely.Polygon(outline, holes)
 
@@ -159,9 +159,9 @@ def _region(nest: Nest, placement: Placement) -> Polygon:
 def check_remnants(
     nest: Nest, layout: Layout, remnants: Sequence[tuple[Stock, tuple[float, float]]], spacing: float
 ) -> list[str]:
-    """Return what is wrong with what is said to remain of a sheet: each with where its corner (mm) was on the sheet.
+    """Return the errors of remnants, each given with the position of its corner on the sheet, mm.
 
-    It lies within the sheet, and `spacing` (mm) from every part and from what lies in it.
+    Remnants must lie within the sheet, and `spacing` (mm) away from every part and from parts in its holes.
     """
     outline, *holes = (path.flattened(CHORD) for path in nest.stock_of(layout).paths)
     sheet = shapely.Polygon(outline, holes).buffer(2.0 * CHORD)
@@ -178,7 +178,7 @@ def check_remnants(
 
 
 def check_drawing(nest: Nest, layout: Layout, sheet: Sheet) -> list[str]:
-    """Return how a sheet that was read from a drawing differs from the one planned; nothing where it does not."""
+    """Return the differences between a sheet read back from a drawing and the plan; empty if there are none."""
     found = []
     stock = nest.stock_of(layout)
     edges = [Contour(path, "sheet") for path in sheet.paths]

@@ -1,4 +1,4 @@
-"""The answer of `leafcut nest`: as JSON, and as a summary on the terminal."""
+"""The result of `leafcut nest`: as JSON, and as a summary on the terminal."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def nest_as_json(outcome: NestOutcome) -> dict[str, Any]:
-    """Return the outcome as a dict of plain values: lengths in mm, shares in percent, the best variant first."""
+    """Return the outcome as plain values: lengths in mm, shares in percent, the best variant first."""
     first = outcome.nests[0]
     return {
         "sheet": {"length_mm": first.stocks[0].length, "width_mm": first.stocks[0].width},
@@ -87,7 +87,7 @@ def _parts(one: Nest, layout: Layout) -> dict[str, int]:
 
 
 def print_nests(outcome: NestOutcome, console: Console) -> None:
-    """Print the variants, the files written and what was noticed; names from files are printed as they are."""
+    """Print the variants, the files written and the issues; names from files are printed literally."""
     from rich.table import Table
     from rich.text import Text
 
@@ -114,7 +114,7 @@ def print_nests(outcome: NestOutcome, console: Console) -> None:
 
 
 def _sizes(one: Nest) -> str:
-    """Return the kinds of sheet: ``3000 × 1500 mm``, or which of them are taken."""
+    """Describe the kinds of sheet: ``3000 × 1500 mm``, or the numbers taken of each."""
     if len(one.stocks) == 1:
         return f"{one.stocks[0].length:g} × {one.stocks[0].width:g} mm"
     taken: Counter[int] = Counter()

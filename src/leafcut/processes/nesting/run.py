@@ -1,4 +1,4 @@
-"""Drawings and quantities in, checked nests out, and their sheets as drawings."""
+"""Nest drawings: read the parts, search and check nests, and write their sheets as drawings."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ if TYPE_CHECKING:
     from leafcut.read.format import Source
     from leafcut.read.nest_list import WantedDrawing
 
-#: A sheet as large as a table is so by whole steps of this, mm.
+#: Grid of the default sheet size, mm.
 SHEET_STEP = 50.0
-#: So many parts without a place are named.
+#: Number of parts without a place that are named.
 MOST_NAMED = 5
-#: Two nests that use the same length of sheet to this, mm, are one to a person.
+#: Nests whose ranks differ by less than this are duplicates: mm of used length.
 ALIKE = 0.01
 
-#: Kerf width unless one is given, mm.
+#: Default kerf width, mm.
 KERF = 2.0
 #: Minimum width of a remnant to keep, mm.
 REMNANT_SIZE = 150.0
@@ -51,10 +51,10 @@ def nest(
     progress: OnProgress | None = None,
     cancelled: threading.Event | None = None,
 ) -> NestOutcome:
-    """Return the nests of parts that passed the check, the best first; on `stocks`, else on the sizes of the options.
+    """Return the nests that passed the check, the best first; on `stocks`, or on the sheet sizes of the options.
 
-    The same seed gives the same nests, unless the clock ended the search (`Nest.repeatable`). Stopped by `cancelled` or
-    Ctrl-C it keeps those that it has.
+    The same seed gives the same nests, unless a time limit ended the search (`Nest.repeatable`). If `cancelled` or
+    interrupted by Ctrl-C, the nests found so far are returned.
 
     Raises
     ------
@@ -108,7 +108,7 @@ def nest(
 
 
 def _different(found: list[Nest]) -> list[Nest]:
-    """Return nests in order, the best first; of those that use as much sheet one."""
+    """Return the nests sorted by rank, without duplicates."""
     kept: list[Nest] = []
     for one in sorted(found, key=lambda n: n.rank):
         if not kept or max(abs(a - b) for a, b in zip(one.rank, kept[-1].rank, strict=True)) > ALIKE:
@@ -117,7 +117,7 @@ def _different(found: list[Nest]) -> list[Nest]:
 
 
 def sized_sheets(options: NestOptions) -> list[Stock]:
-    """Return the sheets of the options that have a size.
+    """Return the sheets of the options, which must have a size.
 
     Raises
     ------
@@ -133,7 +133,7 @@ def sized_sheets(options: NestOptions) -> list[Stock]:
 
 
 def _left_over(best: Nest) -> list[Issue]:
-    """Return which parts have no room on the sheets that are there."""
+    """Return an issue on parts that do not fit the available sheets."""
     left = [f"{n} of {part.name}" for part, n in zip(best.parts, best.unplaced, strict=True) if n]
     if not left:
         return []
@@ -160,14 +160,15 @@ def nest_drawings(
     progress: OnProgress | None = None,
     cancelled: threading.Event | None = None,
 ) -> tuple[NestOutcome, dict[str, str]]:
-    """Nest the parts of drawings; return the nests, and the text of each file that is to be written.
+    """Nest the parts of drawings; return the nests, and the text of each file to write.
 
-    There is a drawing for every different sheet, read back: it holds what was planned. With `output` it is written.
+    Each different sheet becomes a drawing, which is read back and compared with the plan. Drawings are written only
+    with `output`.
 
     Raises
     ------
     ReadError, OptionError, PlanError, VerifyError
-        One line that says what was found and what to do.
+        One line with the error and the remedy.
     """
     if output and Path(output).suffix.lower() != ".dxf":
         raise OptionError(f"--output: nested sheets are written as DXF; name a .dxf, not '{Path(output).name}'")
@@ -184,7 +185,7 @@ def nest_drawings(
         remnants, drawn = _remnants(outcome, Path(output or "sheet.dxf").stem, options)
         texts |= drawn
     every = (*dict.fromkeys(issues), *outcome.issues)
-    # What is not made comes first.
+    # Missing work comes first.
     issues = sorted(every, key=lambda issue: issue.missing is None)
     return replace(outcome, files=files, drawings=drawings, remnants=remnants, issues=tuple(issues)), texts
 
@@ -192,14 +193,14 @@ def nest_drawings(
 def _read(
     wanted: Sequence[WantedDrawing], settings: Settings, progress: OnProgress | None
 ) -> tuple[Settings, list[NestPart], list[Stock], list[Issue]]:
-    """Return the settings, the parts, the sheets, and what was noticed.
+    """Return the settings, the parts, the sheets, and issues.
 
-    However often a file is named, it is read once, and a drawing of parts interpreted once.
+    Each file is read once, and each drawing prepared once, however often it is named.
 
     Raises
     ------
     ReadError, PlanError, OptionError
-        A file cannot be read, or holds no part or no sheet; or one is larger than the table of the machine.
+        A file cannot be read, or contains no part or no sheet; or a sheet is larger than the table of the machine.
     """
     from leafcut.processes.nesting.plan.parts import parts_of
     from leafcut.read.format import factor_of, load
@@ -231,7 +232,7 @@ def _read(
 
 
 def _drawing(source: Source, settings: Settings, look: Heartbeat) -> Sheet:
-    """Return the contours of a drawing of parts, made ready."""
+    """Return the prepared contours of a drawing of parts."""
     from leafcut.processes.sheet.plan.sheet import prepare_sheet
     from leafcut.read import read_contours
 
@@ -239,21 +240,21 @@ def _drawing(source: Source, settings: Settings, look: Heartbeat) -> Sheet:
     try:
         return prepare_sheet(part, settings.sheet, settings.read.concentric)
     except PlanError as error:
-        # Of several drawings, which one; a refusal may name it already.
+        # Name the drawing, unless the message already does.
         raise error if str(error).startswith(source.path) else PlanError(f"{source}: {error}") from None
 
 
 def _sheets_at_hand(
     settings: Settings, loaded: Callable[[str], Source], look: Heartbeat
 ) -> tuple[Settings, list[Issue], list[Stock]]:
-    """Return the settings, notes, and the sheets: one as large as the table, as many as it takes, where none is given.
+    """Return the settings, issues, and the sheets; by default, unlimited sheets of the size of the machine's table.
 
     Raises
     ------
     ReadError, PlanError
-        A remnant's drawing cannot be read, or is no sheet.
+        The drawing of a remnant cannot be read, or is not a sheet.
     OptionError
-        A sheet is larger than the table of the machine that is named.
+        A sheet is larger than the table of the named machine.
     """
     from leafcut.read.machine import load_machine
 
@@ -286,9 +287,9 @@ def _sheets_at_hand(
 
 
 def _remnant(word: SheetWord, source: Source, margin: float, look: Heartbeat) -> Stock:
-    """Return the sheet that a drawing shows: one closed outline, and in it the holes of what was cut before.
+    """Return the sheet in a drawing: one closed outline, with the holes cut before.
 
-    All that is drawn counts, but for marks; so the drawing of a nested sheet is what remains when its parts are out.
+    Everything but marks counts, so the drawing of a nested sheet is the remnant after its parts are removed.
     """
     from leafcut.processes.layers import MARK_NAMES
     from leafcut.processes.sheet.plan.sheet import prepare_sheet
@@ -319,12 +320,12 @@ def _remnant(word: SheetWord, source: Source, margin: float, look: Heartbeat) ->
 
 
 def _remnants(outcome: NestOutcome, stem: str, options: NestOptions) -> tuple[tuple[Remnant, ...], dict[str, str]]:
-    """Return what remains of the sheets of the best nest, and the text of each drawing by its file.
+    """Return the remnants of the sheets of the best nest, and the text of each drawing by file name.
 
     Raises
     ------
     VerifyError
-        A remnant reaches into a part, or beyond the sheet.
+        A remnant overlaps a part, or exceeds the sheet.
     """
     from leafcut.processes.nesting.plan.remains import remains
     from leafcut.processes.nesting.post import write_stock
@@ -346,7 +347,7 @@ def _remnants(outcome: NestOutcome, stem: str, options: NestOptions) -> tuple[tu
 
 
 def _drawn(one: Nest, names: Sequence[str]) -> tuple[str, ...]:
-    """Return the drawings of the sheets of a nest, whose files have these names."""
+    """Return the drawings of the sheets of a nest; `names` are their files."""
     from leafcut.processes.nesting.post import write_layout
 
     texts = tuple(write_layout(one, layout) for layout in one.layouts)
@@ -356,7 +357,7 @@ def _drawn(one: Nest, names: Sequence[str]) -> tuple[str, ...]:
 
 
 def _read_back(one: Nest, layout: Layout, name: str, text: str) -> None:
-    """Raise `VerifyError` where a drawing, read as any other is, does not hold what was planned."""
+    """Raise `VerifyError` if a drawing, read back, differs from the plan."""
     from leafcut.processes.nesting.proof import check_drawing
     from leafcut.processes.sheet.plan.sheet import prepare_sheet
     from leafcut.read.dxf_contours import read_dxf_contours

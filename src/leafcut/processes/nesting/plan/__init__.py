@@ -1,1 +1,1 @@
-"""Planning of nests: which part lies where on which sheet."""
+"""Planning of nests: the position of each part on its sheet."""

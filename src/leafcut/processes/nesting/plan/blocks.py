@@ -1,8 +1,8 @@
-"""Equal parts in blocks, a kerf apart, so that the edges between them can be cut once: pairs, two rows, or a grid.
+"""Blocks of equal parts one kerf apart for common-line cutting: pairs, two rows, or a grid.
 
-A block is nested as one piece, with the whole gap around it: every cut between its parts can begin in the scrap beside
-it, and nothing is locked in. Rectangles make rows and grids; of other parts two make a pair, the second turned by half
-a turn beside the longest straight edge along which that is possible.
+A block is nested as one piece, with the full gap around it. Every cut between its parts can start in the scrap beside
+it, and no part is locked in. Rectangles form rows and grids. Other parts form pairs, the second rotated by 180° and
+placed at the longest straight edge that allows it.
 """
 
 from __future__ import annotations
@@ -19,29 +19,29 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.nest import Placement
 from leafcut.processes.nesting.plan.pieces import CHORD, RECTANGLE, SAME_ANGLE, NestPiece
 
-#: Parts in one block at most; more would leave little to choose where it lies, and much heat in one place.
+#: Most parts in a block; more would leave few positions, and concentrate heat.
 MOST = 12
-#: A block takes this share of either side of a sheet at most, so that a sheet holds several.
+#: Largest share of a sheet side for a block, so that a sheet holds several.
 LARGEST = 0.5
-#: Edges shorter than this, mm, and than so many kerfs, are not worth a common line;
-#: `processes.sheet.plan.common_cuts.edges` takes no less.
+#: Minimum length of an edge for a common line, in mm and in kerfs; `processes.sheet.plan.common_cuts.edges` has the
+#: same limits.
 SHORTEST, SHORTEST_KERFS = 5.0, 8.0
-#: Outlines nearer than the kerf by less than this are rounding, mm.
+#: Rounding tolerance of the distance between outlines, mm.
 ROUNDING = 1e-4
 
-#: A part in a block: turned by an angle about the drawing's origin, then moved, rad and mm.
+#: A part in a block: rotated about the drawing's origin, then moved (rad, mm, mm).
 PartPlace = tuple[float, float, float]
 
 
 def in_blocks(
     pieces: Sequence[NestPiece], counts: Sequence[int], kerf: float, kind: str, inner: tuple[float, float]
 ) -> tuple[list[NestPiece], list[int]]:
-    """Return blocks of pieces, what is left of the pieces, and how many there are of each.
+    """Return blocks, the remaining pieces, and the number of each.
 
     Parameters
     ----------
     kind
-        ``pairs``, ``rows`` (two at most) or ``grids``.
+        ``pairs``, ``rows`` (at most two) or ``grids``.
     inner
         Length and width of a sheet less its margins, mm.
     """
@@ -64,7 +64,7 @@ def in_blocks(
 
 
 def _block(piece: NestPiece, count: int, kerf: float, kind: str, inner: tuple[float, float]) -> NestPiece | None:
-    """Return the largest block that `count` of a piece make; None where they make none that fits."""
+    """Return the largest block of at most `count` pieces that fits; None if there is none."""
     box = next((b for b in piece.boxes if piece.area >= RECTANGLE * b.width * b.height), None)
     if box is None:
         pair = _pair(piece, kerf)
@@ -86,7 +86,7 @@ def _block(piece: NestPiece, count: int, kerf: float, kind: str, inner: tuple[fl
 def _grid(
     width: float, height: float, count: int, kerf: float, kind: str, inner: tuple[float, float]
 ) -> tuple[int, int]:
-    """Return columns and rows of as many cells (mm) as there are, and of those the squarest; (1, 1) for no grid."""
+    """Return columns and rows of the largest block of cells (mm), the squarest of equal ones; (1, 1) for no block."""
     least = max(SHORTEST, SHORTEST_KERFS * kerf)
     most = min(count, 2 if kind == "pairs" else MOST)
     best, rank = (1, 1), (0.0, 0.0)
@@ -94,7 +94,7 @@ def _grid(
         for rows in range(1, most // columns + 1):
             shared = (columns == 1 or height >= least) and (rows == 1 or width >= least)
             sides = sorted((columns * width, rows * height))
-            # Two parts make a block wherever they fit, more only where the sheet holds several such blocks.
+            # A block of two may be as large as the sheet; larger blocks must leave room for several.
             room = sorted(side * (1.0 if columns * rows == 2 else LARGEST) for side in inner)
             if kind == "rows" and min(columns, rows) > 2:
                 continue
@@ -105,7 +105,7 @@ def _grid(
 
 
 def _pair(piece: NestPiece, kerf: float) -> NestPiece | None:
-    """Return two of a piece, a kerf apart along the longest straight edge where the turned one has room; or None."""
+    """Return a pair of pieces one kerf apart along the longest possible straight edge, or None."""
     path = piece.path if piece.path.area >= 0.0 else piece.path.reversed()
     edges = [s for s in path.segments() if not s.is_arc]
     for s in sorted(edges, key=lambda s: -round(math.dist(s.start, s.end), 6)):
@@ -129,7 +129,7 @@ def _pair(piece: NestPiece, kerf: float) -> NestPiece | None:
 
 
 def _around(shapes: list[Polygon], piece: NestPiece) -> Polyline:
-    """Return the edge of shapes together; of chords that stand for arcs as much outside as these are inside."""
+    """Return the outline of the union of shapes, outside of the chords that approximate arcs."""
     whole: Any = shapely.union_all([shape.buffer(0.0) for shape in shapes])
     if piece.slack:
         whole = whole.buffer(CHORD, join_style="mitre")
@@ -138,7 +138,7 @@ def _around(shapes: list[Polygon], piece: NestPiece) -> Polyline:
 
 
 def _made(piece: NestPiece, path: Polyline, places: Sequence[PartPlace]) -> NestPiece | None:
-    """Return a block of a piece in some places; None where it could lie in no angle that all of its parts may have."""
+    """Return a block of a piece; None if no rotation is allowed for all of its parts."""
     members: list[Placement] = [m for angle, x, y in places for m in piece.laid(angle, x, y)]
     angles = piece.angles
     if angles is not None:

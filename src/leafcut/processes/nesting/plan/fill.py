@@ -1,4 +1,4 @@
-"""Fill sheets one after the other with the remaining pieces."""
+"""Fill sheets one after another with the remaining pieces."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from leafcut.processes.nesting.plan.rectangles import PlacedPiece
 #: Minimum distance between two parts, mm.
 TOUCHING = 0.1
 
-#: Indices of kinds of sheet in the order of filling, with the maximum number of each.
+#: Indices of kinds of sheet in filling order, with the maximum number of each.
 FillPlan = tuple[tuple[int, float], ...]
 
 
@@ -27,7 +27,7 @@ class Packer(Protocol):
     repeatable: bool
 
     def holds(self, piece: int) -> bool:
-        """Return whether a piece has room on an empty sheet."""
+        """Return whether a piece fits on an empty sheet."""
 
     def weight(self, piece: int) -> float:
         """Return the area that a piece needs, mm²."""
@@ -44,7 +44,7 @@ class Packer(Protocol):
 class NestTask:
     """Parts as pieces, their numbers, and the sheets.
 
-    `remnants` are the packers of sheets that are not rectangles, by index of the kind.
+    `remnants` are the packers of non-rectangular sheets, by index of the kind.
     """
 
     parts: tuple[NestPart, ...]
@@ -56,7 +56,7 @@ class NestTask:
     remnants: Mapping[int, Packer] = field(default_factory=dict)
 
     def inner(self, stock: int) -> tuple[float, float]:
-        """Length and width of a sheet, or of the rectangle around it, less the margins, mm."""
+        """Length and width of a sheet, or of its bounding box, less the margins, mm."""
         one = self.stocks[stock]
         return one.length - 2.0 * self.options.margin, one.width - 2.0 * self.options.margin
 
@@ -72,7 +72,7 @@ class NestTask:
 
     @property
     def spacing(self) -> float:
-        """Distance between two parts, mm; at least `TOUCHING`, since touching edges would be read as one."""
+        """Distance between two parts, mm; at least `TOUCHING`, because touching edges would be read as one."""
         return max(self.kerf + self.options.gap, TOUCHING)
 
 
@@ -103,7 +103,7 @@ class Filling:
         return count
 
     def nest(self, method: str, seed: int) -> Nest:
-        """Return the nest."""
+        """Return the nest so far."""
         missing = Counter[int]()
         for piece, count in self.left.items():
             for member in self.task.pieces[piece].members:
@@ -113,7 +113,7 @@ class Filling:
         return Nest(self.task.parts, self.task.stocks, tuple(self.layouts), unplaced, method, seed, repeatable)
 
     def _offered(self, packer: Packer, later: Sequence[int]) -> Counter[int]:
-        """Return the pieces that are offered for one sheet: all, or a little more than it can hold.
+        """Return the pieces to offer for one sheet: all, or slightly more than it can hold.
 
         Pieces that fit on no later kind of sheet come first.
         """
@@ -130,7 +130,7 @@ class Filling:
         return offered + (share_of(left - only, packer.weight, room) if room > 0.0 else Counter())
 
     def _alone(self, stock: int) -> list[PlacedPiece]:
-        """Return the largest piece in the corner of a sheet, for a packer that found no place for any."""
+        """Return the largest piece in the corner of a sheet, if a packer found no place for any."""
         if self.task.stocks[stock].edge:
             return []
         length, width = self.task.inner(stock)
@@ -143,7 +143,7 @@ class Filling:
 
 
 def filled(task: NestTask, packers: Sequence[Packer], plan: FillPlan, method: str, seed: int) -> Nest:
-    """Fill the sheets of a plan until nothing is left, or no sheets are."""
+    """Fill the sheets of a plan until the pieces or the sheets run out."""
     made = Filling(task, packers)
     for step, (stock, most) in enumerate(plan):
         later, taken = [k for k, _ in plan[step + 1 :]], 0

@@ -1,4 +1,4 @@
-"""Small parts into the holes of large ones, before the large ones are nested: what lies in a hole costs no sheet."""
+"""Place small parts into the holes of large ones before nesting, where they use no sheet area."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from leafcut.model.nest import NestPart, Placement
 from leafcut.processes.nesting.plan.pieces import NestPiece, angles_within, polygon_of
 from leafcut.processes.nesting.plan.rooms import FREE_ANGLES, clear_of, place
 
-#: Of a part only its largest holes are looked at, and in each so many kinds of part are tried.
+#: Number of holes per part to fill, largest first, and kinds of part to try in each.
 MOST_HOLES = 20
 MOST_TRIED = 40
 
@@ -20,10 +20,10 @@ MOST_TRIED = 40
 def filled_holes(
     parts: Sequence[NestPart], pieces: Sequence[NestPiece], spacing: float
 ) -> tuple[list[NestPiece], list[int]]:
-    """Return the pieces with parts laid into their holes, and how many there are of each.
+    """Return the pieces with parts placed in their holes, and the number of each.
 
-    From the smallest part with holes to the largest, so that what lies in a hole may itself hold something. `spacing`
-    (mm) stays between a part and the edge of the hole. The sum of all members is the sum of all quantities.
+    Parts are filled from the smallest to the largest, so that a part in a hole may itself contain others. `spacing`
+    (mm) stays between a part and the edge of the hole. The members of all pieces add up to all quantities.
     """
     found, counts = list(pieces), [part.quantity for part in parts]
     clear = clear_of(spacing)
@@ -44,7 +44,7 @@ def filled_holes(
 
 
 def _rooms(holes: Sequence[Polyline], clear: float) -> list[BaseGeometry]:
-    """Return what is left of the largest holes when a strip along their edges stays free."""
+    """Return the largest holes, shrunk by the clearance along their edges."""
     large = sorted(holes, key=lambda hole: -abs(hole.area))[:MOST_HOLES]
     polygons = [polygon_of(hole) for hole in large]
     rooms = [polygon.buffer(-clear) for polygon in polygons if polygon.is_valid]
@@ -54,7 +54,7 @@ def _rooms(holes: Sequence[Polyline], clear: float) -> list[BaseGeometry]:
 def _fill(
     root: int, rooms: list[BaseGeometry], pieces: list[NestPiece], counts: list[int], clear: float
 ) -> tuple[list[Placement], Counter[int]]:
-    """Return what was laid into the holes of a part, and how many of each piece that took: the largest first."""
+    """Fill the holes of a part, largest pieces first. Return the placements, and the number of each piece used."""
     members: list[Placement] = []
     used: Counter[int] = Counter()
     for room in rooms:
@@ -74,6 +74,6 @@ def _fill(
 
 
 def _angles(piece: NestPiece, outer: Sequence[float] | None) -> list[float]:
-    """Return the angles in which a piece may lie in a hole of a part that itself may lie in those of `outer`."""
+    """Return the rotations of a piece in a hole that are allowed for every rotation (`outer`) of the outer part."""
     angles = piece.angles if piece.angles is not None else FREE_ANGLES
     return [angle for angle in angles if angles_within(piece.angles, outer, angle)]

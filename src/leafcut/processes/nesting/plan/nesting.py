@@ -1,4 +1,4 @@
-"""Parts and quantities become nests: sheet after sheet, in several variants. None of them is trusted before a check."""
+"""Nest parts on sheets in several variants. Every nest is checked independently afterwards."""
 
 from __future__ import annotations
 
@@ -25,32 +25,33 @@ from leafcut.processes.nesting.plan.shapes import ShapePacker
 from leafcut.processes.nesting.plan.sheet_choice import as_many, cheaper, cheapest, cheapest_by_density, same_sheets
 from leafcut.processes.nesting.plan.strip import NesterError, StripBudget
 
-#: Steps of the irregular nester for one strip, by preset. Some 200 take a few seconds, each of the next far longer.
+#: Steps of the irregular nester per strip, by preset. About 200 take a few seconds; further steps take far longer.
 STEPS = {"fast": 120, "default": 250, "thorough": 1000}
-#: And how often it may give up on a width: a few parts soon lie as well as they can.
+#: Widths that the nester may give up on, by preset; a few parts reach their optimum soon.
 FAILURES = {"fast": 1, "default": 1, "thorough": 5}
-#: A strip is packed this often for one sheet: once with what is there, and again with what fits.
+#: Expected strips per sheet: one with the pieces offered, and one with those that fit.
 STRIPS_PER_SHEET = 2.0
-#: Of several kinds of sheet so many choices are tried by shapes that cost less than what rectangles take, without and
-#: with a time limit, ...
+#: Sheet choices tried by shapes that cost less than the nest by rectangles: without and with a time limit.
 SHAPE_TRIES, TIMED_TRIES = 3, 12
-#: ... each with this share of the time that is left, until this share of it is left for the last search, ...
+#: Share of the remaining time for each choice, and share of the time kept for the last search.
 TRY_SHARE, LAST_SEARCH = 0.25, 0.35
-#: ... where the parts fill no more than this share of them.
+#: Highest utilisation assumed for a sheet choice.
 DENSEST = 0.93
-#: ... and this share of a time limit goes to the choice by rectangles.
+#: Share of the time limit for the choice by rectangles.
 CHOOSING = 0.2
-#: Within a time limit the first variant has the nester's threads, but one of so many for each other variant.
+#: With a time limit, the first variant gets all threads but one in three, at most one for each other variant.
 THREADS_PER_VARIANT = 3
 
 
 def prepare(parts: Sequence[NestPart], options: NestOptions, kerf: float, stocks: Sequence[Stock]) -> NestTask:
-    """Return what is to be nested, and on which kinds of sheet.
+    """Return the nesting task for the given kinds of sheet.
 
     Raises
     ------
     PlanError
-        There is nothing to nest, an outline is no outline, or a part fits no sheet.
+        There is nothing to nest, an outline is invalid, or a part fits no sheet.
+    OptionError
+        `options.blocks` is set without a kerf.
     """
     if options.blocks != "none" and kerf <= 0.0:
         raise OptionError("--blocks: needs --kerf, the kerf width of the cutting data")
@@ -71,7 +72,7 @@ def _blocks(
     kerf: float,
     inner: Sequence[tuple[float, float]],
 ) -> tuple[list[NestPiece], list[int]]:
-    """Return pieces in blocks for which the smallest sheet that holds the piece has room."""
+    """Group pieces into blocks that fit the smallest sheet for the piece."""
     found: list[NestPiece] = []
     numbers: list[int] = []
     for piece, count in zip(pieces, counts, strict=True):
@@ -85,9 +86,9 @@ def _blocks(
 def variants(
     task: NestTask, search: SolveOptions, tell: OnProgress, cancelled: threading.Event
 ) -> Iterator[Nest | str]:
-    """Yield nests as they are found, unchecked; a line of text for one that could not be made.
+    """Yield nests as they are found, unchecked; a line of text for a failed one.
 
-    By shapes, one for each seed from the one asked for; by rectangles, one for each rule of `RULES`.
+    By shapes, one per seed, counting up from the given seed; by rectangles, one per rule of `RULES`.
     """
     task = _with_remnants(task, search)
     if len(task.stocks) > 1:
@@ -104,10 +105,10 @@ def variants(
 def _on_several(
     task: NestTask, search: SolveOptions, tell: OnProgress, cancelled: threading.Event
 ) -> Iterator[Nest | str]:
-    """Yield nests on the sheets that cost least: by rectangles, which is quick, and by shapes on those that cost less.
+    """Yield nests on the cheapest sheets: first by rectangles, which is fast, then by shapes on cheaper sheets.
 
-    By shapes the first variant seeks the sheets, and the others lie on the same ones; of a time limit the first has
-    what the rectangles leave.
+    The first variant by shapes chooses the sheets, and the others use them. With a time limit, only the first is made,
+    in the time left by the rectangles.
     """
     shapes, best = _by_shapes(task), list[Nest]()
     began, limit = time.monotonic(), math.inf if search.time_limit is None else search.time_limit
@@ -156,14 +157,14 @@ def _rectangle_packers(task: NestTask, rule: int) -> list[Packer]:
 
 
 def _packers(task: NestTask, rectangular: Callable[[int], Packer]) -> list[Packer]:
-    """Return a packer for every kind of sheet; for those that are rectangles the one that is made by its index."""
+    """Return a packer for each kind of sheet; `rectangular` creates the packer of a rectangular sheet."""
     return [task.remnants[k] if k in task.remnants else rectangular(k) for k in range(len(task.stocks))]
 
 
 def _with_remnants(task: NestTask, search: SolveOptions) -> NestTask:
-    """Return the task with packers for what is no rectangle: all variants share them, as they lay the same alike.
+    """Return the task with packers for non-rectangular sheets, shared by all variants because they are deterministic.
 
-    Of a time limit they may take their share for every sheet that they fill, and nothing behind its end.
+    With a time limit, each sheet gets its share of the time, and none after the end.
     """
     limit = math.inf if search.time_limit is None else search.time_limit
     end = time.monotonic() + limit
@@ -182,11 +183,11 @@ def _shape_variants(
     task: NestTask, search: SolveOptions, numbers: range, make: Callable[[int, _Clock], Nest], tell: OnProgress,
     cancelled: threading.Event,
 ) -> Iterator[Nest | str]:  # fmt: skip
-    """Yield a nest by shapes for each of some numbers, in their order; several are sought at a time.
+    """Yield a nest by shapes for each of some seeds, in order, searching several at a time.
 
-    Of a time limit the first has all, and all threads but a third at most, as the nester has them by itself: more
-    variants never cost density. The others share the threads that are left; one or two threads make one variant.
-    Without a limit each has one thread, so that the number of threads does not change the nests.
+    With a time limit, the first variant gets all of it, and at least two thirds of the threads: more variants never
+    cost density. The others share the remaining threads; with one or two threads, only the first is made. Without a
+    limit, each variant gets one thread, so that the number of threads does not change the nests.
     """
     every = search.threads or os.cpu_count() or 1
     threads = min(every, len(numbers))
@@ -215,7 +216,8 @@ def _shape_variants(
                 tell(Progress(words, number / len(futures)))
                 if found := future.result():
                     yield found
-        except BaseException:  # Ctrl-C, or nobody wants more: the searches end, or leaving would wait for them
+        # on Ctrl-C or an abandoned iteration, end the searches, because the executor would wait for them
+        except BaseException:
             cancelled.set()
             raise
 
@@ -226,7 +228,7 @@ def _by_shapes(task: NestTask) -> bool:
 
 
 def _on_cheapest(task: NestTask, other: Nest, clock: _Clock, seed: int, cancelled: threading.Event) -> Nest:
-    """Return a nest by shapes on sheets that cost no more than those of another nest."""
+    """Return a nest by shapes on sheets that cost no more than another nest."""
     packers = _shape_packers(task, seed, clock.budget, cancelled, shorten=False)
 
     def attempt(plan: FillPlan) -> Nest:
@@ -261,7 +263,7 @@ def _shape_packers(
 
 
 class _Clock:
-    """Shares the time that one variant has among its strips; without a limit, a number of steps for each."""
+    """Shares the time of a variant among its strips; without a limit, a number of steps per strip."""
 
     def __init__(self, search: SolveOptions, rounds: int, workers: int = 1) -> None:
         self.all = math.inf if search.time_limit is None else search.time_limit / rounds
@@ -275,7 +277,7 @@ class _Clock:
         self.end = time.monotonic() + self.all
 
     def begin(self, task: NestTask, plan: FillPlan, plans: float) -> None:
-        """Share the time that is left among the strips of a plan and those of the `plans` that may come after it."""
+        """Share the remaining time among the strips of a plan and of `plans` plans in total."""
         area = sum(piece.area * count for piece, count in zip(task.pieces, task.counts, strict=True))
         sheets = 0.0
         for stock, count in plan:
@@ -290,7 +292,7 @@ class _Clock:
         return (self.end - time.monotonic()) / self.all if self.limited else 1.0
 
     def budget(self) -> StripBudget:
-        """Return what the next strip may take."""
+        """Return the budget of the next strip."""
         share = max(self.end - time.monotonic(), 0.0) / self.strips
         self.strips = max(1.0, self.strips - 1.0)
         return StripBudget(self.steps, self.failures, share, self.workers)

@@ -1,4 +1,4 @@
-"""The parts of a prepared drawing, each with its holes and marks, as nesting wants them."""
+"""Extract the parts to nest from a prepared drawing, with their holes and marks."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from leafcut.model.sheet import Sheet, SheetContour
 
 
 def parts_of(sheet: Sheet, quantity: int, rotations: tuple[float, ...] | None) -> tuple[list[NestPart], list[Issue]]:
-    """Return every part of a drawing, `quantity` times each, and what is worth saying about it.
+    """Return every part of a drawing, `quantity` times each, and issues.
 
     Raises
     ------
     PlanError
-        The drawing holds no closed outline.
+        The drawing contains no closed outline.
     """
     found: dict[int, list[Contour]] = {}
     outlines = [c for c in sheet.contours if _is_outline(c)]

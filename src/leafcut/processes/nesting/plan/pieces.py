@@ -1,4 +1,4 @@
-"""Parts as the nesters see them: an outline to keep clear of the others, its angles, and what lies in its holes."""
+"""Nest pieces: an outline, its allowed rotations, and the parts placed in its holes."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.nest import NestPart, Placement
 
-#: Chords leave the arcs of an outline by this, mm; what touches is kept this much further apart.
+#: Tolerance of the chords that approximate arcs, mm; touching parts are kept this much further apart.
 CHORD = 0.01
-#: Angles nearer than this are the same, rad.
+#: Tolerance of equal angles, rad.
 SAME_ANGLE = 1e-9
-#: Rectangles are those outlines that fill this share of the rectangle around them.
+#: Share of its bounding box that an outline must fill to count as a rectangle.
 RECTANGLE = 1.0 - 1e-6
-#: Of a part that may lie in any angle, these are looked at to see whether it fits the sheet.
+#: Rotations tried to check whether a freely rotatable part fits the sheet.
 FREE_ANGLES = tuple(math.radians(k) for k in range(180))
-#: Sides longer than a sheet by this are rounding, mm.
+#: Rounding tolerance for sides longer than a sheet, mm.
 FORGIVEN = 1e-6
-#: More than these are no nest of sheet metal but a mistake in a list.
+#: Most parts, and most kinds of part; more are a mistake in a list.
 MAX_PARTS = 100_000
 MAX_KINDS = 2_000
 
 
 @dataclass(frozen=True, eq=False)
 class Box:
-    """The rectangle around a piece that is turned by `angle`: its lower left corner and its sides, mm."""
+    """The bounding box of a piece rotated by `angle`: its lower left corner and its sides, mm."""
 
     angle: float
     x: float
@@ -44,16 +44,16 @@ class Box:
 
 @dataclass(frozen=True, eq=False)
 class NestPiece:
-    """A part, and those laid into its holes; moves as one.
+    """A part, and the parts placed in its holes; moved as one.
 
     Attributes
     ----------
     path
-        The outline of the part in the drawing's own coordinates.
+        The outline of the part in the coordinates of its drawing.
     members
-        The part itself at angle 0 and (0, 0), then what lies in its holes.
+        The part itself at angle 0 and (0, 0), then the parts in its holes.
     angles
-        Allowed angles, rad; None for any.
+        Allowed rotations, rad; None for any.
     """
 
     path: Polyline
@@ -67,28 +67,28 @@ class NestPiece:
 
     @cached_property
     def area(self) -> float:
-        """Of its outline, holes included, mm²."""
+        """Area of its outline, holes included, mm²."""
         return abs(self.path.area)
 
     @cached_property
     def slack(self) -> float:
-        """How much further chords must stay away than the arcs that they stand for, mm."""
+        """Additional distance from chords because of the arcs that they approximate, mm."""
         return CHORD if self.path.bulges.any() else 0.0
 
     def box(self, angle: float) -> Box:
-        """Return the rectangle around it when it is turned."""
+        """Return its bounding box after rotation."""
         x0, y0, x1, y1 = self.path.turned(angle).extents
         return Box(angle, x0, y0, x1 - x0, y1 - y0)
 
     @cached_property
     def boxes(self) -> tuple[Box, ...]:
-        """The rectangles around it at its angles; at those that matter where any is allowed."""
+        """The bounding boxes at its allowed rotations, or at relevant ones if any is allowed."""
         angles = self.angles if self.angles is not None else (*self._along_edges, *FREE_ANGLES)
         return tuple(self.box(angle) for angle in angles)
 
     @cached_property
     def _along_edges(self) -> tuple[float, ...]:
-        """The angle at which the smallest rectangle lies around it, and that one a quarter further."""
+        """The rotation with the smallest bounding box, and the one 90° further."""
         around: Any = oriented_envelope(self.polygon)
         corners = list(around.exterior.coords)
         edge = math.atan2(corners[1][1] - corners[0][1], corners[1][0] - corners[0][0])
@@ -96,15 +96,15 @@ class NestPiece:
 
     @cached_property
     def is_rectangle(self) -> bool:
-        """True: at one of its angles it fills the rectangle around it."""
+        """Whether it fills its bounding box at one of its rotations."""
         return any(self.area >= RECTANGLE * b.width * b.height for b in self.boxes)
 
     def fits(self, length: float, width: float) -> bool:
-        """Return whether it lies within a rectangle at one of its angles."""
+        """Return whether it fits in a rectangle at one of its rotations."""
         return any(b.width <= length + FORGIVEN and b.height <= width + FORGIVEN for b in self.boxes)
 
     def laid(self, angle: float, x: float, y: float) -> list[Placement]:
-        """Return where its members lie when it is turned by `angle` and then moved by (x, y)."""
+        """Return the placements of its members after rotation by `angle`, then translation by (x, y)."""
         cos, sin = math.cos(angle), math.sin(angle)
         return [
             Placement(m.part, (m.angle + angle) % math.tau, x + cos * m.x - sin * m.y, y + sin * m.x + cos * m.y)
@@ -113,7 +113,7 @@ class NestPiece:
 
 
 def polygon_of(path: Polyline) -> Polygon:
-    """Return what a closed path encloses, in chords."""
+    """Return the polygon of a closed path, in chords."""
     return Polygon(path.flattened(CHORD))
 
 
@@ -123,7 +123,7 @@ def pieces_of(parts: Sequence[NestPart]) -> list[NestPiece]:
     Raises
     ------
     PlanError
-        There are no parts, too many, a quantity below one, or an outline that encloses nothing or crosses itself.
+        There are no parts or too many, a quantity is below 1, or an outline encloses no area or crosses itself.
     """
     if not parts:
         raise PlanError("no parts to nest")
@@ -148,7 +148,7 @@ def _piece(number: int, part: NestPart) -> NestPiece:
 
 
 def check_fit(parts: Sequence[NestPart], pieces: Sequence[NestPiece], inner: Sequence[tuple[float, float]]) -> None:
-    """Raise `PlanError` for the first piece that fits none of some rectangles (length, width in mm) at any angle."""
+    """Raise `PlanError` for the first piece that fits in no rectangle (length, width in mm)."""
     for part, piece in zip(parts, pieces, strict=True):
         if not any(piece.fits(*one) for one in inner):
             length, width = max(inner, key=math.prod)
@@ -161,9 +161,9 @@ def check_fit(parts: Sequence[NestPart], pieces: Sequence[NestPiece], inner: Seq
 
 
 def share_of(some: Counter[int], weight: Callable[[int], float], area: float) -> Counter[int]:
-    """Return pieces of a weight (mm²) of `area` together: the same share of each, then the largest that find room.
+    """Return pieces with a total weight (mm²) of about `area`: the same share of each, then the largest that fit.
 
-    All of them where that is less than `area`; never none.
+    All pieces if their weight is at most `area`; at least one.
     """
     whole = sum(weight(piece) * count for piece, count in some.items())
     if whole <= area:
@@ -179,7 +179,9 @@ def share_of(some: Counter[int], weight: Callable[[int], float], area: float) ->
 
 
 def angles_within(inner: Iterable[float] | None, outer: Sequence[float] | None, turn: float) -> bool:
-    """Return whether a part turned by `turn` in a hole lies at one of its own angles, however the other is turned."""
+    """Return whether a part rotated by `turn` in a hole stays at an allowed rotation, however the outer part is
+    rotated.
+    """
     if inner is None:
         return True
     if outer is None:

@@ -1,4 +1,4 @@
-"""Pieces on a sheet by the rectangles around them: quick, and the best there is when they are rectangles."""
+"""Pack pieces by their bounding boxes: fast, and the best method for rectangles."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 from leafcut.processes.nesting.plan.pieces import Box, NestPiece
 from leafcut.processes.nesting.plan.strip import require
 
-#: The packers of `rectpack` and the orders in which they take rectangles that gave the fullest sheets.
+#: Packing algorithms of `rectpack` and sort orders that gave the fullest sheets.
 RULES = (
     ("MaxRectsBssf", "SORT_AREA"),
     ("MaxRectsBssf", "SORT_LSIDE"),
@@ -22,15 +22,15 @@ RULES = (
     ("SkylineMwfl", "SORT_LSIDE"),
     ("GuillotineBssfSas", "SORT_LSIDE"),
 )
-#: Lengths tried to keep the used part of the last sheet short.
+#: Bisection steps for the used length of the last sheet.
 HALVINGS = 10
-#: Rectangles are packed in whole micrometres, so that a sum of sides has no rounding.
+#: Sides are packed in whole µm, to avoid rounding in sums.
 MICRON = 1000.0
 
 
 @dataclass(frozen=True)
 class PlacedPiece:
-    """One piece on a sheet: turned by `angle` about the drawing's origin, then moved by (x, y) mm."""
+    """A piece on a sheet: rotated by `angle` about the drawing's origin, then moved by (x, y) mm."""
 
     piece: int
     angle: float
@@ -40,7 +40,7 @@ class PlacedPiece:
 
 @dataclass(frozen=True)
 class Cell:
-    """A piece's rectangle and, where it may lie across too, the one a quarter further; sides in micrometres."""
+    """The bounding box of a piece, before and after rotation by 90° (if allowed); sides in µm."""
 
     box: Box
     turned: Box | None
@@ -49,19 +49,21 @@ class Cell:
 
 
 class RectanglePacker:
-    """Packs one sheet after the other by one rule.
+    """Packs one sheet after another by one rule.
 
     Parameters
     ----------
     length, width
-        Of a sheet less its margins, mm, and `margin` itself.
+        Of a sheet less its margins, mm.
+    margin
+        mm.
     spacing
-        What stays between two pieces, mm.
+        Distance between two pieces, mm.
     rule
         An index of `RULES`.
     """
 
-    #: So many times the sheet's area are offered to it: it takes what fits.
+    #: Area of the pieces offered for a sheet, relative to its area.
     offered = 1.3
     repeatable = True
 
@@ -79,20 +81,20 @@ class RectanglePacker:
         self.rule = RULES[rule]
 
     def holds(self, piece: int) -> bool:
-        """Return whether a piece has room on an empty sheet."""
+        """Return whether a piece fits on an empty sheet."""
         return self.pieces[piece].fits(*self.inner)
 
     def weight(self, piece: int) -> float:
-        """Return what a piece takes of a sheet, mm²."""
+        """Return the area that a piece needs, mm²."""
         return self.cells[piece].width * self.cells[piece].height / MICRON**2
 
     @property
     def room(self) -> float:
-        """What a sheet has, mm²."""
+        """Area of a sheet, mm²."""
         return self.length * self.width / MICRON**2
 
     def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
-        """Return what fits of the pieces offered; of the `last` ones, as far to the left as was found."""
+        """Return the offered pieces that fit; the `last` ones as far to the left as found."""
         best = self._pack(offered, self.length)
         if last and len(best) == offered.total():
             low, high = 0, self.length

@@ -1,4 +1,4 @@
-"""What remains of a sheet when its parts are cut: pieces that are worth keeping, as sheets of their own."""
+"""Remnants of a sheet after cutting: pieces worth keeping, as sheets of their own."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from leafcut.model.nest import Layout, Nest, Stock
 from leafcut.processes.nesting.plan.pieces import polygon_of
 from leafcut.processes.nesting.plan.rooms import clear_of
 
-#: The edge of a remnant is drawn in as many points as it takes to leave it by no more than this, mm.
+#: Tolerance of the simplified edge of a remnant, mm.
 _COARSE = 0.05
-#: Corners grow by at most this many times the distance.
+#: Mitre limit of grown corners.
 _MITRE = 2.0
 
 
-#: A remnant, and where its lower left corner was on the sheet, mm.
+#: A remnant, and the position of its lower left corner on the sheet, mm.
 KeptRemnant = tuple[Stock, tuple[float, float]]
 
 
 def remains(nest: Nest, layout: Layout, spacing: float, least: float, name: str) -> list[KeptRemnant]:
-    """Return what remains of a sheet, the largest piece first, each from (0, 0) on.
+    """Return the remnants of a sheet, largest first, each moved to (0, 0).
 
-    Between it and the parts stays `spacing` (mm). Strips narrower than `least` are cut off, and what is then too small
-    for a disc of that diameter is left out.
+    `spacing` (mm) separates them from the parts. Strips narrower than `least` are removed, and so are pieces that a
+    disc of that diameter does not fit.
     """
     outline, *holes = (polygon_of(path) for path in nest.stock_of(layout).paths)
     sheet = outline.difference(shapely.union_all(holes)) if holes else outline
@@ -39,7 +39,7 @@ def remains(nest: Nest, layout: Layout, spacing: float, least: float, name: str)
 
 
 def _without_strips(region: Any, least: float) -> Any:
-    """Return a region without what is narrower than `least`; never more than there was."""
+    """Return a region without strips narrower than `least`; never larger than the region."""
     inner = region.buffer(-0.5 * least, join_style="mitre", mitre_limit=_MITRE)
     return inner.buffer(0.5 * least, join_style="mitre", mitre_limit=_MITRE).intersection(region)
 

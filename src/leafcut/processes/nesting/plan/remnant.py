@@ -1,4 +1,4 @@
-"""Pieces on a sheet that is no rectangle: what remains of an earlier one, with the holes that were cut into it."""
+"""Pack pieces on a non-rectangular sheet: a remnant, with the holes already cut into it."""
 
 from __future__ import annotations
 
@@ -16,25 +16,24 @@ from leafcut.processes.nesting.plan.pieces import CHORD, NestPiece
 from leafcut.processes.nesting.plan.rectangles import PlacedPiece
 from leafcut.processes.nesting.plan.rooms import FREE_ANGLES, SLACK, clear_of, place
 
-#: Corners grow by at most this many times the spacing.
+#: Mitre limit of grown corners.
 _MITRE = 2.0
-#: What is smaller holds nothing, mm².
+#: Smallest usable area, mm².
 _NOTHING = 1.0
 
 
 class RemnantPacker:
-    """Lays the largest pieces first, each as far to the left as it has room.
+    """Places the largest pieces first, each as far to the left as possible.
 
     Parameters
     ----------
     margin, spacing
-        What stays free along every edge, and between two pieces, mm.
+        Distance from every edge, and between two pieces, mm.
     seconds, end
-        How long one sheet may take by the clock, s, and when all must be over (`time.monotonic`); it then has what was
-        laid so far.
+        Time limit per sheet, s, and end of all packing (`time.monotonic`); a sheet then keeps the pieces placed so far.
     """
 
-    #: So many times the sheet's area are offered to it: it takes what fits.
+    #: Area of the pieces offered for a sheet, relative to its area.
     offered = 1.3
 
     def __init__(
@@ -54,20 +53,20 @@ class RemnantPacker:
         self._rooms = cache(self._has_room)
 
     def holds(self, piece: int) -> bool:
-        """Return whether a piece has room on an empty sheet."""
+        """Return whether a piece fits on an empty sheet."""
         return self._rooms(piece)
 
     def weight(self, piece: int) -> float:
-        """Return what a piece takes of a sheet, mm²."""
+        """Return the area that a piece needs, mm²."""
         return self.pieces[piece].area
 
     @property
     def room(self) -> float:
-        """What a sheet has, mm²."""
+        """Area of a sheet less its margin, mm²."""
         return float(self.inner.area)
 
     def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
-        """Return what fits of the pieces offered; of the same pieces it is sought once."""
+        """Return the offered pieces that fit; results are cached."""
         key = tuple(sorted((+offered).items()))
         if key not in self._filled:
             self._filled[key] = self._fill(offered)

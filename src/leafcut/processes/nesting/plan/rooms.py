@@ -1,4 +1,4 @@
-"""Where a piece has room in a region of any shape: in a hole of a part, or on what remains of a sheet."""
+"""Find a position for a piece in a region of any shape: a hole of a part, or a remnant."""
 
 from __future__ import annotations
 
@@ -14,35 +14,35 @@ from shapely.geometry.base import BaseGeometry
 
 from leafcut.processes.nesting.plan.pieces import CHORD, NestPiece, polygon_of
 
-#: Of a part that may lie in any angle these are tried, rad.
+#: Rotations tried for a freely rotatable part, rad.
 FREE_ANGLES = tuple(math.radians(k) for k in range(0, 360, 15))
-#: The chords of a round corner of a grown outline are nearer to it by this share of the distance at most.
+#: Growth factor that compensates the chords of round corners.
 ROUND_CORNER = 1.002
-#: Kept clear beyond that, mm: arcs stand for chords on both sides.
+#: Additional clearance, mm, for the chords of arcs on both sides.
 SLACK = 4.0 * CHORD
-#: Places tried along either side of a room; odd, so that the middle is one of them.
+#: Grid positions per axis; odd, to include the middle.
 PLACES = 15
-#: Corners of a room and of a piece that are laid upon each other; of more these many are taken.
+#: Most corners of a room and of a piece that are matched with each other.
 ROOM_CORNERS, PIECE_CORNERS = 300, 16
-#: So many places are looked at together.
+#: Positions tested in one batch.
 _CHUNK = 128
-#: A piece that is laid against an edge may be over it by this, mm: rounding.
+#: Rounding tolerance for a piece placed against an edge, mm.
 _ROUNDING = 1e-6
 
-#: An angle (rad), what a turned piece is moved by (mm), and where it then lies.
+#: Rotation (rad), translation (mm), and the polygon of the placed piece.
 FoundRoom = tuple[float, float, float, "Polygon"]
 
 
 def clear_of(spacing: float) -> float:
-    """Return by how much a polygon is grown so that what lies beyond is `spacing` away, mm, arcs included."""
+    """Return the distance by which to grow a polygon so that everything beyond is `spacing` away, mm, arcs included."""
     return ROUND_CORNER * spacing + SLACK
 
 
 def place(piece: NestPiece, room: BaseGeometry, angles: Iterable[float], *, quick: bool = False) -> FoundRoom | None:
-    """Return the place furthest to the left, then lowest, in which a piece lies within a room; None where it has none.
+    """Return the leftmost, then lowest, position of a piece within a room; None if it does not fit.
 
-    Places of a grid are tried, and those in which a corner of the piece lies in a corner of the room; `quick`: those of
-    the grid at the first angle that has one.
+    Candidates are the positions of a grid, and those that match a corner of the piece with a corner of the room.
+    `quick` tries only the grid, and stops at the first rotation that fits.
     """
     if room.is_empty:
         return None
@@ -69,7 +69,7 @@ def _rank(polygon: Polygon) -> tuple[float, float]:
 def _places(
     ring: NDArray[np.float64], corners: NDArray[np.float64], room: BaseGeometry, within: Any
 ) -> Iterator[tuple[float, float, Polygon]]:
-    """Yield where a turned piece (ring float64[n, 2]) lies within the room, from the left and from below."""
+    """Yield the positions of a rotated piece (ring float64[n, 2]) within the room, from the left and from below."""
     left, low, right, high = room.bounds
     (x0, y0), (x1, y1) = ring.min(axis=0), ring.max(axis=0)
     if x1 - x0 > right - left + _ROUNDING or y1 - y0 > high - low + _ROUNDING:
@@ -91,7 +91,7 @@ def _places(
 
 
 def _thinned(points: NDArray[np.float64], most: int) -> NDArray[np.float64]:
-    """Return points float64[n, 2], of more than `most` some, evenly."""
+    """Return points float64[n, 2], evenly thinned to at most `most`."""
     if len(points) <= most:
         return points
     return points[np.linspace(0, len(points) - 1, most).astype(np.int64)]

@@ -1,4 +1,4 @@
-"""Pieces on a sheet by their shapes: the sheet is a strip that the nester makes as short as it can."""
+"""Pack pieces by their shapes: the sheet is a strip whose used length the irregular nester minimises."""
 
 from __future__ import annotations
 
@@ -17,38 +17,40 @@ from leafcut.processes.nesting.plan.pieces import NestPiece, share_of
 from leafcut.processes.nesting.plan.rectangles import PlacedPiece
 from leafcut.processes.nesting.plan.strip import Strip, StripBudget, StripItem, pack_strip, require
 
-#: The nester reckons in seven digits: of a sheet's length they lose this, mm, and this share of it.
+#: Single precision of the nester: loss of sheet length, in mm and relative.
 ROUNDING, ROUNDING_SHARE = 0.01, 1e-6
-#: Outlines are given in fewer points, that leave them by this share of their size, between these bounds in mm.
+#: Tolerance of simplified outlines, relative to their size, with bounds in mm.
 COARSE, FINEST, COARSEST = 0.001, 0.02, 0.5
-#: Outlines of no more points than these are given as they are, and those that would keep more than this share of them.
+#: Outlines are not simplified if they have few points, or if more than this share of the points would be kept.
 FEW_POINTS, KEPT = 16, 0.6
-#: Corners grow by at most this many times the spacing.
+#: Mitre limit of grown corners.
 MITRE = 2.0
-#: So many pieces at once are as many as the nester packs in reasonable time.
+#: Most pieces per search, for a reasonable time.
 MOST_PIECES = 250
-#: A sheet that is too short for all is packed again with so much of what it could hold by the density just found.
+#: Shares of the expected capacity tried when a sheet must be packed again with fewer pieces.
 SHARES = (1.02, 1.0, 0.98)
-#: A strip this near the shortest possible one needs no more search.
+#: A strip within this factor of the lower bound needs no further search.
 PERFECT = 1.001
 
 
 class ShapePacker:
-    """Packs one sheet after the other by the irregular nester.
+    """Packs one sheet after another with the irregular nester.
 
     Parameters
     ----------
     length, width
-        Of a sheet less its margins, mm, and `margin` itself.
+        Of a sheet less its margins, mm.
+    margin
+        mm.
     spacing
-        What stays between two pieces, mm.
+        Distance between two pieces, mm.
     budget
-        Returns what the next strip may take, when asked.
+        Returns the budget of the next strip.
     shorten
-        False: the last sheet, too, is done as soon as all parts are on it.
+        False to stop the search on the last sheet, too, as soon as all parts are on it.
     """
 
-    #: A little more than a sheet can hold is offered: what lies beyond its end waits for the next.
+    #: Area of the pieces offered for a sheet, relative to its area; the excess waits for the next sheet.
     offered = 1.1
 
     def __init__(
@@ -75,29 +77,29 @@ class ShapePacker:
         self.extent = cache(self._extent)
 
     def holds(self, piece: int) -> bool:
-        """Return whether a piece has room on an empty sheet."""
+        """Return whether a piece fits on an empty sheet."""
         return self.pieces[piece].fits(*self.inner)
 
     def weight(self, piece: int) -> float:
-        """Return what a piece takes of a sheet, mm²: no less than its area grown by half the spacing."""
+        """Return the area that a piece needs, mm²: at least its area grown by half the spacing."""
         return self.shape(piece)[2]
 
     @property
     def room(self) -> float:
-        """What a sheet has, mm²."""
+        """Area of a sheet, mm²."""
         return self.length * self.width
 
     def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
-        """Return what fits of the pieces offered; of the `last` ones, as far to the left as was found.
+        """Return the offered pieces that fit; the `last` ones as far to the left as found.
 
-        Too many pieces for one search lie in bands across the sheet, one like the other.
+        Too many pieces for one search are packed as identical bands across the sheet.
         """
         offered = Counter({p: n for p, n in offered.items() if self._fits(p)})
         bands = math.ceil(offered.total() / MOST_PIECES)
         if bands == 0:
             return []
         band = +Counter({piece: count // bands for piece, count in offered.items()})
-        if not band:  # many kinds, few of each
+        if not band:  # many kinds of piece, few of each
             band, bands = _at_most(offered, MOST_PIECES), 1
         found, width = self._fill_strip(band, self.length / bands, last)
         pitch = width if last else self.length / bands
@@ -108,7 +110,7 @@ class ShapePacker:
         return laid
 
     def _fill_strip(self, offered: Counter[int], length: float, last: bool) -> tuple[list[PlacedPiece], float]:
-        """Return what fits a length of the sheet, and the length that it takes."""
+        """Return the pieces that fit a length of the sheet, and the length used."""
         strip = self._pack(offered, 0.0 if last and self.shorten else length)
         if strip.width <= length:
             return self._laid(strip), strip.width
@@ -138,11 +140,13 @@ class ShapePacker:
         return Strip(strip.width, placed, strip.steps, strip.ended)
 
     def _fits(self, piece: int) -> bool:
-        """Return whether a grown outline fits the strip; what fits the sheet to a hair does not, and lies alone."""
+        """Return whether a grown outline fits the strip; pieces that fit the sheet exactly do not, and are placed
+        alone.
+        """
         return self.extent(piece)[0] < self.length
 
     def _extent(self, piece: int) -> tuple[float, float]:
-        """Return the least length of strip that a grown outline takes, and its width then; infinite if too wide."""
+        """Return the minimum strip length of a grown outline, and its width; infinite if too wide."""
         points = np.array(self.shape(piece)[0])
         angles = np.array([box.angle for box in self.pieces[piece].boxes])
         x = np.outer(np.cos(angles), points[:, 0]) - np.outer(np.sin(angles), points[:, 1])
@@ -155,7 +159,7 @@ class ShapePacker:
         return None if angles is None else [math.degrees(a) for a in angles]
 
     def _laid(self, strip: Strip, length: float = math.inf) -> list[PlacedPiece]:
-        """Return where the pieces lie whose grown outlines end before `length`."""
+        """Return the pieces whose grown outlines end before `length`."""
         found = []
         for piece, degrees, x, y in strip.items:
             shape, middle, _ = self.shape(piece)
@@ -163,17 +167,17 @@ class ShapePacker:
             cos, sin = math.cos(angle), math.sin(angle)
             if x + max(cos * px - sin * py for px, py in shape) > length:
                 continue
-            # The nester turned the shape about its own middle.
+            # The nester rotates shapes about their own middle.
             dx, dy = x - cos * middle[0] + sin * middle[1], y - sin * middle[0] - cos * middle[1]
             found.append(PlacedPiece(piece, angle, self.corner + dx, self.corner + dy))
         return found
 
     def _shape(self, number: int) -> tuple[list[tuple[float, float]], tuple[float, float], float]:
-        """Return the points of an outline grown by half the spacing and more, about its middle; the middle; its area.
+        """Return the points of a grown outline about its middle, the middle, and the grown area.
 
-        It encloses all that is nearer than half the spacing: where it has fewer points than the outline it is grown
-        by what they lose, and sharp corners are cut off no nearer than a round one would be. Few points, and those of
-        which most would be kept, stay as they are: parts whose sides add up to the sheet's width fit beside each other.
+        The outline is grown by at least half the spacing. A simplified outline is grown by its tolerance, too, and
+        mitred corners are cut no closer than round ones would be. Outlines that simplification would hardly reduce stay
+        exact, so that parts whose sides add up to the width of the sheet fit beside each other.
         """
         piece = self.pieces[number]
         x0, y0, x1, y1 = piece.path.extents
@@ -197,7 +201,7 @@ def _moved(laid: PlacedPiece, x: float) -> PlacedPiece:
 
 
 def _at_most(some: Counter[int], number: int) -> Counter[int]:
-    """Return the same share of every piece, no more than `number` in all; of many kinds the first."""
+    """Return the same share of every piece, at most `number` in total; the first kinds if there are too many."""
     if some.total() <= number:
         return some
     share = number / some.total()
@@ -206,7 +210,7 @@ def _at_most(some: Counter[int], number: int) -> Counter[int]:
 
 
 def _exact(angle: float, angles: tuple[float, ...] | None) -> float:
-    """Return the allowed angle that a rounded one stands for."""
+    """Return the allowed angle nearest to a rounded one."""
     if angles is None:
         return angle % math.tau
     return min(angles, key=lambda a: abs((a - angle + math.pi) % math.tau - math.pi))

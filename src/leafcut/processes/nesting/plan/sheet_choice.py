@@ -1,9 +1,8 @@
-"""Which sheets of several kinds to take, so that they cost least and hold all parts; never more than there are.
+"""Choose the cheapest sheets of several kinds that hold all parts, within the available numbers.
 
-First one sheet after the other is taken, the one that gives most parts for its cost; remnants that cost nothing come
-before all others. Then the choices of sheets that cost less and have area enough are tried: the cheapest that holds all
-parts is taken. Where there are more of them than time to try them, it is sought by halves, or by how dense the parts
-lay on the sheets that were tried.
+A greedy choice takes one sheet at a time, the one that holds most parts for its cost; free remnants come first. Then
+all cheaper choices with enough area are candidates, and the cheapest that holds all parts wins. If there are more
+candidates than time to try them, the search proceeds by bisection, or by the density reached on the sheets tried.
 """
 
 from __future__ import annotations
@@ -15,30 +14,30 @@ from dataclasses import dataclass
 from leafcut.model.nest import Nest, sheet_costs
 from leafcut.processes.nesting.plan.fill import Filling, FillPlan, NestTask, Packer, filled
 
-#: So many choices of sheets are tried, by the number of pieces that are packed for it: between these two.
+#: Sheet choices to try: this many pieces in total, within bounds.
 TRIES, LEAST_TRIES, MOST_TRIES = 5_000, 4, 60
-#: And so many are looked at.
+#: Most combinations to enumerate.
 MOST_LOOKED = 50_000
-#: Costs nearer than this share of themselves are the same.
+#: Relative tolerance of equal costs.
 SAME = 1e-9
 
 
 def as_many(task: NestTask, kind: int = 0) -> FillPlan:
-    """Return a plan that takes as many of one kind of sheet as it needs."""
+    """Return a plan that uses as many sheets of one kind as needed."""
     return ((kind, min(task.at_hand[kind], task.most)),)
 
 
 def same_sheets(nest: Nest) -> FillPlan:
-    """Return a plan that takes the sheets of a nest, in its order."""
+    """Return a plan with the sheets of a nest, in its order."""
     return tuple((layout.stock, layout.count) for layout in nest.layouts)
 
 
 def cheapest(task: NestTask, packers: Sequence[Packer], method: str, seed: int, late: Callable[[], bool]) -> Nest:
-    """Return a nest on the sheets that cost least, as far as was looked until it was `late`."""
+    """Return the cheapest nest found before `late` returns true."""
     if len(packers) == 1:
         return filled(task, packers, as_many(task), method, seed)
     best = _one_by_one(task, packers).nest(method, seed)
-    # A choice of kinds never costs more than the best of them alone, however little time there is.
+    # A mix of kinds must never cost more than the best single kind, however little time there is.
     alone = (filled(task, packers, as_many(task, kind), method, seed) for kind in range(len(packers)))
     best = min([best, *alone], key=_rank)
     if any(best.unplaced):
@@ -55,10 +54,10 @@ def cheapest_of(
     attempt: Callable[[FillPlan, int], Nest],
     late: Callable[[], bool],
 ) -> Nest:
-    """Return the nest on the cheapest of some plans, sorted by cost, that hold all parts; `best` where none does.
+    """Return the nest on the cheapest plan that holds all parts; `best` if there is none.
 
-    Of more plans than may be tried, those in the middle are tried first: most that cost more hold more. `attempt` makes
-    a nest of a plan, and is told how many may be tried after it.
+    `plans` are sorted by cost. If there are more than `tries`, bisection is used, because most plans that cost more
+    hold more. `attempt` nests on a plan; its second argument is the number of tries left.
     """
     low, high = 0, len(plans)
     for left in range(tries, 0, -1):
@@ -75,12 +74,12 @@ def cheapest_by_density(
     task: NestTask, packers: Sequence[Packer], plans: Sequence[FillPlan], density: float, tries: int,
     attempt: Callable[[FillPlan], Nest], late: Callable[[], bool],
 ) -> Nest | None:  # fmt: skip
-    """Return the nest on the cheapest of some plans, sorted by cost, that holds all parts; None where none does.
+    """Return the nest on the cheapest plan that holds all parts, of plans sorted by cost; None if there is none.
 
     Parameters
     ----------
     density
-        The share of the sheets that the parts are expected to take. Every attempt corrects it.
+        Expected utilisation of the sheets. Every attempt corrects it.
     """
     need = _needs(task, packers)[0][1]
     wanted = [need / sum(packers[k].room * count for k, count in plan) for plan in plans]
@@ -107,7 +106,7 @@ def _rank(nest: Nest) -> tuple[float, ...]:
 
 
 def _one_by_one(task: NestTask, packers: Sequence[Packer]) -> Filling:
-    """Return sheets each of which gives most parts for its cost; the last is the cheapest that holds the rest."""
+    """Choose sheets greedily by parts per cost; the last is the cheapest that holds the rest."""
     made = Filling(task, packers)
     costs, at_hand = sheet_costs(task.stocks), task.at_hand
     while made.left.total() and made.n_sheets < task.most:
@@ -127,7 +126,7 @@ def _one_by_one(task: NestTask, packers: Sequence[Packer]) -> Filling:
 
 
 def _all(task: NestTask, packers: Sequence[Packer]) -> Iterator[FillPlan]:
-    """Return plans that take all sheets there are, the largest of them where no more may be taken."""
+    """Return plans that use all available sheets, the largest first if their number is limited."""
     left, counts = task.most, [0.0] * len(packers)
     for k in sorted(range(len(packers)), key=lambda k: (-packers[k].room, k)):
         counts[k] = min(task.at_hand[k], left)
@@ -136,12 +135,12 @@ def _all(task: NestTask, packers: Sequence[Packer]) -> Iterator[FillPlan]:
 
 
 def cheaper(task: NestTask, packers: Sequence[Packer], than: Nest, densest: float = 1.0) -> list[FillPlan]:
-    """Return plans of sheets that cost less than a whole nest, the cheapest first, and have area enough.
+    """Return plans with enough area that cost less than a complete nest, the cheapest first.
 
     Parameters
     ----------
     densest
-        The share of a sheet that parts can take at most.
+        Highest utilisation assumed.
     """
     if any(than.unplaced):
         return []
@@ -157,7 +156,7 @@ def _unpaid(counts: Sequence[int], costs: Sequence[float]) -> int:
 
 
 def _orders(packers: Sequence[Packer], counts: Sequence[float], costs: Sequence[float]) -> Iterator[FillPlan]:
-    """Yield the plans that fill some sheets: the largest first, then the smallest first; those for nothing before."""
+    """Yield filling orders of some sheets: largest first, then smallest first; free sheets always come first."""
     kinds = sorted((k for k, n in enumerate(counts) if n), key=lambda k: (-packers[k].room, k))
     unpaid = tuple((k, counts[k]) for k in kinds if costs[k] <= 0.0)
     plan = tuple((k, counts[k]) for k in kinds if costs[k] > 0.0)
@@ -170,12 +169,12 @@ def _cost(counts: Sequence[float], costs: Sequence[float]) -> float:
     return sum(number * cost for number, cost in zip(counts, costs, strict=True))
 
 
-#: Which kinds of sheet hold some of the pieces, and what these take at least, mm².
+#: Kinds of sheet that hold some of the pieces, and the minimum area of these, mm².
 _Need = tuple[frozenset[int], float]
 
 
 def _needs(task: NestTask, packers: Sequence[Packer]) -> list[_Need]:
-    """Return for sets of kinds of sheet what the pieces take that have room on no others."""
+    """Return, for sets of kinds of sheet, the area of the pieces that fit no other kinds."""
     areas: dict[frozenset[int], float] = {frozenset(range(len(packers))): 0.0}
     for piece, count in enumerate(task.counts):
         kinds = frozenset(k for k, packer in enumerate(packers) if packer.holds(piece))
@@ -186,7 +185,7 @@ def _needs(task: NestTask, packers: Sequence[Packer]) -> list[_Need]:
 
 @dataclass(frozen=True)
 class _Choice:
-    """Looks for numbers of sheets that cost less than `below` and have area enough; all lists are by kind of sheet."""
+    """Enumerates sheet counts with enough area that cost less than `below`; all sequences are by kind of sheet."""
 
     costs: Sequence[float]
     rooms: Sequence[float]
@@ -196,9 +195,9 @@ class _Choice:
     below: float
 
     def found(self) -> list[tuple[int, ...]]:
-        """Return the numbers of every kind."""
+        """Return the counts of every kind."""
         rates = [cost / max(room, SAME) for cost, room in zip(self.costs, self.rooms, strict=True)]
-        # What has most area for its cost comes first: what is still needed costs no less than by the next kind.
+        # Cheapest area first: the area still needed costs at least as much with every later kind.
         order = sorted(range(len(rates)), key=lambda k: (rates[k], k))
         whole = max(need for _, need in self.needs)
         made: list[tuple[int, ...]] = []
@@ -219,8 +218,8 @@ class _Choice:
         return made
 
     def _up_to(self, k: int, cost: float, taken: int, whole: float) -> int:
-        """Return how many of a kind can be taken besides what costs `cost`."""
-        # What costs nothing would be taken without end: twice what area asks for is enough.
+        """Return the maximum number of a kind, given the `cost` and number of the sheets already taken."""
+        # Free sheets have no cost bound; twice the number needed by area is enough.
         worth = (
             (self.below - cost) / self.costs[k] if self.costs[k] else 2.0 * math.ceil(whole / max(self.rooms[k], 1.0))
         )

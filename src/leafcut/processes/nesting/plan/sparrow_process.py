@@ -1,10 +1,10 @@
-"""The irregular nester in a process of its own: one strip, read from standard input, answered on standard output.
+"""Script that runs the irregular nester in a subprocess: one strip from standard input, the answer on standard output.
 
-Run as a script. Whatever the nester does there, a panic of its Rust code or a search without end, leafcut lives on; and
-it can be ended after a number of steps. The steps of one seed are always the same, however long they take, so a search
-that ends by their number can be repeated; its own clock it never asks.
+leafcut survives if the nester panics in its Rust code or never ends, and it can stop it after a number of steps. The
+steps of one seed are always the same, however long they take, so a search limited by steps is repeatable. The nester's
+own clock is never used.
 
-Imports nothing of leafcut: it starts in a moment.
+Imports nothing of leafcut, to start quickly.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ from typing import Any
 
 import spyrrow
 
-#: How often the steps made so far are looked at, s.
+#: Interval between two checks of the steps, s.
 POLL = 0.005
-#: A limit that is never reached: the search is ended from here, s.
+#: Time limit of the nester that is never reached, s; this script ends the search.
 NEVER = 1_000_000
-#: Kinds of step (numbers of `spyrrow.ReportType`) that carry no answer: parts still overlap. After the first of them
-#: the nester has given up on a width.
+#: Kinds of step (`spyrrow.ReportType`) without a solution, because parts still overlap. The first means that the nester
+#: has given up on a width.
 GIVEN_UP, OVERLAPPING = 1, 2
 
 
 class StripSearch:
-    """The steps of a search so far, and the narrowest strip among them."""
+    """The steps of a search so far, and its narrowest strip."""
 
     def __init__(self, task: dict[str, Any]) -> None:
         self.task = task
@@ -39,7 +39,7 @@ class StripSearch:
         self.reason = ""
 
     def take(self, kind: int, solution: Any) -> bool:
-        """Take the next step; return whether to stop there."""
+        """Record the next step; return whether to stop."""
         self.steps += 1
         self.failures += kind == GIVEN_UP
         if kind not in (GIVEN_UP, OVERLAPPING) and (self.best is None or solution.width < self.best.width):
@@ -51,21 +51,21 @@ class StripSearch:
         return bool(self.reason)
 
     def late(self) -> bool:
-        """Return whether the time is over and there is an answer."""
+        """Return whether the time is over and there is a solution."""
         if self.best is not None and time.monotonic() - self.began >= self.task["seconds"]:
             self.reason = "clock"
         return bool(self.reason)
 
     def answer(self) -> dict[str, Any]:
-        """Return the strip's width, where everything lies (id, degrees, x, y), and what ended the search."""
+        """Return the width of the strip, the placements (id, degrees, x, y), and the reason why the search ended."""
         items = [(int(i.id), i.rotation, *i.translation) for i in self.best.placed_items]
         return {"width": self.best.width, "items": items, "steps": self.steps, "ended": self.reason}
 
 
 def phases(seconds: float) -> tuple[int, int]:
-    """Return the seconds of exploration and compression, whole numbers, together no less than the time of the search.
+    """Return the time limits of exploration and compression, whole s, together at least that of the search.
 
-    The search is ended from here: by its own clock it would lose the rest of a second of each phase.
+    This script ends the search: the nester's own clock would lose the fraction of a second of each phase.
     """
     if seconds >= NEVER:
         return NEVER, NEVER
@@ -76,8 +76,8 @@ def phases(seconds: float) -> tuple[int, int]:
 def solve(task: dict[str, Any]) -> dict[str, Any]:
     """Return the answer to a task.
 
-    ``height`` of the strip, ``items`` (``shape``, ``demand``, ``angles``), ``seed``, and what ends the search:
-    ``steps``, ``failures``, ``seconds``, or a strip as narrow as ``enough``. ``workers``: number of its threads.
+    Keys: ``height`` of the strip, ``items`` (``shape``, ``demand``, ``angles``), ``seed``, ``workers`` (threads), and
+    the limits of the search: ``steps``, ``failures``, ``seconds``, and ``enough``, a sufficient width.
     """
     items = [
         spyrrow.Item(str(number), [tuple(p) for p in item["shape"]], item["demand"], item["angles"])
@@ -98,7 +98,7 @@ def solve(task: dict[str, Any]) -> dict[str, Any]:
     worker = threading.Thread(target=instance.solve, args=(config, queue), daemon=True)
     worker.start()
     while True:
-        working = worker.is_alive()  # asked before the queue is emptied: what comes after is seen in the next round
+        working = worker.is_alive()  # check this before draining the queue: later solutions are seen in the next round
         for kind, solution in queue.drain():
             if search.take(int(kind), solution):
                 return search.answer()
@@ -113,7 +113,7 @@ def solve(task: dict[str, Any]) -> dict[str, Any]:
 
 
 def _leave_with_the_parent() -> None:
-    """End when standard input is closed: the one who asked is gone, or wants no answer any more."""
+    """End the process when standard input is closed: the parent has ended, or needs no answer."""
     sys.stdin.buffer.read()
     os._exit(1)
 
@@ -122,4 +122,4 @@ if __name__ == "__main__":
     given = json.loads(sys.stdin.buffer.readline())
     threading.Thread(target=_leave_with_the_parent, daemon=True).start()
     print(json.dumps(solve(given)), flush=True)
-    os._exit(0)  # the search goes on in its thread and would be waited for
+    os._exit(0)  # the search thread is still running, and a normal exit would wait for it

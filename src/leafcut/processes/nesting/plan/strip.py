@@ -1,4 +1,4 @@
-"""A strip packed by the irregular nester: asks `sparrow_process`, and sees to it that it ends."""
+"""Pack a strip with the irregular nester: call `sparrow_process`, and ensure that it ends."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from typing import Any
 from leafcut.errors import PlanError
 
 SCRIPT = Path(__file__).with_name("sparrow_process.py")
-#: How often a wish to stop is looked for, s.
+#: Interval between two checks for cancellation, s.
 POLL = 0.1
-#: Stands for "no limit" in a task.
+#: Value for "no limit" in a task.
 UNLIMITED = 1e9
-#: Of the answer's first steps none may take longer than this beyond its time, s; then something is wrong.
+#: Time allowed beyond the limit before the nester counts as hung, s.
 PATIENCE = 600.0
 
 
 class NesterError(PlanError):
-    """The nester gave no answer; one variant is lost, not the run."""
+    """The nester gave no answer; only one variant is lost."""
 
 
 @dataclass(frozen=True)
 class StripItem:
-    """A shape (x, y in mm, without holes), how often, and its angles in degrees, None for any."""
+    """A shape (x, y in mm, without holes), its quantity, and its rotations in degrees, None for any."""
 
     shape: Sequence[tuple[float, float]]
     demand: int
@@ -44,10 +44,10 @@ class StripItem:
 
 @dataclass(frozen=True)
 class StripBudget:
-    """When a search of one strip ends, at the latest; infinite where it must not.
+    """Limits of the search of one strip; infinite by default.
 
-    After so many `steps`, after giving up on a width so often (`failures`), after so many `seconds`. `workers` threads
-    search; more than one give other strips than one.
+    The search ends after `steps` steps, after giving up on `failures` widths, or after `seconds`. `workers` is the
+    number of threads; it changes the result.
     """
 
     steps: float = math.inf
@@ -58,7 +58,9 @@ class StripBudget:
 
 @dataclass(frozen=True)
 class Strip:
-    """A packed strip: its width (mm), the items as (index, degrees, x, y), and what ended the search."""
+    """A packed strip: its width (mm), the items as (index, degrees, x, y), the steps, and the reason why the search
+    ended.
+    """
 
     width: float
     items: tuple[tuple[int, float, float, float], ...]
@@ -75,22 +77,22 @@ def pack_strip(
     enough: float = 0.0,
     cancelled: threading.Event | None = None,
 ) -> Strip:
-    """Return all items in a strip of a height, as narrow as was found; it begins at (0, 0) and runs along x.
+    """Return all items in the shortest strip found; it starts at (0, 0) and extends along x.
 
-    An item is turned about its origin, then moved. The same seed and number of steps give the same strip; a limit of
-    time may not. The nester (sparrow, by spyrrow) reckons in single precision: leave a hundredth of a millimetre.
+    An item is rotated about its origin, then moved. The same seed and number of steps give the same strip; with a time
+    limit, results may differ. The nester (sparrow, by spyrrow) computes in single precision: allow 0.01 mm.
 
     Parameters
     ----------
     enough
-        A strip this narrow (mm) ends the search.
+        Sufficient length (mm), which ends the search.
 
     Raises
     ------
     NesterError
         The nester failed, or `cancelled` was set.
     PlanError
-        It is not installed.
+        The nester is not installed.
     """
     require("spyrrow")
     task = {
@@ -109,18 +111,18 @@ def pack_strip(
 
 
 def require(package: str) -> None:
-    """Raise `PlanError` with one line that names the extra, where a package is not installed."""
+    """Raise `PlanError` naming the extra if a package is not installed."""
     if importlib.util.find_spec(package) is None:
         raise PlanError(f"nesting needs the package {package}: pip install 'leafcut[nest]'")
 
 
 def _ask(task: dict[str, Any], patience: float, cancelled: threading.Event) -> dict[str, Any]:
-    """Return the answer of a process of its own; it ends with this one, and when `cancelled` is set."""
-    # -P: no module in the script's or the user's folder stands for one of Python's own.
+    """Run the subprocess and return its answer; it ends with this process, or when `cancelled` is set."""
+    # -P: no module in the folder of the script or of the user must shadow one of Python's.
     command = [sys.executable, "-P", str(SCRIPT)]
     environment = {**os.environ, "RAYON_NUM_THREADS": str(task["workers"]), "RUST_BACKTRACE": "0"}
     deadline = time.monotonic() + patience
-    # Files, not pipes: nobody reads while it works, and a full pipe would stop it.
+    # Files, not pipes: nobody reads during the search, and a full pipe would block it.
     with (
         tempfile.TemporaryFile() as said,
         tempfile.TemporaryFile() as complaint,
@@ -132,7 +134,7 @@ def _ask(task: dict[str, Any], patience: float, cancelled: threading.Event) -> d
                 with suppress(subprocess.TimeoutExpired):
                     process.wait(POLL)
         finally:
-            process.kill()  # also when Ctrl-C ends the wait; of a process that has ended, nothing
+            process.kill()  # also after Ctrl-C; no effect if the process has ended
         process.wait()
         if cancelled.is_set():
             raise NesterError("stopped")
@@ -142,12 +144,12 @@ def _ask(task: dict[str, Any], patience: float, cancelled: threading.Event) -> d
 
 
 def _tell(process: subprocess.Popen[bytes], task: dict[str, Any]) -> None:
-    """Give a process its task; its standard input stays open for as long as somebody waits for the answer."""
+    """Send the task; standard input stays open while an answer is awaited."""
     assert process.stdin is not None
     try:
         process.stdin.write(json.dumps(task).encode() + b"\n")
         process.stdin.flush()
-    except OSError:  # it has ended already; what it said tells why
+    except OSError:  # it has already ended; its standard error gives the reason
         with suppress(OSError):
             process.stdin.close()
 
