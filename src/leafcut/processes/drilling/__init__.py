@@ -1,1 +1,1 @@
-"""Drilling: a drawing's holes and slots become a program for a drill or a mill."""
+"""Drilling: turn the holes and slots of a drawing into a program for a drill or a mill."""

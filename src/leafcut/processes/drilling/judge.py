@@ -1,7 +1,7 @@
-"""Whether a program drills what the drawing shows: each hole once, in its place, with the right tool, as deep as asked.
+"""Check that a program drills the drawing: each hole once, in the right place, with the right tool, to the right depth.
 
-The judge sees the part as it was read, the options, and the program as it was read back; never the plan or the post. It
-works out tools, depths and places by code of its own, so a mistake of the plan is not repeated here.
+The judge sees the part as read, the options, and the program as read back, never the plan or the post. It determines
+tools, depths and positions with its own code, so a planning error is not repeated here.
 """
 
 from __future__ import annotations
@@ -29,32 +29,32 @@ from leafcut.options import JobOptions, ReadOptions
 from leafcut.processes.drilling.options import DrillOptions
 from leafcut.proof.difference import place, shorten
 
-#: Rounding of sums and of turned places, mm; that of written numbers is added.
+#: Rounding of sums and of rotated points, mm; the rounding of written numbers is added.
 _ARITHMETIC = 2e-6
 #: Point angle of assumed drills, rad: DIN 338, type N.
 _POINT_ANGLE = math.radians(118.0)
-#: Without a depth holes are spotted so deep, mm; a point without a diameter is a hole so wide, mm.
+#: Depth of spotted holes if no depth is given, mm; diameter assumed for a bare point, mm.
 _SPOT, _BARE_POINT = 1.0, 1.0
-#: A centre drill without a depth goes this share of its diameter deep.
+#: Default depth of a centre drill, relative to its diameter.
 _CENTRE_SHARE = 0.4
-#: Diameters of assumed tools have four decimals, mm.
+#: Decimals and minimum of assumed tool diameters, mm.
 _DECIMALS, _THINNEST = 4, 1e-4
-#: The number of a tool that is in no library.
+#: Number of a tool missing in the library.
 _NO_NUMBER = -1
-#: Diameters and depths of a library that differ by less are equal, mm; angles of countersinks, rad.
+#: Tolerance of equal library diameters and depths, mm; of countersink angles, rad.
 _SAME, _SAME_ANGLE = 1e-9, math.radians(1.0)
-#: A tool that works so near to a drawn place, mm, is meant for it; whether it is near enough is compared later.
+#: Radius for matching a tool to a drawn position, mm; the exact position is compared later.
 _SAME_PLACE = 0.01
-#: An angle so near to a quarter turn is one, rad.
+#: Tolerance of multiples of 90°, in quarter turns.
 _QUARTER = 1e-9
-#: The comment by which a program names an assumed tool where it takes it up: ``(T1 drill D6.35)``.
+#: Comment that names an assumed tool at its tool change: ``(T1 drill D6.35)``.
 _NAMED = re.compile(r"[(;]\s*T(\d+) (drill|slot-mill) D([\d.]+)\s*(?:\)|$)", re.IGNORECASE | re.MULTILINE)
-#: What no drilling program of leafcut has.
+#: Motions that never occur in leafcut's drilling programs.
 _STRANGE = (Kind.ARC_CW, Kind.ARC_CCW, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN, Kind.PROBE)
 
 
 class _Cut(NamedTuple):
-    """A hole, or a wide part of it, that one tool makes: place and tip, mm; the tool's name; the hole's number."""
+    """A hole, or a wide part of it, made by one tool: position and tip, mm; tool name; number of the hole."""
 
     x: float
     y: float
@@ -64,7 +64,7 @@ class _Cut(NamedTuple):
 
 
 class _SlotCut(NamedTuple):
-    """A slot: its ends, its bottom and how deep one pass may be, mm, and its tool's name."""
+    """A slot: its ends, bottom and maximum depth per pass, mm; tool name."""
 
     ends: tuple[tuple[float, float], tuple[float, float]]
     bottom: float
@@ -73,7 +73,7 @@ class _SlotCut(NamedTuple):
 
 
 class _Made(NamedTuple):
-    """A place where the program goes down at feed: place and lowest tip, mm; tool and line."""
+    """A position where the program plunges at feed: position and lowest tip, mm; tool and line."""
 
     x: float
     y: float
@@ -83,7 +83,7 @@ class _Made(NamedTuple):
 
 
 class _Pass(NamedTuple):
-    """A straight cut aside: where it begins and ends, mm; tool and line."""
+    """A straight sideways cut: start and end, mm; tool and line."""
 
     begin: tuple[float, float, float]
     end: tuple[float, float, float]
@@ -93,14 +93,14 @@ class _Pass(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class DrillingRequest:
-    """What a user asks for.
+    """The user's request.
 
     Attributes
     ----------
     part, surface
-        As they were read, with the zero of the drawing; the surface is None where all is flat.
+        As read, with the zero of the drawing; the surface is None for a flat part.
     library
-        None: tools are assumed.
+        None if tools are assumed.
     """
 
     part: Part
@@ -112,7 +112,7 @@ class DrillingRequest:
 
     @cached_property
     def zero(self) -> complex:
-        """The place that is the zero of the program, x + iy, mm, after the mirror and the turn."""
+        """The program zero, x + iy, mm, after mirroring and rotation."""
         origin = self.reading.origin
         if origin is None or not len(self.drawn):
             return 0j
@@ -125,7 +125,7 @@ class DrillingRequest:
         return complex(x0 if "left" in origin else x1, y0 if "lower" in origin else y1)
 
     def _bounds(self, outline: Part) -> NDArray[np.complex128]:
-        """Return the points of an outline, and opposite corners of each of its paths, mirrored and turned."""
+        """Return the points of an outline, and opposite corners of each path's bounding box, mirrored and rotated."""
         corners = [complex(hole.x, hole.y) for hole in outline.holes]
         places = [self.turned(np.array(corners, dtype=np.complex128))]
         side = 1.0 if self.reading.mirror is None else -1.0
@@ -137,7 +137,7 @@ class DrillingRequest:
         return np.concatenate(places)
 
     def turned(self, places: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        """Return places of the drawing, x + iy, mm, mirrored and then turned."""
+        """Return points of the drawing, x + iy, mm, mirrored and then rotated."""
         if self.reading.mirror == "x":
             places = -places.conj()
         elif self.reading.mirror == "y":
@@ -149,20 +149,20 @@ class DrillingRequest:
 
     @cached_property
     def drawn(self) -> NDArray[np.complex128]:
-        """Holes, then both ends of all slots, mirrored and turned, complex128[n], mm."""
+        """Holes, then both ends of all slots, mirrored and rotated, complex128[n], mm."""
         places = [complex(hole.x, hole.y) for hole in self.part.holes]
         places += [complex(*end) for slot in self.part.slots for end in (slot.start, slot.end)]
         return self.turned(np.array(places, dtype=np.complex128))
 
     @cached_property
     def places(self) -> NDArray[np.float64]:
-        """The same in the coordinates of the program, float64[n, 2]."""
+        """The same in program coordinates, float64[n, 2]."""
         there = self.drawn - self.zero
         return np.column_stack([there.real, there.imag])
 
     @cached_property
     def triangles(self) -> NDArray[np.float64]:
-        """The surface in the coordinates of the program, float64[n, 3, 3]."""
+        """The surface in program coordinates, float64[n, 3, 3]."""
         assert self.surface is not None
         found = self.surface.triangles.copy()
         there = self.turned(found[:, :, 0] + 1j * found[:, :, 1]) - self.zero
@@ -171,14 +171,14 @@ class DrillingRequest:
 
 
 def judge_holes(request: DrillingRequest, text: str, path: Toolpath, rounding: float) -> list[Difference]:
-    """Return all in which a program differs from the drawing and the options; nothing when it drills each hole once.
+    """Return the differences between a program and the drawing and options; empty if each hole is drilled once.
 
     Parameters
     ----------
     text, path
-        The program, and what it does (`proof.program.read_back`).
+        The program and its motion (`proof.program.read_back`).
     rounding
-        How far a written number may be from the exact one, mm.
+        Rounding of written numbers, mm.
     """
     room = rounding + _ARITHMETIC
     names = None if request.library is not None else _names(text)
@@ -205,11 +205,11 @@ def judge_holes(request: DrillingRequest, text: str, path: Toolpath, rounding: f
     return shorten(wrong)
 
 
-# What must be made.
+# The requested work.
 
 
 def _wanted_holes(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Cut]:
-    """Yield every cut of every hole, in the order in which its tools must come."""
+    """Yield every cut of every hole, in the required order of its tools."""
     part, job = request.part, request.job
     steps = [_tools_of(request, used, hole, k) for k, hole in enumerate(part.holes)]
     solid = any(hole.depth is not None for hole in part.holes)
@@ -240,7 +240,7 @@ def _wanted_holes(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Cut]:
 
 
 def _wanted_slots(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_SlotCut]:
-    """Yield every slot; all begin at Z0."""
+    """Yield every slot; all start at Z0."""
     job, ends = request.job, request.places[len(request.part.holes) :].reshape(-1, 2, 2).tolist()
     for slot, ((x0, y0), (x1, y1)) in zip(request.part.slots, ends, strict=True):
         tool = _slot_tool(request, used, slot, (x0, y0), (x1, y1))
@@ -256,7 +256,7 @@ def _wanted_slots(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_SlotC
 def _tops(
     request: DrillingRequest, steps: Sequence[Sequence[Tool]], solid: bool
 ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-    """Return the height at which each hole begins, and where the part ends below it if the surface says so, mm."""
+    """Return the height of the top of each hole, and the underside of the part if the surface determines it, mm."""
     holes = request.part.holes
     drawn = np.array([hole.z for hole in holes], dtype=np.float64)
     own = solid or request.options.hole_heights == "drawn"
@@ -264,7 +264,7 @@ def _tops(
         return (drawn if own else np.zeros(len(holes))), None
     if own and not request.options.through:
         return drawn, None
-    from leafcut.material.surface import rims_of  # not at the top: it takes a kernel, and most plates are flat
+    from leafcut.material.surface import rims_of  # imported here because it loads a kernel, and most plates are flat
 
     places, radius = request.places[: len(holes)], [0.5 * max(tool.diameter for tool in tools) for tools in steps]
     rims = rims_of(request.triangles, places, np.array(radius, dtype=np.float64))
@@ -279,7 +279,7 @@ def _tops(
 
 
 def _cut_radius(tool: Tool, above: float) -> float:
-    """Return the radius that a tool cuts with material so high above the hole, mm: of a centre drill, of its point."""
+    """Return the radius cut with a height of material above the hole, mm; for a centre drill, only its point cuts."""
     if tool.kind is not ToolKind.CENTRE_DRILL or tool.point_angle >= math.pi:
         return 0.5 * tool.diameter
     deep = _CENTRE_SHARE * tool.diameter if tool.depth is None else tool.depth
@@ -292,7 +292,7 @@ def _point(tool: Tool) -> float:
 
 
 def _name(request: DrillingRequest, tool: Tool) -> str:
-    """Return the name of a tool: its number in the library, or the kind and the diameter that the program states."""
+    """Return the name of a tool: its number in the library, or the kind and diameter stated in the program."""
     return f"{tool.kind.value} {tool.diameter:g}" if request.library is None else f"T{tool.number}"
 
 
@@ -302,10 +302,10 @@ def _assumed(kind: ToolKind, diameter: float) -> Tool:
 
 
 class _ToolsUsed:
-    """The assumed tools that a program names where it drills or cuts."""
+    """The assumed tools named in a program, by the positions where they work."""
 
     def __init__(self, request: DrillingRequest, works: Sequence[tuple[float, float, str]]) -> None:
-        # Of a board the file says which drills there are: none is as good as another.
+        # A drill file of a board specifies its drills exactly.
         board = request.part.format == "excellon"
         self._tolerance = 0.5 * 10.0**-_DECIMALS + (0.0 if board else request.job.diameter_tolerance)
         known = [one for one in works if math.isfinite(one[0] + one[1])]
@@ -313,7 +313,7 @@ class _ToolsUsed:
         self._tools = [name for _, _, name in known]
 
     def assumed(self, kind: ToolKind, diameter: float, *places: tuple[float, float]) -> Tool:
-        """Return the tool used at a place, if within the tolerance of a diameter; else a tool of that diameter."""
+        """Return the tool used at a position if its diameter is within tolerance, else a tool of the exact diameter."""
         widths = [diameter]
         for x, y in places:
             for k in self._places.near(x, y, _SAME_PLACE):
@@ -324,10 +324,10 @@ class _ToolsUsed:
 
 
 def _tools_of(request: DrillingRequest, used: _ToolsUsed, hole: Hole, number: int) -> list[Tool]:
-    """Return the tools that make a hole, in their order: those of a recipe, else the nearest drill.
+    """Return the tools that make a hole, in order: those of a recipe, else the nearest drill.
 
-    A recipe for the layer goes before one for all. A hole for which the library has no tool gets one that no program
-    has, so it is reported as missing.
+    A recipe for the layer precedes one for all layers. If the library has no tool for a hole, the result is a tool that
+    matches no program, so the hole is reported as missing.
     """
     library, tolerance = request.library, request.job.diameter_tolerance
     if library is None:
@@ -356,7 +356,7 @@ def _tools_of(request: DrillingRequest, used: _ToolsUsed, hole: Hole, number: in
 
 
 def _slot_tool(request: DrillingRequest, used: _ToolsUsed, slot: Slot, *ends: tuple[float, float]) -> Tool:
-    """Return the slot mill that is nearest to the width of a slot."""
+    """Return the slot mill nearest to the width of a slot."""
     if request.library is None:
         return used.assumed(ToolKind.SLOT_MILL, slot.width, *ends)
     mills = [tool for tool in request.library.tools if tool.kind is ToolKind.SLOT_MILL]
@@ -365,7 +365,7 @@ def _slot_tool(request: DrillingRequest, used: _ToolsUsed, slot: Slot, *ends: tu
 
 
 def _wide_tool(request: DrillingRequest, wide: HoleStep, top: tuple[float, float, float]) -> Tool | None:
-    """Return the tool that makes a wide part of a hole; None where none fits, or where something is beside its top."""
+    """Return the tool for a wide part of a hole; None if no tool fits, or if material stands beside its top."""
     if request.library is None or not wide.open:
         return None
     tolerance = request.job.diameter_tolerance + _SAME
@@ -384,7 +384,7 @@ def _wide_tool(request: DrillingRequest, wide: HoleStep, top: tuple[float, float
         return None
     found = min(fitting)[2]
     if request.surface is not None:
-        import shapely  # not at the top: most plates are flat
+        import shapely  # imported here because most plates are flat
 
         from leafcut.proof.surface import meets_area
 
@@ -394,18 +394,18 @@ def _wide_tool(request: DrillingRequest, wide: HoleStep, top: tuple[float, float
     return found
 
 
-# What is made.
+# The work in the program.
 
 
 def _names(text: str) -> dict[int, str]:
-    """Return the assumed tools that the comments of a program name, by their numbers."""
+    """Return the assumed tools named in the comments of a program, by number."""
     return {int(number): f"{kind.lower()} {float(width):g}" for number, kind, width in _NAMED.findall(text)}
 
 
 def _made(path: Toolpath, names: Mapping[int, str] | None) -> tuple[list[_Made], list[_Pass], list[Difference]]:
-    """Return where a program goes down at feed, where it cuts aside, and what no drilling program has.
+    """Return the plunges at feed, the sideways cuts, and motions foreign to drilling programs.
 
-    A hole that is pecked is one; each move at feed of it ends deeper than those before.
+    A pecked hole counts once: each of its feed moves ends deeper than those before.
     """
     made: list[_Made] = []
     passes: list[_Pass] = []
@@ -439,7 +439,7 @@ def _made(path: Toolpath, names: Mapping[int, str] | None) -> tuple[list[_Made],
 
 
 class _Places:
-    """Places of a plane, float64[n, 2], that are found by where they are."""
+    """Points in the plane, float64[n, 2], with spatial lookup."""
 
     def __init__(self, places: Sequence[tuple[float, float]]) -> None:
         self._places = places
@@ -448,7 +448,7 @@ class _Places:
             self._cells[math.floor(x), math.floor(y)].append(k)
 
     def near(self, x: float, y: float, room: float) -> list[int]:
-        """Return the numbers of the places that are not farther away than `room` on each axis, mm."""
+        """Return the indices of the points within `room` on each axis, mm."""
         if not (math.isfinite(x) and math.isfinite(y)):
             return []
         columns, rows = ({math.floor(one - room), math.floor(one + room)} for one in (x, y))
@@ -461,13 +461,13 @@ class _Places:
         ]
 
 
-# How they differ.
+# The comparison.
 
 
 def _compare_holes(
     drawn: Sequence[Hole], wanted: Sequence[_Cut], made: Sequence[_Made], room: float
 ) -> tuple[list[_Made], list[Difference]]:
-    """Return what the program makes besides the holes that are wanted, and in what those differ."""
+    """Return the plunges that match no requested hole, and the differences of those that do."""
     index = _Places([(one.x, one.y) for one in made])
     free = [True] * len(made)
     found: list[int | None] = []
@@ -502,9 +502,9 @@ def _compare_holes(
 
 
 def _compare_slots(slots: Sequence[_SlotCut], passes: Sequence[_Pass], room: float) -> list[Difference]:
-    """Return in what the cuts aside differ from the slots.
+    """Return the differences between the sideways cuts and the slots.
 
-    Each slot must be cut once at its bottom; no pass may be deeper than its tool takes, and none may be elsewhere.
+    Each slot must be cut once at its bottom. No pass may exceed the maximum depth of its tool, or cut elsewhere.
     """
     index = _Places([slot.ends[0] for slot in slots] + [slot.ends[1] for slot in slots])
     times, reached = [0] * len(slots), [0.0] * len(slots)
@@ -538,7 +538,7 @@ def _compare_slots(slots: Sequence[_SlotCut], passes: Sequence[_Pass], room: flo
 
 
 def _spans(slot: _SlotCut, one: _Pass, room: float) -> bool:
-    """Return whether a pass goes from one end of a slot to the other."""
+    """Return whether a pass connects the ends of a slot."""
     straight = [math.dist(one.begin[:2], slot.ends[0]), math.dist(one.end[:2], slot.ends[1])]
     back = [math.dist(one.begin[:2], slot.ends[1]), math.dist(one.end[:2], slot.ends[0])]
     return min(max(straight), max(back)) <= math.sqrt(2.0) * room

@@ -1,4 +1,4 @@
-"""What drilling alone finds out in a run."""
+"""Results specific to drilling."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from leafcut.model.shown_stock import FixtureBox
 
 @dataclass(frozen=True)
 class DrillingDetail:
-    """Drilling: nearly all that there is to tell is of every outcome.
+    """Drilling results beyond the general outcome.
 
     Attributes
     ----------
     low_ways_saved_s
-        How much longer the same order would take with all ways over the highest place, s; None where all is flat.
+        Time saved against the same order with all travel moves above the highest point, s; None for a flat part.
     thickness
-        Of the plate, mm; None where it is not given.
+        Of the plate, mm; None if unknown.
     surface
-        The part that the holes are in, where that is given; None: a plate.
+        The part that contains the holes, if given; None for a plate.
     fixtures
-        What stands on it and holds it.
+        Boxes that stand on the part or hold it.
     """
 
     low_ways_saved_s: float | None = None

@@ -15,7 +15,7 @@ from leafcut.options.option_spec import OptionGroup, option
 class DrillOptions(OptionGroup):
     """How holes become drilling operations.
 
-    Depth, thickness, heights, clamps and the first and last place are those of `JobOptions`.
+    `JobOptions` holds depth, thickness, heights, clamps, and the first and last point.
     """
 
     section: ClassVar[str] = "drill"

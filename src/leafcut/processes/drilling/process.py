@@ -1,4 +1,4 @@
-"""Drilling as a process: what it takes, how it is run, what its form shows."""
+"""Drilling as a process: its options, its planning steps, and its form."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ if TYPE_CHECKING:
 _MAIN = (
     "machine", "thickness", "depth", "tools", "material", "feed", "spindle_speed", "cycle", "peck", "clearance_height",
 )  # fmt: skip
-#: What the form shows of the job below its main group, around the options of drilling.
+#: Form fields of the job below the main group, around the drilling options.
 _DEPTHS = (
     "depth_to", "break_through", "hole_heights", "surface", "surface_unit", "through", "fixture",
     "fixture_file",
     "retract_height", "keep_out",
 )  # fmt: skip
 _REST = ("retract", "dwell", "diameter_tolerance", "centre_drill")
-#: Layers of holes to drill, and how sure that makes it.
+#: Layer names of holes to drill, and the suitability if they exist.
 _DRILL_NAMES, _BY_NAME = ("DRILL*",), 0.93
 _WAY = ("start_point", "end_point", "hole_order")
 
@@ -50,8 +50,8 @@ class Drilling(Process):
     uses |= use(JobOptions, but=("material", "keep_order", "tool_diameter", "step_over", "step_down")) | use(
         JobOptions, material=(given("tools"),), diameter_tolerance=()
     )
-    otherwise = {"keep_order": "--algorithm none keeps the order of the drawing"}  # noqa: RUF012  # the protocol says that it is of the class
-    helps = {  # noqa: RUF012  # the protocol says that it is of the class
+    otherwise = {"keep_order": "--algorithm none keeps the order of the drawing"}  # noqa: RUF012
+    helps = {  # noqa: RUF012  # `Process` declares both as class variables
         "thickness": ("thickness of the plate: the holes go through", "unknown: the holes are blind"),
         "depth": ("depth of blind holes below Z0", "from --thickness, else 1 mm (spotting)"),
         "material": ("material of the plate; it chooses among the presets of a tool library", ""),
@@ -84,11 +84,11 @@ class Drilling(Process):
     )
 
     def machine_for(self, format_name: str) -> str:
-        """Return the machine for circuit boards: drill files are of boards."""
+        """Return the machine for circuit boards if the file is a drill file."""
         return "pcb-drill" if format_name == self.joins else ""
 
     def suits(self, drawing: WholeDrawing) -> Suitability | None:
-        """Say how much of the drawing is round holes."""
+        """Rate the drawing by its share of round holes."""
         from leafcut.processes.suitability import COUNTED, Suitability
 
         if not drawing.n_holes:
@@ -140,7 +140,7 @@ class Drilling(Process):
         return Candidate(order, path, measure(path, plan.job.machine, start=plan.start))
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
-        """Compare the program with the motion, with the limits of the machine, and with the drawing."""
+        """Compare the program with the motion, the limits of the machine, and the drawing."""
         from leafcut.model.cutter import bodies_of
         from leafcut.processes.drilling.judge import judge_holes
         from leafcut.processes.drilling.plan.drill_toolpath import surface_tops
@@ -165,7 +165,7 @@ class Drilling(Process):
         return written, [*problems, *judge_holes(plan.spec, text, written, rounding_of(words, units))]
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
-        """Return the holes and slots of each tool in their order."""
+        """Return the holes and slots of each tool, in order."""
         from leafcut.model.outcome import OperationOutcome
         from leafcut.processes.drilling.plan.drill_toolpath import targets_in_order
 
@@ -181,7 +181,7 @@ class Drilling(Process):
         )
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> DrillingDetail:
-        """Return the surface, and the time that low travel moves over it save."""
+        """Return the surface, and the time saved by low travel moves over it."""
         from leafcut.processes.drilling.model import DrillingDetail
         from leafcut.processes.drilling.plan.drill_toolpath import with_high_travel
         from leafcut.timing.toolpath import measure
@@ -201,7 +201,7 @@ class Drilling(Process):
         return DrillingReport(outcome)
 
     def look_at(self, source: Source | str, settings: Settings) -> Part:
-        """Return the holes and slots, as they are placed."""
+        """Return the holes and slots after placement."""
         from leafcut.processes.placing import placed
         from leafcut.read import read
 

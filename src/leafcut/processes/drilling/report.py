@@ -1,4 +1,4 @@
-"""Facts and stock of drilled holes: their plate, and the saving of low moves."""
+"""Facts and stock of drilled holes: their plate, and the time saved by low travel moves."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from leafcut.report.part_edge import near_edge
 from leafcut.report.path_report import PathReport
 from leafcut.report.wording import said
 
-#: Less is not worth a line, s: it is shown as 0.00 s.
+#: Smallest saving worth reporting, s; less is shown as 0.00 s.
 _LEAST_SAVED = 0.005
 
 
@@ -19,7 +19,7 @@ class DrillingReport(PathReport[DrillingDetail]):
     """Facts and pictures of drilled holes."""
 
     def savings(self) -> list[Fact]:
-        """Return the saving of low moves over a surface; none if they take longer."""
+        """Return the saving of low travel moves over a surface; no words if it is negligible."""
         saved = self.outcome.detail.low_ways_saved_s
         if saved is None or saved < _LEAST_SAVED:
             return [] if saved is None else [Fact("low_ways_saved_s", max(saved, 0.0), "s")]
@@ -27,7 +27,7 @@ class DrillingReport(PathReport[DrillingDetail]):
         return [Fact("low_ways_saved_s", saved, "s", words, said("Low moves"))]
 
     def stock(self) -> ShownStock:
-        """Return the tools, and the part or what is known of the plate: its edge and its thickness."""
+        """Return the tools, and the part or the known data of the plate: its edge and thickness."""
         outcome, found = self.outcome, super().stock()
         if outcome.detail.surface is not None:
             return ShownStock(

@@ -1,4 +1,4 @@
-"""The part, its surface and its operations: a job of drilling as it is planned and judged."""
+"""Prepare a drilling job: the part, its surface and operations, for planning and for the judge."""
 
 from __future__ import annotations
 
@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 def _with_work_asked_for(part: Part, job: Job, source: Source, everything: bool) -> Part:
     """Return the part with issues for missing work.
 
-    If the user asks for drilling, contours are not missing; with a choice among concentric circles, the others are not.
+    If the user requested drilling, contours are not missing work. If concentric circles were selected explicitly, the
+    others are not missing work.
     """
     chosen = "concentric" in job.settings.given
     issues = [issue.as_note() if issue.code == "L302" and chosen else issue for issue in part.issues]
@@ -42,7 +43,7 @@ def _with_work_asked_for(part: Part, job: Job, source: Source, everything: bool)
 
 
 def _meshes(job: Job, source: Source, part: Part, of_step: bool) -> tuple[Mesh | None, Mesh | None]:
-    """Return the surface that has the holes, and the fixture, in the axes and with the zero of the part."""
+    """Return the surface and the fixture, in the axes and with the zero of the part."""
     ours, which = job.settings.of(DrillOptions), job.settings.read.solid
     solid = any(hole.depth is not None for hole in part.holes)
     if ours.surface is None and ours.fixture_file is None and not solid:
@@ -56,7 +57,7 @@ def _meshes(job: Job, source: Source, part: Part, of_step: bool) -> tuple[Mesh |
     if ours.surface is not None:
         job.tell("reading the surface")
         if which is not None and of_step and format_name(ours.surface) != part.format:
-            which = None  # it names a solid of the drawing
+            which = None  # the number refers to a solid of the drawing
         surface = load_mesh(ours.surface, ours.surface_unit, which=which)
     elif solid:
         job.tell("reading the surface")
@@ -71,12 +72,12 @@ def _meshes(job: Job, source: Source, part: Part, of_step: bool) -> tuple[Mesh |
 
 
 def planned(job: Job, sources: Sequence[Source], everything: bool) -> tuple[DrillPlan, DrillingRequest]:
-    """Return the operations, and the request that the judge reads: part and surface as they are in the files.
+    """Return the plan, and the request for the judge with part and surface as read.
 
     Parameters
     ----------
     everything
-        Contours and pockets are missing work, too: the user did not ask for drilling alone.
+        Contours and pockets are missing work, too, because the user did not explicitly request drilling.
     """
     from leafcut.processes.placing import placed, placed_mesh, placing_words
     from leafcut.read import Match, read
@@ -93,7 +94,7 @@ def planned(job: Job, sources: Sequence[Source], everything: bool) -> tuple[Dril
     options, ours = job.settings.job, job.settings.of(DrillOptions)
     of_step = any(sniff_step(source.data[:SNIFF_BYTES]) is Match.YES for source in sources)
     if ours.surface is not None and not of_step:
-        # --solid names a solid of the surface.
+        # --solid refers to a solid of the surface.
         reading = replace(reading, solid=None)
     if len(sources) == 1:
         part = read(sources[0], reading, look)
@@ -130,14 +131,14 @@ def planned(job: Job, sources: Sequence[Source], everything: bool) -> tuple[Dril
 
 
 def wanted_nodes(plan: DrillPlan, path: Path | None) -> dict[int, Ints]:
-    """Return operation → the nodes of its routing problem that come first, in this order; {} without a file.
+    """Return operation → the nodes of its routing problem to visit first, in order; {} without a file.
 
     Raises
     ------
     ReadError
         The file is not an order file.
     PlanError
-        The order is of another drawing, or names an unknown hole or a hole twice.
+        The order belongs to another drawing, or names an unknown hole or a hole twice.
     """
     from leafcut.read.order_file import drawing_of, load_order
 
@@ -169,12 +170,12 @@ def wanted_nodes(plan: DrillPlan, path: Path | None) -> dict[int, Ints]:
 
 
 def check_tool_changes(machine: Machine, words: Dialect) -> None:
-    """Refuse a profile that wants tool changes for which the controller has no words.
+    """Refuse a machine profile whose tool change features the controller does not support.
 
     Raises
     ------
     OptionError
-        The key of the profile, and the reason.
+        Names the key of the profile, and the reason.
     """
     for possible, why in (
         (machine.tool_changer, "its tools are changed by hand"),

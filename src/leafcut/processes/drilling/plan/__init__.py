@@ -1,1 +1,1 @@
-"""Planning of drilling: which tools make which holes, how deep, and the toolpath in the order that was found."""
+"""Planning of drilling: tools and depths of the holes, and the toolpath of an order."""

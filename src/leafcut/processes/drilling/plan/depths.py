@@ -1,4 +1,4 @@
-"""How deep a tool goes: from the plate's thickness or a given depth, to the shoulder or to the tip."""
+"""Depth of a tool: from the thickness of the plate or a given depth, to the shoulder or to the tip."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from leafcut.model.tool import Tool, ToolKind
 from leafcut.options import JobOptions
 from leafcut.processes.drilling.options import DrillOptions
 
-#: A hole is spotted this deep when nobody said how deep holes are: it marks the place and harms nothing.
+#: Depth of spotted holes if no depth is given, mm: it marks the position without risk.
 SPOT_DEPTH = 1.0
 
-#: A centre drill goes this part of its diameter deep when the library does not say (the cone of a spot for the drill).
+#: Default depth of a centre drill, relative to its diameter (the cone of a spot for the drill).
 CENTRE_DEPTH_RATIO = 0.4
 
-#: A tap cuts full threads only behind its lead; of a plug tap that is 3.5 to 5 pitches long (DIN 2197, form B).
+#: Length of a tap's lead without full threads, pitches: 3.5 to 5 for a plug tap (DIN 2197, form B).
 TAP_LEAD = 5.0
 
 
 @dataclass(frozen=True)
 class DepthRule:
-    """The depth that holes are given, mm below the surface.
+    """The depth of holes, mm below the surface.
 
-    `through` means that the full diameter goes through the plate and `break_through` further, so a tool's point hangs
-    below by its own length.
+    With `through`, the full diameter exceeds the plate by `break_through`, so the point of a tool exits by its own
+    length, too.
     """
 
     depth: float
@@ -37,16 +37,16 @@ class DepthRule:
 
     @property
     def given(self) -> str:
-        """What a person gave, for a message that the depth is too much: `` for --thickness 80 mm``."""
+        """The given depth, for messages about excessive depths: `` for --thickness 80 mm``."""
         return f" for {'--thickness' if self.through else '--depth'} {self.depth:g} mm"
 
     def tip_depth(self, tool: Tool) -> float:
-        """Return how far the tip of `tool` goes below the surface, mm.
+        """Return the depth of the tip of `tool` below the surface, mm.
 
         Raises
         ------
         PlanError
-            A tap or a reamer would meet the cone that a drill's point leaves, or a blind hole would not stay blind.
+            A tap or a reamer would hit the cone left by the drill's point, or a blind hole would break through.
         """
         if tool.kind is ToolKind.CENTRE_DRILL:
             return centre_depth(tool)
@@ -68,14 +68,15 @@ class DepthRule:
 
 
 def centre_depth(tool: Tool) -> float:
-    """Return how far the tip of a centre drill goes below the surface, mm."""
+    """Return the depth of the tip of a centre drill below the surface, mm."""
     return tool.depth if tool.depth is not None else CENTRE_DEPTH_RATIO * tool.diameter
 
 
 def tap_lead_issue(tool: Tool, rule: DepthRule) -> Issue | None:
-    """Return a note when a through hole's thread will not be full at its far side, for the lead of the tap.
+    """Return a note if the lead of the tap leaves incomplete threads at the exit of a through hole.
 
-    The tap is not sent deeper for it: what lies below the plate is not known, and a tap that meets the table breaks.
+    The tap must not go deeper automatically: the space below the plate is unknown, and a tap that hits the table
+    breaks.
     """
     lead = TAP_LEAD * tool.pitch if tool.pitch else 0.0
     if not rule.through or rule.break_through >= lead:
@@ -89,12 +90,12 @@ def tap_lead_issue(tool: Tool, rule: DepthRule) -> Issue | None:
 
 
 def depth_rule(job: JobOptions, options: DrillOptions) -> DepthRule:
-    """Return the rule that the options state.
+    """Return the depth rule of the options.
 
     Raises
     ------
     PlanError
-        A depth and a thickness that contradict each other.
+        Depth and thickness contradict each other.
     """
     to_shoulder = options.depth_to == "shoulder"
     if job.thickness is None and job.depth is None:

@@ -1,4 +1,4 @@
-"""Catalogue sizes of twist drills: an assumed drill has one, where one is near enough to the hole."""
+"""Catalogue sizes of twist drills, used for assumed drills if close enough to the hole."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import numpy as np
 
 from leafcut.units import MM_PER_INCH
 
-#: A diameter that differs by less from a catalogue size is that size, mm: half of the third decimal, in mm or inches.
+#: Tolerance of a catalogue size, mm: rounding of drawings to three decimals in mm, or four in inches (0.0013 mm).
 EQUAL = 1.5e-3
-#: Metric drills up to a diameter, and their steps, mm: DIN 1899 below 1 mm, DIN 338 above.
+#: Metric drills: largest diameter and steps, mm (DIN 1899 below 1 mm, DIN 338 above).
 _METRIC = ((1.0, (0.01,)), (3.0, (0.05,)), (np.inf, (0.1, 0.25)))
-#: A fraction of an inch that is as near to a metric size, mm, is no size of its own for what is drawn inaccurately.
+#: Inch fractions this close to a metric size, mm, are not used for inexactly drawn holes.
 _BESIDE_METRIC = 0.02
 #: Number drills 1 to 80 and letter drills A to Z, thousandths of an inch: ASME B94.11M.
 _NUMBERS = (
@@ -27,9 +27,9 @@ _NUMBERED = np.array([*_NUMBERS, *_LETTERS]) * 1e-3 * MM_PER_INCH
 
 
 def catalogue_size(diameter: float, tolerance: float) -> float:
-    """Return the catalogue size for a hole, mm: its own, else the nearest within a tolerance, else its diameter.
+    """Return the catalogue size for a hole, mm: an equal one, else the nearest within `tolerance`, else its diameter.
 
-    Number and letter drills are taken for holes of just their size: their sizes lie close to metric ones.
+    Number and letter drills are only used for holes of exactly their size, because they are close to metric sizes.
     """
     metric, inch = _metric(diameter), round(diameter / MM_PER_INCH * 64.0) / 64.0 * MM_PER_INCH
     numbered = float(_NUMBERED[np.argmin(np.abs(_NUMBERED - diameter))])
@@ -39,7 +39,7 @@ def catalogue_size(diameter: float, tolerance: float) -> float:
     sizes = [metric]
     if abs(inch - _metric(inch)) > _BESIDE_METRIC:
         sizes.append(inch)
-    # Of two that are as near the smaller: a hole can be opened up.
+    # Of two equally near sizes, take the smaller: a hole can be opened up.
     away, size = min((round(abs(size - diameter), 6), size) for size in sizes)
     return round(size, 4) if size > 0.0 and away <= tolerance + 1e-9 else diameter
 

@@ -1,4 +1,4 @@
-"""From operations to routing problems, and from their solutions back to a toolpath."""
+"""From drilling operations to routing problems, and from their solutions to a toolpath."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ from leafcut.processes.drilling.plan.drilling import DrillOperation, DrillPlan
 from leafcut.processes.spindle_moves import rise, stop_spindle, take_tool
 from leafcut.timing.travel import travel_metric, way_height
 
-#: Heights that differ by less are one, mm.
+#: Tolerance of equal heights, mm.
 _SAME_HEIGHT = 1e-6
 
 
 def stages_of(
     plan: DrillPlan, machine: Machine, objective: Literal["time", "distance"], wanted: Mapping[int, NDArray[np.int32]]
 ) -> tuple[Stage, ...]:
-    """Return a stage for each operation; each starts where the one before it ends.
+    """Return a stage for each operation; each starts where the previous one ends.
 
     Parameters
     ----------
     wanted
-        Operation → the choices that the user wants first.
+        Operation → choices to visit first.
     """
     height = 0.0 if plan.always_initial else plan.clearance_height - plan.retract_height
     stages = []
@@ -56,12 +56,12 @@ def build_problem(
 ) -> RoutingProblem:
     """Return the routing problem of one operation.
 
-    A hole is a cluster of one node. A slot is a cluster of two: node 2k routes slot k from start to end, node 2k + 1
-    the other way.
+    A hole is a cluster of one node. A slot is a cluster of two: node 2k routes slot k from start to end, node 2k + 1 in
+    reverse.
     """
     name = f"{plan.part.name}: {operation.tool.label}"
     if not operation.slots:
-        # To the millionth: a drawing in inches and the same in mm then give the same tour, not one ulp apart.
+        # Rounded to 1e-6 mm, so that the same drawing in inches and mm gives the same tour.
         holes = plan.part.hole_xy[operation.targets].round(6)
         return RoutingProblem.of_points(holes, metric, start=start, end=end, name=name)
     slots = [plan.part.slots[t] for t in operation.targets]
@@ -74,7 +74,7 @@ def build_problem(
 
 
 def drawing_order(operation: DrillOperation) -> NDArray[np.int32]:
-    """Return the nodes in the order of the drawing, slots as they were drawn."""
+    """Return the nodes in file order, with slots in their drawn direction."""
     return np.arange(len(operation.targets), dtype=np.int32) * (2 if operation.slots else 1)
 
 
@@ -91,12 +91,12 @@ def lay_toolpath(
     coolant: bool = False,
     pause: bool = False,
 ) -> Toolpath:
-    """Return the motions of the whole program: `orders` has one array of nodes per operation.
+    """Return the motion of the whole program; `orders` has one array of nodes per operation.
 
-    Between holes the tool travels at the R plane (G99) or at the initial plane (G98, `always_initial`). A move over a
-    keep-out zone is lifted by a rapid of its own, not by G98 on a single hole: LinuxCNC 2.9 was seen to rise on a slant
-    when G98 follows G99 in one series of cycles, other controllers do not. With `pause` the program waits (M0) after
-    every tool change, for a controller whose M6 may not.
+    Between holes, the tool travels at the R plane (G99) or at the initial plane (G98, `always_initial`). Before
+    crossing a keep-out zone it retracts with a separate rapid, not with G98 on a single hole: LinuxCNC 2.9 rises on a
+    slant when G98 follows G99 in one series of cycles, unlike other controllers. With `pause`, the program waits (M0)
+    after every tool change, for controllers whose M6 may not.
     """
     builder = ToolpathBuilder()
     if machine.safe_z is not None:
@@ -116,7 +116,7 @@ def lay_toolpath(
 
 
 def with_high_travel(plan: DrillPlan) -> DrillPlan:
-    """Return the plan with all travel moves above the highest place of the surface."""
+    """Return the plan with all travel moves above the highest point of the surface."""
     over = tuple(replace(one, cycle=replace(one.cycle, to_initial=True)) for one in plan.operations)
     return replace(plan, operations=over, always_initial=True, reliefs=())
 
@@ -124,7 +124,7 @@ def with_high_travel(plan: DrillPlan) -> DrillPlan:
 def surface_tops(plan: DrillPlan, drawn: bool) -> NDArray[np.float64] | None:
     """Return x, y and the height of the surface at each hole, float64[n, 3], mm; None for a plate.
 
-    If the heights are `drawn` or of a solid, they are those of the drawing, not of the plan.
+    If heights are `drawn` or taken from a solid, they come from the drawing, not from the plan.
     """
     if drawn or plan.solid:
         return np.array([(hole.x, hole.y, hole.z) for hole in plan.part.holes], dtype=np.float64).reshape(-1, 3)
@@ -147,7 +147,7 @@ def _drill(
     relief: Relief | None,
 ) -> None:
     targets = targets_in_order(operation, nodes)
-    # How much higher or lower each hole ends than the cycle says.
+    # Difference between the bottoms of each hole and of the cycle, mm.
     beside = (operation.bottoms(plan.tops, plan.deeper) - operation.cycle.bottom)[nodes]
     xy, bottoms = plan.part.hole_xy[targets], beside.round(9).tolist()
     heights = _way_heights(plan, machine, operation, xy, relief)
@@ -165,13 +165,13 @@ def _drill(
 def _way_heights(
     plan: DrillPlan, machine: Machine, operation: DrillOperation, xy: NDArray[np.float64], relief: Relief | None
 ) -> list[float]:
-    """Return the least height of the way to each hole from the one before, mm; −∞ where any will do."""
+    """Return the minimum height of the travel move to each hole, mm; −∞ if any height will do."""
     heights = np.full(len(xy), -np.inf)
     dogleg = machine.rapid_style == "dogleg"
     if relief is not None:
         places = [(x, y) for x, y in xy.round(6).tolist()]
         ways = [way_height(relief, a, b, dogleg) for a, b in pairwise(places)]
-        # Rounded up to what is written: the way is nowhere lower than it must be.
+        # Rounded up to the written precision, so that the move is never too low.
         heights[1:] = np.ceil(np.array(ways) * 1000.0 - 1e-6) / 1000.0
     elif len(plan.zones) and not plan.always_initial:
         lifted = touches_any_zone(xy[:-1], xy[1:], plan.high_zones_for(operation.tool), dogleg=dogleg)
@@ -181,7 +181,7 @@ def _way_heights(
 
 
 def _at_height(cycle: DrillCycle, r_plane: float, lower: float) -> DrillCycle:
-    """Return a cycle for a hole with an R plane of its own, whose bottom is at another height."""
+    """Return a cycle with another R plane, and with its bottom shifted."""
     if r_plane == cycle.r_plane and not lower:
         return cycle
     return replace(cycle, r_plane=r_plane, bottom=round(cycle.bottom + lower, 6))
@@ -190,7 +190,7 @@ def _at_height(cycle: DrillCycle, r_plane: float, lower: float) -> DrillCycle:
 def _rout(
     builder: ToolpathBuilder, plan: DrillPlan, machine: Machine, operation: DrillOperation, nodes: NDArray[np.int32]
 ) -> None:
-    """Plunge, cut along the slot to and fro, deeper each time, and rise, slot by slot."""
+    """Rout slot by slot: plunge, cut back and forth along the slot in passes, and retract."""
     cycle, feed = operation.cycle, operation.tool.feed
     zones, dogleg = plan.high_zones_for(operation.tool), machine.rapid_style == "dogleg"
     place: Point | None = None
@@ -215,8 +215,8 @@ def _rout(
 def slot_depths(cycle: DrillCycle, tool: Tool) -> list[float]:
     """Return the heights of the passes of a slot, mm, from the first to the bottom.
 
-    A pass is at most one peck deep, or one diameter where the library gives no peck: what a slot mill takes in full
-    width. Their number is odd, so that the tool, cutting to and fro, ends where the slot ends.
+    A pass is at most one peck deep, or one diameter without a peck: the full-width limit of a slot mill. The number of
+    passes is odd, so that the tool ends at the end of the slot.
     """
     step = tool.peck or tool.diameter
     passes = max(1, math.ceil(-cycle.bottom / step - 1e-9))
@@ -225,7 +225,7 @@ def slot_depths(cycle: DrillCycle, tool: Tool) -> list[float]:
 
 
 def _approach(builder: ToolpathBuilder, plan: DrillPlan, x: float, y: float) -> None:
-    """Go over the first place at a safe height, then down to the clearance height."""
+    """Move over the first position at a safe height, then down to the clearance height."""
     builder.rapid(x, y)
     if builder.position[2] != plan.clearance_height:
         builder.rapid(z=plan.clearance_height)

@@ -1,4 +1,4 @@
-"""Drilling: holes and slots become operations, one per tool, in an order with the fewest tool changes."""
+"""Drilling: turn holes and slots into operations, one per tool, with the fewest tool changes."""
 
 from __future__ import annotations
 
@@ -38,25 +38,25 @@ from leafcut.processes.drilling.plan.tooling import Step, ToolChooser
 from leafcut.processes.spindle_moves import check_spindle_heights
 from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
 
-#: Tools are changed this far above Z0 on machines without a safe height of their own, mm.
+#: Height of tool changes above Z0 on machines without a safe height, mm.
 TOOL_CHANGE_HEIGHT = 25.0
-#: Distance of travel moves from the surface and from fixtures, above and aside, mm.
+#: Clearance of travel moves from the surface and from fixtures, vertical and horizontal, mm.
 SURFACE_CLEARANCE = 2.0
-#: A tool that comes out this far below the part, mm, may meet the table, a vise or a parallel: it is reported.
+#: Exit of a tool below the part that is reported, mm: it may hit the table, a vise or a parallel.
 FAR_BELOW = 3.0
-#: The same under a circuit board, mm: the backing board below it is often 2 mm thick or less.
+#: The same under a circuit board, mm: its backing board is often 2 mm thick or less.
 BELOW_BOARD = 1.0
-#: In a longer stroke, diameters, chips pack the flutes of a twist drill, and it breaks: without pecks 3 to 5 are usual.
+#: Longest stroke without pecking, diameters: beyond, chips pack the flutes and the drill breaks; 3 to 5 are usual.
 LONGEST_STROKE = 5.0
 
 
 @dataclass(frozen=True, eq=False)
 class DrillOperation:
-    """One tool's work: the cycle it runs at every target.
+    """The work of one tool: a cycle, run at every target.
 
-    `targets` are indices, int32[k], into the part's holes, or into its slots when `slots`. `tips` says how deep the tip
-    goes below the top of each hole, float64[k], mm, where the tool makes a wide part of it (counterbore, countersink);
-    else None.
+    `targets` are indices, int32[k], into the holes of the part, or into its slots if `slots`. `tips` are the depths of
+    the tip below the top of each hole, float64[k], mm, if the tool makes wide parts (counterbore, countersink); else
+    None.
     """
 
     tool: Tool
@@ -69,20 +69,19 @@ class DrillOperation:
         """Return the height of the tip at the bottom of each target, float64[k], mm; holes only."""
         if self.tips is not None:
             return tops[self.targets] - self.tips
-        # A centre drill goes as deep everywhere.
+        # A centre drill has the same depth everywhere.
         depth = 0.0 if self.tool.kind is ToolKind.CENTRE_DRILL else deeper[self.targets]
         return np.asarray(tops[self.targets] - depth + self.cycle.bottom)
 
 
 @dataclass(frozen=True, eq=False)
 class DrillPlan:
-    """Operations in the order of machining, and what they have in common (mm).
+    """Operations in machining order, and their common data (mm).
 
-    `zones` is float64[k, 4]: rectangles in which nothing is drilled, as they were given; `zone_heights` is float64[k]:
-    the lowest height at which a rapid may cross each, never above the clearance height. Of each hole, float64[n]:
-    `tops`, the height at which it begins and from which its depth is counted; `r_planes`; and `deeper`, how much deeper
-    it goes than its operation's cycle. `reliefs` says for each operation how high its ways are where there is a surface
-    (`ground`), and is empty elsewhere.
+    `zones` is float64[k, 4]: rectangles in which nothing is drilled, as given; `zone_heights` is float64[k]: the lowest
+    height at which a rapid may cross each, at most the clearance height. Per hole, float64[n]: `tops`, the height of
+    its top, from which its depth counts; `r_planes`; and `deeper`, its depth beyond its operation's cycle.
+    `reliefs` has the travel heights of each operation over a surface (`ground`), and is empty for a flat part.
     """
 
     part: Part
@@ -105,18 +104,18 @@ class DrillPlan:
 
     @property
     def solid(self) -> bool:
-        """Whether a solid says the heights and depths of the holes."""
+        """Whether a solid determines the heights and depths of the holes."""
         return any(hole.depth is not None for hole in self.part.holes)
 
     @property
     def tools(self) -> tuple[Tool, ...]:
-        """The tools in the order of their use, each once."""
+        """The tools in order of use, without duplicates."""
         return tuple({o.tool.number: o.tool for o in self.operations}.values())
 
     def zones_for(self, tool: Tool, tip: float) -> NDArray[np.float64]:
-        """Return the zones, float64[k, 4], that the centre of `tool` keeps out of with its tip at a height, mm.
+        """Return the zones, float64[k, 4], that the centre of `tool` must avoid with its tip at a height, mm.
 
-        They are wider by its radius, or by that of its shank or holder if these come below the height of the zone.
+        They are widened by its radius, and by its shank or holder if these reach below the height of the zone.
         """
         return widened(self.zones, self.reach(tool, tip))
 
@@ -125,7 +124,7 @@ class DrillPlan:
         return widest_below(0.5 * tool.diameter, bodies_of(tool), tip, self.zone_heights)
 
     def high_zones_for(self, tool: Tool) -> NDArray[np.float64]:
-        """Return the zones as `zones_for`, without those that rapids at the retract height may cross."""
+        """Return the zones like `zones_for`, without those that rapids at the retract height may cross."""
         return self.zones_for(tool, self.retract_height)[self.zone_heights > self.retract_height]
 
 
@@ -140,14 +139,16 @@ def plan_drilling(
 ) -> DrillPlan:
     """Return the operations that make every hole and slot of `part`.
 
-    Holes that need several tools (centre drill, drill, tap) meet them in their recipe's order, every tool is taken up
-    once where the recipes allow it, and the tools follow each other by kind and then by diameter. With a `mesh` each
-    hole begins on it, and ways between holes are as low as it allows; they go over a `fixture`, too.
+    Holes that need several tools (centre drill, drill, tap) get them in the order of their recipe. Every tool is used
+    once if the recipes allow it; tools are sorted by kind and then by diameter. With a `mesh`, each hole starts on it,
+    and travel moves are as low as it allows; they also pass over a `fixture`.
 
     Raises
     ------
     PlanError
-        No tool fits a hole, a hole is deeper than its tool can go, or the recipes contradict each other.
+        No tool fits a hole, a hole is too deep for its tool, or the recipes contradict each other.
+    OptionError
+        Options contradict each other, or an option is invalid.
     """
     if not part.holes and not part.slots:
         reasons = "; ".join(issue.message for issue in part.issues)
@@ -174,7 +175,7 @@ def plan_drilling(
         radii = _radii(part, work)
         found = tops_of(part, ground, radii, _bite(part, work, radii), drawn)
         tops, surface, heights = found.tops, np.maximum(found.tops, found.surface), found.issues
-        # Below a hole that opens into a cavity stands the part again.
+        # A hole that opens into a cavity has the part below it again.
         opens = [hole.z - hole.depth if hole.through and hole.depth is not None else -np.inf for hole in part.holes]
         under = np.maximum(found.under, opens)
         if options.through:
@@ -190,7 +191,7 @@ def plan_drilling(
     )  # fmt: skip
     check_spindle_heights(machine, over, "drill")
     refuse_higher_zones(job.keep_out, over.clearance_height)
-    # What stands between holes of different heights is not known without a surface: no way is lower than the highest.
+    # Without a surface, the space between holes of different heights is unknown: travel above the highest.
     initial = job.retract == "initial" or (ground is None and bool(len(tops) and np.ptp(tops)))
     rule = depth_rule(job, options)
     groups = _order_tools(list(work), chooser.sequences)
@@ -236,10 +237,10 @@ def plan_drilling(
 
 
 def _own_depths(part: Part, work: dict[Step, list[int]], job: JobOptions) -> tuple[JobOptions, NDArray[np.float64]]:
-    """Return the job with the least depth of a solid's holes as its thickness, and how much deeper each goes, mm.
+    """Return the job with the smallest depth of a solid's holes as its thickness, and the extra depth of each, mm.
 
-    Through holes go as far below the part as those of a plate. The full diameter of a blind one ends where it does in
-    the solid; of a drill on a flat floor, the point does.
+    The full diameter of a through hole exits the part by the break-through, as in a plate. The full diameter of a blind
+    hole ends at the depth in the solid; with a flat floor, the point of the drill ends there.
     """
     depths = np.array([hole.depth or 0.0 for hole in part.holes])
     points = np.zeros(len(depths))
@@ -263,12 +264,14 @@ def _own_depths(part: Part, work: dict[Step, list[int]], job: JobOptions) -> tup
 def _ground(
     part: Part, mesh: Mesh | None, job: JobOptions, options: DrillOptions, fixture: Mesh | None
 ) -> Ground | None:
-    """Return what lies under the tool, None where all is flat.
+    """Return the surface and the fixtures, or None for a flat part.
 
     Raises
     ------
     PlanError
-        The part has slots, or a thickness is given and was to be found.
+        The part has slots.
+    OptionError
+        `--through` is combined with a thickness or a depth, or a fixture is invalid.
     """
     if mesh is None:
         return None
@@ -284,7 +287,7 @@ def _ground(
 
 
 def _radii(part: Part, work: dict[Step, list[int]]) -> NDArray[np.float64]:
-    """Return the radius of the widest tool that makes each hole, float64[n], mm."""
+    """Return the radius of the widest tool of each hole, float64[n], mm."""
     radii = np.zeros(len(part.holes))
     for step, targets in work.items():
         if not step.slots:
@@ -299,7 +302,7 @@ def _check_ground(
     deeper: NDArray[np.float64],
     ground: Ground,
 ) -> None:
-    """Refuse holes in which a tool would meet a fixture, or what must not be cut of the surface."""
+    """Refuse holes in which a tool would hit a fixture, or cut into the finished surface."""
     finished = any(hole.depth is not None for hole in part.holes)
     widths = np.array([max([hole.diameter, *(one.diameter for one in hole.steps)]) for hole in part.holes])
     for one in operations:
@@ -315,7 +318,7 @@ def _bite(
 ) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
     """Return the function from the height of material above the top of each hole to the widest radius cut, mm.
 
-    A centre drill cuts with its point alone; the hole itself is always cut.
+    A centre drill cuts only with its point; the hole itself is always cut.
     """
 
     def widest(above: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -335,7 +338,7 @@ def _bite(
 
 
 def _relief(plan: DrillPlan, ground: Ground, machine: Machine, operation: DrillOperation) -> Relief:
-    """Return how high the ways of an operation are."""
+    """Return the travel heights of an operation."""
     return ground.relief(
         machine,
         operation.tool,
@@ -349,9 +352,9 @@ def _relief(plan: DrillPlan, ground: Ground, machine: Machine, operation: DrillO
 def _widen(
     part: Part, chooser: ToolChooser, work: dict[Step, list[int]], ground: Ground | None
 ) -> tuple[dict[Step, list[float]], list[Issue]]:
-    """Add the tools that make wide parts of holes to `work`; return how deep their tips go in each hole, and the rest.
+    """Add the tools for wide parts of holes to `work`; return the depths of their tips, and an issue on the others.
 
-    A tool wider than its countersink needs room beside it at the top of the hole.
+    A tool wider than its countersink needs clearance beside it at the top of the hole.
     """
     wide: dict[Step, list[float]] = {}
     left = []
@@ -384,7 +387,7 @@ def _widen(
 def _wide_operation(
     step: Step, targets: list[int], tips: list[float], job: JobOptions, initial: bool
 ) -> DrillOperation:
-    """Return the operation that makes wide parts of holes, straight down."""
+    """Return the operation that makes wide parts of holes in one plunge."""
     tool = step.tool
     dwell = tool.dwell or 0.0
     cycle = DrillCycle("G82" if dwell else "G81", job.retract_height, -min(tips), to_initial=initial, dwell=dwell)
@@ -394,7 +397,7 @@ def _wide_operation(
 def _check_flutes(
     operations: tuple[DrillOperation, ...], tops: NDArray[np.float64], deeper: NDArray[np.float64]
 ) -> None:
-    """Refuse a tool that is too short for the thickest place that it goes through."""
+    """Refuse a tool that is too short for its deepest hole."""
     for one in operations:
         if one.slots or one.tips is not None:
             continue
@@ -407,13 +410,13 @@ def _check_flutes(
 
 
 def _tops(part: Part, options: DrillOptions) -> tuple[NDArray[np.float64], list[Issue]]:
-    """Return the height at which each hole begins, float64[n], and a note where all become Z0 that were drawn higher.
+    """Return the height of the top of each hole, float64[n], and a note if holes drawn elsewhere become Z0.
 
     Raises
     ------
     PlanError
-        Holes are drawn at several heights, and one for all was asked for: some would be drilled too deep and others
-        not at all. Or two of different heights have one place.
+        Holes are drawn at several heights but one is requested, so some would be drilled too deep or not at all. Or
+        two holes at one position have different heights.
     """
     if options.hole_heights == "drawn":
         tops = np.array([hole.z for hole in part.holes], dtype=np.float64)
@@ -436,7 +439,7 @@ def _tops(part: Part, options: DrillOptions) -> tuple[NDArray[np.float64], list[
 
 
 def _tap_lead_issues(operations: tuple[DrillOperation, ...], rule: DepthRule) -> list[Issue]:
-    """Return a note for every tap whose lead leaves a through thread short at the far side."""
+    """Return a note for every tap whose lead leaves incomplete threads at the exit."""
     return [note for o in operations if (note := tap_lead_issue(o.tool, rule)) is not None]
 
 
@@ -444,9 +447,9 @@ def _far_below(
     part: Part, operations: tuple[DrillOperation, ...], rule: DepthRule, tops: NDArray[np.float64],
     deeper: NDArray[np.float64], under: NDArray[np.float64],
 ) -> list[Issue]:  # fmt: skip
-    """Return a warning where tools exit far below the part, with the greatest depth; a note under a board.
+    """Return a warning if tools exit far below the part, with the greatest distance; a note for a board.
 
-    `under` is the underside of the part at each hole, float64[n], mm; −∞ where it is not known.
+    `under` is the underside of the part at each hole, float64[n], mm; −∞ if unknown.
     """
     farthest, count, label, place = BELOW_BOARD if part.format == "excellon" else FAR_BELOW, 0, "", (0.0, 0.0)
     for one in operations:
@@ -477,9 +480,9 @@ def _deep_strokes(
     part: Part, operations: tuple[DrillOperation, ...], tops: NDArray[np.float64], deeper: NDArray[np.float64],
     under: NDArray[np.float64],
 ) -> list[Issue]:  # fmt: skip
-    """Return a warning for each drill that goes deeper than `LONGEST_STROKE` diameters in one stroke; none on boards.
+    """Return a warning for each drill with a stroke longer than `LONGEST_STROKE` diameters; none on boards.
 
-    `under` is the underside of the part at each hole, float64[n], mm; −∞ where it is not known.
+    `under` is the underside of the part at each hole, float64[n], mm; −∞ if unknown.
     """
     issues: list[Issue] = []
     for one in operations if part.format != "excellon" else ():
@@ -512,7 +515,7 @@ def _deep_strokes(
 
 
 def _check_zones(plan: DrillPlan) -> None:
-    """Refuse a hole or a slot that lies in a keep-out zone: whatever stands there would be drilled."""
+    """Refuse a hole or a slot in a keep-out zone: the tool would hit the obstacle there."""
     for operation in plan.operations:
         if operation.slots:
             slots = [plan.part.slots[t] for t in operation.targets]
@@ -543,8 +546,8 @@ def _check_zones(plan: DrillPlan) -> None:
 
 
 def _distances(begin: NDArray[np.float64], end: NDArray[np.float64], zones: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return how far straight cuts, float64[n, 2], are from zones, float64[k, 4]: float64[n, k], mm."""
-    import shapely  # not at the top: most tools have no known holder, and start without it
+    """Return the distances of straight cuts, float64[n, 2], from zones, float64[k, 4]: float64[n, k], mm."""
+    import shapely  # imported here because most tools have no known holder
 
     cuts: Any = np.asarray(shapely.linestrings(np.stack([begin, end], axis=1)))
     still = (begin == end).all(axis=1)
@@ -555,7 +558,7 @@ def _distances(begin: NDArray[np.float64], end: NDArray[np.float64], zones: NDAr
 
 
 def _collect(part: Part, chooser: ToolChooser) -> dict[Step, list[int]]:
-    """Return the targets of every step (tool, for a slot or not), in the order of the drawing."""
+    """Return the targets of every step, in file order."""
     work: dict[Step, list[int]] = {}
     for index, hole in enumerate(part.holes):
         for step in chooser.steps_for_hole(hole):
@@ -569,9 +572,9 @@ _KIND_ORDER = {kind: place for place, kind in enumerate(ToolKind)}
 
 
 def _order_tools(steps: list[Step], sequences: Sequence[Sequence[Step]]) -> list[Step]:
-    """Return the steps so that each stands after those that its holes need before it: each tool is taken up once.
+    """Return the steps sorted so that each follows its predecessors: each tool is used once.
 
-    Among the free ones: by kind (centre drills first), then by diameter.
+    Among the available steps: by kind (centre drills first), then by diameter.
     """
     before: dict[Step, set[Step]] = {step: set() for step in steps}
     for sequence in sequences:
@@ -631,7 +634,7 @@ def _cycle_name(tool: Tool, options: DrillOptions) -> str:
 
 
 def _consistent(cycle: DrillCycle, tool: Tool) -> DrillCycle:
-    """Return the cycle with only the words that it has, or say what is missing."""
+    """Return the cycle with only its own parameters; raise `PlanError` if one is missing."""
     if cycle.name in ("G83", "G73") and not cycle.peck:
         raise PlanError(f"{tool.label}: {cycle.name} needs the depth of a peck; give --peck, or peck in the library")
     if cycle.name == "G82" and not cycle.dwell:

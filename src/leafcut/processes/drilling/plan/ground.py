@@ -1,4 +1,4 @@
-"""A surface that is not flat: where each hole begins on it, how thick the part is there, and how low ways may be."""
+"""Drilling on an uneven surface: the top of each hole, the thickness of the part there, and low travel heights."""
 
 from __future__ import annotations
 
@@ -21,28 +21,27 @@ from leafcut.model.problem import Relief
 from leafcut.model.shown_stock import FixtureBox
 from leafcut.model.tool import Tool
 
-#: A rim that is more uneven than this is told, mm.
+#: Unevenness of a rim that is reported, mm.
 UNEVEN = 0.2
-#: A shank or a holder keeps so far from the surface, mm: triangles leave a solid by half of it.
+#: Clearance of a shank or a holder from the surface, mm: twice the mesh tolerance.
 BODY_ROOM = 0.1
-#: The flutes of a tool wider than its hole are compared with what stands beside it at so many heights.
+#: Heights at which the flutes of a tool wider than its hole are compared with the material beside it.
 FLUTE_LEVELS = 12
-#: A fixture is not so many times as long as the part, nor so many times shorter.
+#: Largest ratio between the lengths of fixture and part.
 MOST_TIMES = 50.0
-#: What a mesh may be in that was taken for mm, or the other way round, and how many times as large it is then; holes
-#: take up so much of a part, or more.
+#: Units confused with mm, and the scale of the mesh in them; minimum share of a part's length covered by holes.
 OTHER_UNITS = {"inches": 25.4, "metres": 1000.0, "mm, not inches,": 1 / 25.4}
 _NEARLY = 0.5
-#: Hardly a part is thicker than so many diameters of its holes.
+#: Largest plausible thickness of a part, in diameters of its holes.
 DEEPEST = 30.0
-#: A fixture so many times shorter or longer than the part, that would stand at it in another unit, is told.
+#: Ratio of the lengths of fixture and part above which a wrong unit is suspected.
 ODD_TIMES = 8.0
-#: It stands at the part where it is no farther away than this share of the part's length.
+#: Largest distance of a fixture from the part, relative to the length of the part.
 NEAR = 0.1
 
 
 class Tops(NamedTuple):
-    """Of each hole, float64[n], mm: where it begins, the surface there, and where the part ends below; what is odd."""
+    """Per hole, float64[n], mm: its top, the surface there, and the underside of the part; issues."""
 
     tops: NDArray[np.float64]
     surface: NDArray[np.float64]
@@ -52,20 +51,20 @@ class Tops(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Ground:
-    """What lies under the tool.
+    """The part and the fixtures below the tool.
 
     Attributes
     ----------
     mesh
-        The surface, as the drawing is placed.
+        The surface, placed like the drawing.
     fixtures
-        float64[k, 6]: boxes that stand on it: lower corner, upper corner, mm.
+        float64[k, 6]: boxes on the surface: lower corner, upper corner, mm.
     clearance
-        How far ways stay from all of it, above and aside, mm.
+        Distance of travel moves from all of it, vertical and horizontal, mm.
     fixture
-        What holds the part, as a mesh; None without one.
+        The fixture as a mesh, or None.
     issues
-        What was found of it.
+        Issues of the fixture.
     """
 
     mesh: Mesh
@@ -82,18 +81,18 @@ class Ground:
 
     @property
     def boxes(self) -> tuple[FixtureBox, ...]:
-        """The fixtures as plain numbers."""
+        """The fixture boxes as plain numbers."""
         return tuple((x0, y0, z0, x1, y1, z1) for x0, y0, z0, x1, y1, z1 in self.fixtures.tolist())
 
     @property
     def highest(self) -> float:
-        """The highest place of all, mm."""
+        """The highest point of the surface and the fixtures, mm."""
         held = [] if self.fixture is None else [float(self.fixture.high[2])]
         return float(max([float(self.mesh.high[2]), *self.fixtures[:, 5].tolist(), *held]))
 
     def is_free(self, x: float, y: float, radius: float, z: float) -> bool:
-        """Return whether nothing of the surface is above a height within a radius of a place."""
-        import shapely  # not at the top: most drawings have no ground, and start without it
+        """Return whether the surface is nowhere above a height within a radius of a point."""
+        import shapely  # imported here because most drawings have no surface
 
         corners = self.mesh.triangles
         near = corners[:, :, 2].max(axis=1) > z + SAME_HEIGHT
@@ -114,7 +113,7 @@ class Ground:
         otherwise: float,
         zones: NDArray[np.float64],
     ) -> Relief:
-        """Return how high a tool goes between places, with keep-out zones crossed at `otherwise`."""
+        """Return the travel heights of a tool between points; keep-out zones are crossed at `otherwise`."""
         most = TILES_DOGLEG if machine.rapid_style == "dogleg" else TILES
         bars = [_box(np.array([*zone[:2], 0.0, *zone[2:], otherwise - self.clearance])) for zone in zones]
         lowest, room = float(heights.min(initial=np.inf)), self.clearance
@@ -132,12 +131,12 @@ class Ground:
 
 
 def fixture_boxes(words: Sequence[str]) -> NDArray[np.float64]:
-    """Return boxes of ``x0 y0 z0 x1 y1 z1``, float64[k, 6], the lower corner first.
+    """Parse boxes ``x0 y0 z0 x1 y1 z1`` to float64[k, 6], lower corner first.
 
     Raises
     ------
     OptionError
-        Not six numbers, or a box without height or width.
+        A box has not six numbers, or no volume.
     """
     boxes = []
     for word in words:
@@ -158,12 +157,12 @@ def fixture_boxes(words: Sequence[str]) -> NDArray[np.float64]:
 
 
 def checked_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:
-    """Return the mesh of a fixture, or the box around it where it is not closed, and what is to be told of it.
+    """Return the mesh of a fixture, replaced by its bounding box if it is not closed, and issues.
 
     Raises
     ------
     PlanError
-        It lies far beside the surface, or is of quite another size: its unit or its zero is another one.
+        The fixture is far from the surface, or its size is implausible: its unit or its zero must differ.
     """
     size, place = fixture.high - fixture.low, fixture.low
     length = float(max((mesh.high - mesh.low)[:2]))
@@ -205,7 +204,7 @@ def checked_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:
 
 
 def _odd_unit(fixture: Mesh, mesh: Mesh, own: float, length: float) -> str:
-    """Return in what unit a fixture that is much smaller or larger than the part would be as large as others are."""
+    """Return the unit in which a fixture of implausible size would fit the part, or ""."""
     for name, times in OTHER_UNITS.items():
         if not (own < length / ODD_TIMES if times > 1.0 else own > length * ODD_TIMES):
             continue
@@ -216,12 +215,12 @@ def _odd_unit(fixture: Mesh, mesh: Mesh, own: float, length: float) -> str:
 
 
 def check_fixture(xy: NDArray[np.float64], tips: NDArray[np.float64], radius: float, ground: Ground) -> None:
-    """Refuse a hole where something of the fixture's mesh is above the tip of the tool, within its radius.
+    """Refuse a hole if the fixture's mesh is above the tip of the tool, within its radius.
 
     Parameters
     ----------
     xy, tips
-        float64[n, 2], float64[n]: the holes, and the lowest place of the tool in each, mm.
+        float64[n, 2], float64[n]: the holes, and the lowest point of the tool in each, mm.
     """
     if ground.fixture is None or not len(xy):
         return
@@ -237,14 +236,14 @@ def check_fixture(xy: NDArray[np.float64], tips: NDArray[np.float64], radius: fl
 def check_bodies(
     tool: Tool, xy: NDArray[np.float64], tops: NDArray[np.float64], tips: NDArray[np.float64], ground: Ground
 ) -> None:
-    """Refuse a hole in which the shank or the holder of its tool would meet the surface, a fixture or the hole's rim.
+    """Refuse a hole in which the shank or holder of its tool would hit the surface, a fixture or the rim of the hole.
 
-    It is wider than the tool; ways between holes are kept clear of it by their heights (`Ground.relief`).
+    These are wider than the tool; between holes, the travel heights keep them clear (`Ground.relief`).
 
     Parameters
     ----------
     xy, tops, tips
-        float64[n, 2], float64[n], float64[n]: the holes, where each begins, and how low the tip goes in each, mm.
+        float64[n, 2], float64[n], float64[n]: the holes, and the heights of top and tip in each, mm.
     """
     triangles = ground.triangles
     for disc in discs_of(tool):
@@ -272,17 +271,17 @@ def check_beside(
     tips: NDArray[np.float64],
     ground: Ground,
 ) -> None:
-    """Refuse a hole of a solid in which a tool that is wider than the hole would cut what stands beside it.
+    """Refuse a hole of a solid in which a tool wider than the hole would cut the material beside it.
 
-    The surface of a solid is that of the finished part: above the top of a hole nothing may be cut. A centre drill
-    makes its chamfer below the top; what it is wider by above that must have room.
+    The surface of a solid is the finished part: nothing above the top of a hole may be cut. A centre drill makes its
+    chamfer below the top, and needs clearance for its greater width above it.
 
     Parameters
     ----------
     xy, widths
-        float64[n, 2], float64[n]: the holes, and how wide each is where it is widest, mm.
+        float64[n, 2], float64[n]: the holes, and their largest diameters, mm.
     tops, tips
-        float64[n], float64[n]: where each hole begins, and how low the tip goes in each, mm.
+        float64[n], float64[n]: the heights of top and tip in each hole, mm.
     """
     cutter = cutter_of(tool)
     wider = np.flatnonzero(cutter.radius > 0.5 * widths + BODY_ROOM)
@@ -310,7 +309,7 @@ def check_beside(
 def _meeting(
     triangles: NDArray[np.float64], xy: NDArray[np.float64], heights: NDArray[np.float64], radius: float
 ) -> set[int]:
-    """Return at which places float64[n, 2] some of a mesh is above a height, float64[n], within a radius."""
+    """Return the indices of points, float64[n, 2], with a mesh above a height, float64[n], within a radius."""
     import shapely  # as above
 
     triangles = triangles[triangles[:, :, 2].max(axis=1) > heights.min()]
@@ -331,7 +330,7 @@ def _meeting(
 
 
 def _part_above(corners: NDArray[np.float64], height: float) -> NDArray[np.float64]:
-    """Return the corners, seen from above, of the part of a triangle above a height, float64[k, 2]."""
+    """Clip a triangle to the part above a height; return its corners in top view, float64[k, 2]."""
     found = [corner[:2] for corner in corners if corner[2] > height]
     for here, there in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         if (here[2] > height) != (there[2] > height):
@@ -346,22 +345,22 @@ def tops_of(
     bite: Callable[[NDArray[np.float64]], NDArray[np.float64]],
     drawn: bool,
 ) -> Tops:
-    """Return where each hole begins, and where the part ends under it.
+    """Return the top of each hole, and the underside of the part there.
 
     Parameters
     ----------
     radius
-        float64[n]: of the widest tool that makes each hole, mm. The highest place within it is the top.
+        float64[n]: radius of the widest tool of each hole, mm. The highest point within it is the top.
     bite
-        From the height of the surface above the top of each hole, float64[n], to the widest radius that is cut, mm. The
-        part must reach so far.
+        Function from the height of the surface above the top of each hole, float64[n], to the widest radius cut, mm.
+        The part must cover this radius.
     drawn
-        Each hole begins where it is drawn; the surface is compared.
+        Each hole starts at its drawn height; the surface is only compared.
 
     Raises
     ------
     PlanError
-        A hole lies beside the surface or under a fixture, or the surface has another unit than the drawing.
+        A hole is beside the surface or under a fixture, or the surface has another unit than the drawing.
     """
     xy = part.hole_xy
     heights = np.array([hole.z for hole in part.holes], dtype=np.float64)
@@ -395,9 +394,9 @@ def tops_of(
                 f"{rims.lowest[worst]:.3f} and Z{rims.top[worst]:.3f}; {counts}",
             )
         )
-    # A drawing all of whose holes lie at one height says nothing of the surface.
+    # Holes drawn at equal heights contain no information about the surface.
     if drawn or np.ptp(heights) > SAME_HEIGHT:
-        # The surface of a solid is that of the finished part: below a counterbore it is lower than where a hole begins.
+        # The surface of a solid is the finished part: below a counterbore it is lower than the top of the hole.
         of_solid = np.array([hole.depth is not None for hole in part.holes])
         other = np.flatnonzero((np.abs(heights - rims.top) > max(UNEVEN, SAME_HEIGHT)) & ~of_solid)
         if len(other):
@@ -433,9 +432,9 @@ def rims_within(
     bite: Callable[[NDArray[np.float64]], NDArray[np.float64]],
     tops: NDArray[np.float64] | None,
 ) -> Rims:
-    """Return the highest place within the full radius of tools, and the lowest and the underside of what they cut.
+    """Return the highest point within the full radius of tools, and the lowest point and underside of the material cut.
 
-    `tops`, float64[n], are the heights at which holes begin; None: on the surface.
+    `tops`, float64[n], are the heights of the holes' tops; None: on the surface.
     """
     whole = rims_of(triangles, xy, radius)
     above = np.zeros(len(xy)) if tops is None else np.maximum(whole.top - tops, 0.0)
@@ -459,7 +458,7 @@ def _check_fixtures(part: Part, ground: Ground, radius: NDArray[np.float64]) -> 
 
 
 def _refuse_other_unit(part: Part, mesh: Mesh) -> None:
-    """Refuse a surface that does not hold the holes, where it would in another unit."""
+    """Refuse a surface that does not contain the holes, if it would in another unit."""
     if _holds(part, mesh, 1.0):
         return
     words = _lengths(part, mesh)
@@ -473,9 +472,9 @@ def _refuse_other_unit(part: Part, mesh: Mesh) -> None:
 
 
 def _other_unit(part: Part, mesh: Mesh, thickness: NDArray[np.float64], radius: NDArray[np.float64]) -> list[Issue]:
-    """Return a warning where all holes lie where the surface would be in a smaller unit, in a corner of it.
+    """Return a warning if all holes fit in a corner of the surface, as if its unit were smaller than mm.
 
-    And take up half of that, or would be deeper through the part than they are drilled.
+    The holes must also cover at least half of that corner, or be implausibly deep through the part.
     """
     deep = bool((thickness > DEEPEST * 2.0 * radius).any())
     for times in OTHER_UNITS.values():
@@ -492,14 +491,14 @@ def _lengths(part: Part, mesh: Mesh) -> str:
 
 
 def _as_long(part: Part, mesh: Mesh, times: float) -> bool:
-    """Return whether holes take up half or more, and no more than all, of a surface so many times as large."""
+    """Return whether the holes cover between half and all of the length of the surface, scaled by `times`."""
     x0, y0, x1, y1 = part.extents
     drawing, surface = max(x1 - x0, y1 - y0), float(max((mesh.high - mesh.low)[:2]))
     return drawing > 0.0 < surface and _NEARLY <= drawing / (surface * times) <= 1.1
 
 
 def _holds(part: Part, mesh: Mesh, times: float) -> bool:
-    """Return whether all holes lie on the box of a surface so many times as large."""
+    """Return whether all holes are inside the bounding box of the surface, scaled by `times`."""
     xy = part.hole_xy
     return bool(((xy >= mesh.low[:2] * times) & (xy <= mesh.high[:2] * times)).all())
 

@@ -1,4 +1,4 @@
-"""Which tools make a hole: the library's recipes and drills, or an assumed drill per catalogue size."""
+"""Choose the tools of a hole: recipes and drills of the library, or an assumed drill of a catalogue size."""
 
 from __future__ import annotations
 
@@ -17,34 +17,34 @@ from leafcut.options import JobOptions
 from leafcut.processes.drilling.options import DrillOptions
 from leafcut.processes.drilling.plan.drill_sizes import EQUAL, catalogue_size
 
-#: Cutting data of assumed tools: high-speed steel in mild steel or aluminium, on the careful side (estimate).
+#: Conservative cutting data of assumed tools: high-speed steel in mild steel or aluminium (estimate).
 SURFACE_SPEED = 20_000.0 / 60.0  # mm/s
 FEED_PER_REVOLUTION = 0.02  # of the diameter
-#: Of carbide drills in circuit boards, the fastest, mm/s: 150 m/min (Richvertex, PCB cutting conditions).
+#: Highest surface speed of carbide drills in circuit boards, mm/s: 150 m/min (Richvertex, PCB cutting conditions).
 BOARD_SPEED = 150_000.0 / 60.0
-#: A spindle whose range is farther from the right speed than this factor breaks or burns the tool: refused.
+#: Largest ratio between the right speed and the range of the spindle: beyond, the tool breaks or burns.
 MOST_OFF = 2.0
-#: An assumed speed this many times the right one is a warning.
+#: Ratio of an assumed speed to the right one above which a warning is issued.
 FAST = 1.5
 
-#: A bare point has no diameter: it is drilled as if it were this wide (mm).
+#: Diameter assumed for bare points, mm.
 POINT_DIAMETER = 1.0
 
-#: Twist drills larger than this are rare: a circle this wide is more likely something to mill than to drill (mm).
+#: Largest common twist drill, mm: a wider circle is more likely to be milled than drilled.
 LARGEST_COMMON_DRILL = 32.0
 
-#: Diameters are told apart to this (mm); no drill is thinner.
+#: Resolution of diameters, and the smallest diameter, mm.
 _RESOLUTION = 1e-4
 
 
-#: The angle of a countersink may differ from that of the solid by this, rad.
+#: Tolerance between the angles of a countersink and of the solid, rad.
 SAME_ANGLE = math.radians(1.0)
-#: An end mill or a countersink goes straight down at this share of its feed, where the library says no plunge rate.
+#: Default plunge rate of an end mill or a countersink, relative to its feed.
 PLUNGE_PART = 1.0 / 3.0
 
 
 class Step(NamedTuple):
-    """A tool at work, on holes or on slots, or on the wide parts of holes."""
+    """A tool applied to holes, slots, or wide parts of holes."""
 
     tool: Tool
     slots: bool = False
@@ -62,7 +62,7 @@ def _sinks(tool: Tool, part: HoleStep) -> bool:
 
 
 class ToolChooser:
-    """Chooses the tools of one plan, and remembers what it had to assume."""
+    """Chooses the tools of one plan, and records assumptions."""
 
     def __init__(
         self,
@@ -85,14 +85,14 @@ class ToolChooser:
 
     @property
     def sequences(self) -> list[tuple[Step, ...]]:
-        """The sequences of steps that holes need, each once."""
+        """The distinct sequences of steps that holes need."""
         return list(dict.fromkeys((*self._chosen.values(), *sorted(self._widened, key=repr))))
 
     def step_for_wide_part(self, hole: Hole, part: HoleStep) -> Step | None:
-        """Return the tool of the library that makes a wide part of a hole after its other tools; None without one.
+        """Return the library tool that makes a wide part of a hole after its other tools; None if there is none.
 
-        A counterbore takes an end mill of its diameter, a countersink a chamfer mill or a V-bit of its angle that is
-        wide enough.
+        A counterbore needs an end mill of its diameter; a countersink needs a chamfer mill or a V-bit of its angle that
+        is wide enough.
         """
         if self.library is None or not part.open:
             return None
@@ -109,12 +109,12 @@ class ToolChooser:
         return step
 
     def steps_for_hole(self, hole: Hole) -> tuple[Step, ...]:
-        """Return the steps that make a hole, in their order.
+        """Return the steps that make a hole, in order.
 
         Raises
         ------
         PlanError
-            The library has neither a recipe nor a drill for it, or no centre drill where one is asked for.
+            The library has neither a recipe nor a drill for it, or lacks a requested centre drill.
         """
         if hole.diameter <= 0:
             self._bare_points += 1
@@ -128,12 +128,12 @@ class ToolChooser:
 
     @property
     def point_diameter(self) -> float:
-        """The diameter that bare points get: that of the library's only drill, else `POINT_DIAMETER`."""
+        """Diameter of bare points: that of the library's only drill, else `POINT_DIAMETER`."""
         drills = [t for t in self.library.tools if t.kind is ToolKind.DRILL] if self.library else []
         return drills[0].diameter if len(drills) == 1 else POINT_DIAMETER
 
     def step_for_slot(self, slot: Slot) -> Step:
-        """Return the step that routes a slot; a drill cannot cut sideways, so a slot mill of its width is needed.
+        """Return the step that routes a slot with a slot mill of its width; drills cannot cut sideways.
 
         Raises
         ------
@@ -153,7 +153,7 @@ class ToolChooser:
         return Step(tool, slots=True)
 
     def issues(self) -> Iterable[Issue]:
-        """Yield what was assumed."""
+        """Yield issues on the assumptions."""
         for tool in self._assumed.values():
             yield Issue(
                 "L401",
@@ -206,7 +206,7 @@ class ToolChooser:
             if abs(r.diameter - diameter) <= tolerance and fnmatch(hole.layer.lower(), r.layer.lower())
         ]
         if fitting:
-            # A recipe for this very layer before one for all layers, then the closest diameter.
+            # Prefer a recipe for the layer over one for all layers, then the closest diameter.
             best = min(fitting, key=lambda r: (r.layer == "*", abs(r.diameter - diameter)))
             return [self._with_data(self.library.by_number[number]) for number in best.steps]
         drill = self._nearest(diameter, ToolKind.DRILL)
@@ -222,7 +222,7 @@ class ToolChooser:
         return self._with_data(found[0])
 
     def _with_data(self, tool: Tool) -> Tool:
-        """Return a tool with assumed feed and speed where its library has none of any tool."""
+        """Return a tool with assumed feed and speed if its library has no feeds at all."""
         if self.library is None or not self.library.without_feeds or tool.kind is ToolKind.TAP:
             return tool
         if tool.number not in self._filled:
@@ -249,9 +249,9 @@ class ToolChooser:
         )
 
     def _assume(self, kind: ToolKind, diameter: float) -> Tool:
-        """Return a tool of the catalogue size for this diameter with careful cutting data (see the constants above).
+        """Return a tool of the catalogue size for a diameter with conservative cutting data (see the constants above).
 
-        A drill file of a board states its drills: they keep their diameters.
+        Drill files of boards specify exact diameters, which are kept.
         """
         if not self._board:
             diameter = catalogue_size(diameter, self.job.diameter_tolerance)
@@ -269,12 +269,12 @@ class ToolChooser:
         return self._assumed[kind, diameter]
 
     def _note_size(self, tool: Tool, diameter: float) -> None:
-        """Remember a diameter that an assumed tool does not have."""
+        """Record a diameter that differs from that of its assumed tool."""
         if abs(tool.diameter - diameter) > EQUAL:
             self._nearly.setdefault(tool, []).append(diameter)
 
     def _nearly_as_wide(self, tool: Tool, diameters: list[float]) -> Issue:
-        """Return which diameters an assumed tool makes that it does not have."""
+        """Return an issue on the diameters that an assumed tool only approximates."""
         low, high = (f"{one:.5g}" for one in (min(diameters), max(diameters)))
         works = count_of(len(diameters), "slot" if tool.kind is ToolKind.SLOT_MILL else "hole")
         return Issue(
@@ -285,15 +285,15 @@ class ToolChooser:
         )
 
     def _cutting_data(self, tool: Tool) -> tuple[float, float]:
-        """Return the speed of a tool, its own or an assumed one, rpm, and the feed that is assumed for it, mm/s.
+        """Return the speed of a tool, its own or an assumed one, rpm, and its assumed feed, mm/s.
 
         Raises
         ------
         PlanError
-            The spindle is far from the speed that the tool needs, and nobody gave another one.
+            The spindle cannot reach a suitable speed, and no other speed is given.
         """
         machine = self.machine
-        # What a person asked for is kept as it is, and refused later if the machine cannot do it.
+        # A given speed is kept, and refused later if the machine cannot reach it.
         rpm = tool.spindle_rpm or self.job.spindle_speed
         if not rpm:
             careful, highest = (_rpm(speed, tool.diameter) for speed in (SURFACE_SPEED, self._fastest))
@@ -306,7 +306,7 @@ class ToolChooser:
         return rpm, feed
 
     def _unfit(self, tool: Tool, rpm: float) -> str:
-        """Return the refusal of an assumed speed: what the tool needs, what the spindle has, and what to do."""
+        """Message for an unsuitable spindle: the required speed, its range, and the remedy."""
         machine = self.machine
         needs = (
             f"{tool.label} needs {rpm:.0f} rpm, but the spindle of {machine.name} turns {machine.spindle_min_rpm:g} to "
@@ -319,15 +319,15 @@ class ToolChooser:
         return f"{needs}: mill the hole, or give the --spindle-speed that your drill and material need"
 
     def _material(self) -> str:
-        """Return the material of the assumed feeds and speeds; nothing where a person gave both."""
+        """Return the material of the assumed feeds and speeds; empty if both are given."""
         if self.job.feed and self.job.spindle_speed:
             return ""
         return ", for circuit boards" if self._board else ", for high-speed steel in mild steel or aluminium"
 
     def _too_fast(self, tool: Tool) -> str:
-        """Return the right speed of a tool whose speed is much higher, to be added to its issue; else nothing.
+        """Return the right speed of a tool that turns much faster, as an addition to its issue; else "".
 
-        A speed that a person asked for, or the library has, is not assumed; but a feed that is assumed for it is.
+        A given speed, or one from the library, is not assumed; but the feed assumed for it is.
         """
         right = _rpm(self._fastest, tool.diameter)
         lowest = self.machine.spindle_min_rpm
@@ -339,5 +339,5 @@ class ToolChooser:
 
 
 def _rpm(surface_speed: float, diameter: float) -> float:
-    """Return the speed, rpm, at which a tool of a diameter, mm, has a surface speed, mm/s."""
+    """Return the speed, rpm, for a surface speed, mm/s, at a diameter, mm."""
     return 60.0 * surface_speed / (math.pi * diameter)
