@@ -1,1 +1,1 @@
-"""Processes: what belongs to one kind of work lies together; `course` is what they share."""
+"""Processes: one package per kind of work; `course` runs all of them."""

@@ -1,4 +1,4 @@
-"""The course of a job: plan, order, generate, write, judge. Every process takes it."""
+"""Run a job: plan, order, generate, write, judge. All processes share these steps."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def _refuse_early(plan: Plan, given: Candidate) -> None:
 
 
 def _proved(process: Process, plan: Plan, order: Order, given: Candidate, nearest: Candidate | None) -> Candidate:
-    """Return the proved program of the best order; tasks that a proof names keep their place in the next trial."""
+    """Return the proved program of the best order; tasks refused by a proof keep their place in the next trial."""
     trial = 0
     while True:
         try:

@@ -1,4 +1,4 @@
-"""Which machine cuts where nobody named one."""
+"""The default machine for cutting sheet."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from leafcut.options import MachineOptions, Settings
 
-#: The machine that cuts where none is named, by how it cuts: by the longest of these that the process begins with.
+#: Default machine by cutting process; the longest matching prefix wins.
 CUTTING_MACHINES = {
     "plasma": "plasma-table",
     "laser": "laser-table",
@@ -17,7 +17,9 @@ CUTTING_MACHINES = {
 
 
 def for_cutting(settings: Settings) -> Settings:
-    """Return the settings with a machine that cuts so where nobody named one: the default one does not cut."""
+    """Return the settings with a default machine for the cutting process, if none is named: the general default cannot
+    cut.
+    """
     if "machine" in settings.given or settings.machine.machine != MachineOptions().machine:
         return settings
     how = f"{_cuts_by(settings)}_"
@@ -27,7 +29,7 @@ def for_cutting(settings: Settings) -> Settings:
 
 
 def _cuts_by(settings: Settings) -> str:
-    """Return how a sheet is cut; of lasers the one that cuts the material, where the chart knows of one kind only."""
+    """Return the cutting process; ``laser_co2`` for a laser if the chart has only CO2 data for the material."""
     from leafcut.read.cutchart import kinds_for, load_chart
 
     asked = (settings.cut_data.cut_process or "plasma").lower()

@@ -10,9 +10,9 @@ from threading import Event
 from leafcut.options import SolveOptions
 from leafcut.order.stop import clock
 
-#: Part of its share of the limit that a search gets even if earlier searches overran, and the least at all, s.
+#: Share of its time that a search gets even if earlier searches overran; the minimum for a search, s.
 LEAST_PART, LEAST_SECONDS = 0.05, 0.001
-#: Part of the limit that is kept for lower bounds.
+#: Share of the time limit reserved for lower bounds.
 BOUND_PART = 0.1
 
 

@@ -1,4 +1,4 @@
-"""What leafcut does besides making programs: solving maps, simulating programs, cutting stock, and comparing."""
+"""Commands other than making programs: solve maps, simulate programs, cut stock, compare programs, choose speeds."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Solving(Work):
 
 
 class Simulating(Work):
-    """What a program costs on a machine."""
+    """Time and cost of a program on a machine."""
 
     name = "simulate"
     title = "simulating a program"
@@ -40,7 +40,7 @@ class Simulating(Work):
 
 
 class Verifying(Work):
-    """Whether two programs do the same work."""
+    """Comparison of the work of two programs."""
 
     name = "verify"
     title = "comparing programs"
@@ -48,7 +48,7 @@ class Verifying(Work):
 
 
 class CuttingStock(Work):
-    """What a program takes off its stock, and what it leaves."""
+    """The material that a program removes from its stock, and the result."""
 
     name = "stock"
     title = "cutting stock by a program"
@@ -66,7 +66,7 @@ class ChoosingSpeeds(Work):
     Parameters
     ----------
     drilling
-        Drilling: for a drawing its program is planned, with the usual search, though not written.
+        The drilling process: the program of a drawing is planned and searched as usual, but not written.
     """
 
     name = "cutting-data"
@@ -89,11 +89,11 @@ class ChoosingSpeeds(Work):
         unused = {name for group in (PostOptions, SolveOptions, AcoOptions, FireflyOptions) for name in group.specs()}
         unused -= {"preset", "time_limit", "seed", "threads"}
         self.drilling = {name: need for name, need in drilling.used().items() if name not in unused}
-        self.options = drilling.options  # type: ignore[misc]  # those of its one object
+        self.options = drilling.options  # type: ignore[misc]  # set per object
 
     def used(self) -> Mapping[str, Conditions]:
-        """Return its own options, and those of drilling for a drawing."""
-        # That a drawing has no solid to turn, its reader says.
+        """Return its own options, and the drilling options for a drawing."""
+        # The reader refuses solid options for a drawing.
         drawn, solid = input_is("drawing"), input_is("step")
         needs = {name: tuple(one for one in needs if one != solid) for name, needs in self.drilling.items()}
         return {name: (drawn, *own) for name, own in needs.items()} | dict(self.uses)

@@ -36,7 +36,7 @@ class Job:
     observe: Observer | None = None
 
     def bound_late(self, part: float = 1.0) -> Callable[[float], bool]:
-        """Return a function of the seconds that a lower bound has taken; it is true when the bound must end.
+        """Return the test, by the seconds spent on a lower bound, whether the bound must end.
 
         `part` is its share of the work of all lower bounds.
         """
@@ -49,9 +49,9 @@ class Job:
         return replace(self, progress=None, observe=None)
 
     def for_words(self, words: Dialect) -> Job:
-        """Return the run for a dialect: without moves to machine zero, the machine has no safe height.
+        """Return the run for a dialect. If it has no moves to machine zero, the machine gets no safe height.
 
-        The tool then rises to the clearance height.
+        The tool then retracts to the clearance height.
         """
         if words.has_machine_moves or self.machine.safe_z is None:
             return self
@@ -119,12 +119,12 @@ def check_words_used(settings: Settings, machine: Machine, words: Dialect) -> No
 
 
 def refuse(problems: Sequence[Difference]) -> None:
-    """Write nothing when there is a difference or a danger.
+    """Raise if there is a difference or a danger, so that nothing is written.
 
     Raises
     ------
     VerifyError
-        The first one, and how many more there are.
+        The first of them, and the number of others.
     """
     if problems:
         more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
@@ -136,12 +136,12 @@ _LARGE_UNITS = {"in": "inches", "ft": "feet", "cm": "centimetres", "m": "metres"
 
 
 def refuse_too_large(problems: Sequence[Difference], part: Part, settings: Settings) -> None:
-    """Write nothing when a part exceeds the travel; a drawing may state the wrong unit (ezdxf states metres, unasked).
+    """Raise if a part exceeds the travel; hint at a wrong unit in the drawing (ezdxf writes metres by default).
 
     Raises
     ------
     VerifyError
-        As `refuse`.
+        As in `refuse`.
     """
     try:
         refuse(problems)
@@ -153,12 +153,12 @@ def refuse_too_large(problems: Sequence[Difference], part: Part, settings: Setti
 
 
 def refuse_missing(settings: Settings, source: object, issues: Iterable[Issue]) -> None:
-    """Write nothing where work is missing and ``--strict`` asks for all of it.
+    """Raise if work is missing and ``--strict`` is set.
 
     Raises
     ------
     PlanError
-        The first of what is missing, and how much more there is.
+        The first missing work, and the number of others.
     """
     missing = missing_work(issues) if settings.read.strict else ()
     if missing:
@@ -169,10 +169,10 @@ def refuse_missing(settings: Settings, source: object, issues: Iterable[Issue]) 
 def machine_issues(
     machine: Machine, box: tuple[float, float, float, float] | None = None, zero_is_set: bool = False
 ) -> list[Issue]:
-    """Return what is not known of the machine: what could not be checked, and what was taken for it.
+    """Return issues on the machine: unchecked limits, and assumed values.
 
-    A part on the negative side of the zero is a warning, or a note if ``--origin`` set the zero; `box` is that of its
-    work (`placing.negative_axes`).
+    A part on the negative side of the zero is a warning, or a note if ``--origin`` set the zero. `box` is the extent of
+    its work (`placing.negative_axes`).
     """
     issues = []
     if box is not None and (axes := negative_axes(box, machine)):
@@ -188,7 +188,7 @@ def machine_issues(
         message = f"the profile of {machine.name} is incomplete; assumed: {values}"
         issues.append(Issue("L408", f"{message}; see leafcut list machines", severity=Severity.NOTE))
     if machine.work_offset is None:
-        # Where an axis has no known end, that is told with what the profile does not say.
+        # An unknown travel limit is already reported with the assumed values.
         checked = ": only its size was checked against the travel"
         if not any(math.isfinite(machine.reach(axis)) for axis in range(3)):
             checked = ", and so is the travel: nothing was checked against it"

@@ -1,4 +1,4 @@
-"""What a G-code program must go over or round: named obstacles, how wide its tools are, and what it did before."""
+"""Keep-out obstacles of a G-code program: zones, tool radii, and collisions of the original."""
 
 from __future__ import annotations
 
@@ -20,22 +20,24 @@ if TYPE_CHECKING:
     from leafcut.gcode.program import Program
     from leafcut.model.difference import Difference
 
-#: Heights that differ by less are one, mm: a laser that never moves Z may say it once.
+#: Tolerance for constant Z, mm: a laser program may state its height once.
 _FLAT = 1e-6
 
 
 def obstacles_of(run: Job, program: Program, beam: bool) -> tuple[Obstacles | None, list[Issue]]:
-    """Return what a program must keep out of, None where nothing is named, and what was found out.
+    """Return the obstacles of a program, None without zones, and issues.
 
     Parameters
     ----------
     beam
-        It cuts with a beam or a torch, which is as wide as nothing.
+        The program cuts with a beam or a torch of zero width.
 
     Raises
     ------
     PlanError
-        The program cuts in an obstacle: no order and no way helps. Or it goes on ways that are not known.
+        The program cuts in an obstacle, which no order or route can avoid; or some of its moves are unknown.
+    OptionError
+        A clearance height is given, but the program never moves Z.
     """
     from leafcut.processes.zones import crossing_heights, parse_zones
 
@@ -86,7 +88,7 @@ def obstacles_of(run: Job, program: Program, beam: bool) -> tuple[Obstacles | No
 
 
 def meetings(run: Job, obstacles: Obstacles, path: Toolpath) -> list[Difference]:
-    """Return every motion of a program that meets an obstacle."""
+    """Return every motion of a program that hits an obstacle."""
     from leafcut.proof.obstacles import check_obstacles
 
     return check_obstacles(
@@ -101,7 +103,7 @@ def meetings(run: Job, obstacles: Obstacles, path: Toolpath) -> list[Difference]
 
 
 def reach_of(obstacles: Obstacles) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return how far ways over or round obstacles may go: lowest and highest x, y, z, mm."""
+    """Return the extent of moves over or around obstacles: lowest and highest x, y, z, mm."""
     if math.isfinite(obstacles.height):
         return (math.inf,) * 3, (-math.inf, -math.inf, obstacles.height)
     wide = obstacles.round_room()
@@ -119,7 +121,7 @@ def _lifts(path: Toolpath) -> bool:
 
 
 def _lowest(path: Toolpath, tool: int) -> float:
-    """Return how low the tip of a tool goes, mm; −∞ where that is not known."""
+    """Return the lowest tip position of a tool, mm; −∞ if unknown."""
     mine = path.tool == tool
     z = path.end[mine & np.isin(path.kind, [int(k) for k in MOTIONS]), 2]
     bottoms = [path.cycles[ref].bottom for ref in path.ref[mine & (path.kind == Kind.DRILL)].tolist()]

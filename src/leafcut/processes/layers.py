@@ -1,4 +1,4 @@
-"""Which layers of a drawing are cut, marked, the sheet itself, or left out."""
+"""Classify the layers of a drawing: cut, marked, the sheet, or left out."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.options import SheetOptions
 
-#: What layers are for by their names, where the user does not say.
+#: Default layer names by purpose.
 MARK_NAMES = ("MARK*", "SCRIBE*", "ENGRAV*", "ETCH*")
 SHEET_NAMES = ("SHEET*", "PLATE*", "STOCK*")
 
 
 def matcher(patterns: Sequence[str]) -> Callable[[str], bool]:
-    """Return the test whether a layer's name fits one of the patterns: * and ?, upper and lower case alike."""
+    """Return the test whether a layer name matches one of the patterns: wildcards * and ?, case-insensitive."""
     tests = [re.compile(fnmatch.translate(p), re.IGNORECASE) for p in patterns]
     return lambda layer: any(t.match(layer) for t in tests)
 
 
 def kinds_of(contours: Sequence[Contour], options: SheetOptions, issues: list[Issue]) -> list[str]:
-    """Return the kind of every contour: ``cut``, ``mark``, ``sheet``, ``maybe sheet`` or empty for what is left out.
+    """Return the kind of every contour: ``cut``, ``mark``, ``sheet``, ``maybe sheet``, or empty if left out.
 
-    ``maybe sheet`` is what only its layer's name says to be the sheet. What the drawing itself says of a contour holds
-    unless an option says otherwise. Texts are marks on the layers of marks, and left out elsewhere.
+    ``maybe sheet`` means that only the layer name suggests the sheet. A kind stated in the drawing is kept unless an
+    option overrides it. Texts are marks on mark layers, and left out elsewhere.
     """
     names = {c.layer for c in contours}
     said = {name: _said(name, options) for name in names}
@@ -51,7 +51,7 @@ def kinds_of(contours: Sequence[Contour], options: SheetOptions, issues: list[Is
 
 
 def _texts(contours: Sequence[Contour], kinds: list[str], issues: list[Issue]) -> list[str]:
-    """Return the kinds with those of texts: engraved on layers of marks, if their letters have strokes."""
+    """Return the kinds with texts resolved: engraved on mark layers, if their letters have strokes."""
     texts = [k for k, c in enumerate(contours) if c.kind == "text"]
     failed = {contours[k].handle: contours[k] for k in texts if contours[k].name and kinds[k] == "mark"}
     left = Counter({contours[k].handle: contours[k].layer for k in texts if kinds[k] != "mark"}.values())
@@ -71,7 +71,7 @@ def _texts(contours: Sequence[Contour], kinds: list[str], issues: list[Issue]) -
 
 
 def _said(layer: str, options: SheetOptions) -> str:
-    """Return what the options say of a layer, or empty."""
+    """Return the kind of a layer by the options, or ""."""
     for patterns, kind in (
         (options.ignore_layers, "ignore"),
         (options.sheet_layers, "sheet"),

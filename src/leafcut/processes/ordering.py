@@ -1,8 +1,8 @@
 """Search for the order of a plan: its stages are ordered together, within the time limit of the job.
 
-If a stage starts where another one ends, the shortest path of one may make the whole longer. So all stages are first
-ordered quickly, one after the other, and again between their neighbours; that fixes the first and last choice of each.
-Then each is searched thoroughly between these ends. The quick searches do a small, fixed amount of work, so that more
+If a stage starts where another ends, the shortest path of a single stage may lengthen the whole. So all stages are
+first ordered quickly, one after another, and again between their neighbours, which fixes the first and last choice of
+each. Then each is searched thoroughly between these ends. The quick searches do a small, fixed amount of work, so that more
 time never gives a longer result.
 """
 
@@ -50,7 +50,7 @@ def find_order(
     Parameters
     ----------
     options
-        Options of the search; without them those of the job.
+        Options of the search; by default, of the job.
     deadline
         Time of the search; without it the job's. A nearest-neighbour order has no limit.
 
@@ -139,7 +139,7 @@ def _ants(options: AcoOptions, stage: Stage) -> AcoOptions:
 
 
 def restated(job: Job, stages: Sequence[Stage], order: Order) -> list[Solution]:
-    """Return the solutions of an order whose choices may be others than those found: at their own cost and bound."""
+    """Return the solutions of an order whose choices may differ from its solutions, with recomputed cost and bound."""
     if all(np.array_equal(one.nodes, nodes) for one, nodes in zip(order.solutions, order.choices, strict=True)):
         return list(order.solutions)
     given = all(np.array_equal(stage.given, nodes) for stage, nodes in zip(stages, order.choices, strict=True))
@@ -195,14 +195,14 @@ def solve_together(
     stages: Sequence[Stage], search: SearchOne, options: SolveOptions, quick: SearchOne, cancelled: threading.Event,
     bound_late: Callable[[RoutingProblem], Callable[[float], bool]] = lambda _: lambda _: False,
 ) -> list[Solution]:  # fmt: skip
-    """Return a solution for every stage; a stage that follows another one starts where that one ends.
+    """Return a solution for every stage; a stage that follows another starts at its end.
 
     Parameters
     ----------
     quick
         `search` without progress reports.
     bound_late
-        Returns, for a problem, the function that `solve` asks whether its lower bound must end.
+        Returns, for a problem, the function by which `solve` ends its lower bound.
     """
     linked = [number for number, stage in enumerate(stages) if stage.follows and number]
     if not linked or options.algorithm in ("nn", "none"):
@@ -290,7 +290,7 @@ def _between(
     search: SearchOne,
     options: SolveOptions,
 ) -> Solution:
-    """Return the path of a stage; where an end is `fixed`, it is that of the known path."""
+    """Return the path of a stage; a `fixed` end stays as in the known path."""
     from leafcut.order.instance import path_cost
 
     low, high = int(fixed[0]), len(known) - int(fixed[1])
@@ -356,7 +356,7 @@ def _stated(
     solution = _with_nodes(problem, found, nodes)
     if not options.bound:
         return solution
-    # The best order of a few tasks is its own bound.
+    # The optimal order of a few tasks is its own bound.
     bound = quick(number, problem, _quick(options, bound=True)).lower_bound if problem.n_clusters <= _FEW else None
     return certify(problem, solution, bound, cancelled, late=bound_late(problem))
 

@@ -1,10 +1,10 @@
-"""A drawing mirrored, turned and moved before it is planned, so that all that follows is made for where it lies.
+"""Mirror, rotate and move a drawing before planning, so that everything is planned in its final position.
 
-The order is fixed: it is mirrored, then rotated, both about the zero of the drawing, and last the origin is set. A
-mirrored board is the board seen from its back, and drilled, cut or milled from there. As nothing is planned before, the
-side of leads and of the kerf, climb milling and the directions of arcs are as for any drawing.
+The order is fixed: mirror, then rotate, both about the zero of the drawing, then set the origin. A mirrored board is
+seen from its back, and machined from there. Because this happens before planning, the sides of leads and kerf, climb
+milling, and arc directions need no correction.
 
-The zero of a program is set here alone, so that all programs of one part have the same.
+Only this module sets the zero of a program, so all programs of a part share it.
 """
 
 from __future__ import annotations
@@ -23,21 +23,21 @@ from leafcut.model.mesh import Mesh
 from leafcut.model.part import TURNS, Part, ProgramZero
 from leafcut.options import ORIGINS, ReadOptions
 
-#: x and y of a turn by so many quarters, without the rounding of sines.
+#: Cosine and sine of multiples of 90°, without rounding.
 _QUARTERS = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
-#: The travel of a table begins at the zero of the machine, to this, mm: a margin for leads is common.
+#: Tolerance between the start of a table's travel and the machine zero, mm: a margin for leads is common.
 TABLE_START = 20.0
-#: Places nearer than this are one, mm.
+#: Tolerance of equal positions, mm.
 _SAME_PLACE = 0.01
-#: An angle this near to a quarter is one, rad.
+#: Tolerance of multiples of 90°, rad.
 _SAME_ANGLE = 1e-9
 
 
 def placed(part: Part, options: ReadOptions) -> Part:
-    """Return a part as `options.mirror`, `rotate` and `origin` place it, with its zero."""
+    """Return a part mirrored, rotated and moved by `options`, with its zero."""
     matrix = _matrix(options)
     x, y = _origin(part, matrix, options)
-    # Of a turn the transpose is the inverse: the zero in the drawing as it was read.
+    # The transpose of the matrix is its inverse: the zero in the original drawing.
     there = (matrix.T @ (x, y)).tolist()
     zero = replace(part.zero or ProgramZero(), place=_place(part, options), x=there[0], y=there[1])
     moved = part
@@ -47,7 +47,7 @@ def placed(part: Part, options: ReadOptions) -> Part:
 
 
 def placed_mesh(mesh: Mesh, part: Part, options: ReadOptions) -> Mesh:
-    """Return a mesh as `placed` places the part that it is the surface of; `part` is as it was read."""
+    """Return a mesh placed like the part whose surface it is; `part` is the part as read."""
     matrix = _matrix(options)
     x, y = _origin(part, matrix, options)
     triangles = mesh.triangles.copy()
@@ -56,20 +56,20 @@ def placed_mesh(mesh: Mesh, part: Part, options: ReadOptions) -> Mesh:
 
 
 def upright_mesh(mesh: Mesh, part: Part) -> Mesh:
-    """Return a mesh in the axes of a solid turned and lifted with it; unchanged if the part is of a drawing."""
+    """Return a mesh rotated and lifted like the solid of a part; unchanged if the part is from a drawing."""
     return mesh if part.zero is None or not part.zero.up else turned_mesh(mesh, part.zero.up, part.zero.z)
 
 
 def turned_mesh(mesh: Mesh, up: str, z: float) -> Mesh:
-    """Return a mesh with a direction (`model.part.TURNS`) pointing up, and then a height, mm, at zero."""
+    """Return a mesh rotated so that a direction (`model.part.TURNS`) points up, then lowered by a height, mm."""
     return replace(mesh, triangles=mesh.triangles @ np.array(TURNS[up]).T - (0.0, 0.0, z))
 
 
 def placing_words(file: str, part: Part, options: ReadOptions) -> str:
-    """Return the name of a part's file, and its place in the program, for the header of the program.
+    """Return the file name of a part and its placing, for the header of the program.
 
     ``plate.step, -x up, Z0 at Z12.5 mm, zero at X10 Y20 mm, mirrored x, turned 90 deg``: a solid is first turned with
-    -x up. Its Z12.5 is then Z0 of the program. After the mirror and the turn, its X10 Y20 is X0 Y0.
+    -x up. Its Z12.5 then becomes Z0 of the program. After mirroring and rotation, its X10 Y20 becomes X0 Y0.
     """
     words = [Path(file).name]
     if part.zero is not None and part.zero.up:
@@ -86,11 +86,11 @@ def placing_words(file: str, part: Part, options: ReadOptions) -> str:
 
 
 def negative_axes(box: tuple[float, float, float, float], machine: Machine) -> str:
-    """Return the axes in which all work is negative: "X", "Y", "X and Y"; "" if its place is known.
+    """Return the axes in which all work is negative: "X", "Y", "X and Y"; "" if its position is known.
 
     `box`: smallest x and y, largest x and y of the work, mm.
 
-    On a table whose travel begins at the zero of the machine, any negative work counts.
+    On a table whose travel starts at the zero of the machine, any negative work counts.
     """
     if machine.work_offset is not None:
         return ""
@@ -108,7 +108,7 @@ def _exact(length: float) -> str:
 
 
 def _matrix(options: ReadOptions) -> NDArray[np.float64]:
-    """Return float64[2, 2]: the mirror, then the turn."""
+    """Return float64[2, 2]: the mirror, then the rotation."""
     mirror = np.diag([-1.0 if options.mirror == "x" else 1.0, -1.0 if options.mirror == "y" else 1.0])
     quarters = round(options.rotate / (0.5 * math.pi))
     c, s = math.cos(options.rotate), math.sin(options.rotate)
@@ -118,7 +118,7 @@ def _matrix(options: ReadOptions) -> NDArray[np.float64]:
 
 
 def _origin(part: Part, matrix: NDArray[np.float64], options: ReadOptions) -> tuple[float, float]:
-    """Return the place of the mirrored and rotated drawing that becomes zero."""
+    """Return the point of the mirrored and rotated drawing that becomes zero."""
     if options.origin is None:
         return 0.0, 0.0
     if not isinstance(options.origin, str):
@@ -129,7 +129,7 @@ def _origin(part: Part, matrix: NDArray[np.float64], options: ReadOptions) -> tu
 
 
 def _place(part: Part, options: ReadOptions) -> str:
-    """Return the name of the place that becomes zero: "lower left corner of the part"; "" for a point."""
+    """Return the name of the point that becomes zero: "lower left corner of the part"; "" for a point in numbers."""
     if not isinstance(options.origin, str):
         return ""
     name = options.origin if options.origin == "centre" else f"{options.origin.replace('-', ' ')} corner"
@@ -142,7 +142,7 @@ def _place(part: Part, options: ReadOptions) -> str:
 
 
 def _moved(part: Part, matrix: NDArray[np.float64], by: tuple[float, float]) -> Part:
-    """Return a part with every place p at matrix · p + by."""
+    """Return a part with every point p moved to matrix · p + by."""
     (a, b), (c, d) = matrix.tolist()
 
     def at(x: float, y: float) -> tuple[float, float]:
@@ -150,7 +150,7 @@ def _moved(part: Part, matrix: NDArray[np.float64], by: tuple[float, float]) -> 
 
     def along(path: Polyline) -> Polyline:
         x, y, bulge = path.vertices.T
-        # In a mirror an arc runs the other way round.
+        # Mirroring reverses the direction of arcs.
         turn = 1.0 if a * d - b * c > 0.0 else -1.0
         return Polyline(np.column_stack([*at(x, y), turn * bulge]), path.closed)
 

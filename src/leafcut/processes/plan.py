@@ -1,4 +1,4 @@
-"""`Plan`: the work of a job, ready to be ordered; and what a process does with it."""
+"""`Plan`: the work of a job, ready to be ordered."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ class OrderRefused(VerifyError):
         self.faulty, self.stages = set(faulty), set(stages)
 
 
-#: Changes an order for the sake of what depends on neighbouring tasks, such as leads and heat.
+#: Changes an order for effects between neighbouring tasks, such as leads and heat.
 Pass = Callable[[Plan, Order], Order]
 
 

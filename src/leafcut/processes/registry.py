@@ -1,4 +1,4 @@
-"""All processes: the built-in ones, and those of the entry-point group ``leafcut.processes``."""
+"""All processes: built in, and of the entry-point group ``leafcut.processes``."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ COMMANDS = {
 
 
 def _process_of(name: str, found: Any) -> Process:
-    """Return the process of an entry point, if it has all that the commands need."""
+    """Return the process of an entry point, after checking that it has everything that commands need."""
     if not isinstance(found, type) or Process not in found.__mro__:
         raise TypeError("a class that inherits from leafcut.processes.base.Process was expected")
     made: Process = found()
@@ -124,7 +124,7 @@ def report_of(outcome: Outcome[Any]) -> PathReport[Any]:
     OptionError
         The outcome is of a plug-in that is not installed.
     """
-    # An outcome that an earlier version stored names no process.
+    # An outcome stored by an earlier version names no process.
     usual = "program" if outcome.part.format == "gcode" else outcome.process
     return process(outcome.made_by or usual).report(outcome)
 
@@ -140,7 +140,7 @@ def commands() -> tuple[str, ...]:
 
 
 def of_command(word: str) -> Process | None:
-    """Return the process of a command, without loading another one; None for any other word.
+    """Return the process of a command, without loading other processes; None for any other word.
 
     Raises
     ------
@@ -186,7 +186,7 @@ def works() -> tuple[Work, ...]:
 
 
 def work(name: str) -> Work:
-    """Return a kind of work by its name, without loading another one."""
+    """Return a kind of work by its name, without loading others."""
     if name == ChoosingSpeeds.name:
         return ChoosingSpeeds(_built_in("drill"))
     kinds: tuple[type[Work], ...] = (Solving, Simulating, CuttingStock, Verifying)
@@ -207,7 +207,7 @@ def asked_words() -> tuple[str, ...]:
 
 
 def offered(works: Sequence[str], format_name: str) -> tuple[str, ...]:
-    """Return the kinds of work for an input: those of its format, those offered with them, and those of plug-ins."""
+    """Return the kinds of work for an input: of its format, offered with these, and of plug-ins for the format."""
     behind = {one.offered_with: one.name for one in processes() if one.offered_with}
     besides = (one.name for one in processes() if format_name in one.formats)
     return (*(name for work in works for name in (work, behind.get(work, "")) if name), *besides)
@@ -221,7 +221,7 @@ def look_at(work: str, source: Source | str, settings: Settings) -> Part:
 
 
 def suited(works: Sequence[str], drawing: WholeDrawing) -> dict[str, Suitability]:
-    """Return the suitability of a drawing for each kind of work that has an opinion, the likeliest first."""
+    """Return the suitability of a drawing for each kind of work that rates it, the best first."""
     said = {name: process(name).suits(drawing) for name in works if name in names()}
     known = {name: one for name, one in said.items() if one is not None}
     return dict(sorted(known.items(), key=lambda pair: -pair[1].score))

@@ -1,6 +1,6 @@
-"""All options that there are, how the settings of a run are collected, and which of them a kind of work uses.
+"""Collect the settings of a run, and determine the options that a kind of work uses.
 
-An option that is given and not used is refused, never ignored.
+An option that is given but not used is an error.
 """
 
 from __future__ import annotations
@@ -29,17 +29,17 @@ def collect(
     defaults: Path | None = None,
     own: Iterable[type[OptionGroup]] | None = None,
 ) -> Settings:
-    """Return the settings of a file of defaults, if any, overridden by a `file`, if any, and these by `values`.
+    """Return the settings of a file of defaults, overridden by `file`, overridden by `values`.
 
-    `values` maps option names to values; None stands for "not given". A number without a unit means the same here, in
-    the files and on the command line (`units.BARE_UNIT`). Files that the defaults name are sought from where their own
-    file lies. `own` are the groups of the process that is asked for, where one is: if only its options and shared ones
-    are given, no other process is loaded.
+    `values` maps option names to values; None means "not given". A number without a unit has the same meaning here, in
+    the files and on the command line (`units.BARE_UNIT`). Paths in the defaults are relative to the folder of their
+    file. `own` are the option groups of the requested process: if only these and shared options are given, no other
+    process is loaded.
 
     Raises
     ------
     OptionError
-        An unknown name (the nearest known one is named), or a value out of its bounds; of a file with its line.
+        A name is unknown (the nearest one is suggested), or a value is out of bounds; for a file, with its line.
     """
     asked = frozenset(name for name, value in values.items() if value is not None)
     groups = registry.groups(own)
@@ -62,16 +62,16 @@ def collect(
 
 
 def all_options() -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]:
-    """Yield every option as (group, name, specification), in the order in which they are told."""
+    """Yield every option as (group, name, specification), in documentation order."""
     for group in registry.groups():
         for name, spec in group.specs().items():
             yield group, name, spec
 
 
 def group_of(name: str, groups: Iterable[type[OptionGroup]] = ()) -> type[OptionGroup]:
-    """Return the group that holds the option `name`; refuse a removed option, or name the nearest option.
+    """Return the group that contains the option `name`; refuse a removed option, or suggest the nearest one.
 
-    `groups` are searched first, so that no process is loaded if one of them holds it.
+    `groups` are searched first, so that no process is loaded if one of them contains it.
     """
     if found := _by_name(tuple(groups)).get(name):
         return found
@@ -83,23 +83,23 @@ def group_of(name: str, groups: Iterable[type[OptionGroup]] = ()) -> type[Option
 
 @cache
 def _by_name(groups: tuple[type[OptionGroup], ...]) -> dict[str, type[OptionGroup]]:
-    """Return the group of every option; a page of the studio asks for hundreds."""
+    """Return the group of every option; cached because a page of the studio looks up hundreds."""
     return {name: group for group in groups for name in group.specs()}
 
 
 def options_of_file(file: Path) -> dict[str, Any]:
-    """Return the options of a TOML file: name → value as it stands there.
+    """Return the options of a TOML file: name → value as written.
 
     Raises
     ------
     OptionError
-        The file cannot be read, or names what is none.
+        The file cannot be read, or contains an unknown name.
     """
     return {name: value for _, table in _file_tables(file) for name, value in table.items()}
 
 
 def used_by(*works: Work) -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]:
-    """Yield every option that one of some kinds of work uses, as `all_options` does."""
+    """Yield every option used by any of some kinds of work, as (group, name, specification)."""
     used = {name for work in works for name in work.used()}
     own = [group for work in works for group in work.options]
     for group in registry.groups(own):
@@ -109,15 +109,14 @@ def used_by(*works: Work) -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]
 
 
 def settings_for(settings: Settings, work: Work, input_kind: str = "") -> Settings:
-    """Return the settings as a kind of work uses them: what only a file gave, and it does not use, is left out.
+    """Return the settings for a kind of work: unused options are dropped if only a file gave them.
 
     `input_kind` is the name of the input's format.
 
     Raises
     ------
     OptionError
-        An option that was given by itself, not in a file for many kinds of work, is not used; or it names a file that
-        is not there.
+        An option given directly, not in a file, is not used; or it names a missing file.
     """
     unused = unused_options(settings, work, input_kind)
     for name, why in unused.items():
@@ -129,7 +128,7 @@ def settings_for(settings: Settings, work: Work, input_kind: str = "") -> Settin
 
 
 def _check_files(settings: Settings) -> None:
-    """Refuse files that options name and that are not there; that the others can be read, their readers find out."""
+    """Refuse missing files; their readers report other errors."""
     for name in sorted(settings.given):
         group = group_of(name, settings.groups)
         if group.specs()[name].names_input:
@@ -137,26 +136,26 @@ def _check_files(settings: Settings) -> None:
 
 
 def files_read(settings: Settings) -> list[str]:
-    """Return the files that given options name and that are read."""
+    """Return the input files named by the given options."""
     places = [(name, group_of(name, settings.groups)) for name in sorted(settings.given)]
     values = [(group.specs()[name], getattr(settings.of(group), name)) for name, group in places]
     return [str(value) for spec, value in values if not spec.is_output and spec.names_file(value)]
 
 
 def why_unused(name: str, title: str, instead: str = "") -> str:
-    """Return why work with a title does not take an option, which others it is for, and what to do instead."""
+    """Return the message for an unused option: the work with this title, the work that uses it, and a remedy."""
     titles = [one.title for one in registry.works() if name in one.used()]
     others = " and ".join(", ".join(titles).rsplit(", ", 1))
     return f"not used for {title}; it applies to {others}; {instead or 'leave it out'}"
 
 
 def unused_options(settings: Settings, work: Work, input_kind: str = "") -> dict[str, str]:
-    """Return the options that were given and that a kind of work does not use: name → why, and what to do."""
+    """Return the given options that a kind of work does not use: name → reason and remedy."""
     return dict(_unused(settings, work, input_kind))
 
 
 def _unused(settings: Settings, work: Work, input_kind: str) -> Iterator[tuple[str, str]]:
-    """Yield the options that were given and are not used, and why they are not and what to do."""
+    """Yield the given options that are not used, with reason and remedy."""
     used = work.used()
 
     def value_of(name: str) -> Any:
@@ -166,7 +165,7 @@ def _unused(settings: Settings, work: Work, input_kind: str) -> Iterator[tuple[s
         if name not in used:
             yield name, why_unused(name, work.title, work.otherwise.get(name, ""))
             continue
-        # What is off and would not be used does what is asked for.
+        # A flag set to off has no effect, so it needs no refusal.
         off = group_of(name, settings.groups).specs()[name].kind == "flag" and value_of(name) is False
         for condition in () if off else used[name]:
             if not condition.holds(value_of, input_kind):
@@ -175,20 +174,20 @@ def _unused(settings: Settings, work: Work, input_kind: str) -> Iterator[tuple[s
 
 
 def placed_in(folder: Path, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return options, name → value, with the files that they name sought from a folder; an unknown name is refused."""
+    """Return options, name → value, with the files that they name relative to a folder; refuse an unknown name."""
     found = dict(options)
     for name, value in options.items():
         spec = group_of(name).specs()[name]
         is_file = spec.names_file(str(value))
         if is_file and isinstance(value, str):
-            found[name] = str(folder / os.path.expanduser(value))  # noqa: PTH111  # without a home it stays as it is
+            found[name] = str(folder / os.path.expanduser(value))  # noqa: PTH111  # without a home directory, unchanged
     return found
 
 
 def _sections() -> dict[str, dict[str, type[OptionGroup]]]:
-    """Return the tables that a file of options may have, with what may stand in each: section → option → its group.
+    """Return the tables allowed in a file of options: section → option → its group.
 
-    In the table of a process stands what it uses of the groups that it shares, too: ``[drill]`` has a thickness.
+    The table of a process also accepts the shared options that it uses: ``[drill]`` has a thickness.
     """
     sections = {group.section: dict.fromkeys(group.specs(), group) for group in registry.groups()}
     places = {name: group for group, name, _ in all_options()}
@@ -199,7 +198,7 @@ def _sections() -> dict[str, dict[str, type[OptionGroup]]]:
 
 
 def _file_tables(file: Path) -> Iterator[tuple[type[OptionGroup], dict[str, Any]]]:
-    """Yield the groups of options of a TOML file and what it says of each, checked."""
+    """Yield the option groups of a TOML file with their values, checked."""
     found: dict[type[OptionGroup], dict[str, Any]] = {}
     for one in placed_options(file):
         found.setdefault(one.group, {})[one.name] = one.value
@@ -208,7 +207,7 @@ def _file_tables(file: Path) -> Iterator[tuple[type[OptionGroup], dict[str, Any]
 
 @dataclass(frozen=True)
 class PlacedOption:
-    """An option as a TOML file has it, and the line in which it stands; None where that is not seen."""
+    """An option of a TOML file, and its line number if known."""
 
     group: type[OptionGroup]
     name: str
@@ -222,13 +221,13 @@ def placed_options(file: Path) -> list[PlacedOption]:
     Raises
     ------
     OptionError
-        The file cannot be read; it names what is none (with the nearest name), gives an option twice, or a value that
-        the option does not take: with the line.
+        The file cannot be read, or an option is unknown (suggests the nearest one), given twice, or invalid (names the
+        line).
     """
     try:
         content = toml_bytes(file)
         data = parse_toml(content, str(file), OPTIONS)
-    except DataError as problem:  # what a file of options says is as if it were typed
+    except DataError as problem:  # an error in a file of options is reported like one on the command line
         raise OptionError(str(problem)) from None
     text = content.decode("utf-8")
 
@@ -237,7 +236,7 @@ def placed_options(file: Path) -> list[PlacedOption]:
         return OptionError(f"{file}{f':{line}' if line else ''}: {words}")
 
     sections = _sections()
-    # Without a table an option stands for itself: `machine = "haas-vf2"`.
+    # Options may also stand outside of tables: `machine = "haas-vf2"`.
     names = {name: group for group, name, _ in all_options()}
     where: dict[str, str] = {}
     found: list[PlacedOption] = []

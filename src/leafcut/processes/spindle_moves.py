@@ -1,4 +1,4 @@
-"""Moves that all programs of a spindle share: up to the safe height, tool change, spindle on and off, end."""
+"""Moves shared by all spindle programs: retract, tool change, spindle on and off, end."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def check_spindle_heights(machine: Machine, job: JobOptions, work: str) -> None:
 def take_tool(
     builder: ToolpathBuilder, machine: Machine, tool: Tool, clearance: float, *, coolant: bool, pause: bool = False
 ) -> None:
-    """Change to a tool, and start spindle and coolant; the tool is then at the safe height of the machine, or above it.
+    """Change to a tool, and start spindle and coolant.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def take_tool(
     if pause:
         builder.pause()
     if machine.safe_z is None:
-        # Only now: before the change, a move of Z would count from the length offset of another tool.
+        # Not earlier: before the change, Z moves would use the length offset of another tool.
         builder.rapid(z=clearance)
     builder.spindle(tool.spindle_rpm)
     if machine.spindle_start_s > 0:
@@ -66,7 +66,7 @@ def take_tool(
 
 
 def rise(builder: ToolpathBuilder, machine: Machine, clearance: float) -> None:
-    """Rise to the safe height of the machine, or to the clearance height, mm."""
+    """Retract to the safe height of the machine, or to the clearance height, mm."""
     if machine.safe_z is not None:
         builder.machine(z=machine.safe_z)
     elif builder.position[2] != clearance:

@@ -1,4 +1,4 @@
-"""Keep-out zones as a person writes them: rectangles on the table, as texts."""
+"""Parse keep-out zones: rectangles on the table, given as texts."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from leafcut.errors import OptionError
 from leafcut.units import parse_quantity
 
-#: Rapids cross a zone at least this far above its height, mm: room for chips and for a height that was measured.
+#: Clearance of rapids above a zone, mm: allowance for chips and for the measured height.
 ABOVE = 1.0
 
 
@@ -23,9 +23,9 @@ def _coordinate(word: str) -> float:
 
 
 def parse_zones(rectangles: Sequence[str]) -> NDArray[np.float64]:
-    """Return float64[k, 4] of texts "x0 y0 x1 y1" or "x0 y0 x1 y1 height" in mm, or each number with its own unit.
+    """Parse texts "x0 y0 x1 y1" or "x0 y0 x1 y1 height" to float64[k, 4], mm; each number may have a unit.
 
-    The corners may come in any order; `crossing_heights` reads the heights.
+    The corners may be in any order; `crossing_heights` reads the heights.
 
     Raises
     ------
@@ -39,7 +39,7 @@ def parse_zones(rectangles: Sequence[str]) -> NDArray[np.float64]:
 def crossing_heights(rectangles: Sequence[str], otherwise: float) -> NDArray[np.float64]:
     """Return the lowest height at which a rapid may cross each zone, float64[k], mm.
 
-    That is `ABOVE` over the zone's own height; `otherwise` for a zone without one.
+    The result is `ABOVE` over the height of the zone; `otherwise` for a zone without a height.
     """
     tops = np.array([top for *_, top in map(_zone, rectangles)], dtype=np.float64)
     return np.where(np.isnan(tops), otherwise, tops + ABOVE)

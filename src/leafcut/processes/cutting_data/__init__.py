@@ -1,1 +1,1 @@
-"""Speeds and feeds of the tools of a part: all that a machine has, their costs, and the Pareto front of them."""
+"""Speeds and feeds for the tools of a part: all candidates of a machine, their costs, and the Pareto front."""

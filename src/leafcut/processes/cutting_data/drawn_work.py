@@ -1,4 +1,4 @@
-"""What each tool has to do for a drawing: its holes, how far it is fed, and what its moves take besides."""
+"""The work of each tool for a drawing: holes, feed distance, and time of the other moves."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ if TYPE_CHECKING:
 def drawn_works(
     drawing: Input, settings: Settings, machine: Machine, issues: list[Issue], progress: OnProgress | None
 ) -> list[tuple[Tool, int, float, float, float]]:
-    """Return the tools that drill a drawing, in their order: holes, mm fed, mm cut, and s besides the feed.
+    """Return the tools that drill a drawing, in order: holes, mm at feed, mm in the cut, and s of other moves.
 
-    The drawing is planned and ordered as `leafcut drill` does it. A tool is in the cut from the surface on; what it is
-    fed above it, from the R plane, wears nothing.
+    The drawing is planned and ordered as by `leafcut drill`. Only the distance below the surface wears a tool; the feed
+    from the R plane to the surface does not.
 
     Raises
     ------
     ReadError, OptionError, PlanError, PostError, VerifyError
-        As drilling it would.
+        As in drilling.
     """
     from leafcut.processes import registry
     from leafcut.read.registry import read_source
@@ -43,7 +43,7 @@ def drawn_works(
     process = registry.process("drill")
     if "drill" not in format_.processes:
         raise PlanError(f"{drawing}: is a {format_.name}; speeds and feeds are chosen for a drawing with holes")
-    # The material is that of the speeds; drilling takes one for the presets of a Fusion library only.
+    # The material is for the speeds; in drilling, the option only selects presets of a Fusion library.
     asked = settings.asked - {"material"}
     outcome = run_process(
         process, Job(replace(settings, asked=asked), machine, Deadline.of(settings.solve), progress), [source], "drill"
@@ -68,7 +68,7 @@ def drawn_works(
             continue
         mine = at_work == number
         moved = float(length[mine & fed].sum())
-        # The change to the tool and its spindle's start are not changed by its speed, but they are the part's.
+        # The tool change and spindle start do not depend on the speed, but belong to the part.
         idle = float(times.seconds[mine].sum()) - moved / tool.feed
         works.append((tool, holes[number], moved, moved - holes[number] * settings.job.retract_height, max(idle, 0.0)))
     return works

@@ -1,9 +1,9 @@
 """Time, cost and tool life of a speed and a feed.
 
 Sources: W. W. Gilbert, Economics of Machining, in Machining Theory and Practice (ASM, 1950); in the form of M. P.
-Groover, Fundamentals of Modern Manufacturing, section 23.3: Tc = Th + Tm + Tt/np (eq. 23.3) and Cc = Co Th + Co Tm +
-Co Tt/np + Ct/np (eq. 23.11), np = T/Tm parts by one tool. Here the moves between holes stand for Th. A tool may wear
-out within a part: np is no whole number, as in Groover's eq. 23.6 and 23.12.
+Groover, Fundamentals of Modern Manufacturing, section 23.3: Tc = Th + Tm + Tt/np (eq. 23.3) and Cc = Co Th + Co Tm + Co
+Tt/np + Ct/np (eq. 23.11), np = T/Tm parts per tool. Th is the time of the moves between holes. A tool may wear out
+within a part, so np is not an integer, unlike in Groover's eq. 23.6 and 23.12.
 """
 
 from __future__ import annotations
@@ -29,28 +29,29 @@ from leafcut.model.tool import Tool
 from leafcut.model.work_material import ToolLife, WorkMaterial
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: How much slower a drill goes in a deep hole: depth by diameter, and share of the speed. Source: Kosilova and
+#: Speed reduction of a drill in deep holes: depth in diameters, and share of the speed. Source: Kosilova and
 #: Meshcheryakov, Handbook of the Manufacturing Engineer, vol. 2 (1986), table 31, from memory.
 _DEEP = ((3.0, 4.0, 5.0, 6.0, 8.0), (1.0, 0.85, 0.75, 0.7, 0.6))
 
 
 @dataclass(frozen=True)
 class ToolWork:
-    """What one tool does for one part: mm, s.
+    """The work of one tool for one part: mm, s.
 
     Attributes
     ----------
     lives
-        The laws of its life, by their least feeds.
+        Tool life laws, sorted by their lower feed limits.
     fed, cut
-        How far it is fed, and how far of that in the material.
+        Distance at feed, and the part of it in the material.
     idle
-        What its moves take besides.
+        Time of the other moves.
     hole_depth
-        Of a drill.
+        For a drill.
     width, depth, teeth
-        Of a mill's cut; of a drill one tooth.
+        Of the cut of a mill; a drill has one tooth.
     holes
+        Number of holes.
     """
 
     tool: Tool
@@ -67,7 +68,7 @@ class ToolWork:
 
 
 class Prices(NamedTuple):
-    """Currency by s, currency and s by worn tool, and the longest life that is counted on, s."""
+    """Cost per s, cost and time per worn tool, and the longest tool life assumed, s."""
 
     rate: float
     tool: float
@@ -76,7 +77,7 @@ class Prices(NamedTuple):
 
 
 class Yields(NamedTuple):
-    """What comes of speeds and feeds, an array each; see `CuttingPoint`."""
+    """Results of speeds and feeds, one array each; see `CuttingPoint`."""
 
     rpm: Floats
     feed: Floats
@@ -91,21 +92,21 @@ class Yields(NamedTuple):
     thrust: Floats
 
     def taken(self, which: Mask | Indices) -> Yields:
-        """Return some of them."""
+        """Return a selection."""
         return Yields(*(column[which] for column in self))
 
     def points(self) -> tuple[CuttingPoint, ...]:
-        """Return all of them, one by one."""
+        """Return all results one by one."""
         return tuple(CuttingPoint(*row) for row in zip(*(column.tolist() for column in self), strict=True))
 
 
 def deep_hole_share(depth: float, diameter: float) -> float:
-    """Return which part of its speed a drill stands in a hole so deep: 1 up to three diameters, 0.6 from eight."""
+    """Return the speed factor of a drill for a hole depth: 1 up to three diameters, 0.6 from eight."""
     return float(np.interp(depth / diameter, *_DEEP))
 
 
 def tool_life(work: ToolWork, speed: Floats, chip: Floats) -> Floats:
-    """Return the life, s, by the law of whose range each chip, mm, is; below the first range by the first law."""
+    """Return the tool life, s, by the law whose feed range contains each chip, mm; below all ranges by the first."""
     stood = deep_hole_share(work.hole_depth, work.tool.diameter) if work.work is CuttingWork.DRILL else 1.0
     seconds = np.empty_like(speed)
     least = np.array([life.least_feed for life in work.lives])
@@ -121,7 +122,7 @@ def tool_life(work: ToolWork, speed: Floats, chip: Floats) -> Floats:
 def yields(
     work: ToolWork, material: WorkMaterial, prices: Prices, rpm: Floats, feed: Floats, efficiency: float
 ) -> Yields:
-    """Return what comes of speeds, 1/min, and feeds, mm/s, for one part."""
+    """Return the results of speeds, 1/min, and feeds, mm/s, for one part."""
     diameter = work.tool.diameter
     speed = math.pi * diameter * rpm / SECONDS_PER_MINUTE
     chip = SECONDS_PER_MINUTE * feed / (rpm * work.teeth)
@@ -140,9 +141,9 @@ def yields(
 
 
 def best_of(found: Yields, objective: str) -> int:
-    """Return the number of the best for an objective.
+    """Return the index of the best result for an objective.
 
-    Equals are told apart by the other objectives, then by the lower spindle speed: time before cost before life; cost
+    Ties are resolved by the other objectives, then by the lower spindle speed: time before cost before life; cost
     before time before life; life before cost before time.
     """
     keys = {

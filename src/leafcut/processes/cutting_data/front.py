@@ -1,4 +1,4 @@
-"""The Pareto front of three quantities that are all to be small."""
+"""The Pareto front of three quantities to be minimised."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from leafcut.geometry.arrays import Floats, Indices, Mask
 
 
 def non_dominated(values: Floats) -> Mask:
-    """Return which rows no other row dominates: is no larger in all three numbers, and smaller in one.
+    """Return the mask of rows that no other row dominates: no larger in all three numbers, and smaller in one.
 
-    Equal rows do not dominate each other: all of them are on the front, or none. O(n log n): rows in the order of their
-    first number, those found so far as a staircase of the other two.
+    Equal rows do not dominate each other: all of them are on the front, or none. O(n log n): rows are sorted by their
+    first number, and the front of the other two is kept as a staircase.
 
     Source: H. T. Kung, F. Luccio and F. P. Preparata, On Finding the Maxima of a Set of Vectors, J. ACM 22 (1975), for
     three dimensions.
@@ -34,9 +34,9 @@ def non_dominated(values: Floats) -> Mask:
 
 
 def _staircase(rows: list[list[float]]) -> list[bool]:
-    """Return which of some rows, all different and in lexical order, no row before them dominates."""
-    seconds: list[float] = []  # rising
-    thirds: list[float] = []  # falling: the least third number of all rows whose second is no larger
+    """Return for distinct rows in lexical order whether no earlier row dominates them."""
+    seconds: list[float] = []  # ascending
+    thirds: list[float] = []  # descending: the smallest third number of all rows whose second is no larger
     kept: list[bool] = []
     for _, second, third in rows:
         at = bisect_right(seconds, second)

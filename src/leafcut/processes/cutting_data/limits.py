@@ -1,4 +1,4 @@
-"""The speeds and feeds that a machine has, and which of them are within all limits."""
+"""The speeds and feeds of a machine, and those within all limits."""
 
 from __future__ import annotations
 
@@ -14,22 +14,23 @@ from leafcut.geometry.arrays import Floats, Mask
 from leafcut.processes.cutting_data.economics import Yields
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: So many speeds and feeds are looked at together, and so many in all at most; so many speeds.
+#: Combinations evaluated in one batch, most combinations, and most speeds.
 _TOGETHER, _MOST, _MOST_SPEEDS = 200_000, 20_000_000, 1_000_000
-#: Numbers of the grid are rounded by so much.
+#: Rounding tolerance of the grid.
 _ROUNDED = 1e-9
 
 
 class SpeedGrid(NamedTuple):
-    """The speeds and feeds of a machine that give a chip within bounds.
+    """The speeds and feeds of a machine with a chip within bounds.
 
     Attributes
     ----------
     lowest_rpm, highest_rpm, rpm_step
+        1/min.
     highest_feed, feed_step
         mm/s.
     least_chip, largest_chip, teeth
-        Feed by revolution and tooth, mm.
+        Feed per tooth, mm, and the number of teeth.
     """
 
     lowest_rpm: float
@@ -42,7 +43,7 @@ class SpeedGrid(NamedTuple):
     teeth: int = 1
 
     def blocks(self) -> Iterator[tuple[Floats, Floats]]:
-        """Yield all speeds, 1/min, with their feeds, mm/s, some thousands at a time.
+        """Yield all speeds, 1/min, with their feeds, mm/s, in batches.
 
         Raises
         ------
@@ -72,7 +73,7 @@ class SpeedGrid(NamedTuple):
 
     @staticmethod
     def _steps(low: float, high: float, step: float) -> Floats:
-        """Return the multiples of a step from `low` to `high`; `high` itself where none lies between."""
+        """Return the multiples of a step from `low` to `high`; `high` itself if there are none."""
         first, last = max(math.ceil(low / step - _ROUNDED), 1), math.floor(high / step + _ROUNDED)
         if last - first >= _MOST_SPEEDS:
             raise PlanError(f"{last - first:.3g} spindle speeds are too many; lower the machine's spindle.max_speed")
@@ -81,22 +82,22 @@ class SpeedGrid(NamedTuple):
 
 @dataclass
 class CuttingLimit:
-    """One limit of speeds and feeds, and what it did to all that were tried.
+    """A limit of speeds and feeds, and its effect on the candidates.
 
     Attributes
     ----------
     words, flag
-        What is limited, and what sets it.
+        The limited quantity, and the setting of the limit.
     value, shown
-        The limit, and how a number is told.
+        The limit, and the format of its values.
     of
-        The limited quantity of each.
+        Function that returns the limited quantity of each candidate.
     at_least
-        It is the least that is allowed, not the most.
+        Whether the limit is a minimum.
     alone
-        Whether anything is within it, whatever the other limits are.
+        Whether any candidate satisfies this limit, whatever the others.
     nearest
-        The best that was found.
+        The best value among the candidates.
     """
 
     words: str
@@ -109,7 +110,7 @@ class CuttingLimit:
     nearest: float = field(default=math.nan)
 
     def holds(self, found: Yields) -> Mask:
-        """Return which are within the limit."""
+        """Return the mask of candidates within the limit."""
         quantity = self.of(found)
         within: Mask = quantity >= self.value if self.at_least else quantity <= self.value
         best = float(quantity.max() if self.at_least else quantity.min())
@@ -118,7 +119,7 @@ class CuttingLimit:
 
 
 def within(limits: list[CuttingLimit], found: Yields) -> Mask:
-    """Return which speeds and feeds are within all limits, and let the limits know what they did."""
+    """Return the mask of speeds and feeds within all limits, and record the effect of each limit."""
     allowed = np.ones(len(found.rpm), dtype=bool)
     for limit in limits:
         mask = limit.holds(found)
@@ -128,9 +129,9 @@ def within(limits: list[CuttingLimit], found: Yields) -> Mask:
 
 
 def refusal(label: str, limits: list[CuttingLimit]) -> PlanError:
-    """Return the error that says which limit leaves no speed and feed, after `within` left none.
+    """Return the error for the limit that excludes all candidates, after `within` left none.
 
-    A slower spindle with a smaller chip is further within every limit, so one of them is too narrow by itself, but for
+    A slower spindle with a smaller chip improves every limited quantity, so a single limit is too narrow, apart from
     the steps of the grid.
     """
     for limit in limits:

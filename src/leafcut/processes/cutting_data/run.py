@@ -1,4 +1,6 @@
-"""Speeds and feeds for a part: its work by tool, the grid of the machine, the front of each tool, and the choice."""
+"""Choose speeds and feeds for a part: the work per tool, the grid of the machine, the Pareto front per tool, the
+choice.
+"""
 
 from __future__ import annotations
 
@@ -27,39 +29,40 @@ from leafcut.units import format_time
 if TYPE_CHECKING:
     from leafcut.read import Input
 
-#: The least chip is this part of the largest one: less rubs more than it cuts (estimate).
+#: Smallest chip relative to the largest: thinner chips rub more than they cut (estimate).
 _LEAST_CHIP = 0.25
-#: Catalogues have the chips of carbide mills; those of high-speed steel bend and break sooner (estimate).
+#: Chip reduction for high-speed steel mills, which bend and break sooner than the carbide mills of catalogues
+#: (estimate).
 _HSS_MILL_CHIP = 0.5
 _SECONDS_PER_HOUR = 3600.0
-#: Cost of machine and operator by the hour, in any currency.
+#: Default cost of machine and operator per hour, in any currency.
 _SHOP_RATE = 60.0
-#: Cost of one life of a tool whose library does not state `life_cost`, in the same currency (estimate).
+#: Default cost of one tool life without `life_cost` in the library, same currency (estimate).
 _TOOL_COST = 10.0
-#: Time from one hole to the next, up and down included, where no drawing says it, s (estimate).
+#: Default time from one hole to the next, including up and down, s (estimate).
 _MOVE = 1.5
 #: Time to replace a worn tool and to set its length, s (estimate).
 _WORN_CHANGE = 120.0
-#: Longest tool life that is counted on, s: after half a shift a tool is replaced.
+#: Longest tool life assumed, s: a tool is replaced after half a shift.
 _MAX_LIFE = 14_400.0
-#: Shortest tool life allowed, s in the cut: a tool that lasts less is changed too often.
+#: Shortest tool life allowed, s in the cut: below, tools are changed too often.
 _LEAST_LIFE = 300.0
 #: Steps of the spindle speed, 1/min, and of the feed rate, mm/s: finer than any chart of cutting data.
 _RPM_STEP, _FEED_STEP = 10.0, 5.0 / 60.0
-#: A mill without a cut of its own cuts so deep, in diameters.
+#: Default depth of a mill's cut, diameters.
 _DEPTH = 0.5
 
 
 def cutting_data(
     drawing: Input | None, settings: Settings, objective: str, progress: OnProgress | None = None
 ) -> CuttingData:
-    """Return the best speeds and feeds of the tools of a part, and the one of each that is chosen for an objective.
+    """Return the Pareto-optimal speeds and feeds of the tools of a part, and the choice for an objective.
 
     Raises
     ------
     ReadError, OptionError, PlanError
-        No material is named, or an unknown one; there is no tool whose life is known in it; or no speed and feed is
-        within the limits, and which of them leaves none.
+        The material is missing or unknown; no tool has a known tool life in it; or no speed and feed is within the
+        limits, with the limit that excludes them.
     """
     from leafcut.read.work_materials import load_material
 
@@ -99,7 +102,7 @@ def _fronts(
     Raises
     ------
     PlanError
-        There is none.
+        No tool has a front.
     """
     fronts: list[ToolFront] = []
     refused: list[PlanError] = []
@@ -120,7 +123,7 @@ def _works(
     drawing: Input | None, settings: Settings, machine: Machine, material: WorkMaterial, issues: list[Issue],
     progress: OnProgress | None,
 ) -> Iterator[tuple[ToolWork, ToolMaterial]]:  # fmt: skip
-    """Yield what each tool has to do, with what it is made of; tools that have no speeds chosen become issues."""
+    """Yield the work of each tool, with its material; tools without a choice of speeds become issues."""
     from leafcut.processes.cutting_data.drawn_work import drawn_works
 
     options = settings.of(SpeedOptions)
@@ -146,7 +149,7 @@ def _works(
 
 
 def _end_mills(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int, float, float, float]]:
-    """Yield the end mills of the library, which a drawing of holes has no work for."""
+    """Yield the end mills of the library, which a drawing of holes does not use."""
     library = library_of(settings, machine)
     assert library is not None  # --cut-length needs --tools
     for tool in library.tools:
@@ -155,12 +158,12 @@ def _end_mills(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int
 
 
 def _check_known(tool: Tool, kind: ToolMaterial, work: CuttingWork, material: WorkMaterial) -> None:
-    """Refuse a tool of which no law of its life is known.
+    """Refuse a tool without a tool life law.
 
     Raises
     ------
     PlanError
-        Says what is known.
+        Names the known laws.
     """
     if material.lives_of(work, kind):
         return
@@ -174,12 +177,12 @@ def _check_known(tool: Tool, kind: ToolMaterial, work: CuttingWork, material: Wo
 
 
 def _check_tool(work: ToolWork) -> None:
-    """Refuse a drill for holes that are deeper than its flutes, and a mill whose teeth nobody has counted.
+    """Refuse a drill for holes deeper than its flutes, and a mill with an unknown number of teeth.
 
     Raises
     ------
     PlanError
-        Says which it is.
+        Names the tool and the reason.
     """
     if not work.teeth:
         raise PlanError(f"{work.tool.label}: the number of its teeth is unknown; add 'teeth' in the tool library")
@@ -192,7 +195,7 @@ def _check_tool(work: ToolWork) -> None:
 
 
 def _stated(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int, float, float, float]]:
-    """Yield every tool of the library, or the one drill, with its holes, mm fed, mm cut, and s besides, as stated."""
+    """Yield the tools with the stated work: holes, mm at feed, mm in the cut, and s of other moves."""
     job, options, library = settings.job, settings.of(SpeedOptions), library_of(settings, machine)
     if library is not None:
         tools = list(library.tools)
@@ -218,7 +221,7 @@ def _stated(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int, f
 
 
 def _mill(tool: Tool, settings: Settings, length: float, material: WorkMaterial, kind: ToolMaterial) -> ToolWork:
-    # Defaults of the shop for pockets do not describe this cut: without options of this run it is a full slot.
+    # Shop defaults of pockets do not describe this cut; without options of this run it is a full slot.
     step_over, step_down = (
         None if name in settings.defaults else getattr(settings.job, name) for name in ("step_over", "step_down")
     )
@@ -230,7 +233,7 @@ def _mill(tool: Tool, settings: Settings, length: float, material: WorkMaterial,
 def _front(
     work: ToolWork, settings: Settings, machine: Machine, material: WorkMaterial, objective: str, kind: ToolMaterial
 ) -> ToolFront:
-    """Return the front of one tool, from all speeds and feeds that the machine has."""
+    """Return the front of one tool, from all speeds and feeds of the machine."""
     options, tool = settings.of(SpeedOptions), work.tool
     own = tool.life_cost if tool.life_cost is not None else _TOOL_COST
     prices = Prices(_shop_rate(options) / _SECONDS_PER_HOUR, own, _WORN_CHANGE, _MAX_LIFE)
@@ -244,7 +247,7 @@ def _front(
             tried = yields(work, material, prices, rpm, feed, DRIVE_EFFICIENCY)
             kept = tried.taken(within(limits, tried))
             allowed += len(kept.rpm)
-            found.append(_front_of(kept))  # what a part of all dominates, all dominate
+            found.append(_front_of(kept))  # candidates dominated within a batch are dominated overall
     if not candidates:
         raise PlanError(
             f"{tool.label}: no feed of the machine gives a chip of {grid.least_chip:.3g} to {grid.largest_chip:.3g} mm"
@@ -279,7 +282,7 @@ def _front_of(found: Yields) -> Yields:
 
 
 def _given(work: ToolWork, material: WorkMaterial, prices: Prices) -> CuttingPoint | None:
-    """Return what comes of the tool's own speed and feed, if it has them."""
+    """Return the result of the tool's own speed and feed, or None."""
     tool = work.tool
     if not (tool.feed > 0 and tool.spindle_rpm > 0):
         return None

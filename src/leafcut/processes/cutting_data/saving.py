@@ -1,4 +1,4 @@
-"""A tool library with the chosen speeds and feeds: the user's own with these values changed, or a new one."""
+"""Write a tool library with the chosen speeds and feeds: the user's own with changed values, or a new one."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def library_text(found: CuttingData, settings: Settings, file: str | Path) -> st
     Raises
     ------
     OptionError
-        The name of the file is not that of a TOML file.
+        The file name does not end in .toml.
     """
     from leafcut.processes.job import library_of
 
@@ -77,7 +77,7 @@ def _speeds(point: CuttingPoint) -> dict[str, str]:
 
 
 def _values(tool: Tool) -> Iterator[tuple[str, Any]]:
-    """Yield the keys of a tool that say what it is, as `leafcut.read.tools` reads them."""
+    """Yield the keys and values that define a tool, in the format of `leafcut.read.tools`."""
     yield "number", tool.number
     yield "kind", tool.kind.value
     if tool.name:
