@@ -1,1 +1,1 @@
-"""The drawing of the studio: scenes, the elements that show them, and an order that is changed on it by hand."""
+"""Drawing: scenes, the page elements that show them, and manual changes of the order."""

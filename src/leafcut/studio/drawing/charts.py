@@ -1,4 +1,4 @@
-"""The charts of the student's bench as elements of a NiceGUI page: how a search learns, and runs side by side."""
+"""Charts for teaching as elements of a NiceGUI page: learning curves and comparisons of runs."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from nicegui.element import Element
 
 
 class SavedChart(Element, component="../static/chart_element.js"):
-    """A chart that can be saved as a picture."""
+    """A chart that can be saved as an image."""
 
     kind = ""
 
@@ -18,7 +18,7 @@ class SavedChart(Element, component="../static/chart_element.js"):
         self.props.update(kind=self.kind, words=dict(words), data=None)
 
     def save(self, name: str) -> None:
-        """Have the browser save it as PNG under a name."""
+        """Save the chart as PNG in the browser."""
         self.run_method("save", name)
 
     def _set(self, **data: Any) -> None:
@@ -27,27 +27,27 @@ class SavedChart(Element, component="../static/chart_element.js"):
 
 
 class Learning(SavedChart):
-    """Best, mean and worst of each iteration, the best so far, and the λ-branching factor, by iteration or time."""
+    """Best, mean and worst cost per iteration, best so far and λ-branching factor, by iteration or time."""
 
     kind = "Learning"
 
     def set(self, rows: Sequence[Sequence[float | None]], bound: float | None = None, unit: str = "") -> None:
-        """Show iterations as `model.study.Iteration` has them, and the lower bound."""
+        """Show rows of `model.study.Iteration` and the lower bound."""
         self._set(rows=[list(row) for row in rows], bound=bound, unit=unit)
 
 
 class Runs(SavedChart):
-    """The curves of several runs, by iteration or time, with the mean of every algorithm."""
+    """Curves of several runs, by iteration or time, with the mean of each algorithm."""
 
     kind = "Runs"
 
     def set(self, curves: Sequence[Mapping[str, Any]], bound: float | None = None) -> None:
-        """Show curves as `lab.tables.curves_as_json` gives them."""
+        """Show curves of `lab.tables.curves_as_json`."""
         self._set(curves=[dict(curve) for curve in curves], bound=bound)
 
 
 class Boxes(SavedChart):
-    """A box plot: the lengths of every algorithm."""
+    """Box plot of the lengths of each algorithm."""
 
     kind = "Boxes"
 

@@ -1,12 +1,12 @@
-"""In what two programs differ, as a scene: where something is missing or added, drawn over both of them.
+"""Scene with the differences of two programs: missing and added moves, drawn over both.
 
-The scene is of the kind ``differences`` (`studio.drawing.scene` tells the bytes). Its header has ``differences``: for
-each what it is, its words, its line in the original and in the new program (0: none); its blocks
+The scene is of kind ``differences`` (format: `studio.drawing.scene`). Its header has ``differences``: kind, words, and
+line in the original and in the new program (0: none) of each. Its blocks are
 
 =========== ======== ============================================================================================
-``mark``    f4 × 4   place, which of the differences it is, and what (0 missing, 1 added, 2 changed)
-``missing`` f4 × 2   points of moves that only the original makes, NaN between two
-``added``   f4 × 2   points of moves that only the new program makes
+``mark``    f4 × 4   place, index of the difference, and change (0 missing, 1 added, 2 changed)
+``missing`` f4 × 2   points of moves that only the original has, separated by NaN
+``added``   f4 × 2   points of moves that only the new program has, separated by NaN
 =========== ======== ============================================================================================
 """
 
@@ -24,14 +24,14 @@ from leafcut.model.toolpath import Kind, Toolpath, arc_sweep
 from leafcut.report.wording import clean
 from leafcut.studio.drawing.scene import packed
 
-#: Chords of an arc.
+#: Number of chords of an arc.
 _CHORDS = 32
-#: So many places of one difference are drawn.
+#: Maximum number of marks drawn for one difference.
 _MOST_MARKS = 200
 
 
 class Change(IntEnum):
-    """What a difference is to a person who looks at the drawing."""
+    """Kind of difference that the drawing distinguishes."""
 
     MISSING = 0
     ADDED = 1
@@ -39,7 +39,7 @@ class Change(IntEnum):
 
 
 def differences_scene(differences: Sequence[Difference], original: Toolpath, new: Toolpath) -> bytes:
-    """Return the differences of two programs where they are, as far as their lines say it."""
+    """Return a scene with the differences of two programs that have line numbers."""
     marks: list[tuple[float, float, int, Change]] = []
     strokes: dict[Change, list[NDArray[np.float64]]] = {Change.MISSING: [], Change.ADDED: []}
     moves = {side: path.kind <= Kind.DRILL for side, path in zip(strokes, (original, new), strict=True)}
@@ -80,14 +80,14 @@ def differences_scene(differences: Sequence[Difference], original: Toolpath, new
 
 
 def change_of(difference: Difference) -> Change:
-    """Return whether a difference is something that is missing, that was added, or that is not as it was."""
+    """Return whether a difference is a missing, an added or a changed line."""
     if difference.original and not difference.new:
         return Change.MISSING
     return Change.ADDED if difference.new and not difference.original else Change.CHANGED
 
 
 def _way(path: Toolpath, row: int) -> NDArray[np.float64]:
-    """Return the points of a row as it is seen from above, float64[k, 2]; none where its end is not known."""
+    """Return the points of a row in plan view, float64[k, 2]; empty if its end is unknown."""
     begin, end = path.before[row, :2], path.end[row, :2]
     end = np.where(np.isfinite(end), end, begin)
     if not np.isfinite(end).all():

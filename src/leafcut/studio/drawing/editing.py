@@ -1,6 +1,6 @@
-"""An order changed by hand: holes of a drilled part, cuts of a sheet; every change can be taken back.
+"""Manual changes of an order, with undo: holes of a drilled part or cuts of a sheet.
 
-What comes of it is a file that the command line takes, too: an order file, or a plan file.
+The result is a file that the command line reads as well: an order file or a plan file.
 """
 
 from __future__ import annotations
@@ -18,27 +18,27 @@ from leafcut.geometry.arrays import Point
 from leafcut.read.order_file import drawing_of, order_text
 
 State = TypeVar("State")
-#: So many steps can still be taken back of an order that was put away, and so many letters are written for them.
+#: Limits for a saved order: undo steps, and characters of all steps.
 _MOST_STEPS, _MOST_LETTERS = 30, 1_000_000
 
 
 @dataclass(frozen=True)
 class OrderStop:
-    """A stop of an order that is changed.
+    """A stop of an edited order.
 
     Attributes
     ----------
     name
-        What it is called in every change: its number in the order that was begun with, from 1.
+        Identity of the stop: its number in the initial order, from 1.
     place
-        Where it is, mm.
+        Position, mm.
     held
-        Whether its place in the order is what will be run; else the search orders it.
+        Whether its rank in the order is fixed; otherwise the search chooses it.
     sign
-        What was changed of it beside the order: ``↻`` or ``↺`` for a direction clockwise or counter-clockwise, ``⇄``
-        for another one; empty for nothing.
+        Change other than its rank: ``↻`` or ``↺`` for a clockwise or counter-clockwise direction, ``⇄`` for another
+        direction; empty for none.
     moved
-        Whether it is elsewhere than the toolpath has it.
+        Whether its position differs from the toolpath.
     """
 
     name: int
@@ -49,51 +49,51 @@ class OrderStop:
 
 
 class Edited(Protocol):
-    """What the page needs of an order that is changed; stops are called as in `OrderStop.name`."""
+    """Interface of an edited order; stops are identified by `OrderStop.name`."""
 
-    #: The option that takes the file.
+    #: Option that takes the file.
     option: str
 
     def move(self, stop: int, onto: int) -> None:
-        """Put a stop where another one is: before it, or behind it when it came before."""
+        """Move a stop to the rank of another: before it, or after it if it came before."""
 
     def to_end(self, stop: int, first: bool) -> None:
-        """Put a stop first or last."""
+        """Move a stop to the start or the end."""
 
     def reverse(self, stop: int) -> None:
-        """Turn the order of a stop's operation round, or the direction of a cut."""
+        """Reverse the order of a stop's operation, or the direction of a cut."""
 
     def place(self, stop: int, to: Point) -> None:
-        """Begin a cut elsewhere."""
+        """Set the start of a cut."""
 
     def free_after(self, stop: int) -> None:
-        """Leave to the search what comes after a stop."""
+        """Leave the order after a stop to the search."""
 
     @property
     def changed(self) -> bool:
-        """Whether it is otherwise than it was begun with."""
+        """Whether it differs from the initial order."""
 
     def as_plain(self) -> dict[str, Any]:
-        """Return it with what can be taken back, as plain values."""
+        """Return the state and its undo steps as plain values."""
 
     def take_plain(self, plain: Mapping[str, Any]) -> None:
-        """Be what `as_plain` returned of an order of the same stops; of others, change nothing."""
+        """Restore the result of `as_plain`; ignore a state with other stops."""
 
     def undo(self) -> bool:
-        """Take the last change back; return whether there was one."""
+        """Undo the last change; return whether there was one."""
 
     def redo(self) -> bool:
-        """Make the last change again that was taken back; return whether there was one."""
+        """Redo the last change; return whether there was one."""
 
     def stops(self) -> list[OrderStop]:
-        """Return all stops in the order as it is now."""
+        """Return all stops in the current order."""
 
     def text(self) -> str:
-        """Return the file."""
+        """Return the text of the file."""
 
 
 class Undoable(Generic[State]):
-    """States, with those before and those taken back."""
+    """A state with undo and redo."""
 
     def __init__(self, state: State) -> None:
         self.state = state
@@ -101,7 +101,7 @@ class Undoable(Generic[State]):
         self._after: list[State] = []
 
     def change(self, state: State) -> None:
-        """Go to another state."""
+        """Set a new state."""
         if state != self.state:
             self._before.append(self.state)
             self._after.clear()
@@ -109,11 +109,11 @@ class Undoable(Generic[State]):
 
     @property
     def changed(self) -> bool:
-        """Whether the state is another one than at the beginning."""
+        """Whether the state differs from the initial state."""
         return bool(self._before) and self.state != self._before[0]
 
     def as_plain(self) -> dict[str, Any]:
-        """Return the state with those before and after, as plain values."""
+        """Return the state and its undo and redo steps as plain values."""
         most = min(_MOST_STEPS, _MOST_LETTERS // len(json.dumps(self.state)))
         before, after = (
             steps[len(steps) - most :] if len(steps) > most else steps for steps in (self._before, self._after)
@@ -121,7 +121,7 @@ class Undoable(Generic[State]):
         return {"state": self.state, "before": list(before), "after": list(after)}
 
     def take_plain(self, plain: Mapping[str, Any]) -> None:
-        """Be what `as_plain` returned; what is no state of the same things changes nothing."""
+        """Restore the result of `as_plain`; ignore invalid states and states with other parts."""
         found = [_frozen(plain.get(name)) for name in ("before", "after")]
         state = _frozen(plain.get("state"))
         try:
@@ -129,20 +129,20 @@ class Undoable(Generic[State]):
         except (TypeError, ValueError, KeyError):
             return
         if fits:
-            # Where the oldest states were not kept, the one that was begun with is the first all the same.
+            # If the oldest states were dropped, the initial state is still the first.
             first = [self.state] if self.state != (found[0] or [state])[0] else []
             self.state, self._before, self._after = state, [*first, *found[0]], list(found[1])
 
     def parts(self, state: State) -> Any:
-        """Return what a state orders, whatever its order: that of another outcome has others."""
+        """Return the parts that a state orders, independent of the order; states with equal parts are compatible."""
         raise NotImplementedError
 
     def undo(self) -> bool:
-        """Go back; return whether there was anything."""
+        """Undo; return whether there was a step."""
         return self._go(self._before, self._after)
 
     def redo(self) -> bool:
-        """Go forth again; return whether there was anything."""
+        """Redo; return whether there was a step."""
         return self._go(self._after, self._before)
 
     def _go(self, there: list[State], back: list[State]) -> bool:
@@ -154,16 +154,16 @@ class Undoable(Generic[State]):
 
 
 def _frozen(plain: Any) -> Any:
-    """Return plain values with tuples for lists, as states have them."""
+    """Return plain values with lists replaced by tuples, as in states."""
     return tuple(_frozen(value) for value in plain) if isinstance(plain, list | tuple) else plain
 
 
-#: Of every operation the holes in their order, and how many of them are held: the rest is left to the search.
+#: For each operation: the ordered holes, and the number of leading holes whose order is fixed.
 HoleOrders = tuple[tuple[tuple[int, ...], int], ...]
 
 
 class HoleOrder(Undoable[HoleOrders]):
-    """The holes of every operation; `operations` is operation → holes, `xy` float64[holes, 2]."""
+    """Order of the holes of every operation; `operations` is operation → holes, `xy` float64[holes, 2]."""
 
     option = "hole_order"
 
@@ -173,11 +173,11 @@ class HoleOrder(Undoable[HoleOrders]):
         self._stops = [(k, hole) for k, (holes, _) in enumerate(self.state) for hole in holes]
 
     def parts(self, state: HoleOrders) -> Any:
-        """Return the holes of every operation."""
+        """Return the sorted holes of every operation."""
         return [sorted(holes) for holes, held in state if 0 <= held <= len(holes)]
 
     def _at(self, stop: int) -> tuple[int, int]:
-        """Return the operation of a stop, and its hole."""
+        """Return the operation and the hole of a stop."""
         if not 1 <= stop <= len(self._stops):
             raise OptionError("this hole is not in the order")
         return self._stops[stop - 1]
@@ -186,7 +186,7 @@ class HoleOrder(Undoable[HoleOrders]):
         self.change((*self.state[:k], (tuple(holes), held), *self.state[k + 1 :]))
 
     def move(self, stop: int, onto: int) -> None:
-        """Put a hole where another one of its operation is."""
+        """Move a hole to the rank of another in its operation."""
         (k, hole), (other, target) = self._at(stop), self._at(onto)
         if k != other:
             raise OptionError("these holes use different tools; the order can be changed only within one tool")
@@ -194,11 +194,11 @@ class HoleOrder(Undoable[HoleOrders]):
         at, to = holes.index(hole), holes.index(target)
         holes.remove(hole)
         holes.insert(to, hole)
-        # What comes among the held ones is held, what comes among the others is not.
+        # A hole inserted among the fixed ones becomes fixed, and vice versa.
         self._with(k, holes, held + (to < held) - (at < held))
 
     def to_end(self, stop: int, first: bool) -> None:
-        """Put a hole first or last; to be last, it needs all others held before it."""
+        """Move a hole to the start or the end; as the last hole it fixes the order of all others."""
         k, hole = self._at(stop)
         holes, held = self.state[k]
         rest = [h for h in holes if h != hole]
@@ -208,16 +208,16 @@ class HoleOrder(Undoable[HoleOrders]):
             self._with(k, [*rest, hole], len(holes))
 
     def reverse(self, stop: int) -> None:
-        """Turn the order of an operation round."""
+        """Reverse the order of an operation."""
         k, _ = self._at(stop)
         self._with(k, list(reversed(self.state[k][0])), len(self.state[k][0]))
 
     def place(self, stop: int, to: Point) -> None:
-        """Holes stay where they are drawn."""
+        """Refuse: holes cannot be moved."""
         raise OptionError("holes cannot be moved; drop one onto another to take its place in the order")
 
     def free_after(self, stop: int) -> None:
-        """Hold the holes of an operation up to this one."""
+        """Fix the order of an operation's holes up to this one."""
         k, hole = self._at(stop)
         self._with(k, list(self.state[k][0]), self.state[k][0].index(hole) + 1)
 
@@ -247,19 +247,19 @@ _SIGNS = {"clockwise": "↻", "counter-clockwise": "↺"}
 
 
 class CutOrder(Undoable[tuple[str, ...]]):
-    """The cuts of a plan file; what is changed by hand is fixed in it, the rest is found around it."""
+    """Cuts of a plan file. Manual changes are fixed in the plan; the search completes the rest."""
 
     option = "plan"
 
     def __init__(self, text: str) -> None:
         self._plan: dict[str, Any] = json.loads(text)
-        # Rows know their number as drawn: they move.
+        # Rows carry their initial number, because their order changes.
         rows = [json.dumps({**row, "number": k}) for k, row in enumerate(self._plan["cuts"], 1)]
         super().__init__(tuple(rows))
         self._starts = {row["number"]: row["start"] for row in self._rows() if "start" in row}
 
     def parts(self, state: tuple[str, ...]) -> Any:
-        """Return the cuts by their numbers, each with the contours that it is of."""
+        """Return number and contours of each cut, sorted by number."""
         rows = sorted((json.loads(row) for row in state), key=lambda row: int(row["number"]))
         return [(row["number"], row["contours"]) for row in rows]
 
@@ -280,7 +280,7 @@ class CutOrder(Undoable[tuple[str, ...]]):
         row["fixed"] = sorted({*row["fixed"], word})
 
     def move(self, stop: int, onto: int) -> None:
-        """Put a cut where another one is; the order of all is fixed: a cut between two others is nowhere else."""
+        """Move a cut to the rank of another and fix the whole order, since the rank depends on both neighbours."""
         rows = self._rows()
         row, target = self._find(rows, stop), self._find(rows, onto)
         to = rows.index(target)
@@ -291,12 +291,12 @@ class CutOrder(Undoable[tuple[str, ...]]):
         self._keep(rows)
 
     def to_end(self, stop: int, first: bool) -> None:
-        """Put a cut first or last; the order of all is fixed."""
+        """Move a cut to the start or the end; this fixes the whole order."""
         numbers = [row["number"] for row in self._rows()]
         self.move(stop, numbers[0] if first else numbers[-1])
 
     def reverse(self, stop: int) -> None:
-        """Cut it the other way round."""
+        """Reverse the direction of a cut."""
         rows = self._rows()
         row = self._find(rows, stop)
         if row.get("direction") not in _OTHER:
@@ -306,7 +306,7 @@ class CutOrder(Undoable[tuple[str, ...]]):
         self._keep(rows)
 
     def place(self, stop: int, to: Point) -> None:
-        """Begin a cut elsewhere; as near to there on its contour as can be."""
+        """Start a cut at the point of its contour nearest to `to`."""
         rows = self._rows()
         row = self._find(rows, stop)
         row["start"] = [round(v, 3) for v in to]
@@ -314,7 +314,7 @@ class CutOrder(Undoable[tuple[str, ...]]):
         self._keep(rows)
 
     def free_after(self, stop: int) -> None:
-        """Fix no order of the cuts after this one, but that they come after it."""
+        """Fix the order up to this cut; later cuts only have to follow it."""
         rows = self._rows()
         at = rows.index(self._find(rows, stop))
         for row in rows:
@@ -325,7 +325,7 @@ class CutOrder(Undoable[tuple[str, ...]]):
         self._keep(rows)
 
     def stops(self) -> list[OrderStop]:
-        """Return all cuts in their order, each where it begins; while no order is fixed, that found is held."""
+        """Return all cuts in their order, at their starts; the order counts as held while none is fixed."""
         rows = self._rows()
         free = any("order" in row["fixed"] for row in rows)
         return [
@@ -346,7 +346,7 @@ class CutOrder(Undoable[tuple[str, ...]]):
 
 
 def cuts_one_by_one(text: str) -> bool:
-    """Return whether every row of a plan file is a cut of its own, with a place to begin."""
+    """Return whether every row of a plan file is a single cut with a start."""
     return all(
         "start" in row and not row.get("bridge") and len(row["contours"]) == 1 for row in json.loads(text)["cuts"]
     )

@@ -1,4 +1,4 @@
-"""Which line of a program is which of another one that does the same work in another order."""
+"""Matching of the lines of two programs that do the same work in different orders."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from numpy.typing import NDArray
 
 from leafcut.model.toolpath import Kind, Toolpath
 
-#: Places that differ by less are the same, mm.
+#: Tolerance for equal positions, mm.
 _SAME = 0.002
 _UNKNOWN = -(1 << 40)
 
 
 def line_pairs(before: Toolpath, after: Toolpath, original: str, new: str) -> NDArray[np.uint32]:
-    """Return old line and new line, from 1, of all that is in both programs, uint32[k, 2], rising by the old one.
+    """Return pairs (old line, new line), from 1, of all lines in both programs, uint32[k, 2], sorted by old line.
 
-    Lines that do the same work belong together, and beside them those that say the same: the ways there, comments.
+    Lines that do the same work match first, then adjacent lines with equal text (travel moves, comments).
     """
     old, now = _numbered(original.split("\n"), new.split("\n"))
     new_of, old_of = np.zeros(len(old) + 1, dtype=np.int64), np.zeros(len(now) + 1, dtype=np.int64)
@@ -32,7 +32,7 @@ def line_pairs(before: Toolpath, after: Toolpath, original: str, new: str) -> ND
 
 
 def _numbered(*texts: list[str]) -> tuple[list[int], ...]:
-    """Return texts with a number for each line: the same for lines that say the same."""
+    """Return one number per line of each text; lines with equal text have equal numbers."""
     numbers: dict[str, int] = {}
     fresh = count()
     found = []
@@ -46,7 +46,7 @@ def _numbered(*texts: list[str]) -> tuple[list[int], ...]:
 
 
 def _work_pairs(before: Toolpath, after: Toolpath) -> NDArray[np.int64]:
-    """Return the lines of rows that do the same work, the first of those that are alike with the first, int64[k, 2]."""
+    """Return pairs of lines with the same work, int64[k, 2]; equal lines match in their order of occurrence."""
     sides = [_work(path) for path in (before, after)]
     _, number = np.unique(np.concatenate([keys for _, keys in sides]), axis=0, return_inverse=True)
     number = number.reshape(-1)
@@ -58,7 +58,7 @@ def _work_pairs(before: Toolpath, after: Toolpath) -> NDArray[np.int64]:
 
 
 def _work(path: Toolpath) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
-    """Return the line of every row that works, and what it does: its sort, tool and both ends, whichever way round."""
+    """Return line and work of every working row: kind, tool and both ends, independent of direction."""
     rows = np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.DRILL))
     kind = path.kind[rows]
     sort = np.where(kind == Kind.FEED, 0, np.where(kind == Kind.DRILL, 2, 1))
@@ -75,7 +75,7 @@ def _work(path: Toolpath) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
 
 
 def _counted(number: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return a key for every row: its number, and how many with this number came before it."""
+    """Return a unique key per row from its number and the count of earlier rows with that number."""
     order = np.argsort(number, kind="stable")
     begins = np.flatnonzero(np.diff(number[order], prepend=-1))
     nth = np.arange(len(number)) - np.repeat(begins, np.diff(np.append(begins, len(number))))
@@ -85,7 +85,7 @@ def _counted(number: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _spread(new_of: NDArray[np.int64], old_of: NDArray[np.int64], old: list[int], now: list[int]) -> None:
-    """Pair lines beside those that are paired, and at both ends of the programs, as far as they say the same."""
+    """Match lines of equal text next to matched lines and at both ends of the programs."""
     ahead, back = new_of.tolist(), old_of.tolist()
     n, m = len(old), len(now)
 

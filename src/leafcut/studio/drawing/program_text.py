@@ -1,16 +1,16 @@
-"""The program as an element of the page: its lines, and of one that was changed also the original beside it.
+"""Element that shows the lines of a program, optionally beside the original.
 
-What it shows goes to the browser as the bytes of a scene (`studio.drawing.scene`) of the kind ``program``, with blocks
+It sends a scene of kind ``program`` (format: `studio.drawing.scene`) with the blocks
 
 =========== ======== =============================================================================================
 ``text``    u1       the program, UTF-8
-``other``   u1       the original, UTF-8; empty where there is none
-``pair``    u4 × 2   old line and new line, from 1, of all that is in both (`line_match.line_pairs`)
-``missing`` u4       lines of the original that do what the other program does not
-``added``   u4       lines of the program that do what the original does not
+``other``   u1       the original, UTF-8; empty without one
+``pair``    u4 × 2   old line and new line, from 1, of all lines in both (`line_match.line_pairs`)
+``missing`` u4       lines of the original whose work the program lacks
+``added``   u4       lines of the program whose work the original lacks
 =========== ======== =============================================================================================
 
-and ``beside`` in the header where both are to be seen at first.
+and ``beside`` in the header if both are shown initially.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def program_scene(
     added: Sequence[int] = (),
     beside: bool = False,
 ) -> bytes:
-    """Return a program, alone or with the original that it was made of or is compared with."""
+    """Return the scene of a program, alone or with the original."""
     header = {"kind": "program", "name": "program", "origin": [0.0, 0.0], "extents": None}
     return packed(
         {**header, "beside": True} if beside else header,
@@ -49,16 +49,16 @@ def program_scene(
 
 
 class ProgramText(Serving, component="../static/gcode_element.js"):
-    """A program, line by line; selection and playing are linked with a drawing both ways.
+    """Lines of a program; selection and playback are linked with a drawing in both directions.
 
     Parameters
     ----------
     drawing
-        The drawing, whose own program is shown where no other is given.
+        The drawing; its program is shown if `source` is not given.
     source
-        Called, in a thread, for a `program_scene` when a browser asks for it.
+        Returns a `program_scene`; called in a thread when a browser asks for it.
     words
-        In place of the English ones of ``static/words.js``, by the same keys.
+        Replacements for the English texts of ``static/words.js``, by key.
     """
 
     def __init__(

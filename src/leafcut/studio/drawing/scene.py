@@ -1,18 +1,18 @@
-"""Scenes: what the studio's drawing shows, as bytes that a browser reads without parsing numbers.
+"""Scenes: content of the studio's drawing as bytes that a browser reads without parsing numbers.
 
-A scene is
+A scene consists of
 
 - the eight bytes ``LCSCENE1``;
 - uint32: length of the header in bytes, then uint32: 0;
-- the header: one JSON object in UTF-8, filled up with spaces to a multiple of 8;
-- blocks of numbers, each beginning at a multiple of 8.
+- the header: one JSON object in UTF-8, padded with spaces to a multiple of 8;
+- blocks of numbers, each starting at a multiple of 8.
 
 All numbers are little-endian. The header has
 
 - ``kind``: ``part``, ``toolpath``, ``path``, ``pheromone``, ``differences`` (`studio.drawing.differences`), ``solid``
-  (`studio.drawing.solid`) or ``program`` (`studio.drawing.program_text`), and ``name`` for people;
-- ``origin``: x and y in mm that were taken off all float32 places, so that what lies far away stays exact;
-- ``extents``: smallest x and y, largest x and y, mm, with the origin; null where there is nothing;
+  (`studio.drawing.solid`) or ``program`` (`studio.drawing.program_text`), and a ``name`` to display;
+- ``origin``: x and y in mm, subtracted from all float32 positions to keep the precision of distant ones;
+- ``extents``: smallest x and y, largest x and y, mm, including the origin; null for an empty scene;
 - ``blocks``: name → [type, offset from the first block in bytes, number of items, items in a row]; types are
   ``f8``, ``f4``, ``i4``, ``u4`` and ``u1``.
 
@@ -20,41 +20,41 @@ Blocks of a ``part``:
 
 ==================== ======== =======================================================================================
 ``hole``             f4 × 3   centre and diameter, mm (0: not known)
-``hole_tool``        i4       number of the tool that works last on it, 0 where that is not known
+``hole_tool``        i4       number of the last tool that works on it, 0 if unknown
 ``slot``             f4 × 5   both ends of the centre line, width
-``vertex``           f4 × 3   x, y and bulge of all outlines, one outline after the other
-``hole_layer``       u4       which of the header's ``layers`` a hole is on, from 1; 0: none
-``slot_layer``       u4       the same of slots
-``outline_layer``    u4       the same of outlines
-``outline``          u4 × 4   first vertex, number of vertices, what it is (``OUTLINES``) plus 16 if closed, part number
-``issue``            f4 × 3   place of an issue, and which of the header's ``issues`` it is
+``vertex``           f4 × 3   x, y and bulge of all outlines, concatenated
+``hole_layer``       u4       layer of a hole: index into the header's ``layers``, from 1; 0: none
+``slot_layer``       u4       the same for slots
+``outline_layer``    u4       the same for outlines
+``outline``          u4 × 4   first vertex, number of vertices, kind (``OUTLINES``) plus 16 if closed, part number
+``issue``            f4 × 3   position of an issue, and its index in the header's ``issues``
 ==================== ======== =======================================================================================
 
-Blocks of a ``toolpath``, a row for each move or command in the order in which they are run:
+Blocks of a ``toolpath``, one row per move or command in machining order:
 
 ==================== ======== =======================================================================================
-``doing``            u1       0 rapid, 1 cut, 2 arc clockwise, 3 counter-clockwise, 4 stands, 5 moves switched off
-``place``            f4 × 3   where the tool is after the row, NaN for what is not known
-``seconds``          f4       time of the row; how far the tool is on a row goes evenly with the time
+``doing``            u1       0 rapid, 1 cut, 2 arc clockwise, 3 counter-clockwise, 4 at rest, 5 moving with beam off
+``place``            f4 × 3   position after the row, NaN for unknown coordinates
+``seconds``          f4       duration of the row; the tool moves uniformly within a row
 ``line``             u4       line of the program, from 1; 0: none
-``source``           u4       number of the toolpath's row: rows of one canned cycle have the same
+``source``           u4       row of the toolpath; shared by all rows of a canned cycle
 ``feed``             f4       mm/s
 ``tool``             u4       number of the tool
 ``arc_row``, ``arc`` u4, f4×5 rows that are arcs; centre, radius, start angle and signed sweep, rad
-``stop``             u4       rows with which the tool begins to work: their order is what numbers show
-``pierce``           f4 × 3   place of a pierce and number of the cut, from 1 (a sheet)
-``lead``             f4 × 2   points of leads, NaN between two (a sheet)
+``stop``             u4       rows at which the tool starts to work, numbered in their order
+``pierce``           f4 × 3   position of a pierce and number of the cut, from 1 (a sheet)
+``lead``             f4 × 2   points of leads, separated by NaN (a sheet)
 ``text``             u1       the program, UTF-8
 ==================== ======== =======================================================================================
 
-with the header's ``seconds``, ``rapid_mm``, ``cut_mm``, ``kerf`` (mm, 0: none), ``tools`` (number → words) and
-``which`` (``before``, ``after``), and ``cleared``, how wide a mill clears (mm, 0: not told). Where ``unitless`` is
-true, of a map or a tour through one, no number is in mm or s.
+and the header's ``seconds``, ``rapid_mm``, ``cut_mm``, ``kerf`` (mm, 0: none), ``tools`` (number → label),
+``which`` (``before``, ``after``), and ``cleared``, the width that a mill clears (mm, 0: unknown). If ``unitless`` is
+true (a map, or a tour of one), numbers have no unit.
 
-Blocks of a ``path``, the best one of a search that goes on: ``point`` f4 × 2, in the order of their visit. Of an order
-that is changed by hand also ``visit`` u4, the number that the toolpath has for each of them, from 1, ``held`` u1,
-whether its place in the order is held, and ``moved`` u1, whether it is elsewhere than there; the header's ``signs``
-(index of a point → sign) stand beside the numbers.
+A ``path`` is the best order of a running search: ``point`` f4 × 2, in the order of visits. An order edited by hand
+also has ``visit`` u4, the number of each point in the toolpath, from 1; ``held`` u1, whether its rank is fixed; and
+``moved`` u1, whether its position differs from the toolpath. The header's ``signs`` (index of a point → sign) are shown
+beside the numbers.
 
 Blocks of a ``pheromone``: ``point`` f4 × 2, ``edge`` u4 × 2 and ``strength`` f4, 0 … 1.
 """
@@ -88,13 +88,13 @@ from leafcut.studio.drawing.editing import OrderStop
 
 MAGIC = b"LCSCENE1"
 
-#: What an outline is.
+#: Kinds of outlines.
 OUTLINES = ("cut", "mark", "sheet", "pocket", "island")
 CLOSED = 16
 
-#: Chords leave the arcs of missing work by this, mm.
+#: Chord tolerance for arcs of missing work, mm.
 MISSING_CHORDS = 0.05
-#: More issues are not shown one by one, nor more places of one.
+#: Maximum number of issues that are shown one by one, and of positions of one issue.
 MOST_ISSUES = 500
 
 _LEAD_TOLERANCE = 0.02
@@ -105,10 +105,9 @@ Columns = dict[str, tuple[str, NDArray[Any]]]
 
 
 def part_scene(part: Part, tools: dict[int, int] | None = None, *, filled: bool = False) -> bytes:
-    """Return a part: holes, slots, contours, pockets and the places of its issues.
+    """Return the scene of a part: holes, slots, contours, pockets and positions of its issues.
 
-    `tools`: number of the tool for each hole by its index, where that is known. `filled`: what is cut
-    is shown as metal.
+    `tools`: tool number of each hole by index, if known. `filled`: show cut parts as metal.
     """
     x0, y0, x1, y1 = part.extents
     origin = np.array([0.5 * (x0 + x1), 0.5 * (y0 + y1)])
@@ -147,7 +146,7 @@ def part_scene(part: Part, tools: dict[int, int] | None = None, *, filled: bool 
 
 
 def _around(part: Part) -> tuple[list[float], list[float]]:
-    """Return the smallest and the largest x and y of a part, with the rims of its holes."""
+    """Return the smallest and the largest x and y of a part, including the rims of its holes."""
     x0, y0, x1, y1 = part.extents
     if not part.holes:
         return [x0, y0], [x1, y1]
@@ -158,7 +157,7 @@ def _around(part: Part) -> tuple[list[float], list[float]]:
 
 
 class _LayerNumbers:
-    """The layers of a part by number."""
+    """Numbers of the layers of a part."""
 
     def __init__(self, part: Part) -> None:
         found = {one.layer for nouns in (part.holes, part.slots, part.contours, part.pockets) for one in nouns}
@@ -169,29 +168,29 @@ class _LayerNumbers:
         return np.array([self._number.get(one.layer, 0) for one in nouns], dtype=np.int64)
 
     def of_outlines(self, part: Part) -> NDArray[np.int64]:
-        """Return the numbers in the order in which `_outlines` has its rows."""
+        """Return the layer numbers in the row order of `_outlines`."""
         pockets = [self._number.get(p.layer, 0) for p in part.pockets for _ in range(1 + len(p.islands))]
         return np.concatenate([self.of(part.contours), np.array(pockets, dtype=np.int64)])
 
 
 def unitless(part: Part) -> bool:
-    """Return whether a part is a map whose places have no unit: TSPLIB's."""
+    """Return whether a part is a TSPLIB map, whose coordinates have no unit."""
     return part.edge_weight_type != ""
 
 
 def nest_scene(nest: Nest, layout: Layout) -> bytes:
-    """Return one sheet of a nest as a part: its edge and what lies on it."""
+    """Return one sheet of a nest as a part scene: its edge and the parts on it."""
     edges = (Contour(path, "sheet") for path in nest.stock_of(layout).paths)
     return part_scene(Part(name="nest", holes=(), contours=(*edges, *nest.contours(layout))), filled=True)
 
 
 def outcome_scene(outcome: Outcome, which: Which) -> bytes:
-    """Return the toolpath of an outcome, ``before`` or ``after``; the one after with its program.
+    """Return the toolpath of an outcome, ``before`` or ``after``; ``after`` includes the program.
 
     Raises
     ------
     PlanError
-        The drilling cycles come to more moves than can be meant.
+        The drilling cycles expand to too many moves.
     """
     shown = report_of(outcome)
     before, _, after = shown.stated()
@@ -210,7 +209,7 @@ def outcome_scene(outcome: Outcome, which: Which) -> bytes:
 
 
 def outcome_part_scene(outcome: Outcome) -> bytes:
-    """Return the part of an outcome, every hole with the tool that works last on it."""
+    """Return the part of an outcome, every hole with the last tool that works on it."""
     tools = {hole: o.tool.number for o in outcome.operations if not o.slots for hole in o.holes}
     part = outcome.part
     planned = (issue for issue in outcome.missing if issue not in part.issues)
@@ -223,13 +222,13 @@ def toolpath_scene(
 ) -> bytes:  # fmt: skip
     """Return any toolpath as the machine runs it.
 
-    `text` is the program of its lines, `of` the part it goes through, `cleared` how wide a mill clears, mm. Its time is
-    that of `measured`. An `untimed` path is no program: the player shows its progress, and no time.
+    `text` is the program of its lines, `of` the part it passes through, `cleared` the width that a mill clears, mm, and
+    `measured` the source of its time. The player shows the progress of an `untimed` path, but no time.
 
     Raises
     ------
     PlanError
-        The drilling cycles come to more moves than can be meant.
+        The drilling cycles expand to too many moves.
     """
     return _toolpath(
         playback(path, machine, beam, measured=measured),
@@ -246,7 +245,7 @@ def toolpath_scene(
 
 
 def pheromone_scene(points: ArrayLike, edges: ArrayLike, strength: ArrayLike) -> bytes:
-    """Return edges between points (float[n, 2], mm; int[k, 2]) and how strong each is (float[k], 0 … 1)."""
+    """Return edges between points (float[n, 2], mm; int[k, 2]) and their strengths (float[k], 0 … 1)."""
     header, point = _points(points)
     columns: Columns = {
         "point": ("f4", point),
@@ -257,13 +256,13 @@ def pheromone_scene(points: ArrayLike, edges: ArrayLike, strength: ArrayLike) ->
 
 
 def path_scene(points: ArrayLike) -> bytes:
-    """Return a path through places (float[n, 2], mm) in the order of their visit."""
+    """Return a path through points (float[n, 2], mm) in the order of visits."""
     header, point = _points(points)
     return packed({**header, "kind": "path", "name": "path"}, {"point": ("f4", point)})
 
 
 def edited_scene(stops: Sequence[OrderStop]) -> bytes:
-    """Return an order that is changed by hand, as a path that knows its numbers."""
+    """Return an order edited by hand as a numbered path."""
     header, point = _points([stop.place for stop in stops])
     signs = {str(k): stop.sign for k, stop in enumerate(stops) if stop.sign}
     columns: Columns = {
@@ -276,7 +275,7 @@ def edited_scene(stops: Sequence[OrderStop]) -> bytes:
 
 
 def _points(points: ArrayLike) -> tuple[dict[str, Any], NDArray[np.float64]]:
-    """Return origin and extents of places for a header, and the places relative to the origin."""
+    """Return origin and extents of points for a header, and the points relative to the origin."""
     xy = np.asarray(points, dtype=np.float64).reshape(-1, 2)
     low, high = (xy.min(axis=0), xy.max(axis=0)) if len(xy) else (np.zeros(2), np.zeros(2))
     origin = 0.5 * (low + high)
@@ -332,7 +331,7 @@ def _toolpath(rows: Playback, header: dict[str, Any], text: str, plan: CutPlan |
 
 
 def _extents(rows: Playback) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the smallest and the largest known x and y of all rows, arcs included; NaN where none is."""
+    """Return the smallest and the largest known x and y of all rows, including arcs; NaN if none is known."""
     places = rows.place[:, :2]
     every = [places[np.isfinite(places).all(axis=1)]]
     centre, radius, (start, sweep) = rows.arc[:, :2], rows.arc[:, 2], rows.arc[:, 3:].T
@@ -345,7 +344,7 @@ def _extents(rows: Playback) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 def _outlines(contours: Iterable[Contour], pockets: Iterable[Pocket]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return the vertices of all outlines, float64[n, 3], and a row for each: see above."""
+    """Return the vertices of all outlines, float64[n, 3], and a row for each (block ``outline``)."""
     every = [(c.path, "mark" if c.kind == "text" else c.kind, c.part) for c in contours]
     for number, pocket in enumerate(pockets, 1):
         every.append((pocket.outline, "pocket", number))
@@ -372,7 +371,7 @@ def _cuts(plan: CutPlan | None) -> tuple[NDArray[np.float64], NDArray[np.float64
 
 
 def _cut_words(plan: CutPlan, number: int) -> list[Any]:
-    """Return kind and part number of a cut, and what of it is in air instead of a pierce."""
+    """Return kind and part number of a cut, and whether it needs a pierce."""
     cut = plan.cuts[number]
     return [cut.kind, cut.part, bool(cut.pierce)]
 
@@ -387,13 +386,13 @@ def _issues(issues: Iterable[Issue]) -> list[list[str]]:
 
 
 def _missing(issues: Iterable[Issue]) -> list[list[list[float]]]:
-    """Return the outlines of missing work, each as places, mm."""
+    """Return the outlines of missing work, each as points, mm."""
     paths = [path for issue in issues if issue.missing is not None for path in issue.missing.outlines]
     return [path.flattened(MISSING_CHORDS).round(3).tolist() for path in paths[:MOST_ISSUES]]
 
 
 def _issue_places(part: Part) -> NDArray[np.float64]:
-    """Return where issues are, as far as they say it: x, y and the issue's index, float64[k, 3]."""
+    """Return known positions of issues: x, y and index of the issue, float64[k, 3]."""
     named = [(h.handle, (h.x, h.y)) for h in part.holes if h.handle]
     named += [(c.handle, c.path.start) for c in part.contours if c.handle]
     of_handle = dict(reversed(named))

@@ -1,4 +1,4 @@
-"""`Serving`: what an element of a page shows is fetched by the browser, not sent through the page's connection."""
+"""`Serving`: page element whose data the browser fetches instead of receiving it through the page's connection."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from nicegui.dependencies import dynamic_resources, register_dynamic_resource
 from nicegui.element import Element
 from starlette.responses import Response
 
-#: So long a page may still ask for what was taken off, s.
+#: Time for which data of a removed element stay available, s.
 _FAREWELL = 30.0
 
 
 class Serving(Element):
-    """An element with addresses of its own, which nobody can guess and which end with it."""
+    """An element with secret addresses that expire with it."""
 
     def __init__(self) -> None:
         super().__init__()
         self._served: list[str] = []
 
     def serve(self, what: str, source: Callable[[], bytes | None]) -> str:
-        """Return an address that answers with the bytes of `source`, called in a thread; None is no content."""
+        """Return an address that serves the bytes of `source`, called in a thread; None gives 204 No Content."""
         name = f"leafcut-{what}-{secrets.token_urlsafe(12)}"
 
         def answer() -> Response:
@@ -35,7 +35,7 @@ class Serving(Element):
         return f"/_nicegui/{nicegui_version}/dynamic_resources/{name}"
 
     def _handle_delete(self) -> None:
-        # A page may just be asking for what is taken off: for a while it is still answered.
+        # A page may already have requested the data of a removed element, so keep serving them for a while.
         try:
             asyncio.get_running_loop().call_later(_FAREWELL, self._end_serving)
         except RuntimeError:

@@ -1,4 +1,4 @@
-"""Small pictures of a drawing, one for each kind of work: what would be worked is strong, the rest faint."""
+"""Small images of a drawing for each kind of process: its objects are emphasized, the rest is faint."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ from numpy.typing import NDArray
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.part import Hole, Part
 
-#: Size of a picture, in its own units; what is drawn keeps this far from its edges.
+#: Size and margin of an image, in its own units.
 WIDTH, HEIGHT, MARGIN = 96, 56, 4
-#: No picture has more outlines and holes than these, nor points nearer to each other: nobody could see them.
+#: Maximum number of outlines and holes, of points, and minimum distance of points: more would not be visible.
 _MOST, _MOST_POINTS, _LEAST_STEP = 1_500, 6_000, 0.5
 _TOLERANCE = 0.15
-#: What is smaller is a dot.
+#: Smaller objects become dots.
 _SMALL = 1.0
 
 
 class Thumbnails:
-    """The pictures of one drawing: its lines are put into words once."""
+    """Images of one drawing; its SVG paths are built once."""
 
     def __init__(self, whole: Part) -> None:
         frame = _Frame(_around(whole))
         sizes = np.array([_size(c.path) for c in whole.contours])
         left = _MOST_POINTS
         self._contours: dict[int, str] = {}
-        # The largest first: where there are too many, the smallest are left out.
+        # Largest first, so that only the smallest are left out.
         for k in np.argsort(-sizes, kind="stable")[:_MOST].tolist():
             if left <= 0:
                 break
@@ -37,12 +37,12 @@ class Thumbnails:
     def picture(
         self, contours: NDArray[np.bool_] | None, holes: NDArray[np.bool_] | None, style: str
     ) -> dict[str, str]:
-        """Return a picture as SVG path data: ``strong``, ``faint``, and ``style``.
+        """Return an image as SVG path data: ``strong``, ``faint``, and ``style``.
 
         Parameters
         ----------
         contours, holes
-            bool[n]: which of them are strong; None for none of them.
+            bool[n]: emphasized objects; None for none.
         style
             `Process.pictured`: ``holes`` and ``areas`` are filled, ``lines`` are not.
         """
@@ -54,7 +54,7 @@ class Thumbnails:
 
 
 class _Frame:
-    """Puts millimetres into the picture."""
+    """Transform from millimetres to image units."""
 
     def __init__(self, extents: tuple[float, float, float, float]) -> None:
         x0, y0, x1, y1 = extents
@@ -64,7 +64,7 @@ class _Frame:
         self.y = 0.5 * HEIGHT + self.scale * 0.5 * (y0 + y1)
 
     def line(self, path: Polyline, *, small: bool) -> tuple[str, int]:
-        """Return the words of a path, and how many points it has; a small one is a dot."""
+        """Return the SVG path of a polyline and its number of points; a small one becomes a dot."""
         if small:
             x0, y0, x1, y1 = path.extents
             return self._dot(*self._placed(np.array([[0.5 * (x0 + x1), 0.5 * (y0 + y1)]]))[0]), 1
@@ -74,7 +74,7 @@ class _Frame:
         return f"M{steps}{'Z' if path.closed else ''}", len(kept)
 
     def circle(self, hole: Hole) -> str:
-        """Return the words of a hole; a small one, or a point, is a dot."""
+        """Return the SVG path of a hole; a small hole or a point becomes a dot."""
         x, y, radius = self.x + self.scale * hole.x, self.y - self.scale * hole.y, 0.5 * self.scale * hole.diameter
         if 2.0 * radius < _SMALL:
             return self._dot(x, y)
@@ -90,7 +90,7 @@ class _Frame:
 
 
 def _around(whole: Part) -> tuple[float, float, float, float]:
-    """Return the box around all that is drawn; the extents of a part know of a hole its centre alone."""
+    """Return the bounding box of the drawing; the extents of a part contain only the centres of holes."""
     x0, y0, x1, y1 = whole.extents
     for hole in whole.holes:
         r = 0.5 * hole.diameter
@@ -104,7 +104,7 @@ def _size(path: Polyline) -> float:
 
 
 def _thinned(places: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Return which of the places to draw: none in the same step of the picture as the one before it."""
+    """Return the indices of points to draw; consecutive points in the same grid cell are dropped."""
     cells = np.round(places / _LEAST_STEP)
     new = np.ones(len(places), dtype=np.bool_)
     new[1:] = np.any(cells[1:] != cells[:-1], axis=1)
