@@ -1,1 +1,1 @@
-"""The jobs of the studio: what a person asks for, runs in threads, and the history of what was run."""
+"""Jobs of the studio: requests that run in threads, and their history."""

@@ -1,7 +1,7 @@
-"""Ending what another thread does between any two steps of its Python, where it does not look up by itself.
+"""Asynchronous termination of another thread's work, where that work does not check for cancellation itself.
 
-Readers of other packages take no word from outside while they read a damaged or endless file. What they hold is their
-own, so that nothing is harmed where they end anywhere; searches and compilers hold what others use, and look up.
+Readers of other packages cannot be cancelled while they read a damaged or endless file. They own all their data, so
+that they can be aborted anywhere. Searches and compilers hold shared data and check for cancellation instead.
 """
 
 from __future__ import annotations
@@ -12,24 +12,24 @@ import sys
 import threading
 from types import TracebackType
 
-#: Seconds until a thread that is to end, and is still at work, is looked at again.
+#: Interval for checking a thread that is to end, s.
 _AGAIN = 0.05
-#: Who loads modules, and who loads and makes compiled code: half of either would stay for all others.
+#: Loaders of modules and compiled code; an aborted load would leave a broken module for all other threads.
 _LOADERS = ("<frozen importlib._bootstrap>", f"{os.sep}llvmlite{os.sep}", f"{os.sep}numba{os.sep}")
 
 
 class Ended(BaseException):
-    """Raised where the thread just is; no `except Exception` of a reader takes it."""
+    """Raised in the thread at its current line; `except Exception` in a reader does not catch it."""
 
 
 class Endable:
-    """A stretch of work of one thread, which another one may end: ``with endable: …``, and there ``endable.end()``.
+    """Work of one thread that another thread may end: ``with endable: …``, and there ``endable.end()``.
 
     Attributes
     ----------
     raised
-        `Ended` was raised, and Python has not let go of it since, as it does in the callback of a weak reference: that
-        is known where `hear_what_is_lost` was called.
+        `Ended` was raised and not lost since. Python discards it in the callback of a weak reference, for example; this
+        is only noticed after a call of `hear_what_is_lost`.
     """
 
     def __init__(self) -> None:
@@ -46,12 +46,12 @@ class Endable:
         self.leave()
 
     def begin(self) -> None:
-        """Let the work of this thread be ended from now on.
+        """Allow this thread's work to be ended from now on.
 
         Raises
         ------
         Ended
-            It is to be ended already.
+            `end` was called before.
         """
         with self._lock:
             if self._over:
@@ -59,20 +59,22 @@ class Endable:
             self._thread = threading.get_ident()
 
     def leave(self) -> None:
-        """Let the work of this thread not be ended any more; once this has returned, nothing is raised in it."""
+        """Leave the section that may be ended; once this has returned, nothing is raised."""
         try:
             with self._lock:
                 self._thread = None
-        finally:  # `Ended` may come just here
+        finally:  # `Ended` may be raised right here
             self._thread = None
 
     def end(self) -> None:
-        """Raise `Ended` in the thread, if it is inside, else as soon as it begins; return at once.
+        """Raise `Ended` in the thread if it is inside, else as soon as it enters; return at once.
 
-        What a package in another language does in one call is done first, and what is being loaded, as half a module
-        would stay for all others. A thread that is being started is started first: until it runs it goes by the number
-        of the one that starts it, and what is raised by number would end it, and that one would wait for ever. It is
-        raised once, and again only where it was lost.
+        A single call into compiled code finishes first. Loading a module finishes too, as a half-loaded module would
+        stay for
+        all threads. So does starting a thread: until the new thread runs, it has the id of its starter; an exception
+        raised by
+        id would hit it, and the starter would wait forever. The exception is raised once, and again only if it was
+        lost.
         """
         with self._lock:
             self._over = True
@@ -82,7 +84,7 @@ class Endable:
         self._look()
 
     def _look(self) -> None:
-        """Raise what is to be raised, and look again until the thread has left."""
+        """Raise `Ended` if possible, and repeat until the thread has left."""
         with self._lock:
             thread = self._thread
             if thread is None or thread not in sys._current_frames():  # noqa: SLF001  # documented: nothing else shows other threads' frames
@@ -97,7 +99,7 @@ class Endable:
 
 
 def hear_what_is_lost() -> None:
-    """Hear when Python lets go of an `Ended`, so that it is raised again; for a process of its own."""
+    """Detect a discarded `Ended`, so that it is raised again; for use in a separate process."""
     before = sys.unraisablehook
 
     def hear(told: sys.UnraisableHookArgs) -> None:
@@ -111,7 +113,7 @@ def hear_what_is_lost() -> None:
 
 
 def _is_not_to_be_ended(thread: int) -> bool:
-    """Return whether a thread is loading a module or compiled code, or is starting another one."""
+    """Return whether a thread is loading a module or compiled code, or is starting another thread."""
     frame = sys._current_frames().get(thread)  # noqa: SLF001
     while frame is not None:
         code = frame.f_code

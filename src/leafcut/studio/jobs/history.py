@@ -1,4 +1,4 @@
-"""What was run: one SQLite file in the studio's folder, so that a restart loses nothing."""
+"""History of jobs: one SQLite file in the studio's folder, written at once, so that it survives a restart."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from leafcut.files.schemas import ANSWER, HISTORY, check_schema, numbered
 from leafcut.files.whole_files import OutputError
 from leafcut.studio.jobs.task import Task
 
-#: What SQLite keeps: the file, and two beside it.
+#: Suffixes of SQLite's files: the database and its two companions.
 BESIDE = ("", "-wal", "-shm")
 _TABLES = """
 CREATE TABLE IF NOT EXISTS job (
@@ -39,35 +39,35 @@ CREATE TABLE IF NOT EXISTS message (
     PRIMARY KEY (job, number)
 );
 """
-#: Of zlib: most of the gain for a tenth of the time.
+#: zlib level with most of the compression for a tenth of the time.
 _LEVEL = 3
 
 
 class JobState(StrEnum):
-    """Where a job stands."""
+    """State of a job."""
 
     WAITING = "waiting"
     RUNNING = "running"
     DONE = "done"
-    STOPPED = "stopped"  # a person stopped it, and the best so far was kept
+    STOPPED = "stopped"  # stopped by the user; the best result so far is kept
     FAILED = "failed"
     CANCELLED = "cancelled"
     INTERRUPTED = "interrupted"  # the studio ended while it ran
 
     @property
     def over(self) -> bool:
-        """Whether nothing more will happen."""
+        """Whether the job has ended."""
         return self not in (JobState.WAITING, JobState.RUNNING)
 
     @property
     def kept(self) -> bool:
-        """Whether there is an outcome."""
+        """Whether there is a result."""
         return self in (JobState.DONE, JobState.STOPPED)
 
 
 @dataclass(frozen=True)
 class Artefact:
-    """A file that a run made."""
+    """A file created by a job."""
 
     file_name: str
     media_type: str
@@ -75,13 +75,13 @@ class Artefact:
 
     @property
     def text(self) -> str:
-        """The file as text, in the encoding that its media type names."""
+        """Content as text, in the encoding of the media type."""
         return self.data.decode(self.media_type.partition("charset=")[2] or "utf-8", "replace")
 
 
 @dataclass(frozen=True)
 class JobRecord:
-    """A job as the history knows it; `figures` are the few numbers that a list shows."""
+    """Entry of a job in the history; `figures` are the numbers shown in lists."""
 
     id: str
     title: str
@@ -95,9 +95,9 @@ class JobRecord:
 
 @dataclass(frozen=True)
 class Wanted:
-    """A word that a job is looked for by: in its name, its command, what its options are, what it was told and its day.
+    """Search term for jobs. It matches the title, command, option values, message or date.
 
-    `options` and `states` are the names of options and the states that are called so where the word was typed.
+    `options` and `states` are the names of options and the states with this label in the user's language.
     """
 
     word: str
@@ -106,7 +106,7 @@ class Wanted:
 
 
 class History:
-    """The jobs, the newest first; used from several threads.
+    """Stored jobs, newest first; thread-safe.
 
     Raises
     ------
@@ -146,7 +146,7 @@ class History:
         return connection
 
     def _keep_private(self) -> None:
-        """Create the file for its owner alone before SQLite opens it: what SQLite keeps beside it has the same mode."""
+        """Create the file with owner-only permissions before SQLite opens it; SQLite copies them to its companions."""
         try:
             os.close(os.open(self._path, os.O_RDWR | os.O_CREAT, 0o600))
             for suffix in BESIDE:
@@ -157,7 +157,7 @@ class History:
             raise OutputError(f"{self._path}: cannot open the history ({problem.strerror})") from None
 
     def _set_aside(self) -> None:
-        """Give a damaged file another name, and what SQLite keeps beside it, which must not meet the new one."""
+        """Rename a damaged file and its companions, which must not be used with the new file."""
         mark = f"damaged-{time.time():.0f}"
         for suffix in BESIDE:
             file = self._path.with_name(self._path.name + suffix)
@@ -183,7 +183,7 @@ class History:
             return self._connection.execute(query, values).fetchall()
 
     def add(self, job: str, title: str, task: Task, created: float) -> None:
-        """Note a job that waits."""
+        """Add a waiting job."""
         with self._writing() as to:
             to.execute(
                 "INSERT INTO job (id, title, task, state, created) VALUES (?, ?, ?, ?, ?)",
@@ -191,7 +191,7 @@ class History:
             )
 
     def mark(self, job: str, state: JobState) -> None:
-        """Note how a job stands."""
+        """Store the state of a job."""
         with self._writing() as to:
             to.execute("UPDATE job SET state = ? WHERE id = ?", (state.value, job))
 
@@ -206,7 +206,7 @@ class History:
         artefacts: dict[str, Artefact] | None = None,
         messages: Sequence[tuple[float, str]] = (),
     ) -> None:
-        """Store the result of a job: its answer with a schema number, its files, and `messages` (seconds, words)."""
+        """Store the result of a job: its answer with a schema number, its files, and `messages` (seconds, text)."""
         packed = None if answer is None else zlib.compress(json.dumps(numbered(ANSWER, answer)).encode(), _LEVEL)
         files = [
             (job, name, made.file_name, made.media_type, zlib.compress(made.data, _LEVEL))
@@ -222,7 +222,7 @@ class History:
             to.executemany("INSERT OR REPLACE INTO message VALUES (?, ?, ?, ?)", said)
 
     def interrupt(self) -> None:
-        """Note of all jobs that were not over that they were cut short; at the studio's start."""
+        """Mark all unfinished jobs as interrupted; called at the studio's start."""
         with self._writing() as to:
             to.execute(
                 "UPDATE job SET state = ?, finished = ? WHERE state IN (?, ?)",
@@ -235,31 +235,31 @@ class History:
         return _record(found[0]) if found else None
 
     def newest(self, most: int = 200) -> list[JobRecord]:
-        """Return the last jobs, the newest first."""
+        """Return the newest jobs, newest first."""
         return [
             _record(row) for row in self._read(f"SELECT {_COLUMNS} FROM job ORDER BY created DESC LIMIT ?", (most,))
         ]
 
     def find(self, wanted: Sequence[Wanted], most: int, skip: int = 0) -> list[JobRecord]:
-        """Return jobs with all that is wanted, the newest first: at most so many, after so many others."""
+        """Return up to `most` jobs that match all terms, newest first, after skipping `skip` jobs."""
         where, values = _where(wanted)
         query = f"SELECT {_COLUMNS} FROM job {where} ORDER BY created DESC, rowid DESC LIMIT ? OFFSET ?"
         return [_record(row) for row in self._read(query, (*values, most, skip))]
 
     def count(self, wanted: Sequence[Wanted] = ()) -> int:
-        """Return how many jobs have all that is wanted."""
+        """Return the number of jobs that match all terms."""
         where, values = _where(wanted)
         return int(self._read(f"SELECT COUNT(*) FROM job {where}", values)[0][0])
 
     def of_sheets(self, job: str) -> list[JobRecord]:
-        """Return the jobs that cut the sheets of a nest, the newest first."""
-        # An underscore stands for any letter here, so the origin is looked at once more.
+        """Return the jobs that cut the sheets of a nest, newest first."""
+        # LIKE treats an underscore as a wildcard, so check the origin again.
         query = f"SELECT {_COLUMNS} FROM job WHERE task LIKE ? ORDER BY created DESC, rowid DESC"
         found = [_record(row) for row in self._read(query, (f'%"origin": "{job}/%',))]
         return [record for record in found if record.task.origin.startswith(f"{job}/")]
 
     def messages(self, job: str) -> list[tuple[float, str]]:
-        """Return what a job that is over said while it ran: (seconds, words)."""
+        """Return the messages of a finished job: (seconds, text)."""
         return [
             (s, w) for s, w in self._read("SELECT seconds, words FROM message WHERE job = ? ORDER BY number", (job,))
         ]
@@ -271,23 +271,23 @@ class History:
         return {ANSWER.key: 1, **json.loads(zlib.decompress(found[0][0]))} if found else None
 
     def artefact(self, job: str, name: str) -> Artefact | None:
-        """Return a file that a run made, or None."""
+        """Return a file created by a job, or None."""
         found = self._read("SELECT file_name, media_type, data FROM artefact WHERE job = ? AND name = ?", (job, name))
         return Artefact(found[0][0], found[0][1], zlib.decompress(found[0][2])) if found else None
 
     def artefacts(self, job: str) -> dict[str, str]:
-        """Return name → file name of what a run made."""
+        """Return name → file name of the files created by a job."""
         return dict(self._read("SELECT name, file_name FROM artefact WHERE job = ?", (job,)))
 
     def delete(self, job: str) -> set[str]:
-        """Forget a job; return the inputs that no other job uses."""
+        """Delete a job; return the inputs that no other job uses."""
         mine = self.get(job)
         with self._writing() as to:
             to.execute("DELETE FROM job WHERE id = ?", (job,))
         return files_of([mine.task]) - self.inputs_in_use() if mine else set()
 
     def inputs_in_use(self) -> set[str]:
-        """Return the ids of all uploads that a job uses."""
+        """Return the ids of all uploads used by jobs."""
         return files_of(Task.from_json(row[0]) for row in self._read("SELECT task FROM job"))
 
     def close(self) -> None:
@@ -299,17 +299,17 @@ class History:
 _COLUMNS = "id, title, task, state, created, finished, line, figures"
 
 
-#: What of a job a word may stand in.
+#: Columns and JSON fields searched for a term.
 _PLACES = (
     "title", "line", "date(created, 'unixepoch', 'localtime')",
     *(f"json_extract(task, '$.{of}')" for of in ("command", "process", "algorithms")),
 )  # fmt: skip
-#: Every option of a job, and the values of one that is a list, as rows that have a `key` and an `atom`.
+#: Condition on an option of a job. The rows have `key` and `atom`; elements of lists are rows too.
 _OPTIONS = "EXISTS (SELECT 1 FROM json_tree(task, '$.options') WHERE {})"
 
 
 def _where(wanted: Sequence[Wanted]) -> tuple[str, tuple[Any, ...]]:
-    """Return the condition that a job has all that is wanted, and its values."""
+    """Return the SQL condition for jobs that match all terms, and its values."""
     parts: list[str] = []
     values: list[Any] = []
     for one in wanted:
@@ -333,6 +333,6 @@ def _record(row: tuple[Any, ...]) -> JobRecord:
 
 
 def files_of(tasks: Iterable[Task]) -> set[str]:
-    """Return every word of tasks that may be the id of an upload: inputs, and files among the options."""
+    """Return all texts of tasks that may be ids of uploads: inputs, and files among the options."""
     words = (w for task in tasks for w in (*task.inputs, *task.options.values()) if isinstance(w, str))
-    return {w.partition(":")[0] for w in words}  # behind the id of a part of a nest stands its quantity
+    return {w.partition(":")[0] for w in words}  # a part of a nest is `id:quantity`

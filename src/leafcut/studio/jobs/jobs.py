@@ -1,4 +1,4 @@
-"""Runs in threads: one for each job, outside the event loop; progress to look at, stop and keep the best, cancel."""
+"""Jobs in threads outside the event loop, with progress, stop (keep the best result) and cancel."""
 
 from __future__ import annotations
 
@@ -25,22 +25,22 @@ from leafcut.studio.jobs.run_job import Made, run
 from leafcut.studio.jobs.search_watch import Watch
 from leafcut.studio.jobs.task import ReadyTask, Task, names_of, prepare, title_of
 
-#: So many run at once, the others wait: a search uses all cores already.
+#: Number of jobs that run at once; a single search uses all cores already.
 AT_ONCE = 2
-#: What runs tell while they read their inputs, `model.heartbeat.looking_for`.
+#: Step name while a job reads its inputs (`model.heartbeat.looking_for`).
 READING = "reading"
-#: Most of what a run says that is kept: the last.
+#: Maximum number of stored messages; older ones are dropped.
 _MOST_MESSAGES = 1000
-#: So many jobs that are over are still known as they went: a page may not have told their end yet.
+#: Number of finished jobs kept in memory, for pages that have not shown their end yet.
 _MOST_ENDED = 16
-#: So many ways that a run tries are told of.
+#: Maximum number of trials that are listed for a job.
 _MOST_TRIED = 64
-#: Most points of a convergence that are kept while it runs, and least seconds between two.
+#: Maximum number of points of a running convergence chart, and minimum interval between two, s.
 _MOST_POINTS, _POINT_SECONDS = 4000, 0.02
 
 
 class Cancelled(Exception):
-    """Raised inside a run that a person cancelled, so that it ends at once."""
+    """Raised inside a cancelled job to end it at once."""
 
 
 @dataclass
@@ -50,25 +50,25 @@ class Live:
     Attributes
     ----------
     latest, latest_s
-        The last progress, and when it came, s.
+        The latest progress, and its time, s.
     points
-        (seconds, cost, step) whenever the cost fell or another step began.
+        (seconds, cost, step) at every decrease of the cost and every new step.
     messages
-        What was begun, once each: (seconds, words); the last of them.
+        Steps, each once: (seconds, text); only the latest are kept.
     internal
-        Whether it failed by an error of leafcut's own.
+        Whether it failed with an internal error of leafcut.
     said
-        How many messages there have been.
+        Total number of messages.
     tried
-        Of a run that tries several ways: name → (what came of it, its cost), in the order in which they were begun.
+        Trials of a job that tries several strategies, in order of their start: name → (result, cost).
     watch
-        Looks at its search for the pages that show it.
+        Observer of the search for pages that show it.
     study
-        Keeps the iterations of a search of the literature; None for other work.
+        Recorder of the iterations of a search algorithm from the literature; None for other jobs.
     reading
-        What it does while it reads, and until it tells of something else, can be ended at any step.
+        Work that can be ended at any line: reading the inputs, until the next step.
     ended
-        Done when it is over and the history knows it.
+        Done when the job has ended and is stored in the history.
     """
 
     id: str
@@ -92,14 +92,14 @@ class Live:
     ended: Future[None] = field(default_factory=Future)
 
     def drop(self) -> None:
-        """Have the run end, and keep nothing."""
+        """End the job without a result."""
         self.dropped = True
         self.stop.set()
         self.watch.release()
         self.reading.end()
 
     def tell(self, progress: Progress) -> None:
-        """Note what is being done; called by the run, often."""
+        """Record the progress; called often by the job."""
         if self.dropped:
             raise Cancelled
         step, cost, trial = progress.step, progress.cost, progress.trial
@@ -124,31 +124,31 @@ class Live:
 
 
 class Jobs:
-    """All jobs of a studio: those that run, and through the history those that ran.
+    """All jobs of a studio: running ones, and finished ones through the history.
 
-    `kept` returns the ids of uploads that are kept for another reason than a job.
+    `kept` returns the ids of uploads that are needed for other reasons than a job.
     """
 
     def __init__(self, folder: Folder, history: History, kept: Callable[[], set[str]] = set) -> None:
         self.folder, self.history, self._kept = folder, history, kept
         self._live: dict[str, Live] = {}
-        #: Those of them that the history knows the end of, the last at the end.
+        #: Jobs whose end is stored in the history, the latest at the end.
         self._ended: deque[str] = deque()
-        #: Those that wait for their turn, in the order in which they come to it.
+        #: Ids of waiting jobs, in their order of execution.
         self._queue: list[str] = []
         self._threads = ThreadPoolExecutor(AT_ONCE, thread_name_prefix="leafcut-job")
         self._lock = threading.Lock()
         self.closed = False
 
     def start(self, task: Task, watch: Watch | None = None) -> str:
-        """Begin a job, or let it wait for its turn; return its id. `watch` may hold its search from the beginning.
+        """Start or enqueue a job; return its id. `watch` may hold its search from the start.
 
         Raises
         ------
         OptionError
-            The task cannot be meant.
+            The task is invalid.
         OutputError
-            The history cannot be written, or the studio is ending.
+            The history cannot be written, or the studio is closing.
         """
         call = prepare(task, self.folder)
         if self.closed:
@@ -163,41 +163,41 @@ class Jobs:
         return live.id
 
     def waiting(self) -> list[str]:
-        """Return the ids of the jobs that wait, in the order in which they come to their turn."""
+        """Return the ids of the waiting jobs in their order of execution."""
         with self._lock:
             return list(self._queue)
 
     def move(self, job: str, place: int) -> None:
-        """Let a job that waits come to its turn at a place, from 0; nothing happens to one that runs."""
+        """Move a waiting job to a position in the queue, from 0; ignore other jobs."""
         with self._lock:
             if job in self._queue:
                 self._queue.remove(job)
                 self._queue.insert(max(place, 0), job)
 
     def live(self, job: str) -> Live | None:
-        """Return a job of this server as it goes, or one of the last that are over; None for older ones."""
+        """Return a running or recently finished job of this server; None for older jobs."""
         return self._live.get(job)
 
     def record(self, job: str) -> JobRecord | None:
-        """Return a job as it stands, or None."""
+        """Return a job in its current state, or None."""
         found = self._as_they_stand(lambda: [one for one in [self.history.get(job)] if one is not None])
         return found[0] if found else None
 
     def newest(self, most: int = 200) -> list[JobRecord]:
-        """Return the last jobs as they stand, the newest first."""
+        """Return the newest jobs in their current state, newest first."""
         return self._as_they_stand(lambda: self.history.newest(most))
 
     def find(self, wanted: Sequence[Wanted], most: int, skip: int = 0) -> tuple[list[JobRecord], int]:
-        """Return some of the jobs with all that is wanted, as they stand, the newest first, and how many there are."""
+        """Return jobs that match all terms in their current state, newest first, and the total number of matches."""
         return self._as_they_stand(lambda: self.history.find(wanted, most, skip)), self.history.count(wanted)
 
     def of_sheets(self, job: str) -> list[JobRecord]:
-        """Return the jobs that cut the sheets of a nest, as they stand, the newest first."""
+        """Return the jobs that cut the sheets of a nest, in their current state, newest first."""
         return self._as_they_stand(lambda: self.history.of_sheets(job))
 
     def _as_they_stand(self, read: Callable[[], list[JobRecord]]) -> list[JobRecord]:
-        """Return records; those that the history could not be told of stand as this server knows."""
-        # Looked at before the history is read: what is over here by then is over there, too, if it could be written.
+        """Return records, with the state of this server for jobs that the history could not store."""
+        # Get the states before reading the history: a job that has ended by then is stored, if it could be written.
         known = {job: (live.state, live.line) for job, live in list(self._live.items())}
         return [
             record
@@ -207,18 +207,18 @@ class Jobs:
         ]
 
     def running(self) -> list[str]:
-        """Return the ids of the jobs that are not over."""
+        """Return the ids of the unfinished jobs."""
         return [job for job, live in list(self._live.items()) if not live.state.over]
 
     def stop(self, job: str) -> None:
-        """Stop a job and keep the best that it has; nothing happens to one that is over."""
+        """Stop a job and keep its best result; ignore a finished job."""
         live = self._live.get(job)
         if live is not None and not live.state.over:
             live.stop.set()
             live.watch.release()
 
     def cancel(self, job: str) -> None:
-        """Stop a job and keep nothing."""
+        """Stop a job without a result."""
         live = self._live.get(job)
         if live is None or live.state.over:
             return
@@ -231,19 +231,19 @@ class Jobs:
             self._end(live, JobState.CANCELLED)
 
     def delete(self, job: str) -> None:
-        """Forget a job and the uploads that only it used, but what a page has open or is among the recent files."""
+        """Delete a job and the uploads that only it used, except those in open pages and recent files."""
         self.cancel(job)
         self.folder.drop_inputs(self.history.delete(job) - self._kept())
         with self._lock:
             self._live.pop(job, None)
 
     def messages(self, job: str) -> list[tuple[float, str]]:
-        """Return what a job says or said: (seconds, words)."""
+        """Return the messages of a job: (seconds, text)."""
         live = self._live.get(job)
         return (list(live.messages) if live is not None else []) or self.history.messages(job)
 
     def wait(self, job: str, seconds: float | None = None) -> JobState:
-        """Return the state of a job when it is over, or after `seconds`."""
+        """Return the state of a job when it has ended, or after `seconds`."""
         live = self._live.get(job)
         if live is not None:
             wait([live.ended], seconds)
@@ -251,13 +251,13 @@ class Jobs:
         return record.state if record else JobState.CANCELLED
 
     async def over(self, job: str) -> None:
-        """Wait until a job is over; no thread waits, so that any number of jobs can be waited for."""
+        """Wait for the end of a job without blocking a thread, so that any number of jobs can be awaited."""
         live = self._live.get(job)
         if live is not None:
             await asyncio.shield(asyncio.wrap_future(live.ended))
 
     def close(self) -> None:
-        """End all runs; those that were not over are told as cut short."""
+        """End all jobs; unfinished ones are marked as interrupted."""
         if self.closed:
             return
         self.closed = True
@@ -267,19 +267,19 @@ class Jobs:
         self._threads.shutdown(wait=True, cancel_futures=True)
         self.history.interrupt()
         for live in list(self._live.values()):
-            if not live.ended.done():  # it had no turn
+            if not live.ended.done():  # it was still waiting
                 live.state = JobState.INTERRUPTED
                 live.ended.set_result(None)
 
     def _next(self) -> None:
-        """Do the job whose turn it is; none where the one that this turn was for was cancelled."""
+        """Run the next job in the queue; do nothing if it was cancelled."""
         with self._lock:
             live = self._live.get(self._queue.pop(0)) if self._queue and not self.closed else None
         if live is not None:
             self._work(live)
 
     def _work(self, live: Live) -> None:
-        """Do one job, in a thread of its own; nothing that happens in it reaches the server."""
+        """Run one job in its own thread; no exception reaches the server."""
         live.state, live.began = JobState.RUNNING, time.perf_counter()
         try:
             self.history.mark(live.id, JobState.RUNNING)
@@ -300,7 +300,7 @@ class Jobs:
                 self._end(live, JobState.STOPPED if live.stop.is_set() else JobState.DONE, made=made)
 
     def _end(self, live: Live, state: JobState, *, line: str = "", made: Made | None = None) -> None:
-        """Note the end in the history, then for those who look."""
+        """Store the end in the history, then publish it."""
         live.line, noted = line, True
         try:
             if made is None:
@@ -317,7 +317,7 @@ class Jobs:
             except LeafcutError:
                 noted = False
         live.state = state
-        # Else every job of a day would keep the last picture of its search.
+        # Release data of the search, which would otherwise pile up.
         live.points, live.watch, live.study, live.tried = [], Watch(), None, {}
         if noted:
             live.messages = []
@@ -325,7 +325,7 @@ class Jobs:
         live.ended.set_result(None)
 
     def _forget_older(self, job: str) -> None:
-        """Note that the history knows how a job ended, and let go of those that ended long before it."""
+        """Note that the end of a job is stored, and release the oldest finished jobs."""
         with self._lock:
             self._ended.append(job)
             while len(self._ended) > _MOST_ENDED:
@@ -337,7 +337,7 @@ def _is_internal(problem: BaseException) -> bool:
 
 
 def line_of(problem: BaseException) -> str:
-    """Return what a person is told of what went wrong: the one line of an error, or that leafcut has a fault."""
+    """Return the message for an exception: its one line, or a report of an internal error."""
     if isinstance(problem, LeafcutError):
         line = str(problem)
     elif isinstance(problem, MemoryError):

@@ -1,4 +1,4 @@
-"""The parts of a nest as a page asks for them: a drawing, how often, and in which angles; and lists of them."""
+"""Parts of a nest as requested by a page (drawing, quantity, angles), and lists of them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 from leafcut.errors import OptionError
 from leafcut.units import parse_angles
 
-#: More of one part are a mistake.
+#: Maximum quantity of a part; more are a mistake.
 MOST_PIECES = 100_000
 
 
@@ -23,11 +23,11 @@ class WantedPart:
     Attributes
     ----------
     input
-        The id of an upload.
+        Id of an upload.
     quantity
-        How often its parts are wanted.
+        Number of pieces of its parts.
     rotations
-        Angles in degrees with spaces between, or ``free``; empty for those of the options.
+        Angles in degrees separated by spaces, or ``free``; empty for the angles of the options.
     """
 
     input: str
@@ -36,17 +36,17 @@ class WantedPart:
 
     @property
     def word(self) -> str:
-        """The part as one word, such as ``AbCdEfGhIjKlMnOp:10:0 90``."""
+        """Encoded part, such as ``AbCdEfGhIjKlMnOp:10:0 90``."""
         return f"{self.input}:{self.quantity}" + (f":{self.rotations}" if self.rotations else "")
 
     @classmethod
     def of(cls, word: str) -> WantedPart:
-        """Return the part that a word says.
+        """Decode a part.
 
         Raises
         ------
         OptionError
-            A quantity or an angle is none.
+            A quantity or an angle is invalid.
         """
         made, _, rest = word.partition(":")
         quantity, _, rotations = rest.partition(":")
@@ -54,12 +54,12 @@ class WantedPart:
 
 
 def quantity_of(typed: str) -> int:
-    """Return a quantity that a person typed.
+    """Parse a quantity.
 
     Raises
     ------
     OptionError
-        It is no whole number, or out of bounds.
+        It is not a whole number, or out of bounds.
     """
     text = typed.strip()
     if not text.isdecimal() or not 1 <= int(text[:9]) <= MOST_PIECES or len(text) > 9:
@@ -68,12 +68,12 @@ def quantity_of(typed: str) -> int:
 
 
 def rotations_of(typed: str) -> str:
-    """Return angles that a person typed, with spaces between; empty for those of the options.
+    """Parse angles; return them separated by spaces, empty for the angles of the options.
 
     Raises
     ------
     OptionError
-        One is no angle.
+        An angle is invalid.
     """
     words = typed.replace("/", " ").replace(",", " ").replace(";", " ").split()
     if words:
@@ -82,12 +82,12 @@ def rotations_of(typed: str) -> str:
 
 
 def wanted_parts(inputs: Sequence[str], text: str) -> list[WantedPart]:
-    """Return uploads with what a program says of each, in their order: quantity and rotations, as JSON.
+    """Return uploads with quantity and rotations from a JSON list in the same order.
 
     Raises
     ------
     OptionError
-        It is no such list, or one for another number of drawings.
+        The list is invalid, or has more rows than there are drawings.
     """
     try:
         rows = json.loads(text or "[]")
@@ -103,12 +103,12 @@ def wanted_parts(inputs: Sequence[str], text: str) -> list[WantedPart]:
 
 
 def needs_list(parts: Sequence[WantedPart]) -> bool:
-    """Return whether parts can be said in a list alone: angles of one part stand nowhere else."""
+    """Return whether a parts list is needed: command arguments have no angles of single parts."""
     return any(one.rotations for one in parts)
 
 
 def list_text(parts: Sequence[WantedPart], files: Sequence[str]) -> str:
-    """Return parts as a list that ``leafcut nest`` takes; `files` are the drawings, one for each."""
+    """Return parts as a list for ``leafcut nest``; `files` are the drawings, one per part."""
     text = io.StringIO()
     writer = csv.writer(text, delimiter=";", lineterminator="\n")
     writer.writerow(("file", "quantity", "rotations"))
@@ -118,10 +118,10 @@ def list_text(parts: Sequence[WantedPart], files: Sequence[str]) -> str:
 
 
 def listed_parts(path: Path, opened: Mapping[str, str]) -> tuple[list[WantedPart], list[str]]:
-    """Return the parts that a list asks for, and the names of the drawings that are not among those opened.
+    """Return the parts of a list, and the names of its drawings that are not open.
 
-    `opened` are what people call drawings → their ids. Of a path in a list the last name counts: elsewhere the studio
-    does not look.
+    `opened` is displayed name → id. Only the file names in the list count, since the studio does not read other
+    folders.
 
     Raises
     ------

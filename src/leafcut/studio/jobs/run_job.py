@@ -1,4 +1,4 @@
-"""One call of leafcut as a job does it: the answer, and the files that came of it."""
+"""Execution of one job: a call of leafcut, its answer and its files."""
 
 from __future__ import annotations
 
@@ -38,15 +38,15 @@ _TEXT, _HTML, _SVG = "text/plain; charset=utf-8", "text/html; charset=utf-8", "i
 _DXF, _CSV = "image/vnd.dxf", "text/csv; charset=utf-8"
 
 
-#: An order of more holes is not changed by hand.
+#: Maximum number of holes for manual changes of the order.
 _MOST_HOLES = 20_000
-#: More searches than these have no chart.
+#: Maximum number of searches with a chart.
 _MOST_SEARCHES = 50
 
 
 @dataclass(frozen=True)
 class Made:
-    """What a run gave: the answer of the command line's ``--json``, a few figures for lists, and files."""
+    """Result of a job: the answer of the command line's ``--json``, figures for lists, and files."""
 
     answer: dict[str, Any]
     figures: dict[str, Any]
@@ -60,12 +60,12 @@ def run(
     cancelled: threading.Event,
     observe: Observer | None = None,
 ) -> Made:
-    """Do what is asked; `names` is what a person calls the inputs.
+    """Run a task; `names` are the displayed names of the inputs.
 
     Raises
     ------
     LeafcutError
-        One line, as on the command line.
+        The message is one line, as on the command line.
     """
     from leafcut.report.json_answer import simulation_as_json
 
@@ -84,7 +84,7 @@ def run(
 
 
 def _verify(call: ReadyTask, names: tuple[str, ...], tell: OnProgress) -> Made:
-    """Compare two programs; both are drawn, and in what they differ."""
+    """Compare two programs; create scenes of both and of their differences."""
     from leafcut.report.json_answer import verification_as_json
     from leafcut.studio.drawing.differences import differences_scene
     from leafcut.studio.drawing.scene import toolpath_scene
@@ -104,14 +104,14 @@ def _verify(call: ReadyTask, names: tuple[str, ...], tell: OnProgress) -> Made:
 
 
 def _stocks(call: ReadyTask, runs: Sequence[Simulation]) -> dict[str, Artefact]:
-    """Return what each of two programs leaves of its stock; nothing of beams, which cut through."""
+    """Return the stock scenes of two programs; empty for beams, which cut through."""
     from leafcut.processes import registry
     from leafcut.processes.settings import collect
     from leafcut.studio.drawing.solid import compared_solid_scenes
 
     used = registry.work("stock").used()
     settings = collect({name: value for name, value in call.options.items() if name in used})
-    # What compares two programs has no option for tools and stock: their comments tell the tools.
+    # `verify` has no options for tools and stock; the comments in the programs name the tools.
     stocks = [registry.command("shown_stock")(source, settings, by_options=False) for source in call.sources]
     if CUT_THROUGH in stocks:
         return {}
@@ -121,7 +121,7 @@ def _stocks(call: ReadyTask, runs: Sequence[Simulation]) -> dict[str, Artefact]:
 
 
 def _lines(before: Toolpath, after: Toolpath, original: str, new: str) -> Artefact:
-    """Return which line of a program is which of another one; the texts themselves are kept already."""
+    """Return the pairs of matching lines of two programs; the texts are stored separately."""
     return Artefact("", "application/octet-stream", zlib.compress(line_pairs(before, after, original, new).tobytes()))
 
 
@@ -136,7 +136,7 @@ def _optimize(
         call.sources[0], process=call.process, progress=tell, observe=observe, cancelled=cancelled, **call.options
     )
     output = program_name(name, outcome.extension)
-    # A report is handed on: it says what the person calls the file, and not where the studio keeps it.
+    # A report leaves the studio: it shows the displayed file name instead of the internal path.
     source = name if outcome.part.source else ""
     outcome = replace(outcome, output=output, part=replace(outcome.part, source=source))
     report = report_of(outcome)
@@ -160,7 +160,7 @@ def _optimize(
         original = read_program(call.sources[0])
         artefacts["lines"] = _lines(outcome.path_before, outcome.path_after, original, outcome.text)
     plan = report.plan("after")
-    # Common lines have no plan file.
+    # Plans with common lines cannot be saved.
     if plan is not None and not call.options.get("common_lines"):
         text = plan_text(plan.file).encode()
         artefacts["plan"] = Artefact(f"{Path(output).stem}_plan.json", "application/json", text)
@@ -171,7 +171,7 @@ def _optimize(
 
 
 def _nest(call: ReadyTask, names: tuple[str, ...], tell: OnProgress, cancelled: threading.Event) -> Made:
-    """Nest parts: every variant is drawn, sheet by sheet."""
+    """Nest parts; create a scene for every sheet of every variant."""
     from leafcut.processes.registry import command
     from leafcut.read.nest_list import WantedDrawing
     from leafcut.studio.drawing.scene import nest_scene
@@ -191,7 +191,7 @@ def _nest(call: ReadyTask, names: tuple[str, ...], tell: OnProgress, cancelled: 
         for k, layout in enumerate(one.layouts, 1):
             artefacts[f"scene-{v}-{k}"] = _scene(nest_scene(one, layout))
     if needs_list(call.parts):
-        names = told_apart([Path(source).name for source in call.sources])  # of all inputs, those that are no sheets
+        names = told_apart([Path(source).name for source in call.sources])  # names of all inputs without the sheets
         artefacts["list"] = Artefact(LIST, _CSV, list_text(call.parts, names).encode())
     return Made(command("nest_answer")(outcome), _nest_figures(outcome), artefacts)
 
@@ -203,12 +203,12 @@ def _nest_figures(outcome: NestOutcome) -> dict[str, Any]:
 
 
 def _order_files(outcome: Outcome, output: str) -> dict[str, Artefact]:
-    """Return the order of the holes as a file, and where they are: what can be changed by hand."""
+    """Return the order of the holes and their positions as files for manual changes."""
     from leafcut.read.order_file import drawing_of, order_text
 
     drilled = {n: tuple(o.hole_order) for n, o in enumerate(outcome.operations) if not o.slots}
     count = sum(map(len, drilled.values()))
-    # A program of another CAM has no order before it.
+    # A program of another CAM has no initial order.
     if outcome.process != "drill" or outcome.nearest is None or not 0 < count <= _MOST_HOLES:
         return {}
     places = outcome.part.hole_xy.tolist()
@@ -220,7 +220,7 @@ def _order_files(outcome: Outcome, output: str) -> dict[str, Artefact]:
 
 
 def _given_file(call: ReadyTask) -> dict[str, Artefact]:
-    """Return the order or the plan that a run was given: with it the command line does the same again."""
+    """Return the order or plan file given to a job, so that the command line can repeat the job."""
     for option in ("hole_order", "plan"):
         if option in call.options:
             file = Path(call.options[option])
@@ -231,9 +231,9 @@ def _given_file(call: ReadyTask) -> dict[str, Artefact]:
 def _searches(
     found: Sequence[tuple[str, Sequence[tuple[float, float]], float | None, str]], observe: Observer | None
 ) -> Artefact:
-    """Return how the orders were found, for the charts: (name, history, lower bound, unit) of every search.
+    """Return data for the convergence charts: (name, history, lower bound, unit) of every search.
 
-    Where one search was studied, its iterations are there, too; of several it is not known which is which.
+    Iterations are included only for a single studied search, since several cannot be told apart.
     """
     kept: list[dict[str, Any]] = [
         {"name": name, "history": [list(point) for point in history], "bound": bound, "unit": unit}
@@ -245,7 +245,7 @@ def _searches(
 
 
 def _pages(report: PathReport[Any], output: str) -> dict[str, Artefact]:
-    """Return the report, the pictures, and the scenes of the studio's drawing."""
+    """Return the report, the pictures, and the scenes of the drawing."""
     from leafcut.report.page import path_svg, write_page
     from leafcut.studio.drawing.scene import outcome_part_scene, outcome_scene, toolpath_scene
     from leafcut.studio.drawing.solid import outcome_solid_scenes
@@ -290,7 +290,7 @@ def _solve(call: ReadyTask, name: str, tell: OnProgress, cancelled: threading.Ev
 
 
 def _study(call: ReadyTask, name: str, tell: OnProgress, cancelled: threading.Event, observe: Observer | None) -> Made:
-    """Run several algorithms with several seeds; the best tour of all is drawn."""
+    """Run several algorithms with several seeds; the scene shows the best tour."""
     from leafcut.lab.experiment import run_experiment
     from leafcut.lab.tables import curves_as_json, experiment_as_json, runs_as_csv, summary_as_csv
     from leafcut.processes.settings import collect
@@ -313,7 +313,7 @@ def _study(call: ReadyTask, name: str, tell: OnProgress, cancelled: threading.Ev
 
 
 def _tour_scenes(part: Part, nodes: NDArray[np.int32]) -> dict[str, Artefact]:
-    """Return a closed tour as rapids through its points; nothing of a map that says distances and no places."""
+    """Return a closed tour as rapids through its points; empty for a map with distances but no coordinates."""
     from leafcut.model.toolpath import ToolpathBuilder
     from leafcut.read.machine import load_machine
     from leafcut.studio.drawing.scene import part_scene, toolpath_scene

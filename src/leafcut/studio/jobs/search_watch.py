@@ -1,4 +1,4 @@
-"""`Watch`: looks at a job's search for the pages that show it, and holds it for those who study it step by step."""
+"""`Watch`: observes the search of a job for pages, and pauses or slows it for study."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from collections.abc import Callable
 
 from leafcut.model.snapshot import Snapshot
 
-#: Least seconds between two snapshots, and how many times longer than taking one: a large map is looked at less often.
+#: Minimum interval between snapshots: s, and as a multiple of the time for taking a snapshot.
 EVERY, TIMES_AS_LONG = 0.1, 10.0
-#: Seconds per place of a path that two snapshots are apart besides: for the way to the browser and the drawing of it.
+#: Extra interval per point of the path, s, for transfer and drawing.
 PER_PLACE = 3e-6
-#: Seconds after which a page that said nothing is taken to look no longer; a search that is held goes on then.
+#: Time without a request after which a page counts as closed, and after which a held search continues, s.
 LOOKS_AWAY, LEFT_ALONE = 1.0, 30.0
 
 
 class Watch:
-    """The observer of a job: called by its search, looked at by pages.
+    """Observer of a job, called by its search and polled by pages.
 
-    Nothing is taken while nobody looks. A search is held between two steps while `paused`, and slowed down to `speed`
-    steps a second where that is not None.
+    It takes no snapshots while no page is open. A search waits between two steps while `paused`, and is slowed down to
+    `speed` steps per second unless that is None.
     """
 
     def __init__(self, speed: float | None = None, paused: bool = False) -> None:
@@ -30,13 +30,13 @@ class Watch:
         self._released = False
         self._looked, self._next, self._stepped = time.perf_counter(), 0.0, 0.0
         self.latest: Snapshot | None = None
-        #: Of the latest snapshot, from 1.
+        #: Number of the latest snapshot, from 1.
         self.number = 0
-        #: Whether the search can be held: it waits while it is looked at.
+        #: Whether the search can be held, as it waits during a snapshot.
         self.can_hold = False
 
     def __call__(self, take: Callable[[], Snapshot], alone: bool) -> None:
-        """Look, if anybody wants to see it, and hold the search if it is to wait."""
+        """Take a snapshot if a page is open, and hold the search if requested."""
         self.can_hold = alone
         now = time.perf_counter()
         held = alone and (self._paused or self._speed is not None) and not self._released
@@ -46,41 +46,41 @@ class Watch:
             self._hold(take)
 
     def look(self) -> tuple[int, Snapshot | None]:
-        """Return number and snapshot of the last look; say that somebody is looking."""
+        """Return number and content of the latest snapshot, and note that a page is open."""
         self._looked = time.perf_counter()
         return self.number, self.latest
 
     @property
     def paused(self) -> bool:
-        """Whether the search is to wait."""
+        """Whether the search shall wait."""
         return self._paused
 
     @property
     def speed(self) -> float | None:
-        """Steps a second, None for as many as there can be."""
+        """Steps per second; None for no limit."""
         return self._speed
 
     def pause(self, paused: bool) -> None:
-        """Hold the search before its next step, or let it go on."""
+        """Hold the search before its next step, or continue."""
         with self._changed:
             self._paused, self._steps = paused, 0
             self._changed.notify_all()
 
     def step(self) -> None:
-        """Let a held search make one step; one that is not held is held after its step."""
+        """Make one step and hold the search after it."""
         with self._changed:
             self._steps = self._steps + 1 if self._paused else 0
             self._paused = True
             self._changed.notify_all()
 
     def go(self, speed: float | None) -> None:
-        """Let the search make so many steps a second, or as many as it can."""
+        """Set the speed in steps per second; None for no limit."""
         with self._changed:
             self._speed = speed
             self._changed.notify_all()
 
     def release(self) -> None:
-        """Never hold the search again: it is to end."""
+        """Never hold the search again, so that it can end."""
         with self._changed:
             self._released = True
             self._changed.notify_all()
@@ -92,16 +92,16 @@ class Watch:
         self._next = now + max(EVERY, TIMES_AS_LONG * took, PER_PLACE * len(self.latest.path))
 
     def _hold(self, take: Callable[[], Snapshot]) -> None:
-        """Return when the next step may be made."""
+        """Return when the next step may start."""
         seen = self.number
         while self._waits():
             if self.number == seen and time.perf_counter() - self._looked < LOOKS_AWAY:
-                # Somebody came to look while it stood still. A large map takes a second: nobody may wait for it.
+                # A page was opened during the pause. A snapshot of a large map takes a second, so take it here.
                 self._see(take, time.perf_counter())
         self._stepped = time.perf_counter()
 
     def _waits(self) -> bool:
-        """Wait a moment, if the next step may not be made yet; return whether that was so."""
+        """Wait briefly if the next step may not start yet; return whether it had to wait."""
         with self._changed:
             if self._released or time.perf_counter() - self._looked >= LEFT_ALONE:
                 return False

@@ -1,4 +1,4 @@
-"""The sheets of a nest on their way to programs: one is cut, or the cuts of all are planned and compared."""
+"""Sheets of a nest as jobs: cut a single sheet, or plan the cuts of all and compare the variants."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from leafcut.studio.jobs.history import History, JobRecord, JobState
 from leafcut.studio.jobs.jobs import Jobs
 from leafcut.studio.jobs.task import Task, given, prepare
 
-#: How cuts stand together that are not all planned yet.
+#: States of a group of cuts that are not all planned yet.
 GOING = (JobState.WAITING.value, JobState.RUNNING.value)
 
 
 @dataclass(frozen=True)
 class SheetOfNest:
-    """One sheet of a variant, both numbered from 1; `count` sheets are cut like it."""
+    """One sheet of a variant, both numbered from 1; `count` identical sheets are cut."""
 
     job: str
     variant: int
@@ -28,12 +28,12 @@ class SheetOfNest:
 
     @property
     def origin(self) -> str:
-        """What a task that cuts it says of where it is from."""
+        """Origin stored in the task that cuts this sheet."""
         return f"{self.job}/{self.variant}/{self.number}"
 
     @property
     def drawing(self) -> str:
-        """The name of its drawing among what the nest made."""
+        """Name of its drawing among the files of the nest."""
         return f"sheet-{self.variant}-{self.number}"
 
 
@@ -47,12 +47,12 @@ def sheets_of(job: str, answer: Mapping[str, Any]) -> list[SheetOfNest]:
 
 
 def nest_of(history: History, job: str) -> list[SheetOfNest]:
-    """Return the sheets of a job.
+    """Return the sheets of a nesting job.
 
     Raises
     ------
     OptionError
-        It is no nest, or has no outcome.
+        The job is not a nest, or has no result.
     """
     record = history.get(job)
     answer = history.answer(job) if record is not None and record.task.command == "nest" else None
@@ -62,12 +62,12 @@ def nest_of(history: History, job: str) -> list[SheetOfNest]:
 
 
 def take(jobs: Jobs, sheet: SheetOfNest) -> str:
-    """Return the id of a sheet's drawing among the inputs, where it is put if it is not there yet.
+    """Return the input id of a sheet's drawing, after adding it to the inputs if it is missing.
 
     Raises
     ------
     OptionError
-        The nest was forgotten.
+        The nest was deleted.
     """
     for record in jobs.history.of_sheets(sheet.job):
         if record.task.origin == sheet.origin:
@@ -83,14 +83,14 @@ def take(jobs: Jobs, sheet: SheetOfNest) -> str:
 
 
 def plan_cuts(jobs: Jobs, job: str, options: Mapping[str, Any]) -> list[str]:
-    """Begin to plan the cuts of all sheets of a nest with the same options; return the ids of the jobs.
+    """Start jobs that plan the cuts of all sheets of a nest with the same options; return their ids.
 
-    Cuts that are being planned with these options already are not begun again.
+    Running jobs with these options are reused.
 
     Raises
     ------
     OptionError
-        It is no nest, or an option cannot be meant: nothing is begun then.
+        The job is not a nest, or an option is invalid; no job is started then.
     """
     tasks = []
     asked = {"quantity": options.get("quantity")}
@@ -105,10 +105,10 @@ def plan_cuts(jobs: Jobs, job: str, options: Mapping[str, Any]) -> list[str]:
 
 
 def comparison(jobs: Jobs, job: str) -> list[dict[str, Any]]:
-    """Return what the cuts of every variant come to, all sheets together, in the order of the variants.
+    """Return the totals of every variant's cuts, in the order of the variants.
 
-    Of the cuts planned so far those count that were planned with the options of the newest ones. What is not known, or
-    not yet, is None; ``jobs`` are the cuts of its sheets, ``quickest`` is true of the best when all are planned.
+    Only cuts planned with the options of the newest job count. Unknown values are None; ``jobs`` are the jobs of its
+    sheets, ``quickest`` marks the fastest variant once all are planned.
     """
     sheets = nest_of(jobs.history, job)
     newest = _newest(jobs.of_sheets(job))
@@ -126,7 +126,7 @@ def _variants(sheets: list[SheetOfNest]) -> Iterator[tuple[int, list[SheetOfNest
 
 
 def _newest(records: list[JobRecord]) -> dict[str, JobRecord]:
-    """Return origin → the newest job that cuts it, of those with the options of the newest of all."""
+    """Return origin → newest job, of the jobs with the options of the newest job."""
     if not records:
         return {}
     wanted = _but_quantity(records[0].task.options)
@@ -139,7 +139,7 @@ def _but_quantity(options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _row(jobs: Jobs, variant: int, cuts: list[tuple[SheetOfNest, JobRecord | None]]) -> dict[str, Any]:
-    """Return what the sheets of one variant come to."""
+    """Return the totals of one variant."""
     records = [record for _, record in cuts if record is not None]
     states = [record.state for record in records]
     row: dict[str, Any] = {
@@ -160,7 +160,7 @@ def _row(jobs: Jobs, variant: int, cuts: list[tuple[SheetOfNest, JobRecord | Non
 
 
 def _together(states: list[JobState], wanted: int) -> str:
-    """Return how several jobs stand as one; ``none`` where not all were begun."""
+    """Return the combined state of several jobs; ``none`` if some were not started."""
     order = (
         JobState.FAILED,
         JobState.CANCELLED,

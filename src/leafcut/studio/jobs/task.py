@@ -1,4 +1,4 @@
-"""What a person asks for: a command, its inputs and options, and how they become a call of leafcut."""
+"""Requests: a command with its inputs and options, and its translation into a call of leafcut."""
 
 from __future__ import annotations
 
@@ -21,26 +21,27 @@ from leafcut.read.format import has_half_letter
 from leafcut.studio.folder import BUILT_IN, OWN, Folder
 from leafcut.studio.jobs.nest_request import WantedPart, needs_list
 
-#: How many files each takes; `nest` as many as there are drawings.
+#: Number of input files of each command; 0 for any number.
 COMMANDS = {"optimize": 1, "nest": 0, "solve": 1, "study": 1, "simulate": 1, "verify": 2}
-#: It says what is to be written: like the files that options name, that is for the studio alone.
+#: Selects output files, which only the studio may do.
 _ALL_VARIANTS = "all_variants"
-#: Names of the list and of the drawings of a nest.
+#: File names of the parts list and the sheets of a nest.
 LIST, NEST = "parts.csv", "nest.dxf"
-#: So many drawings are named in a title.
+#: Maximum number of drawings named in a title.
 _MOST_NAMED = 4
-#: Options that may name a file of the person's own, which can be changed under its name → the kind of that file.
+#: Options that may name one of the user's own files, which may change under its name → kind of file.
 OWN_KINDS = {"machine": "machines", "tools": "tools"}
 
 
 @dataclass(frozen=True)
 class Task:
-    """A command with its inputs (ids of uploads, or names of built-in parts) and options, as a page says them.
+    """A command with its inputs (ids of uploads, or names of built-in parts) and options, as sent by a page.
 
-    Values are texts as typed, true or false, or numbers; a file among the options is the id of an upload, or ``mine:``
-    and the name of one of the person's own. The inputs of a nest are those of `nest_request.WantedPart.word`. `origin`
-    is the nested sheet that the input is: job, variant and layout with slashes between. A study has `algorithms`, each
-    of which is run `runs` times.
+    Values are texts, booleans or numbers. A file among the options is the id of an upload, or ``mine:`` and the name of
+    one
+    of the user's own files. Inputs of a nest are encoded as `nest_request.WantedPart.word`. `origin` is the nested
+    sheet
+    of the input: job, variant and layout separated by slashes. A study runs each of `algorithms` `runs` times.
     """
 
     command: str
@@ -57,7 +58,7 @@ class Task:
 
     @classmethod
     def from_json(cls, text: str) -> Task:
-        """Return what `as_json` wrote."""
+        """Decode the result of `as_json`."""
         plain = json.loads(text)
         return cls(
             plain["command"], tuple(plain["inputs"]), plain["process"], plain["options"], plain.get("origin", ""),
@@ -67,7 +68,7 @@ class Task:
 
 @dataclass(frozen=True)
 class ReadyTask:
-    """A task with paths in place of ids: ready to run; `parts` are those of a nest, `algorithms` those of a study."""
+    """A task ready to run, with paths instead of ids; `parts` are for a nest, `algorithms` for a study."""
 
     command: str
     sources: tuple[str, ...]
@@ -79,23 +80,23 @@ class ReadyTask:
 
     @property
     def studied(self) -> bool:
-        """Whether its search is one of those of the literature, whose iterations are kept for study."""
+        """Whether it uses a search algorithm from the literature, whose iterations are recorded."""
         return self.command in ("solve", "optimize") and self.options.get("algorithm") in LITERATURE
 
     @property
     def unit(self) -> str:
-        """The unit of what its search makes small; a map has its own rule of distance, and none that can be named."""
+        """Unit of the search's objective; empty for a map, which has its own distance function."""
         units = {"time": "s", "distance": "mm"}
         return units.get(str(self.options.get("objective") or "time"), "") if self.command == "optimize" else ""
 
 
 def prepare(task: Task, folder: Folder) -> ReadyTask:
-    """Check a task as far as that is possible without reading its inputs.
+    """Check a task as far as possible without reading its inputs.
 
     Raises
     ------
     OptionError
-        An unknown command, process or option, a value out of bounds, or a file that is not in the studio.
+        An unknown command, process or option, a value out of bounds, or a file outside the studio.
     """
     if task.command not in COMMANDS:
         raise OptionError(f"unknown command '{task.command}'{nearest(task.command, COMMANDS)}")
@@ -118,7 +119,7 @@ def prepare(task: Task, folder: Folder) -> ReadyTask:
             for word in map(parse_sheet, split_names(options["sheet"]))
         )
     collect(options)
-    # Nothing built in is a drawing of a part, so a part is an upload.
+    # Built-in sources are not drawings, so every part is an upload.
     sources = [str(folder.input_path(one.input)) for one in parts] or [folder.source(word) for word in task.inputs]
     if parts and any(source.lower().endswith(".csv") for source in sources):
         raise OptionError("the studio cannot read the files of a parts list; open the drawings themselves")
@@ -126,23 +127,23 @@ def prepare(task: Task, folder: Folder) -> ReadyTask:
 
 
 def parts_of(task: Task) -> tuple[WantedPart, ...]:
-    """Return the parts of a nest; none of another task.
+    """Return the parts of a nest; empty for other tasks.
 
     Raises
     ------
     OptionError
-        A quantity or an angle is none.
+        A quantity or an angle is invalid.
     """
     return tuple(WantedPart.of(word) for word in task.inputs) if task.command == "nest" else ()
 
 
 def _drawn_sheets(task: Task, folder: Folder) -> dict[str, str]:
-    """Return the drawings among the inputs of a nest that are sheets and no parts: name → id, as --sheet names them.
+    """Return the drawings among the inputs of a nest that --sheet names as sheets: name → id.
 
     Raises
     ------
     OptionError
-        A drawing is named that is not open.
+        A named drawing is not open.
     """
     sheet = given(task.options).get("sheet")
     if task.command != "nest" or sheet is None:
@@ -161,12 +162,12 @@ def _sheet_word(word: SheetWord, name: str) -> str:
 
 
 def given(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options that say something: an empty field does not."""
+    """Return the options that are set; empty fields are not."""
     return {name: value for name, value in options.items() if value is not None and value != ""}
 
 
 def _resolved(name: str, value: Any, folder: Folder) -> Any:
-    """Return the value that leafcut is given: where it names a file, a path in the studio's folder and no other."""
+    """Return the value for leafcut; a file becomes a path in the studio's folder."""
     spec = group_of(name).specs()[name]
     flag = flag_name(name)
     if spec.is_output or name == _ALL_VARIANTS:
@@ -178,7 +179,7 @@ def _resolved(name: str, value: Any, folder: Folder) -> Any:
     if value.startswith(OWN) and name in OWN_KINDS:
         return str(folder.kept_own(OWN_KINDS[name], value, flag))
     if spec.may_be_path and not spec.names_file(value) and "/" not in value and "\\" not in value:
-        return value  # the name of a shipped one, or a block in numbers: checked where it is used
+        return value  # the name of a shipped file, or the size of a block; checked where it is used
     try:
         return str(folder.input_path(value))
     except OptionError:
@@ -186,30 +187,30 @@ def _resolved(name: str, value: Any, folder: Folder) -> Any:
 
 
 def names_of(task: Task, folder: Folder) -> tuple[str, ...]:
-    """Return what a person calls the inputs."""
+    """Return the displayed names of the inputs."""
     if task.command == "nest":
         return tuple(folder.input_path(one.input).name for one in parts_of(task))
     return tuple(word if word.startswith(BUILT_IN) else folder.input_path(word).name for word in task.inputs)
 
 
 def _counted(task: Task, folder: Folder, names: Sequence[str]) -> list[tuple[str, WantedPart]]:
-    """Return the parts of a nest with their names, of all inputs; those that are sheets are left out."""
+    """Return the parts of a nest with their names, without the sheets; `names` are those of all inputs."""
     sheets = _drawn_sheets(task, folder).values()
     return [(name, one) for name, one in zip(names, parts_of(task), strict=True) if one.input not in sheets]
 
 
 def told_apart(names: Sequence[str]) -> tuple[str, ...]:
-    """Return names of files as they can lie beside each other: those of one name in folders, ``1/a.nc 2/a.nc``."""
+    """Return unique file names; duplicates get numbered folders: ``1/a.nc 2/a.nc``."""
     return tuple(f"{k}/{name}" if names.count(name) > 1 else name for k, name in enumerate(names, 1))
 
 
 def called(word: str) -> str:
-    """Return what a person calls what is built in: ``plate-27`` of ``example:plate-27``."""
+    """Return the displayed name of a built-in source: ``plate-27`` for ``example:plate-27``."""
     return word.removeprefix("example:")
 
 
 def title_of(task: Task, folder: Folder) -> str:
-    """Return what the history calls a task; a file that is gone is told by a question mark."""
+    """Return the title of a task in the history; ``?`` if a file no longer exists."""
     try:
         names = [called(name) for name in names_of(task, folder)]
         if task.command == "nest":
@@ -220,14 +221,14 @@ def title_of(task: Task, folder: Folder) -> str:
 
 
 def program_name(source: str, extension: str) -> str:
-    """Return what a program made from `source` is called; never what the source itself is."""
+    """Return the name of the program for `source`, different from the source's name."""
     name = source.replace("example:", "").replace("random:", "random-").replace(":", "-")
     stem, suffix = Path(name).stem, Path(name).suffix
     return f"{stem}_leafcut{suffix}" if suffix.lower() == extension.lower() else f"{stem}{extension}"
 
 
 def command_line(task: Task, folder: Folder, output: str = "") -> str:
-    """Return what one types to have the same run: quoted for a shell, with the names that the files have."""
+    """Return the shell command that repeats the job, with the displayed file names."""
     names = told_apart(names_of(task, folder))
     if task.command == "nest":
         parts = _counted(task, folder, names_of(task, folder))
@@ -242,7 +243,7 @@ def command_line(task: Task, folder: Folder, output: str = "") -> str:
         words += ["--process", task.process] if task.process != "auto" else []
     for name, value in given(task.options).items():
         words += _flag(name, value, folder)
-    # The studio runs with what its page shows, the person's own defaults included; those that are said are all.
+    # The page shows all options, including the user's own defaults, so the command must not add them again.
     return shlex.join([*words, *(["--no-defaults"] if has_defaults() else [])])
 
 
@@ -254,5 +255,5 @@ def _flag(name: str, value: Any, folder: Folder) -> list[str]:
     if spec.kind == "path" or (spec.may_be_path and resolved != value):
         return [flag_name(name), Path(resolved).name]
     words = ",".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
-    # A value that begins with a dash would be taken for a flag.
+    # A value starting with a dash would be read as a flag.
     return [f"{flag_name(name)}={words}"] if words.startswith("-") else [flag_name(name), words]
