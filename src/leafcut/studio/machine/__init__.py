@@ -1,1 +1,1 @@
-"""The one machine that the studio speaks to: its connection, its state, and the program that it runs."""
+"""Connection to the machine, its state, and the running program."""

@@ -1,10 +1,10 @@
-"""The studio's connection to one controller: a thread speaks to it, and everybody else asks that thread.
+"""Connection of the studio to one controller: a thread talks to it, all others send requests to the thread.
 
-All that is said to the controller is said by `leafcut.sender`; here stands who may command it, what it is told next,
-and what pages see of it. Only Stop and what a program is asked while it runs go past the queue.
+`leafcut.sender` talks to the controller. This module decides who may command the machine, what is sent next, and what
+pages see of it. Only Stop and requests during a program bypass the queue.
 
-As long as a page shows the machine it tells so every moment. When none has for `GRACE` seconds, a program that runs is
-held (unless it was begun to go on alone) and a jog or a frame is ended.
+A page that shows the machine reports regularly. After `GRACE` seconds without a report a running program is held
+(unless it was started to run unattended) and a jog or a frame is ended.
 """
 
 from __future__ import annotations
@@ -42,15 +42,15 @@ from leafcut.studio.machine.state import (
     ProgramProgress,
 )
 
-#: So long no page may show the machine before a program is held, s.
+#: Time without a page that shows the machine before a program is held, s.
 GRACE = 5.0
-#: More jogs than this wait for none: who holds a key down is not to be run after.
+#: Maximum number of queued jogs, so that the machine does not lag behind a key.
 _MOST_JOGS = 2
-#: So far ahead of the machine is a key that is held, s.
+#: Maximum lead of the queued jogs over the machine while a key is held, s.
 _JOG_AHEAD = 0.3
-#: Alarms after which the position is kept: soft limits, and those of a probe. Source: gnea/grbl 1.1, alarm codes.
+#: Alarms that keep the position: soft limit and probe alarms. Source: gnea/grbl 1.1, alarm codes.
 _KEPT = (2, 4, 5)
-#: The end of the studio waits so long for the machine to come to rest, s.
+#: Time that the studio waits for the machine to stop when it closes, s.
 _END_SECONDS = 30.0
 
 _Act = Callable[[Callable[[], None]], Any]
@@ -58,7 +58,7 @@ _Act = Callable[[Callable[[], None]], Any]
 
 @dataclass
 class _Task:
-    """Something to be done by the thread: `act` calls what it is given as soon as all is checked and it is begun."""
+    """A request to the thread. `act` calls its argument as soon as the checks have passed and the work has started."""
 
     doing: MachineTask
     act: _Act
@@ -69,18 +69,18 @@ class _Task:
 
 @dataclass(frozen=True)
 class RunWishes:
-    """How a program is run.
+    """Options for running a program.
 
     Attributes
     ----------
     from_hole, from_line
-        Go on with this hole, or this line, counted from 1; None for both begins from the start.
+        Continue with this hole or line, counted from 1; None for both starts at the beginning.
     by_hole
         Ask before every hole.
     unhomed
-        The machine has no homing: a person has set its zero.
+        The machine has no homing; the user has set its zero.
     alone
-        Go on when no page shows the machine.
+        Continue when no page shows the machine.
     """
 
     from_hole: int | None = None
@@ -92,16 +92,16 @@ class RunWishes:
 
 @dataclass(frozen=True)
 class ReadyProgram:
-    """A program that was checked against the machine as it stands, and may be run.
+    """A program that was checked against the machine's current state and may be run.
 
     Attributes
     ----------
     job, facts, steps
-        The program with the times of this machine; what the controller reported; what is sent.
+        Program with the times of this machine; settings reported by the controller; blocks to send.
     line
-        The line from which the program goes on; 0 for its start.
+        Line at which the program continues; 0 for its start.
     told
-        What a person should know before.
+        Messages for the user before the start.
     """
 
     job: SendJob
@@ -112,17 +112,17 @@ class ReadyProgram:
 
     @property
     def box(self) -> tuple[XYZ, XYZ] | None:
-        """The smallest and the largest x, y and z of its cuts, mm in its own coordinates; None without a cut."""
+        """Smallest and largest x, y and z of its cuts, mm in program coordinates; None without cuts."""
         return fed_box(self.job)
 
     @property
     def tools(self) -> list[str | None]:
-        """Its tools in order, from `line` on; None for one that the program does not name."""
+        """Tools from `line` on, in order; None for a tool that the program does not name."""
         return tools_of(self.job, self.line)
 
 
 class MachineLink:
-    """One controller, or none; may be used from any thread."""
+    """Connection to at most one controller; thread-safe."""
 
     def __init__(
         self, open_port: Callable[[str, int], Port] = SerialPort, clock: Callable[[], float] = time.monotonic
@@ -144,14 +144,14 @@ class MachineLink:
 
     @property
     def job(self) -> SendJob | None:
-        """The program that runs."""
+        """The running program."""
         run = self._run
         return None if run is None else run.job
 
-    # What may be asked for, by anybody.
+    # Requests, from any thread.
 
     def alive(self, holder: str, *, adopt: bool = False) -> None:
-        """Note that a page still shows the machine; one that nobody commands may be adopted."""
+        """Record that a page shows the machine; it may adopt a machine that no other page commands."""
         with self._lock:
             if self.state.holder == holder or (
                 adopt and self.state.connection is not Connection.CLOSED and self._forsaken()
@@ -161,18 +161,18 @@ class MachineLink:
                     self._tell(holder=holder)
 
     def take(self, holder: str) -> None:
-        """Command the machine from here on, in place of another page."""
+        """Take control of the machine from another page."""
         with self._lock:
             self._alive_at = self._clock()
             self._tell(holder=holder)
 
     def connect(self, holder: str, port: str, baud: int = BAUD) -> Future[Any]:
-        """Open a port, and ask what is there.
+        """Open a port and identify the controller.
 
         Raises
         ------
         SendError
-            A machine is connected already.
+            A machine is already connected.
         """
         future: Future[Any] = Future()
         with self._lock:
@@ -189,12 +189,12 @@ class MachineLink:
         return future
 
     def disconnect(self, holder: str) -> None:
-        """Give the port back.
+        """Close the port.
 
         Raises
         ------
         SendError
-            It does something, or another page commands it.
+            The machine is busy, or another page commands it.
         """
         self._claim(holder)
         if self.state.doing not in (MachineTask.NOTHING, MachineTask.ASKING) or self.state.moves:
@@ -202,17 +202,17 @@ class MachineLink:
         self._end()
 
     def home(self, holder: str) -> Future[Any]:
-        """Home it."""
+        """Home the machine."""
         return self._post(holder, MachineTask.HOMING, self._home)
 
     def unlock(self, holder: str) -> Future[Any]:
-        """Bring it to rest: out of an alarm, a hold, or whatever else it does."""
+        """Bring the machine to rest from an alarm, a hold or a motion."""
         return self._post(holder, MachineTask.STOPPING, self._unlock)
 
     def jog(self, holder: str, moves: dict[str, float], feed: float, *, held: bool = False) -> Future[Any]:
-        """Move by lengths in mm at a feed in mm/min.
+        """Move by distances in mm at a feed in mm/min.
 
-        Of a key that is `held` no more is taken than the machine has soon done: it comes to rest when the key does.
+        While a key is `held`, only moves that are soon finished are queued, so that the machine stops with the key.
         """
         with self._lock:
             if held and (len(self._tasks) >= _MOST_JOGS or self._jog_until - self._clock() > _JOG_AHEAD):
@@ -222,7 +222,7 @@ class MachineLink:
         return self._post(holder, MachineTask.ASKING, lambda _: self._jog(moves, feed), by_hand=True, jog=True)
 
     def cancel(self, holder: str) -> None:
-        """End a jog, or a frame: it comes to rest, and its position is kept."""
+        """End a jog or a frame; the machine stops and keeps its position."""
         with self._lock:
             self._claim(holder)
             for task in [task for task in self._tasks if task.jog]:
@@ -231,37 +231,37 @@ class MachineLink:
             self._cancel = True
 
     def zero(self, holder: str, axes: str) -> Future[Any]:
-        """Make the place of the tool the zero of G54 in some axes, such as ``XY``."""
+        """Set the zero of G54 to the current position in some axes, such as ``XY``."""
         named = "".join(axis for axis in "XYZ" if axis in axes.upper())
         if not named or len(named) != len(axes):
             raise OptionError(f"'{axes}' are no axes; name some of X, Y and Z")
         return self._post(holder, MachineTask.ASKING, lambda _: self._zero(named), by_hand=True)
 
     def probe(self, holder: str, plate: float, feed: float, travel: float) -> Future[Any]:
-        """Set Z0 by a plate of a thickness, mm, at a feed, mm/min, no farther down than `travel`, mm."""
+        """Set Z0 with a probe plate of thickness `plate`, mm, at a feed in mm/min, moving down at most `travel`, mm."""
         return self._post(holder, MachineTask.PROBING, lambda _: self._probe(plate, feed, travel), by_hand=True)
 
     def frame(self, holder: str, job: SendJob, wishes: RunWishes, feed: float) -> Future[Any]:
-        """Trace the box of a program in the air, at a feed in mm/min, after the checks of `check`; done when begun."""
+        """Trace the bounding box of a program above the part, feed in mm/min, after `check`; done when it starts."""
         return self._post(holder, MachineTask.FRAMING, lambda begun: self._frame(begun, job, wishes, feed))
 
     def check(self, holder: str, job: SendJob, wishes: RunWishes) -> Future[Any]:
-        """Return a `ReadyProgram`: what a person should know before a program is run; nothing of it is sent."""
+        """Return a `ReadyProgram` with the messages before the start; nothing is sent."""
         return self._post(holder, MachineTask.ASKING, lambda _: self._ready(job, wishes))
 
     def run(self, holder: str, job: SendJob, wishes: RunWishes) -> Future[Any]:
-        """Run a program; done when it has begun, with its `ReadyProgram`."""
+        """Run a program; done with its `ReadyProgram` when it starts."""
         return self._post(holder, MachineTask.RUNNING, lambda begun: self._send(begun, job, wishes))
 
     def answer(self, holder: str, words: str | None) -> None:
-        """Answer what a program asks: nothing to go on, ``all`` to be asked before no hole any more, None to stop."""
+        """Answer the program's question: empty to continue, ``all`` to stop asking before holes, None to stop."""
         self._claim(holder)
         if self.state.question is None:
             raise SendError("nothing is asked")
         self._answers.append(words)
 
     def request(self, holder: str, request: Request) -> None:
-        """Hold, go on, or change the feed, while a program runs; a jog and a frame that are held are ended."""
+        """Hold, resume or change the feed of a program; during a jog or a frame, a hold ends it."""
         self._claim(holder)
         if self._run is not None:
             if request is Request.RESUME:
@@ -273,7 +273,7 @@ class MachineLink:
             raise SendError("no program runs")
 
     def stop(self) -> None:
-        """Stop the machine, whatever it does and whoever commands it: hold, wait until it stands, reset."""
+        """Stop the machine, whoever commands it: hold, wait for rest, reset."""
         with self._lock:
             waiting, talk = [*self._tasks], self._talk
             self._tasks.clear()
@@ -284,19 +284,19 @@ class MachineLink:
             task.future.set_exception(SendError("stopped by you"))
 
     def close(self) -> None:
-        """Stop what runs, and give the port back: the studio ends."""
+        """Stop the machine and close the port, as the studio closes."""
         if self._thread is not None:
             if self.state.moves:
                 self.stop()
             self._end()
 
-    # Who commands it.
+    # Control of the machine.
 
     def _forsaken(self) -> bool:
         return not self.state.holder or self._clock() - self._alive_at > self.grace
 
     def _claim(self, holder: str) -> None:
-        """Let somebody command the machine, if nobody else does."""
+        """Give control to a page if no other page has it."""
         with self._lock:
             if not self.state.open:
                 raise SendError("no machine is connected")
@@ -319,7 +319,7 @@ class MachineLink:
         return future
 
     def _tell(self, **changes: Any) -> None:
-        """Let everybody see what has changed."""
+        """Publish changes of the state."""
         with self._lock:
             self.state = replace(self.state, number=self.state.number + 1, **changes)
 
@@ -359,7 +359,7 @@ class MachineLink:
                 told += "; this page serves GRBL boards alone: send to Marlin boards with leafcut send"
         except LeafcutError as problem:
             told = str(problem)
-        except Exception as fault:  # a fault of ours must not leave a page that believes in a machine
+        except Exception as fault:  # after an internal error no page must show a connected machine
             told = f"a fault in leafcut ({fault}): the connection is closed; stop the machine at its own switch"
         finally:
             if port is not None:
@@ -369,7 +369,7 @@ class MachineLink:
                 began.set_exception(SendError(told))
 
     def _forget(self, told: str) -> None:
-        """Be without a machine; what was still to be done is refused."""
+        """Reset to no machine and refuse the queued requests."""
         with self._lock:
             waiting = [*self._tasks]
             self._tasks.clear()
@@ -397,12 +397,12 @@ class MachineLink:
             talk.stop()
 
     def _do_next(self) -> None:
-        """Do what was asked for first, if anything was."""
+        """Run the oldest request, if any."""
         with self._lock:
             if not self._tasks:
                 return
             task = self._tasks.popleft()
-            # By hand while a program asks something: that it runs stays so.
+            # Manual actions during a program's question do not replace the state "running".
             doing = self.state.doing
             self._tell(doing=task.doing if self._run is None else doing)
         future = task.future
@@ -430,7 +430,7 @@ class MachineLink:
             self._tell(doing=doing)
 
     def _turn(self, talk: GrblConversation, mind: Callable[[ControllerAnswer], None] | None = None) -> None:
-        """Ask for the status when it is time, hear what is said, and see that a page is still there."""
+        """Poll the status when due, handle messages, and end a jog when its page is gone."""
         now = self._clock()
         if now - self._asked_at >= STATUS_SECONDS:
             self._asked_at = now
@@ -444,7 +444,7 @@ class MachineLink:
             cancel_jog(talk)
 
     def _hear(self, answer: ControllerAnswer) -> None:
-        """Take what is said without having been asked."""
+        """Handle unsolicited messages."""
         assert self._talk is not None
         match answer:
             case Alarm(why):
@@ -460,7 +460,6 @@ class MachineLink:
                 pass
 
     def _see(self, status: Status) -> None:
-        """Publish a status."""
         self._heard_at = self._clock()
         talk, facts = self._talk, self._facts
         if talk is None:
@@ -479,7 +478,7 @@ class MachineLink:
             self._tell(**changes)
 
     def _look_up(self) -> Facts:
-        """Ask the controller what it is set to."""
+        """Query the controller's settings."""
         assert self._talk is not None
         facts = self._facts = self._talk.facts()
         self._tell(version=facts.version, homing=facts.homing, soft_limits=facts.soft_limits, travel=facts.travel())
@@ -487,7 +486,7 @@ class MachineLink:
         return facts
 
     def _at_rest(self) -> Facts:
-        """Return what the controller says of itself; refuse a machine that moves, or is locked."""
+        """Return the controller's settings; refuse a machine that moves or is locked."""
         assert self._talk is not None
         status = self._talk.fresh_status()
         if status.state != "Idle":
@@ -504,7 +503,7 @@ class MachineLink:
             self._tell(unsure=True)
         self._say("stopped by you; the spindle is off")
 
-    # What is done by hand.
+    # Manual operation.
 
     def _home(self, begun: Callable[[], None]) -> None:
         assert self._talk is not None
@@ -569,10 +568,10 @@ class MachineLink:
             if talk.status is not before and talk.status is not None:
                 rests = rests + 1 if talk.status.state in ("Idle", "Alarm") else 0
 
-    # A program.
+    # Programs.
 
     def _ready(self, job: SendJob, wishes: RunWishes) -> ReadyProgram:
-        """Check a program against the machine as it stands."""
+        """Check a program against the machine's current state."""
         talk = self._talk
         assert talk is not None
         facts = self._look_up()
@@ -626,7 +625,7 @@ class MachineLink:
         self._say(words, bad=not ending.complete)
 
     def _observe(self, run: SendRun, view: RunView) -> None:
-        """Publish how far a program is; hold it where no page shows it any more."""
+        """Publish the progress of a program; hold it when no page shows it any more."""
         now = self.state.progress
         if now is None:
             return
@@ -642,7 +641,7 @@ class MachineLink:
             self._say("no page shows the machine any more: it is on hold", bad=True)
 
     def _prompt(self, pause: Pause, said: Sequence[str]) -> str | None:
-        """Ask a person; what they do by hand meanwhile is done here."""
+        """Ask the user and wait for the answer; manual actions run meanwhile."""
         talk, run = self._talk, self._run
         assert talk is not None and run is not None
         kind = "hole" if pause.hole else "tool" if pause.change else "pause"

@@ -1,4 +1,4 @@
-"""The program that goes to the machine: one that leafcut verified for it, or one that was opened and is read for it."""
+"""Programs for the machine: verified results of leafcut, or opened files checked for this machine."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 
 
 def machine_of(word: str, folder: Folder) -> Machine:
-    """Return a machine by its name: one of leafcut's, or ``mine:NAME`` of the person's own.
+    """Return a shipped machine by name, or a user's own one by ``mine:NAME``.
 
     Raises
     ------
     LeafcutError
-        There is none of that name, its profile is wrong, or programs cannot be sent to its controller.
+        The name is unknown, the profile is invalid, or leafcut cannot send to this controller from the page.
     """
     if word.startswith(OWN):
         made = load_machine(str(folder.kept_own("machines", word, "--machine")))
@@ -39,7 +39,7 @@ def machine_of(word: str, folder: Folder) -> Machine:
 
 
 def sendable(folder: Folder) -> dict[str, Head]:
-    """Return the machines to which programs can be sent, the person's own first, and what each works with."""
+    """Return the machines that can receive programs, the user's own first, with their kind of head."""
     found = {}
     for word in [*(OWN + name for name in folder.own("machines")), *machine_names()]:
         try:
@@ -55,7 +55,7 @@ def program_of_job(history: History, folder: Folder, job: str, machine: str, acc
     Raises
     ------
     LeafcutError
-        There is none, it was not verified, or it was made for another machine; or it may not be sent.
+        The program is missing, unverified, made for another machine, or may not be sent.
     """
     answer, found = history.answer(job), history.artefact(job, "program")
     if answer is None or found is None:
@@ -74,7 +74,7 @@ def program_of_job(history: History, folder: Folder, job: str, machine: str, acc
 def program_of_file(
     folder: Folder, source: str, machine: str, units: str | None = None, accept: Collection[str] = ()
 ) -> SendJob:
-    """Return a program that was opened as a job for a machine, which reads every line of it.
+    """Return an opened program as a job for a machine; every line is checked.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What is known of the machine at one moment: the same for every page and every program that asks."""
+"""State of the machine at one moment, identical for all pages and programs."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from leafcut.model.machine import XYZ
 
 
 class Connection(StrEnum):
-    """Whether there is a machine."""
+    """State of the connection."""
 
     CLOSED = "closed"
     OPENING = "opening"
@@ -18,7 +18,7 @@ class Connection(StrEnum):
 
 
 class MachineTask(StrEnum):
-    """What the machine was told to do by hand, or by a program."""
+    """Current task of the machine, started by hand or by a program."""
 
     NOTHING = ""
     ASKING = "asking"
@@ -31,9 +31,9 @@ class MachineTask(StrEnum):
 
 @dataclass(frozen=True)
 class MachineQuestion:
-    """What a person is asked while a program stands: a change of tool, a pause of the program, or the next hole.
+    """Question to the user during a program: a tool change, a pause, or the next hole.
 
-    `said` is what the controller answered to what was done meanwhile.
+    `said` lists the controller's answers to manual actions meanwhile.
     """
 
     kind: str
@@ -46,9 +46,9 @@ class MachineQuestion:
 
 @dataclass(frozen=True)
 class ProgramProgress:
-    """How far a program is: lines and holes from 1, 0 before the first; times of the machine, s; mm/min, percent.
+    """Progress of a program: line and hole from 1 (0 before the first), machine time in s, feed in mm/min, percent.
 
-    `alone` says that it goes on when no page shows it.
+    `alone`: it continues when no page shows it.
     """
 
     name: str
@@ -66,7 +66,7 @@ class ProgramProgress:
 
 @dataclass(frozen=True)
 class ProgramEnd:
-    """How the last program ended, in words; `line` and `go_on_hole` are those with which it can go on, 0 for none."""
+    """Message about the end of the last program; it can continue at `line` or `go_on_hole`, 0 for none."""
 
     name: str
     complete: bool
@@ -78,24 +78,24 @@ class ProgramEnd:
 
 @dataclass(frozen=True)
 class MachineState:
-    """The machine at one moment.
+    """State of the machine at one moment.
 
     Attributes
     ----------
     number
-        Grows with every change.
+        Version of this state; grows with every change.
     status, pins
-        What the controller says that it does, and its inputs that are on.
+        State reported by the controller, and its active inputs.
     machine, work
-        Where the tool is, mm; None where that is not said.
+        Position of the tool, mm; None if not reported.
     homing, soft_limits, travel
-        What the controller is set to; lowest and highest machine coordinates, mm.
+        Settings of the controller; lowest and highest machine coordinates, mm.
     unsure
-        It was locked by an alarm, or reset, and may not be where it thinks.
+        The position may be wrong after an alarm or a reset.
     holder
-        Who may command it: a page, or "program"; empty for nobody.
+        Controlling page, or "program"; empty for none.
     said, bad, saying
-        What was told last, whether it is a complaint, and its number.
+        Last message, whether it is an error, and its number.
     """
 
     number: int = 0
@@ -129,11 +129,11 @@ class MachineState:
 
     @property
     def moves(self) -> bool:
-        """Whether it moves, or is about to: what Stop is for."""
+        """Whether it moves or is about to move, so that Stop applies."""
         return self.doing is not MachineTask.NOTHING or self.status in ("Run", "Jog", "Home", "Hold", "Door")
 
     def as_json(self) -> dict[str, Any]:
-        """Return it in plain values."""
+        """Return the state as plain values."""
         made = asdict(self)
         if self.travel is not None and any(abs(v) == float("inf") for end in self.travel for v in end):
             made["travel"] = None
