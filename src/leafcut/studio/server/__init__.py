@@ -1,1 +1,1 @@
-"""The server of the studio: who may come in, what is asked for by address, and how it begins and ends."""
+"""Server of the studio: access, routes, start and end."""

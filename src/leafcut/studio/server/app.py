@@ -1,4 +1,4 @@
-"""The studio's server: built from its parts, bound to this machine alone, ended by Ctrl-C."""
+"""Server of the studio: assembled from its parts, bound to the loopback interface, ended by Ctrl-C."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from leafcut.studio.studio import HOST, PORT, Studio, open_studio
 if TYPE_CHECKING:
     from fastapi import FastAPI
 
-#: Without `--port`, so many ports from `PORT` on are tried.
+#: Number of ports tried from `PORT` on, without `--port`.
 _TRIED = 20
-#: So often, and so long apart in s, the end is tried again while a connection is just closing.
+#: Number of further attempts to shut down while a connection is closing, and their interval, s.
 _TRIES, _MOMENT = 40, 0.05
-#: Longest wait at the end for connections that do not close, s.
+#: Maximum wait at the end for open connections, s.
 _PATIENCE = 1
 
 
@@ -39,7 +39,7 @@ class StudioError(LeafcutError):
 
 
 def make_api(studio: Studio) -> FastAPI:
-    """Return the application with the JSON API, without pages and without its guard."""
+    """Return the application with the JSON API, without pages and without the guard."""
     from fastapi import FastAPI
     from fastapi.exceptions import RequestValidationError
     from starlette.exceptions import HTTPException
@@ -56,7 +56,7 @@ def make_api(studio: Studio) -> FastAPI:
         title="leafcut",
         version=__version__,
         description=routes.__doc__ or "",
-        docs_url=None,  # FastAPI's pages load their scripts from another host
+        docs_url=None,  # FastAPI's pages load scripts from another host
         redoc_url=None,
         openapi_url="/api/openapi.json",
         lifespan=lifespan,
@@ -78,19 +78,19 @@ def guarded(
 
 
 class _Door:
-    """Tells the person at the terminal an address that works: another one when it was used."""
+    """Prints a working address in the terminal, and a new one after each use."""
 
     def __init__(self, studio: Studio) -> None:
         self._studio = studio
         self._told = ""
 
     def tell(self, words: str) -> None:
-        """Print an address that was not used yet."""
+        """Print an unused address."""
         self._told = self._studio.keys.new_entry()
         print(f"{words} {self._studio.address(self._told)}", flush=True)
 
     def entered(self, key: str) -> None:
-        """Note that an address was used."""
+        """Handle the use of an address."""
         self._studio.entrance.unlink(missing_ok=True)
         if key == self._told:
             self.tell("leafcut studio, for another browser:")
@@ -102,9 +102,9 @@ def serve(port: int | None = None, *, open_page: bool = True, root: Path | None 
     Raises
     ------
     StudioError
-        The extra is not installed, or the port is taken.
+        The extra is not installed, or the port is in use.
     OutputError
-        The studio's folder cannot be written, or another studio has it.
+        The studio's folder cannot be written, or another studio holds it.
     """
     try:
         import uvicorn
@@ -112,7 +112,7 @@ def serve(port: int | None = None, *, open_page: bool = True, root: Path | None 
         from leafcut.studio.page.pages import add_pages
     except ModuleNotFoundError as problem:
         package = str(problem.name).partition(".")[0]
-        if package == "leafcut":  # a fault of our own, which no installing mends
+        if package == "leafcut":  # an error of leafcut, which installing does not fix
             raise
         raise StudioError(f"the studio needs the package {package}: pip install 'leafcut[studio]'") from None
     folder = root or data_folder()
@@ -134,7 +134,7 @@ def serve(port: int | None = None, *, open_page: bool = True, root: Path | None 
         )
         server = _server(config, studio)
         _write_keys(studio)
-        gc.freeze()  # what is loaded stays: looking for garbage of pages need not go through it
+        gc.freeze()  # loaded modules stay, so the garbage collector can skip them
         door.tell("leafcut studio:")
         print("leafcut: Ctrl-C ends it", file=sys.stderr, flush=True)
         if open_page:
@@ -147,12 +147,12 @@ def serve(port: int | None = None, *, open_page: bool = True, root: Path | None 
             studio.close()
             for file in (studio.token_file, studio.entrance):
                 file.unlink(missing_ok=True)
-            # Not before: until the loop has ended, pages look into it.
+            # Not earlier: pages read it until the event loop has ended.
             studio.history.close()
 
 
 def _write_keys(studio: Studio) -> None:
-    """Leave the token for this person's programs, and the page that opens the studio in this person's browser.
+    """Write the token for this user's programs, and the page that opens the studio in this user's browser.
 
     Raises
     ------
@@ -167,7 +167,7 @@ def _write_keys(studio: Studio) -> None:
 
 
 def _server(config: Any, studio: Studio) -> Any:
-    """Return a server that ends the runs before it waits for connections: some of them wait for a run."""
+    """Return a server that ends the jobs before it waits for connections, some of which wait for a job."""
     import uvicorn
     from websockets.exceptions import InvalidState
 
@@ -175,7 +175,7 @@ def _server(config: Any, studio: Studio) -> Any:
         async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
             await asyncio.to_thread(studio.close)
             for _ in range(_TRIES):
-                # A page that is just closing its connection cannot be told to close it: it is gone a moment later.
+                # A connection that is just closing cannot be closed again; it is gone a moment later.
                 with suppress(InvalidState):
                     return await super().shutdown(sockets)
                 await asyncio.sleep(_MOMENT)
@@ -185,12 +185,12 @@ def _server(config: Any, studio: Studio) -> Any:
 
 
 def _listen(port: int | None) -> socket.socket:
-    """Return a socket bound to this machine alone.
+    """Return a socket bound to the loopback interface.
 
     Raises
     ------
     StudioError
-        The port is taken, or may not be used.
+        The port is in use or not permitted.
     """
     tried = range(PORT, PORT + _TRIED) if port is None else [port]
     for number in tried:
@@ -209,7 +209,7 @@ def _listen(port: int | None) -> socket.socket:
 
 
 def _open_when_ready(server: Any, address: str) -> None:
-    """Open the page in the person's browser once the server listens."""
+    """Open the page in the user's browser once the server listens."""
     for _ in range(200):
         if server.started:
             webbrowser.open(address)
@@ -218,12 +218,12 @@ def _open_when_ready(server: Any, address: str) -> None:
 
 
 def parse_port(word: str) -> int:
-    """Return a port that a person typed.
+    """Parse a port.
 
     Raises
     ------
     OptionError
-        It is none.
+        It is not a port.
     """
     if not word.isdecimal() or not 1 <= int(word) <= 65535:
         raise OptionError(f"--port: '{word}' is not a port, 1 to 65535")

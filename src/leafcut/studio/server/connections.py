@@ -1,16 +1,16 @@
-"""Connections that say nothing, or say it too slowly, are closed: each would hold a place in the server for ever."""
+"""Timeout for idle and slow connections, each of which would otherwise occupy the server forever."""
 
 from __future__ import annotations
 
 import asyncio
 from typing import Any
 
-#: From the connection, or from the end of the answer before, until the head of a request is there, s.
+#: Timeout for the head of a request, from the connection or from the end of the previous answer, s.
 HEAD_SECONDS = 10.0
 
 
 def patient_protocol(seconds: float = HEAD_SECONDS) -> type[asyncio.Protocol]:
-    """Return uvicorn's protocol, which waits only so long for the head of a request."""
+    """Return uvicorn's protocol with a timeout for the head of a request."""
     from uvicorn.protocols.http.auto import AutoHTTPProtocol
 
     base: Any = AutoHTTPProtocol
@@ -46,7 +46,7 @@ def patient_protocol(seconds: float = HEAD_SECONDS) -> type[asyncio.Protocol]:
 
         def _give_up(self) -> None:
             self._waiting = None
-            # A websocket has a protocol of its own from its first answer on.
+            # A websocket gets its own protocol with its first answer.
             if not self._answering() and self.transport.get_protocol() is self:
                 self.transport.close()
 

@@ -1,7 +1,7 @@
-"""The routes of the machine: what it does now, and all that a person can have it do.
+"""Routes of the machine: its state and all actions.
 
-What is refused answers with one line. What takes long, such as homing or a program, answers as soon as it has begun:
-the state tells the rest. Stop is answered at once, and works for whoever has the key, also while a page commands it.
+A refused request gets a one-line error. Long actions, such as homing or a program, are answered when they start; the
+state shows their progress. Stop is answered at once and works with any valid key, even if a page commands the machine.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from leafcut.studio.machine.program import program_of_file, program_of_job
 if TYPE_CHECKING:
     from leafcut.studio.studio import Studio
 
-#: Who commands the machine through these routes.
+#: Holder name of clients of these routes.
 PROGRAM = "program"
 
 Length = Annotated[float, Field(allow_inf_nan=False, ge=-10_000.0, le=10_000.0)]
@@ -39,7 +39,7 @@ class ConnectBody(BaseModel):
 
 
 class JogBody(BaseModel):
-    """Lengths from where the tool is, mm."""
+    """Distances from the current position, mm."""
 
     x: Length = 0.0
     y: Length = 0.0
@@ -48,13 +48,13 @@ class JogBody(BaseModel):
 
 
 class ZeroBody(BaseModel):
-    """The axes whose zero is where the tool is, such as ``XY``."""
+    """Axes whose zero is set to the current position, such as ``XY``."""
 
     axes: Annotated[str, Field(max_length=3)]
 
 
 class ProbeBody(BaseModel):
-    """Thickness of the plate and limit of the way down, mm."""
+    """Thickness of the plate, and limit of the downward move, mm."""
 
     plate: Length
     feed: Feed
@@ -62,9 +62,9 @@ class ProbeBody(BaseModel):
 
 
 class ProgramBody(BaseModel):
-    """The program: that of a run (`job`), or a file that is open (`source`); the machine; codes of accepted dangers.
+    """Program of a job (`job`) or open file (`source`), machine, and codes of accepted dangers.
 
-    `unhomed`: the machine has no homing, and a person has set its zero.
+    `unhomed`: the machine has no homing; the user has set its zero.
     """
 
     job: Annotated[str, Field(max_length=12)] = ""
@@ -75,13 +75,13 @@ class ProgramBody(BaseModel):
 
 
 class FrameBody(ProgramBody):
-    """The program whose box is traced."""
+    """The program whose bounding box is traced."""
 
     feed: Feed
 
 
 class RunBody(ProgramBody):
-    """How it is run: from a hole on, hole by hole, and also when nobody asks any more."""
+    """Run options: start at a hole or line, hole by hole, and unattended."""
 
     from_hole: int | None = None
     from_line: int | None = None
@@ -90,7 +90,7 @@ class RunBody(ProgramBody):
 
 
 class AnswerBody(BaseModel):
-    """Go on, go on and ask before no hole any more, or stop."""
+    """Continue, continue without asking before holes, or stop."""
 
     answer: Literal["go on", "all", "stop"]
 

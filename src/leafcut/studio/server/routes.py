@@ -1,8 +1,8 @@
-"""The JSON API: optimise, solve, simulate and verify for other programs, and what the page itself loads and sends.
+"""JSON API for other programs (optimize, solve, nest, simulate and verify), and requests of the page itself.
 
 Documented by ``/api/openapi.json``. Other programs send the token from the studio's folder as
-``Authorization: Bearer TOKEN``. An answer is a JSON object with the number of its format as ``schema``. A refusal is a
-JSON object with one key, ``error``, and one line in it.
+``Authorization: Bearer TOKEN``. An answer is a JSON object with the number of its format as ``schema``. An error is a
+JSON object with one key, ``error``, and a one-line message.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
     from leafcut.studio.studio import Studio
 
-#: Where an artefact may be shown in a page of its own.
+#: Media types that may be shown in a page of their own.
 _SHOWN = ("image/svg+xml", "text/html; charset=utf-8")
 
 JobId = Annotated[str, Path(pattern="^[A-Za-z0-9_-]{12}$", description="a job's id")]
@@ -50,7 +50,7 @@ _KEPT = {"cache-control": "private, max-age=31536000, immutable"}
 
 
 def add_static(app: FastAPI) -> None:
-    """Add the files that the page is made of, and the colours, which are those of leafcut's reports."""
+    """Add the static files of the page, and the colours of leafcut's reports."""
     css = colours_css()
 
     @app.get("/static/colours.css", include_in_schema=False)
@@ -61,7 +61,7 @@ def add_static(app: FastAPI) -> None:
 
 
 class _Static(StaticFiles):
-    """Files whose addresses tell how new they are: a browser may keep them."""
+    """Static files with versioned addresses, which a browser may cache."""
 
     def file_response(self, *arguments: Any, **named: Any) -> Response:
         answer = super().file_response(*arguments, **named)
@@ -70,7 +70,7 @@ class _Static(StaticFiles):
 
 
 def colours_css() -> str:
-    """Return the report's colours for a page that can be told to be light or dark, beside the system's own way."""
+    """Return the report's colours for a page whose theme is light, dark, or the system's."""
     from leafcut.report.styles import style_sheet
 
     light, dark = re.findall(r":root \{(.*?)\}", style_sheet("drawing.css"), flags=re.DOTALL)[:2]
@@ -89,12 +89,12 @@ class _Answer(JSONResponse):
 
 
 class Refusal(BaseModel):
-    """The one key of every refusal."""
+    """Body of every error."""
 
     error: str
 
 
-#: What of the statuses is meant, in every route.
+#: Meaning of the error statuses, for every route.
 _REFUSED: dict[int | str, dict[str, Any]] = {
     400: {"model": Refusal, "description": "options that are unknown or out of range"},
     401: {"model": Refusal, "description": "the token is missing"},
@@ -112,8 +112,8 @@ _BODY = {"required": True, "content": {"application/octet-stream": {"schema": _B
 
 
 def router(studio: Studio) -> APIRouter:
-    """Return the routes under ``/api`` of a studio."""
-    token = HTTPBearer(auto_error=False, description="the token in the studio's folder")  # the guard has looked
+    """Return the routes of a studio under ``/api``."""
+    token = HTTPBearer(auto_error=False, description="the token in the studio's folder")  # checked by the guard
     made = APIRouter(prefix="/api", responses=_REFUSED, dependencies=[Security(token)], default_response_class=_Answer)
     _add_commands(made, studio.folder, studio.jobs)
     _add_files(made, studio.folder)
@@ -132,28 +132,28 @@ def router(studio: Studio) -> APIRouter:
 
 
 def refuse(_: Request, problem: Exception) -> JSONResponse:
-    """Answer an error of leafcut, or a fault, with its one line."""
+    """Return the response for an error of leafcut, or for an internal error."""
     status = 400 if isinstance(problem, OptionError) else 422 if isinstance(problem, LeafcutError) else 500
     return JSONResponse({"error": line_of(problem)}, status)
 
 
 def refuse_http(_: Request, problem: Exception) -> JSONResponse:
-    """Answer what the routes themselves refuse in the same form."""
+    """Return the response for an error of the routes themselves."""
     status, detail = getattr(problem, "status_code", 400), getattr(problem, "detail", "")
-    if str(detail).startswith("Part exceeded"):  # of a form, as its parser calls it
+    if str(detail).startswith("Part exceeded"):  # message of the form parser
         detail = "a field of this request is larger than 1 MiB; only files may be"
     return JSONResponse({"error": str(detail) or "this request cannot be understood"}, status)
 
 
 def refuse_invalid(_: Request, problem: Exception) -> JSONResponse:
-    """Answer a request whose fields are missing or of a wrong kind."""
+    """Return the response for a request with missing or invalid fields."""
     first: dict[str, Any] = next(iter(getattr(problem, "errors", list)()), {})
     place = " ".join(str(word) for word in first.get("loc", ())[1:])
     return JSONResponse({"error": f"{place}: {first.get('msg', 'cannot be understood')}".strip(": ")}, 422)
 
 
 async def _keep(folder: Folder, file: UploadFile) -> str:
-    """Keep an upload; return its id. It is copied in pieces: it may be large."""
+    """Store an upload in chunks, as it may be large; return its id."""
     made, path = folder.new_input(file.filename or "file")
     with path.open("wb") as to:
         while piece := await file.read(1 << 20):
@@ -182,7 +182,7 @@ def _options(text: str) -> dict[str, Any]:
 async def _done(jobs: Jobs, task: Task, named: str = "") -> tuple[JobRecord, dict[str, Any]]:
     """Run a task as a job and wait for it; return its record and its answer.
 
-    What came with a request that is refused is not kept; an input that was `named` was there before.
+    Uploads of a refused request are deleted, except an input that was `named` and existed before.
     """
     try:
         job = jobs.start(task)
@@ -216,7 +216,7 @@ def _add_commands(made: APIRouter, folder: Folder, jobs: Jobs) -> None:
 
     @made.post("/solve", summary="A short closed tour through the points of a map")
     async def solve(file: Upload = None, source: Named = "", options: Options = "{}") -> _Answer:
-        """Return the answer of ``leafcut solve --json``, the tour in TSPLIB's form as ``text``, and ``job``."""
+        """Return the answer of ``leafcut solve --json``, the tour in TSPLIB format as ``text``, and ``job``."""
         given = _options(options)
         task = Task("solve", (await _input(folder, file, source),), "auto", given)
         record, answer = await _done(jobs, task, "" if file is not None else source)
@@ -230,7 +230,7 @@ def _add_commands(made: APIRouter, folder: Folder, jobs: Jobs) -> None:
         ] = "[]",
         options: Options = "{}",
     ) -> _Answer:
-        """Return the answer of ``leafcut nest --json``, the drawings as ``texts`` by their names, and ``job``."""
+        """Return the answer of ``leafcut nest --json``, the drawings by name as ``texts``, and ``job``."""
         given, wanted = _options(options), wanted_parts([""] * len(files), parts)
         words = [replace(one, input=await _keep(folder, file)).word for one, file in zip(wanted, files, strict=True)]
         task = Task("nest", tuple(words), "auto", given)
@@ -263,7 +263,7 @@ def _add_commands(made: APIRouter, folder: Folder, jobs: Jobs) -> None:
 def _add_files(made: APIRouter, folder: Folder) -> None:
     @made.post("/files", summary="Open a file in the studio", openapi_extra={"requestBody": _BODY})
     async def open_file(request: Request, name: Annotated[str, Query(max_length=1000)]) -> dict[str, Any]:
-        """Keep the body of the request as a file; return its ``id``, its ``name`` and its ``size`` in bytes."""
+        """Store the body of the request as a file; return its ``id``, its ``name`` and its ``size`` in bytes."""
         made_id, path = folder.new_input(name)
         size = 0
         try:
@@ -352,7 +352,7 @@ def _add_jobs(made: APIRouter, jobs: Jobs) -> None:
 
     @made.post("/jobs/{job}/cuts", summary="Plan the cuts of all sheets of a nest, and compare its variants")
     async def plan(job: JobId, options: Options = "{}") -> dict[str, Any]:
-        """Return time and cost of the cuts of every variant after planning; their jobs have the programs."""
+        """Return time and cost of every variant's cuts after planning; the jobs contain the programs."""
         _found(jobs, job)
         for begun in plan_cuts(jobs, job, _options(options)):
             await jobs.over(begun)

@@ -1,13 +1,12 @@
-"""Who may speak to the studio, and what a page of it may do: the outermost layer of the server.
+"""Access control and content policy of the studio: the outermost layer of the server.
 
-Every request needs a key: a browser comes in by an address that works once, and has a cookie then that ends; a program
-sends the token as a bearer of an ``Authorization`` header (`keys`). Requests by a name that is not this machine's
-loopback (DNS rebinding) and those that another page begins (cross-site forgery) are refused before anything else sees
-them.
+Every request needs a key. A browser enters by a single-use address and receives a cookie that expires; a program sends
+the token in an ``Authorization: Bearer`` header (`keys`). Requests under another host name than the loopback's (DNS
+rebinding) and requests from other sites (cross-site request forgery) are refused before any other code sees them.
 
-The content policy: only the studio's own files. NiceGUI needs two things more. It begins its page with scripts and
-styles inside it: they get a nonce that is made anew for every page. And it sends calls to components as text that the
-page evaluates, therefore ``unsafe-eval``; that text comes over the guarded connection alone.
+The content policy allows only the studio's own files, with two exceptions for NiceGUI. Its inline scripts and styles
+get a nonce, new for every page. Its calls of components are text that the page evaluates, hence ``unsafe-eval``; this
+text comes only through the guarded connection.
 """
 
 from __future__ import annotations
@@ -32,10 +31,10 @@ Receive = Callable[[], Awaitable[Message]]
 Send = Callable[[Message], Awaitable[None]]
 App = Callable[[Scope, Receive, Send], Awaitable[None]]
 
-#: Largest body of a request that brings no files, bytes; a file may have `LARGEST_UPLOAD`.
+#: Maximum body of a request without files, bytes; files may have `LARGEST_UPLOAD`.
 LARGEST_REQUEST = 1024 * 1024
 UPLOADS = "/api/"
-#: Longest pause in the middle of a request, and longest time for all of it, s.
+#: Longest pause in the middle of a request, and longest time for the whole request, s.
 PAUSE, WHOLE = 20.0, 600.0
 
 _FIXED = {
@@ -51,7 +50,7 @@ _READING = ("GET", "HEAD", "OPTIONS")
 
 
 class RequestRefused(Exception):
-    """More came than may come, or it came too slowly; ends the request wherever it is being read."""
+    """A request was too large or too slow; ends the request wherever it is read."""
 
 
 def content_policy(nonce: str, host: str) -> str:
@@ -72,21 +71,21 @@ def content_policy(nonce: str, host: str) -> str:
     )
 
 
-#: Of a document that only shows itself, such as a report: nothing runs, nothing is loaded.
+#: Policy for a static document, such as a report: no scripts, no loading.
 STILL_POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; sandbox; frame-ancestors 'none'"
 
 
 class Guard:
-    """An ASGI application around another one.
+    """An ASGI application that guards another one.
 
     Parameters
     ----------
     keys
-        What lets in whom.
+        Keys for access.
     port
-        Of this server: hosts and origins are checked against it.
+        Port of this server, against which hosts and origins are checked.
     on_entry
-        Called with the key in the address when a browser has come in by it: it is used up.
+        Called with the key in the address after a browser has used it up.
     """
 
     def __init__(
@@ -105,7 +104,7 @@ class Guard:
         self.largest = largest
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass on what may pass."""
+        """Forward permitted requests."""
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
@@ -130,13 +129,13 @@ class Guard:
             await self._pass(asked, scope, receive, send)
 
     def _refusal(self, asked: _Asked) -> str:
-        """Return why a request is refused whoever sends it; empty where it is not."""
+        """Return why a request is refused regardless of its key; empty if it is not."""
         if asked.host not in self.hosts:
             return "This address is not the studio's: use 127.0.0.1 and the port that it printed."
         own = f"http://{asked.host}"
         if asked.origin is not None and asked.origin != own:
             return "A page of another origin may not speak to the studio."
-        # Without any key it is the key that is missing, not the origin.
+        # Without a key, report the missing key instead.
         if asked.changes and asked.origin is None and self._known(asked) and not self._bearer(asked):
             return "A request that changes something needs its origin, or the token in an Authorization header."
         if asked.site in ("cross-site", "same-site") and asked.mode != "navigate":
@@ -153,7 +152,7 @@ class Guard:
         return self.keys.is_token(asked.bearer)
 
     async def _enter(self, asked: _Asked, send: Send) -> None:
-        """Take the key out of the address: a cookie that scripts cannot read has its place."""
+        """Exchange the key in the address for a cookie that scripts cannot read."""
         key = asked.token or ""
         if self.keys.enter(key):
             self.on_entry(key)
@@ -172,7 +171,7 @@ class Guard:
         if asked.length > most:
             await _answer(asked, send, *_too_large(most))
             return
-        # A page that is loaded again has its cookie anew: who works here is not sent away in the middle.
+        # Reloading the page renews its cookie, so that active users stay logged in.
         renewed = self._new_cookie() if asked.path == "/" and not self._bearer(asked) else ""
         exchange = _Exchange(receive, send, asked, most, renewed)
         with suppress(RequestRefused):
@@ -186,7 +185,7 @@ def _too_large(most: int) -> tuple[int, str]:
 
 
 class _Asked:
-    """What the guard needs to know of a request."""
+    """Properties of a request that the guard checks."""
 
     def __init__(self, scope: Scope) -> None:
         self.headers: dict[bytes, list[bytes]] = {}
@@ -198,12 +197,12 @@ class _Asked:
         self.host = self._text(b"host").lower() if len(hosts) == 1 else ""
         self.origin = self._text(b"origin") if b"origin" in self.headers else None
         self.site, self.mode = self._text(b"sec-fetch-site"), self._text(b"sec-fetch-mode")
-        #: A websocket changes things too, and browsers send its origin always.
+        #: A websocket changes state too, and browsers always send its origin.
         self.changes = scope["type"] == "websocket" or self.method not in _READING
         kind, _, word = self._text(b"authorization").partition(" ")
         self.bearer = word.strip() if kind.lower() == "bearer" else ""
         query = parse_qs(scope.get("query_string", b"").decode("latin-1"))
-        #: The key in the address.
+        #: Key in the address.
         self.token = query["token"][0] if "token" in query else None
         length = self._text(b"content-length")
         self.length = int(length) if length.isdecimal() and len(length) < 20 else 0
@@ -223,10 +222,11 @@ class _Asked:
 
 
 class _Exchange:
-    """A request and its answer on their way: what comes is counted, what goes gets the headers, and a page its nonce.
+    """A request and its answer in transit: counts the received bytes, adds headers, and gives a page its nonce.
 
-    However long a body was said to be, no more than `most` bytes of it are passed on, nor after a pause of `PAUSE` or
-    in more than `WHOLE` seconds; what the application makes of the rest is not sent then.
+    Regardless of the declared length, at most `most` bytes of a body are forwarded, with no pause over `PAUSE` and
+    within
+    `WHOLE` seconds. After a violation the application's answer is dropped.
     """
 
     def __init__(self, receive: Receive, send: Send, asked: _Asked, most: int, cookie: str) -> None:
@@ -242,7 +242,7 @@ class _Exchange:
         self._body = bytearray()
 
     async def receive(self) -> Message:
-        """Pass on what comes, or raise `RequestRefused`."""
+        """Forward a received message, or raise `RequestRefused`."""
         message = await self._next()
         self._arriving = message.get("more_body", False)
         self._left -= len(message.get("body", b""))
@@ -252,7 +252,7 @@ class _Exchange:
         return message
 
     async def _next(self) -> Message:
-        if not self._arriving:  # whole: what comes now is its end, which may be long in coming
+        if not self._arriving:  # the body is complete; the end of the connection may come late
             return await self._receive()
         try:
             return await asyncio.wait_for(self._receive(), min(PAUSE, self._end - time.monotonic()))
@@ -261,7 +261,7 @@ class _Exchange:
             raise RequestRefused from None
 
     async def send(self, message: Message) -> None:
-        """Pass on what goes; a page is held until it is whole."""
+        """Forward a message; a page is held until it is complete."""
         if self.refused and not self.begun:
             return
         if message["type"] == "http.response.start":
@@ -295,7 +295,7 @@ class _Exchange:
 
 
 async def _answer(asked: _Asked, send: Send, status: int, line: str, more: Iterable[tuple[str, str]] = ()) -> None:
-    """Send an answer of the guard's own: one line, in the form that errors of the API have where it was asked."""
+    """Send an answer of the guard itself: one line, as a JSON error for routes of the API."""
     api = asked.path.startswith(UPLOADS)
     body = (json.dumps({"error": line}) if api else line).encode()
     headers = {
