@@ -1,1 +1,1 @@
-"""The page of the studio: its panels, its forms, and what one open page shows."""
+"""Page of the studio: panels, forms, and the state of an open page."""

@@ -1,4 +1,4 @@
-"""How a run goes, for the tab of the browser: its title, its icon, and a notice once it is over."""
+"""Progress of a job in the browser's tab: title, icon, and a notification at its end."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from leafcut.studio.page.page_state import View
 
 
 class Badge:
-    """Tells the browser's code (badge.js) of the job of a page, else of another one that runs."""
+    """Sends the state of the page's job, or else of another running job, to badge.js."""
 
     def __init__(self, view: View) -> None:
         self.view = view
         w = view.words
-        #: The job that is told of, until it is over and something else is begun.
+        #: The displayed job, until it has ended and another starts.
         self._job: str | None = None
         self._told = ""
         words = {key: w.table[f"badge.{key}"] for key in ("done", "failed", "cancelled", "interrupted", "blocked")}
         self.place = box("div", "hidden", id="badge", data_words=json.dumps(words, ensure_ascii=False))
 
     def tick(self) -> None:
-        """Tell what is new."""
+        """Send the state if it has changed."""
         told = json.dumps(self._now(), ensure_ascii=False)
         if told != self._told:
             self._told = told
@@ -31,7 +31,7 @@ class Badge:
             self.place.update()
 
     def _now(self) -> dict[str, object]:
-        """Return the job that is told of: its name, how it stands, and how much of it is done in percent."""
+        """Return name, state and progress in percent of the displayed job."""
         jobs = self.view.studio.jobs
         running = jobs.running()
         if self.view.job in running:
@@ -44,7 +44,7 @@ class Badge:
 
 
 def job_badge(jobs: Jobs, job: str) -> dict[str, object]:
-    """Return what a tab says of a job; nothing of one that is forgotten."""
+    """Return the data for the tab about a job; empty for a deleted job."""
     live = jobs.live(job)
     if live is None:
         return {}
@@ -55,7 +55,7 @@ def job_badge(jobs: Jobs, job: str) -> dict[str, object]:
 
 
 def notice_switch(view: View) -> None:
-    """Show the switch by which a person wants to be told, also in another window, that a run is over."""
+    """Show the switch for notifications at the end of a job."""
     with box("label", "notice"):
         box("input", "switch", type="checkbox", data_notice="")
         text("span", view.words("badge.notice"))

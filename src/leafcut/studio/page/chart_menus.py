@@ -1,4 +1,4 @@
-"""Menus from the cut chart that holds: what it has of processes, materials, thicknesses and currents."""
+"""Menus from the current cut chart: its processes, materials, thicknesses and currents."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from leafcut.studio.page.fitting_machines import machine_of
 from leafcut.studio.wording import Words
 from leafcut.units import parse_quantity
 
-#: Option → (value, what it is called) of all that may be chosen.
+#: Option → (value, label) of all choices.
 Menus = dict[str, list[tuple[str, str]]]
 
 
 def chart_menus(values: Mapping[str, Any], folder: Folder, words: Words, machine: str) -> Menus:
-    """Return the menus of what is cut, as the chart and what is chosen already have it; none of a broken chart.
+    """Return the menus for a cut from the chart and the current choices; empty for an invalid chart.
 
-    `machine` is the one that holds where none is chosen.
+    `machine` is the default machine.
     """
     try:
         rows = _rows(_chart(values, folder))
@@ -41,7 +41,7 @@ def chart_menus(values: Mapping[str, Any], folder: Folder, words: Words, machine
 
 
 def chart_problem(values: Mapping[str, Any], folder: Folder) -> str:
-    """Return why the chart that was opened is none, in one line, or nothing."""
+    """Return the error of an opened chart in one line, or an empty text."""
     try:
         _rows(_chart(values, folder))
     except LeafcutError as problem:
@@ -55,12 +55,12 @@ def _chart(values: Mapping[str, Any], folder: Folder) -> Path | None:
 
 @lru_cache(maxsize=8)
 def _rows(chart: Path | None) -> list[ChartRow]:
-    """Return the rows of a chart; what was opened in the studio never changes."""
+    """Return the rows of a chart; files opened in the studio never change."""
     return load_chart(chart)
 
 
 def _process_of(machine: str, folder: Folder) -> str:
-    """Return what a machine cuts with; nothing of one that does not cut, or is not known."""
+    """Return the cutting process of a machine; empty for an unknown machine or one that does not cut."""
     found = machine_of(machine, folder)
     return "" if found is None else found.cut_process or str(found.head.method or "")
 

@@ -1,4 +1,4 @@
-"""Two jobs side by side: what came of each, and what was chosen for each, with what differs."""
+"""Comparison of two jobs: their results and options, with differences marked."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from leafcut.studio.page.job_words import option_value
 from leafcut.studio.wording import Words
 from leafcut.units import format_length, format_time
 
-#: An absent figure.
+#: Text for a missing value.
 _NONE = "–"
 
 
 @dataclass(frozen=True)
 class ComparedRow:
-    """A figure or a choice of two jobs, in words; `differs` where they are not the same."""
+    """A result or an option of two jobs, as displayed."""
 
     label: str
     one: str
@@ -28,7 +28,7 @@ class ComparedRow:
 
     @property
     def differs(self) -> bool:
-        """Whether it is not the same of both."""
+        """Whether the two values differ."""
         return self.one != self.other
 
 
@@ -40,7 +40,7 @@ def _plain(value: Any) -> str:
     return f"{value:,.10g}" if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
 
 
-#: Word of the page → where the figure stands in an answer, and how it is told.
+#: Key of the label → path of the value in an answer, and its formatter.
 _FIGURES: tuple[tuple[str, tuple[str, ...], Callable[[Any], str]], ...] = (
     ("result.before", ("before", "time_s"), format_time),
     ("result.after", ("after", "time_s"), format_time),
@@ -63,7 +63,7 @@ _FIGURES: tuple[tuple[str, tuple[str, ...], Callable[[Any], str]], ...] = (
 
 
 def compared_figures(answers: tuple[Mapping[str, Any], Mapping[str, Any]], words: Words) -> list[ComparedRow]:
-    """Return the figures that one of two answers has, those of the other beside them."""
+    """Return the results that at least one of two answers has."""
     rows = []
     for label, path, told in _FIGURES:
         one, other = (_found(answer, path) for answer in answers)
@@ -80,7 +80,7 @@ def _found(answer: Mapping[str, Any], path: tuple[str, ...]) -> Any:
 
 
 def compared_options(records: tuple[JobRecord, JobRecord], folder: Folder, words: Words) -> list[ComparedRow]:
-    """Return every option that one of two jobs was given, and what held for the other."""
+    """Return every option that is set in at least one of two jobs, with the default for the other."""
     given = tuple(changed(record.task.options) for record in records)
     names = [name for _, name, _ in all_options() if name in given[0] or name in given[1]]
 

@@ -1,4 +1,4 @@
-"""The page's own elements: plain tags with text, the options form, and the opener of files."""
+"""Elements of the page: plain tags with text, the options form, and the file opener."""
 
 from __future__ import annotations
 
@@ -10,15 +10,14 @@ from nicegui.elements.mixins.text_element import TextElement
 
 Fields = list[dict[str, Any]]
 
-#: The steps of the history that a browser is told at most at once.
+#: Maximum number of history steps sent to a browser at once.
 _STEPS = 50
 
 
 class Form(Element, component="../static/form.js"):
-    """Groups of labelled fields; `on_change` is told (name, value, what a file is called).
+    """Groups of labelled fields; `on_change` receives (name, value, displayed file name).
 
-    Of a `searchable` one a field above finds options by their names and by what they are for; a `fixed` one can be
-    looked at only.
+    A `searchable` form has a field that finds options by name and help text; a `fixed` one is read-only.
     """
 
     def __init__(
@@ -43,20 +42,20 @@ class Form(Element, component="../static/form.js"):
         errors: dict[str, str] | None = None,
         groups: Fields | None = None,
     ) -> None:
-        """Show values, what chosen files are called, what is wrong, and other fields."""
+        """Show values, displayed file names, errors, and other fields."""
         self.props.update(values=dict(values), shown=dict(shown or {}), errors=dict(errors or {}))
         if groups is not None:
             self.props["groups"] = groups
         self.update()
 
     def set_errors(self, errors: dict[str, str]) -> None:
-        """Say what is wrong with fields: name → line."""
+        """Show the errors of fields: name → line."""
         self.props["errors"] = errors
         self.update()
 
 
 class Opener(Element, component="../static/opener.js"):
-    """Opens a file by a dialogue or by dropping it on the page."""
+    """Opens files by a dialog or by dropping them on the page."""
 
     def __init__(
         self,
@@ -71,14 +70,14 @@ class Opener(Element, component="../static/opener.js"):
         self.on("refused", lambda e: on_refused(e.args["line"]))
 
     def set_several(self, several: bool) -> None:
-        """Take all files that are opened at once, or the first alone."""
+        """Accept several files at once, or only the first."""
         if self.props["several"] != several:
             self.props["several"] = several
             self.update()
 
 
 class PartsTable(Element, component="../static/parts.js"):
-    """The parts of a nest in rows; told are `on_change` (id of a row, key, text), `on_remove` and `on_look` (id)."""
+    """Parts of a nest in rows. Handlers: `on_change` (row id, key, text), `on_remove` and `on_look` (row id)."""
 
     def __init__(
         self,
@@ -94,31 +93,31 @@ class PartsTable(Element, component="../static/parts.js"):
         self.on("look", lambda e: on_look(e.args["id"]))
 
     def show(self, rows: list[dict[str, Any]], rotations: str) -> None:
-        """Show rows with ``id``, ``name``, ``quantity``, ``rotations`` and ``shown``, and the angles of the others."""
+        """Show rows with ``id``, ``name``, ``quantity``, ``rotations`` and ``shown``, and the default angles."""
         self.props.update(rows=rows, rotations=rotations)
         self.update()
 
     def renew(self) -> None:
-        """Put what was refused back to what it was."""
+        """Reset refused input to the previous values."""
         self.props["version"] += 1
         self.update()
 
 
 def box(tag: str = "div", classes: str = "", **attributes: str) -> Element:
-    """Return an element that holds others; ``_`` in the name of an attribute stands for ``-``."""
+    """Return a container element; ``_`` in the name of an attribute stands for ``-``."""
     made = Element(tag)
     return _with(made, classes, attributes)
 
 
 def text(tag: str, words: str, classes: str = "", **attributes: str) -> TextElement:
-    """Return an element that holds a text, which is never taken as HTML."""
+    """Return an element with a text, which is never interpreted as HTML."""
     made = TextElement(tag=tag, text=words)
     _with(made, classes, attributes)
     return made
 
 
 def button(words: str, act: Callable[..., Any] | None = None, classes: str = "", **attributes: str) -> TextElement:
-    """Return a button; `act` takes nothing, or the event."""
+    """Return a button; `act` has no argument, or receives the event."""
     made = text("button", words, f"button {classes}", type="button", **attributes)
     if act is not None:
         made.on("click", act)
@@ -139,7 +138,7 @@ def _with(made: Element, classes: str, attributes: dict[str, str]) -> Element:
 
 
 def table(head: list[tuple[str, str]], rows: list[list[str]], label: str) -> Element:
-    """Return a table; `head` are (words, classes of the column)."""
+    """Return a table; `head` is (text, classes of the column)."""
     with box("div", "scroll") as around, box("table", aria_label=label):
         with box("thead"), box("tr"):
             for words, classes in head:
@@ -153,7 +152,7 @@ def table(head: list[tuple[str, str]], rows: list[list[str]], label: str) -> Ele
 
 
 class Editor(Element, component="../static/editor.js"):
-    """A text with numbered lines; `on_draft` is told it a moment after it was changed, None where it cannot be."""
+    """A text editor with line numbers; `on_draft` receives the text shortly after a change, None makes it read-only."""
 
     def __init__(self, words_in: str, on_draft: Callable[[str], Any] | None, label: str) -> None:
         super().__init__()
@@ -162,13 +161,13 @@ class Editor(Element, component="../static/editor.js"):
             self.on("draft", lambda e: on_draft(e.args["text"]))
 
     def show(self, words_in: str, line: int, problem: str) -> None:
-        """Show another text, and mark the line where something is wrong, 0 for none."""
+        """Show another text and mark the line with an error, 0 for none."""
         self.props.update(text=words_in, line=line, problem=problem)
         self.update()
 
 
 class JogPad(Element, component="../static/jog.js"):
-    """Buttons and keys that move a machine; `on_jog` is told axis, sign, and whether a key is held down."""
+    """Buttons and keys that move a machine; `on_jog` receives axis, sign, and whether a key is held down."""
 
     def __init__(
         self, label: str, hint: str, on_jog: Callable[[str, int, bool], Any], on_release: Callable[[], Any]
@@ -179,14 +178,14 @@ class JogPad(Element, component="../static/jog.js"):
         self.on("release", on_release)
 
     def switch(self, on: bool) -> None:
-        """Let the machine be moved, or not."""
+        """Enable or disable moves."""
         if self.props["off"] == on:
             self.props["off"] = not on
             self.update()
 
 
 class SaveBar(Element, component="../static/save_bar.js"):
-    """A name with a button that keeps something under it, told `on_save`; `on_go` leads to the line of a problem."""
+    """A name field with a save button; `on_save` receives the name, `on_go` leads to the line of an error."""
 
     def __init__(
         self, field: str, name: str, words: dict[str, str], on_save: Callable[[str], Any], on_go: Callable[[], Any]
@@ -197,16 +196,17 @@ class SaveBar(Element, component="../static/save_bar.js"):
         self.on("go", on_go)
 
     def show(self, problem: str, line: int) -> None:
-        """Say what is wrong, nothing for nothing, and in which line, 0 for none."""
+        """Show an error, empty for none, and its line, 0 for none."""
         self.props.update(problem=problem, line=line)
         self.update()
 
 
 class Address(Element, component="../static/address.js"):
-    """The browser's history: steps are put into it together with what is drawn, and Back and Forward are told.
+    """History of the browser: adds steps together with the drawn page, and reports Back and Forward.
 
-    `on_went` is told the words of the address that was gone to, key → word, and whether the browser had put down
-    every step by then: one that is on its way comes after it.
+    `on_went` receives the query of the new address, key → word, and whether the browser had recorded all steps by then;
+    a
+    step still in transit comes after it.
     """
 
     def __init__(self, on_went: Callable[[dict[str, Any], bool], Any]) -> None:
@@ -216,7 +216,7 @@ class Address(Element, component="../static/address.js"):
         self.on("went", lambda e: on_went(e.args["said"], e.args["done"] == self._number))
 
     def step(self, step: str, address: str) -> None:
-        """Put an address into the history, as `pushState` or `replaceState` do."""
+        """Add an address to the history, as `pushState` or `replaceState` do."""
         self._number += 1
         self.props["steps"] = [*self.props["steps"][1 - _STEPS :], [self._number, step, address]]
         self.update()

@@ -1,4 +1,4 @@
-"""Which machines can do a kind of work, and what is said of one that cannot."""
+"""Machines that can do a kind of work, and the reason why another cannot."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from leafcut.studio.wording import Words
 
 @cache
 def _machines() -> dict[str, Machine]:
-    """Return the machines of leafcut's and of packages: no other name is looked for, as no path is."""
+    """Return the machines of leafcut and its plug-ins; paths are not accepted."""
     found = {}
     for name in machine_names():
         with suppress(LeafcutError):
@@ -26,7 +26,7 @@ def _machines() -> dict[str, Machine]:
 
 
 def machine_of(name: str, folder: Folder) -> Machine | None:
-    """Return a machine, one of a person's own by its profile as it is now; None for an unknown one."""
+    """Return a machine by name, a user's own one from its current profile; None if unknown."""
     if not name.startswith(OWN):
         return _machines().get(name)
     try:
@@ -36,24 +36,24 @@ def machine_of(name: str, folder: Folder) -> Machine | None:
 
 
 def head_of(name: str, folder: Folder) -> Head | None:
-    """Return what a machine works with; None for an unknown one."""
+    """Return the kind of head of a machine; None if unknown."""
     machine = machine_of(name, folder)
     return None if machine is None else machine.head
 
 
 def fits(name: str, work: str, folder: Folder) -> bool:
-    """Return whether a machine can do a kind of work, or nothing says that it cannot."""
+    """Return whether a machine can do a kind of work; True if unknown."""
     head = head_of(name, folder)
     return head is None or registry.does_with(work, head)
 
 
 def offered(machines: Mapping[str, str], work: str, chosen: str, folder: Folder) -> dict[str, str]:
-    """Return the machines that can do a kind of work, and the one that is chosen: of that is said what is wrong."""
+    """Return the machines that can do a kind of work, and the chosen one even if it cannot."""
     return {name: title for name, title in machines.items() if name == chosen or fits(name, work, folder)}
 
 
 def why_not(name: str, work: str, folder: Folder, words: Words) -> str:
-    """Return why a machine cannot do a kind of work, and what to do; nothing where it can."""
+    """Return why a machine cannot do a kind of work, with advice; empty if it can."""
     if not name or fits(name, work, folder):
         return ""
     head = head_of(name, folder)

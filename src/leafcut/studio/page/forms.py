@@ -1,4 +1,4 @@
-"""Forms, made from the option dataclasses: what a person may choose for each kind of work, the important first."""
+"""Forms generated from the option dataclasses, for each kind of work, important options first."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _ACO, _FIREFLY = "aco", "firefly"
 
 @dataclass(frozen=True)
 class WorkKind:
-    """A kind of work: its command, its process, and the options that mean something to it.
+    """A kind of work: its command, its process, and the options that apply to it.
 
     `groups` are (key of the title, names); the first two are open, the others folded.
     """
@@ -34,17 +34,17 @@ class WorkKind:
 
 
 def _all(section: str, but: Iterable[str] = ()) -> tuple[str, ...]:
-    """Return the options of a group, without some that stand elsewhere."""
+    """Return the options of a group except those in `but`."""
     group = next(g for g in registry.groups() if g.section == section)
     return tuple(name for name in group.specs() if name not in but)
 
 
-#: A number with the unit behind it, where there is one.
+#: A number with an optional unit.
 _FIGURE = re.compile(r"(-?\d+(?:[.]\d*)?)\s*([a-zµ%/°]*)", re.IGNORECASE)
-#: So many letters stand in a field.
+#: Width of a field in characters.
 _ROOM = 16
 
-#: What is done without a process: work → groups of the form.
+#: Work without a process → groups of the form.
 _OTHERS = {
     "solve": (
         ("search", ("algorithm", "preset", "time_limit", "iterations", "seed")),
@@ -54,12 +54,12 @@ _OTHERS = {
     "simulate": (("main", ("machine", "dialect", "work_offset", "clearance_height", "units", "cut_speed", "strict")),),
     "verify": (("main", ("machine", "dialect", "allow_reverse", "work_offset", "units", "cut_speed")),),
 }
-#: What a nested sheet is cut with: asked for beside the nests, before their cuts are planned.
+#: Options for cutting nested sheets, shown beside the nests before their cuts are planned.
 CUT_OF_NEST = ("machine", "thickness", "material", "cut_process")
 
 
 def works() -> dict[str, WorkKind]:
-    """Return what a person may choose, in the order in which it is offered: processes, then the other kinds of work."""
+    """Return the kinds of work in display order: processes, then the others."""
     return {
         **{
             one.name: WorkKind("optimize" if one.reads else one.command, one.asks, one.form)
@@ -70,7 +70,7 @@ def works() -> dict[str, WorkKind]:
 
 
 def program_processes() -> tuple[str, ...]:
-    """Return what a program may be said to do, beside leaving it to leafcut to see."""
+    """Return the processes that a user may select for a program; ``auto`` leaves the choice to leafcut."""
     said = (
         word for one in registry.processes() if one.reads == "program" for word in one.asked_as if word != one.command
     )
@@ -78,7 +78,7 @@ def program_processes() -> tuple[str, ...]:
 
 
 def names_of(work: str, algorithm: str = "auto") -> tuple[tuple[str, tuple[str, ...]], ...]:
-    """Return the groups of a kind of work; the parameters of ants and fireflies come with their algorithms."""
+    """Return the option groups of a kind of work, including the parameters of the chosen algorithm."""
     groups = works()[work].groups
     if any("algorithm" in names for _, names in groups):
         if algorithm in ANT_ALGORITHMS:
@@ -99,10 +99,10 @@ def form(
     usual: Mapping[str, str] | None = None,
     kept: Collection[str] = (),
 ) -> list[dict[str, Any]]:
-    """Return the form of a kind of work as the page draws it: groups with fields, in plain values.
+    """Return the form of a kind of work as groups with fields, in plain values.
 
-    `machines` are name → what it is called; `tools` the names of the person's own libraries; `menus` what is offered
-    beside typing; `usual` where the person's own defaults said a value; `kept` the options that an earlier input had.
+    `machines` is name → label; `tools` the names of the user's own libraries; `menus` the suggestions beside typing;
+    `usual` the place of a user's own default; `kept` the options taken over from an earlier input.
     """
     own = _own(machines, work, tools)
     groups = [
@@ -119,12 +119,12 @@ def form(
 def form_of(
     key: str, names: Iterable[str], words: Words, work: str, machines: Mapping[str, str], menus: Menus | None = None
 ) -> list[dict[str, Any]]:
-    """Return a form of one group with a few options of a kind of work."""
+    """Return a form with one group of a few options."""
     return [_group(key, tuple(names), {}, words, work, _own(machines, work), menus)]
 
 
 def _own(machines: Mapping[str, str], work: str, tools: Iterable[str] = ()) -> dict[str, list[tuple[str, str]]]:
-    """Return what a person may choose of what has files of its own."""
+    """Return the choices for options that may name the user's own files."""
     return {"machine": list(machines.items()), "tools": [(OWN + name, name) for name in tools]}
 
 
@@ -150,7 +150,7 @@ def _group(
 
 
 def default_of(name: str, work: str = "") -> Any:
-    """Return what an option is where a kind of work is told nothing else."""
+    """Return the default of an option for a kind of work."""
     if name == "machine" and work:
         return default_machine(work)
     return group_of(name).defaults()[name]
@@ -179,14 +179,14 @@ def _field(name: str, words: Words, default: Any, own: list[tuple[str, str]] | N
 
 
 def _unit(spec: OptionSpec) -> str:
-    """Return the unit that a bare number has in a field."""
+    """Return the unit of a plain number in a field."""
     if spec.kind == "percent":
         return "%"
     return BARE_UNIT.get(spec.unit, "") if spec.kind == "quantity" else "mm" if spec.kind == "point" else ""
 
 
 def default_words(name: str, default: Any, words: Words) -> str:
-    """Return what holds where nothing is given, which is `default` unless the option says it in words."""
+    """Return the text for an option without a value: the option's own description, or `default`."""
     spec = group_of(name).specs()[name]
     if spec.default_words:
         return words.plain(words.default(name, spec.default_words))
@@ -200,13 +200,13 @@ def default_words(name: str, default: Any, words: Words) -> str:
 
 
 def _short(holds: str, room: int) -> str:
-    """Return a default in at most `room` characters: its first part (``auto`` of ``auto: as …``), or its beginning."""
+    """Return a default in at most `room` characters: its first part (``auto`` of ``auto: as …``), or its start."""
     head = holds if len(holds) <= room else holds.replace(";", ":").partition(":")[0]
     return head if len(head) <= room else f"{head[: room - 1].rstrip()}…"
 
 
 def problem_with(name: str, value: Any) -> str:
-    """Return what is wrong with a value as typed, or nothing; files and machines are checked when they are used."""
+    """Return the error of a typed value, or an empty text; files and machines are checked when used."""
     group = group_of(name)
     spec = group.specs()[name]
     if value in (None, "") or spec.kind == "path" or spec.may_be_path:
@@ -220,9 +220,9 @@ def problem_with(name: str, value: Any) -> str:
 
 
 def changed(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values that differ from the defaults: the others say nothing on a command line.
+    """Return the values that differ from the defaults; the others are not needed on a command line.
 
-    A job of an older leafcut may have options that are none any more: they mean nothing either.
+    Options of an older leafcut that no longer exist are dropped too.
     """
     known, kept = {name for _, name, _ in all_options()}, {}
     for name, value in values.items():
@@ -238,13 +238,13 @@ def changed(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def of_work(work: str, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values that mean something to a kind of work: those of another kind stay out of its run."""
+    """Return the changed values of options that apply to a kind of work."""
     known = {name for _, names in names_of(work, str(values.get("algorithm") or "auto")) for name in names}
     return {name: value for name, value in changed(values).items() if name in known}
 
 
 def value_words(name: str, value: Any, words: Words, work: str = "") -> str:
-    """Return a value of an option as a person is told of it, with its unit; of none, what holds then."""
+    """Return an option's value with its unit, as displayed; without a value, its default."""
     spec = group_of(name).specs()[name]
     default = default_of(name, work)
     if spec.kind == "flag":

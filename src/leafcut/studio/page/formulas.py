@@ -1,25 +1,25 @@
-"""Formulas as MathML, which browsers set by themselves: `formula(sub("τ", "ij"), "←", …)`."""
+"""Formulas as MathML, which browsers render natively: `formula(sub("τ", "ij"), "←", …)`."""
 
 from __future__ import annotations
 
 import math
 from html import escape
 
-#: So many digits of a number are shown.
+#: Number of significant digits shown.
 DIGITS = 4
 
 
 class MathMark(str):
-    """A piece of MathML that is set already."""
+    """A finished piece of MathML."""
 
 
 def formula(*parts: str | float) -> str:
-    """Return a formula on a line of its own."""
+    """Return a formula on its own line."""
     return f'<math display="block">{row(*parts)}</math>'
 
 
 def row(*parts: str | float) -> MathMark:
-    """Return parts side by side: a letter is a variable, a number a number, anything else an operator."""
+    """Return parts side by side; a letter becomes a variable, a number a number, anything else an operator."""
     return MathMark(f"<mrow>{''.join(_set(part) for part in parts)}</mrow>")
 
 
@@ -29,7 +29,7 @@ def frac(above: str | float, below: str | float) -> MathMark:
 
 
 def sub(base: str, index: str) -> MathMark:
-    """Return a letter with an index; each letter of the index is a variable, a word stands upright."""
+    """Return a letter with an index; letters of the index are variables, a longer word is upright."""
     return MathMark(f"<msub>{_set(base)}{_index(index)}</msub>")
 
 
@@ -44,12 +44,12 @@ def raised(base: str, index: str, exponent: str | float) -> MathMark:
 
 
 def total(index: str, *parts: str | float) -> MathMark:
-    """Return the sum over an index."""
+    """Return a sum over an index."""
     return MathMark(f"<munder><mo>∑</mo>{row(index)}</munder>{row(*parts)}")
 
 
 def number(value: float) -> MathMark:
-    """Return a number with a few digits, a very small or large one with a power of ten."""
+    """Return a rounded number, very small or large ones with a power of ten."""
     if value == 0.0 or not math.isfinite(value) or 1e-3 <= abs(value) < 1e6:
         return MathMark(f"<mn>{'∞' if math.isinf(value) else plain(value)}</mn>")
     mantissa, _, exponent = f"{value:.{DIGITS - 1}e}".partition("e")

@@ -1,4 +1,4 @@
-"""The head of the page: its style sheets and scripts, and the modules that it will need, so that none is waited for."""
+"""HTML head of the page: style sheets, scripts, and preloading of the modules."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from nicegui.dependencies import esm_modules
 from leafcut.studio.drawing.canvas import STATIC
 from leafcut.studio.drawing.program_text import ProgramText
 
-#: leafcut's leaf.
+#: Logo of leafcut.
 LEAF = (
     '<svg viewBox="0 0 24 24" aria-hidden="true"><path d="M20 4C9 4 4 9 4 15c0 1.8.5 3.5 1 5 1.5.5 3.2 1 5 1 6 0 10-6 '
     '10-17z"></path><path d="M5 20 14 10"></path><path d="M20 4l-3.5 3.5"></path></svg>'
 )
 
 _STYLES = ("colours.css", "studio.css", "room.css", "works.css", "figures.css", "machine.css")
-#: Only the first must have run before anything is painted: it knows whether the page is light or dark.
+#: Only the first script must run before painting, as it sets the light or dark theme.
 _SCRIPTS = ("shell.js", "focus.js", "badge.js", "machine_stop.js")
 _IMPORT = re.compile(r'from "(?:\./|leafcut-canvas/)([\w.]+)"')
 
 
 @cache
 def head() -> str:
-    """Return it as HTML."""
-    # A browser keeps what it has under an address, and a newer file has another one.
+    """Return the head as HTML."""
+    # Browsers cache by address, so a newer file gets a new address.
     newest = int(max(file.stat().st_mtime for file in STATIC.iterdir()))
     styles = [f'<link rel="stylesheet" href="/static/{name}?{newest}">' for name in _STYLES]
     scripts = [
@@ -34,21 +34,21 @@ def head() -> str:
         for number, name in enumerate(_SCRIPTS)
     ]
     key = next(key for key, module in esm_modules.items() if module.name == "leafcut-canvas")
-    # Without this a browser would find them one behind the other, as each names the next.
+    # Without preloading, a browser would load them one after the other, as each imports the next.
     root = f"/_nicegui/{nicegui_version}/esm/{key}"
     addresses = [f"{root}/{name}" for name in imported()]
-    if ProgramText.component is not None:  # it comes when a program is opened
+    if ProgramText.component is not None:  # loaded only when a program is opened
         addresses.append(f"/_nicegui/{nicegui_version}/components/{ProgramText.component.key}")
     modules = [f'<link rel="modulepreload" href="{address}">' for address in addresses]
     return "".join([*styles, *scripts, *modules])
 
 
 def first_bar() -> str:
-    """Return what is painted until the page itself is there, as HTML: its bar, at its place."""
+    """Return the HTML of the top bar, painted until the page has loaded."""
     return f'<div class="boot" aria-hidden="true"><div class="mark">{LEAF}<b>leafcut</b><span>studio</span></div></div>'
 
 
 def imported() -> list[str]:
-    """Return the names of all modules that others import."""
+    """Return the names of all imported modules."""
     found = {name for file in STATIC.glob("*.js") for name in _IMPORT.findall(file.read_text(encoding="utf-8"))}
     return sorted(found)

@@ -1,4 +1,4 @@
-"""What came of a run in a few words: the first thing that its outcome says, and what is announced."""
+"""Result of a run in a few words, for the top of the result panel and for announcements."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from leafcut.units import format_time
 
 @dataclass(frozen=True)
 class Headline:
-    """A large line with a small one under it; `kind` is ``better``, ``worse`` or ``same``."""
+    """A large line with a small line below; `kind` is ``better``, ``worse`` or ``same``."""
 
     large: str
     small: str
@@ -21,12 +21,12 @@ class Headline:
 
     @property
     def classes(self) -> str:
-        """The classes of the large line."""
+        """CSS classes of the large line."""
         return "headline" if self.kind == "better" else f"headline {self.kind}"
 
 
 def saving(answer: dict[str, Any], words: Words) -> Headline:
-    """Return what a program saves; of one that could not be improved, why."""
+    """Return the time saved by a program, or the reason why it was not improved."""
     seconds = (answer["before"]["time_s"] or 0.0) - (answer["after"]["time_s"] or 0.0)
     if format_time(abs(seconds)) == format_time(0.0):
         return Headline(
@@ -39,7 +39,7 @@ def saving(answer: dict[str, Any], words: Words) -> Headline:
 
 
 def _why_same(answer: dict[str, Any], words: Words) -> str:
-    """Say why a program is as quick as before: what most of its pieces stay for, or that no order is better."""
+    """Return why a program is as fast as before: why most of its parts must stay, or that no order is better."""
     groups = answer.get("staying", [])
     stay, pieces = sum(group["count"] for group in groups), answer["counts"].get("pieces", 0)
     if not groups or stay < pieces:
@@ -50,15 +50,15 @@ def _why_same(answer: dict[str, Any], words: Words) -> str:
 
 
 def missing_words(answer: dict[str, Any], words: Words) -> str:
-    """Return how much of the work is missing; "" where all of it is done."""
-    # An answer of an earlier version has no such list.
+    """Return the amount of missing work; "" if none."""
+    # Answers of earlier versions lack this list.
     number = sum(work["count"] for work in answer.get("missing", ()))
     key = "result.missing" if number == 1 else "result.missing_several"
     return words(key, number=f"{number:,}") if number else ""
 
 
 def announced(record: JobRecord, answer: dict[str, Any], words: Words) -> str:
-    """Return what is said aloud of a new outcome."""
+    """Return the announcement of a new result."""
     return f"{record.title}: {_told(record, answer, words)}"
 
 

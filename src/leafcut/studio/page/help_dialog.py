@@ -1,4 +1,4 @@
-"""The help: keys of the page and of the drawing, formats and algorithms. One text for all pages of a language."""
+"""Help dialog: keys of the page and of the drawing, formats and algorithms; one text per language."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from nicegui import ui
 from leafcut._version import __version__
 from leafcut.studio.wording import Words
 
-#: The views of the page, each with its key.
+#: Views of the page and their keys.
 VIEWS = (("work", "1"), ("jobs", "2"), ("machines", "3"), ("tools", "4"), ("lab", "5"), ("control", "6"))
-#: Keys of the page, each with what tells of it, beside those of the views.
+#: Other keys of the page → key of their description.
 _KEYS: tuple[tuple[tuple[str, ...], str], ...] = (
     (("O",), "key.o"),
     (("R", "Ctrl+Enter"), "key.r"),
@@ -28,7 +28,7 @@ _KEYS: tuple[tuple[tuple[str, ...], str], ...] = (
     (("Esc", "Pause"), "key.machine_stop"),
     (("?",), "key.help"),
 )
-#: Keys of the drawing as they are shown, each with what tells of it.
+#: Keys of the drawing as displayed → key of their description.
 _DRAWING_KEYS = (
     (("← ↑ → ↓",), "key.arrows"), (("+ −",), "key.zoom"), (("F",), "key.fit"), (("␣",), "key.play"),
     ((", .",), "key.block"), (("M",), "key.modes"), (("D",), "key.measure"), (("⇧A … ⇧W",), "key.layers"),
@@ -36,15 +36,15 @@ _DRAWING_KEYS = (
 
 
 def help_dialog(words: Words) -> None:
-    """Add the help, which is hidden until it is asked for."""
-    # One element in place of hundreds: every page has it, and few ever show it.
+    """Add the hidden help dialog."""
+    # A single element instead of hundreds, since every page has it but few show it.
     dialog = ui.html(_text(words), sanitize=False, tag="dialog").classes("help")
     dialog.props.update({"id": "help", "aria-label": words("top.help")})
 
 
 @cache
 def _text(words: Words) -> str:
-    """Return the help as HTML; every text in it is escaped."""
+    """Return the help as HTML with all texts escaped."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     from leafcut import api

@@ -1,4 +1,4 @@
-"""What a job is told by in lists: its choices, its figures, and the words by which it is found."""
+"""Texts about a job in lists (its choices and results), and search terms for jobs."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from leafcut.studio.page.forms import changed
 from leafcut.studio.wording import Words
 from leafcut.units import format_time
 
-#: So many words are looked for at once.
+#: Maximum number of search terms.
 _MOST_WORDS = 8
 
 
 def choices_of(task: Task, folder: Folder, words: Words) -> list[str]:
-    """Return what tells a job from others of its file: its machine, then every option that is not at its default."""
+    """Return the choices that distinguish a job from others with the same file: machine and non-default options."""
     options = changed(task.options)
     machine = str(options.pop("machine", "") or default_machine(task.process)).removeprefix(OWN)
     told = [machine] if task.command == "optimize" or "machine" in task.options else []
@@ -33,25 +33,25 @@ def choices_of(task: Task, folder: Folder, words: Words) -> list[str]:
 
 
 def option_value(name: str, value: Any, folder: Folder, words: Words) -> str:
-    """Return a value of an option as a person gave it; of a file what it is called."""
+    """Return the displayed value of an option; for a file its name."""
     if isinstance(value, bool):
         return words("form.on" if value else "form.off")
     shown = ",".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
     if group_of(name).specs()[name].kind == "path":
-        with suppress(LeafcutError):  # else it is the name of a library, or gone
+        with suppress(LeafcutError):  # otherwise it names a library, or the file is gone
             shown = folder.input_path(shown).name
     return shown.removeprefix(OWN)
 
 
 def change_words(saved: float) -> str:
-    """Return by how many percent a time has changed, ``−2.5\u00a0%``; one that has not has no sign."""
+    """Return the change of a time in percent, ``−2.5\u00a0%``; without a sign if it is zero."""
     percent = round(saved, 1)
     sign = "−" if percent > 0 else "+" if percent < 0 else ""
     return f"{sign}{abs(percent):.1f}\u00a0%"
 
 
 def figures_of(record: JobRecord, words: Words) -> str:
-    """Return what came of a job in a few words; of one that failed why."""
+    """Return the result of a job in a few words, or the reason why it failed."""
     found = record.figures
     if "after_s" in found and found["before_s"] is not None:
         change = change_words(found["saved_percent"] or 0.0)
@@ -67,7 +67,7 @@ def figures_of(record: JobRecord, words: Words) -> str:
 
 
 def wanted_words(text: str, words: Words) -> list[Wanted]:
-    """Return what is looked for: each word of a text, with the options and states that are called so on the page."""
+    """Return a search term for each word of a text, with the options and states whose labels contain it."""
     found = []
     for word in text.split()[:_MOST_WORDS]:
         low = word.lower()

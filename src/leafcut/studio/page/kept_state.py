@@ -1,4 +1,4 @@
-"""What one page has chosen, as plain values: it is written whenever it changes, and read when a page is loaded."""
+"""Choices of one page as plain values, saved after every change and restored when a page loads."""
 
 from __future__ import annotations
 
@@ -16,16 +16,15 @@ from leafcut.studio.page import forms
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_live import PACES
 
-#: What a job's id looks like.
+#: Format of a job id.
 _JOB = re.compile(r"[A-Za-z0-9_-]{12}")
 
 
 @dataclass(frozen=True)
 class KeptState:
-    """The fields of a `View` that a person chose, the tab of the outcome, and the order that is changed by hand.
+    """Choices of a `View`, the tab of the result, and the order edited by hand.
 
-    Of `edit` the keys are ``job``, whose order it is, and ``state``, ``before`` and ``after`` as `Undoable.as_plain`
-    has them.
+    `edit` has the keys ``job``, the job of the order, and ``state``, ``before`` and ``after`` of `Undoable.as_plain`.
     """
 
     source: str = ""
@@ -51,7 +50,7 @@ class KeptState:
 
     @classmethod
     def of(cls, view: View, tab: str, edit: dict[str, Any] | None) -> KeptState:
-        """Return what a page has chosen."""
+        """Return the choices of a page."""
         return cls(
             view.source, view.name, view.second, view.second_name,
             tuple(one.word for one in view.parts), dict(view.part_names), view.origin, view.sheet,
@@ -62,7 +61,7 @@ class KeptState:
         )  # fmt: skip
 
     def put_into(self, view: View) -> None:
-        """Choose it in a page."""
+        """Restore the choices in a page."""
         view.source, view.name, view.seen = self.source, self.name, None
         view.second, view.second_name = self.second, self.second_name
         view.parts, view.part_names = [WantedPart.of(word) for word in self.parts], dict(self.part_names)
@@ -77,14 +76,14 @@ class KeptState:
         view.job = self.job if self.job and view.studio.jobs.record(self.job) is not None else None
 
     def as_json(self) -> str:
-        """Return it as one line of JSON."""
+        """Return the choices as one line of JSON."""
         return json.dumps(asdict(self))
 
     @classmethod
     def from_json(cls, plain: Mapping[str, Any]) -> KeptState:
-        """Return what `as_json` wrote; what is not as it should be is as if it had not been chosen.
+        """Decode the result of `as_json`; invalid entries are ignored.
 
-        Ids of files and jobs are looked up in the studio's folder whenever they are used, as those that a page sends.
+        Ids of files and jobs are checked whenever they are used, like those sent by a page.
         """
         texts = ("source", "name", "second", "second_name", "origin")
         known = {name for _, name, _ in all_options()}
@@ -115,7 +114,7 @@ class KeptState:
 
     @property
     def chosen(self) -> bool:
-        """Whether there is anything to come back to: what the defaults said is there again without that."""
+        """Whether there is anything to restore; values from the user's defaults do not count."""
         values = {name: value for name, value in self.values.items() if name not in self.usual}
         shown = {name: word for name, word in self.shown.items() if name not in self.usual}
         return replace(self, values=values, shown=shown, usual={}, known_defaults=None) != KeptState(

@@ -1,4 +1,4 @@
-"""What happens in a step of an algorithm of the literature, in words and formulas, with the numbers of the step."""
+"""Explanation of a step of an algorithm from the literature, in words and formulas with its numbers."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def _ants(step: SearchStep, words: Words) -> Iterator[str]:
 
 
 def _rule(step: SearchStep, words: Words) -> Iterator[str]:
-    """Yield how an ant goes on."""
+    """Yield the rule by which an ant chooses its next point."""
     v = step.values
     yield _said(words("lesson.rule", ants=plain(v["m"])))
 
@@ -47,7 +47,7 @@ def _rule(step: SearchStep, words: Words) -> Iterator[str]:
 
 
 def _example(step: SearchStep, words: Words) -> Iterator[str]:
-    """Yield what an ant can do at one place, in numbers."""
+    """Yield the choices of an ant at one point, as a table."""
     if not step.choices:
         return
     heads = "".join(

@@ -1,4 +1,4 @@
-"""Machines and tool libraries of the person's own: TOML files in the studio's folder, checked by leafcut's readers."""
+"""The user's own machines and tool libraries: TOML files in the studio's folder, checked by leafcut's readers."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ KINDS = ("machines", "tools")
 
 
 def shipped(kind: str) -> list[str]:
-    """Return the names of what leafcut brings, which can be looked at and copied but not changed."""
+    """Return the names of shipped files, which can be viewed and copied but not changed."""
     if kind == "machines":
         from leafcut.read.machine import shipped_machines
 
@@ -24,12 +24,12 @@ def shipped(kind: str) -> list[str]:
 
 
 def shipped_text(kind: str, name: str) -> str:
-    """Return the TOML of what leafcut brings.
+    """Return the TOML text of a shipped file.
 
     Raises
     ------
     OptionError
-        There is none of that name.
+        The name is unknown.
     """
     if name not in shipped(kind):
         raise OptionError(f"unknown name '{name}' in {kind}")
@@ -38,12 +38,12 @@ def shipped_text(kind: str, name: str) -> str:
 
 
 def own_text(folder: Folder, kind: str, name: str) -> str:
-    """Return the TOML of one of the person's own.
+    """Return the TOML text of a user's own file.
 
     Raises
     ------
     OptionError
-        There is none of that name, or it cannot be read.
+        The file is missing or unreadable.
     """
     try:
         return folder.own_path(kind, name).read_text(encoding="utf-8")
@@ -52,12 +52,12 @@ def own_text(folder: Folder, kind: str, name: str) -> str:
 
 
 def check(kind: str, name: str, text: str) -> None:
-    """Read a text as leafcut reads the file.
+    """Check a text with leafcut's reader for the file.
 
     Raises
     ------
     OptionError
-        It is no such file; the line says what is wrong.
+        The text is invalid; the message describes the error.
     """
     if len(text) > MOST_CHARACTERS:
         raise OptionError(f"{name}.toml: longer than {MOST_CHARACTERS:,} characters; no profile is")
@@ -77,12 +77,12 @@ def check(kind: str, name: str, text: str) -> None:
 
 
 def save(folder: Folder, kind: str, name: str, text: str) -> None:
-    """Keep a text as one of the person's own, after it was read.
+    """Check and save a text as one of the user's own files.
 
     Raises
     ------
     OptionError
-        The name is none, is a shipped one's, or the text is no such file.
+        The name is invalid or that of a shipped machine, or the text is invalid.
     """
     folder.own_path(kind, name)
     if kind == "machines" and name in shipped(kind):
@@ -92,5 +92,5 @@ def save(folder: Folder, kind: str, name: str, text: str) -> None:
 
 
 def delete(folder: Folder, kind: str, name: str) -> None:
-    """Remove one of the person's own."""
+    """Delete one of the user's own files."""
     folder.own_path(kind, name).unlink(missing_ok=True)

@@ -1,4 +1,4 @@
-"""The machine by hand: where it is, its zeros, the jog pad, and the probe."""
+"""Manual control of the machine: position, zeros, jog pad and probe."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from leafcut.studio.page.page_state import View
 from leafcut.units import fixed
 
 _AXES = "XYZ"
-#: Steps of a jog, mm.
+#: Jog distances, mm.
 STEPS = ("0.1", "1", "10", "100")
 
 
@@ -104,7 +104,7 @@ class ByHandPanel:
         )
 
     def show(self, state: MachineState, mine: bool) -> None:
-        """Show where the machine is, and what may be done with it now."""
+        """Update the position and enable the actions that are possible now."""
         for places, place in ((self.work, state.work), (self.machine, state.machine)):
             for axis, cell in enumerate(places):
                 words = "–" if place is None or not state.open else fixed(place[axis], 3)

@@ -1,4 +1,4 @@
-"""Fields of the machine's page: what is typed in one is known at once, and is never drawn anew under the hand."""
+"""Fields of the machine panel. They report input at once and are never redrawn while the user types."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from leafcut.studio.page.elements import box, text
 
 
 class AskingPanel(Protocol):
-    """What the parts of the machine's page know of the whole."""
+    """Interface of the machine panel for its parts."""
 
     async def ask(self, what: Callable[..., Any], *given: Any, **named: Any) -> Any:
-        """Have the machine do something; what is refused is told. Return what it answers, None where it is refused."""
+        """Send a request to the machine and show a refusal; return the answer, or None if it was refused."""
 
     def tell(self, line: str, *, bad: bool = False) -> None:
-        """Tell a person something, where the machine is."""
+        """Show a message in the machine panel."""
 
     def tick_now(self) -> None:
-        """Look at the machine at once."""
+        """Update the machine's state at once."""
 
     def jog_feed(self) -> float:
-        """Return the feed of jogs, mm/min."""
+        """Return the jog feed, mm/min."""
         ...
 
 
 class _Typed(Element, component="../static/machine_field.js"):
-    """The field itself."""
+    """The input element."""
 
     def __init__(self, name: str, value: str, unit: str, *, numbers: bool, offered: str) -> None:
         super().__init__()
@@ -38,9 +38,9 @@ class _Typed(Element, component="../static/machine_field.js"):
 
 
 class Field:
-    """A labelled field for a text; `numbers` offer the keys of numbers on a phone.
+    """A labelled text field; `numbers` shows the numeric keyboard on phones.
 
-    `offered` is the id of a list of what may be typed. A field that is left empty has what stands in it faintly.
+    `offered` is the id of a list of suggestions. An empty field shows its default as a placeholder.
     """
 
     def __init__(
@@ -54,30 +54,30 @@ class Field:
 
     @property
     def value(self) -> str:
-        """What was typed, or what holds where nothing was."""
+        """The typed text, or the default."""
         return self.typed or self.usual
 
     def _take(self, event: Any) -> None:
         self.typed = str(event.args["value"])
 
     def put(self, value: str) -> None:
-        """Put something into the field."""
+        """Set the text."""
         self.typed = value
         self.input.props.update(value=value, version=self.input.props["version"] + 1)
         self.input.update()
 
     def suggest(self, value: str) -> None:
-        """Let something hold where nothing is typed."""
+        """Set the default for an empty field."""
         self.usual = self.input.props["placeholder"] = value
         self.input.update()
 
     def number(self) -> float:
-        """Return what was typed as a number; a comma is a point.
+        """Return the value as a number, accepting a decimal comma.
 
         Raises
         ------
         OptionError
-            It is none.
+            The text is not a number.
         """
         try:
             return float(self.value.replace(",", "."))
@@ -85,12 +85,12 @@ class Field:
             raise OptionError(f"{self.label}: '{self.value}' is not a number") from None
 
     def count(self) -> int | None:
-        """Return what was typed as a whole number; None for nothing.
+        """Return the value as a whole number; None if empty.
 
         Raises
         ------
         OptionError
-            It is none.
+            The text is not a whole number.
         """
         word = self.value.strip()
         if not word:
@@ -101,7 +101,7 @@ class Field:
 
 
 class Menu:
-    """A labelled field with choices: value → words."""
+    """A labelled menu with choices: value → text."""
 
     def __init__(self, name: str, label: str, choices: Mapping[str, str], value: str) -> None:
         self.value, self._choices = value, dict[str, str]()
@@ -113,7 +113,7 @@ class Menu:
         self.offer(choices, value)
 
     def offer(self, choices: Mapping[str, str], value: str) -> None:
-        """Offer other choices."""
+        """Replace the choices."""
         if (dict(choices), value) == (self._choices, self.value):
             return
         self._choices, self.value = dict(choices), value
@@ -144,7 +144,7 @@ class Switch:
 
 
 def enable(element: Element, on: bool) -> None:
-    """Let a button be pressed, or not."""
+    """Enable or disable a button."""
     off = element.props.get("disabled") is not None
     if off == on:
         if on:

@@ -1,4 +1,4 @@
-"""The program on the machine: which it is, the check, the frame, the run, and the steps from hole to hole."""
+"""Program on the machine: selection, check, frame, run, and single steps from hole to hole."""
 
 from __future__ import annotations
 
@@ -32,26 +32,26 @@ if TYPE_CHECKING:
 
 
 _USUAL = "grbl-3018"
-#: The second click of a double click on Start must not confirm what nobody has read.
+#: The second click of a double click on Start must not confirm the dialog.
 _ONE_CLICK = "(e) => { if (e.detail < 2) { e.target.closest('dialog').close(); emit(); } }"
 
 
 class MachineProgramPanel:
-    """What runs, or may be run."""
+    """The running program, or the program to run."""
 
     def __init__(self, view: View, panel: AskingPanel, drawing: Element) -> None:
         self.view, self.panel, self.link = view, panel, view.studio.machine
         self.job: SendJob | None = None
-        #: The program that is read, and why it cannot be sent.
+        #: Key of the loaded program; `problem` shows why it cannot be sent.
         self._key: tuple[str, ...] = ()
-        #: The one that is drawn: one that runs, from whichever page, comes first.
+        #: The program in the drawing; a running program, from any page, takes precedence.
         self._drawn: SendJob | None = None
         self._box: tuple[XYZ, XYZ] | None = None
         self._tool: object = None
         self._next: tuple[float, float] | None = None
         self._asked: object = None
         self._ended: object = None
-        #: The program that waits for a person's confirmation, and how it is run.
+        #: The program and its options that wait for confirmation.
         self._to_start: tuple[SendJob, RunWishes] | None = None
         self._asking = False
         w = view.words
@@ -89,7 +89,7 @@ class MachineProgramPanel:
         self._confirming()
 
     def _confirming(self) -> None:
-        """Add the dialog in which a person confirms the start, with what the machine will do."""
+        """Add the dialog that summarizes the machine's actions and asks for confirmation of the start."""
         w = self.view.words
         with box("dialog", "confirm", id="machine-confirm", aria_labelledby="machine-confirm-name") as self.confirm:
             self.confirm_name = text("h2", "", id="machine-confirm-name", dir="auto")
@@ -122,10 +122,10 @@ class MachineProgramPanel:
                     w("machine.resume"), lambda: self.panel.ask(self.link.request, Request.RESUME), "large primary"
                 )
 
-    # Which program.
+    # Selection of the program.
 
     def _chosen(self) -> tuple[str, str]:
-        """Return the run whose program is meant, or the file that is open."""
+        """Return the run whose program is selected, or the open file."""
         view = self.view
         record = view.studio.jobs.record(view.job) if view.job else None
         if record is not None and view.studio.history.artefact(record.id, "program") is not None:
@@ -133,11 +133,11 @@ class MachineProgramPanel:
         return "", view.source if is_program(view) else ""
 
     def changed(self) -> bool:
-        """Return whether another program is open than the one that is shown."""
+        """Return whether the open program differs from the shown one."""
         return (*self._chosen(), self.machine.value) != self._key[:3]
 
     async def draw(self) -> None:
-        """Read the program that is open for the machine that is chosen."""
+        """Load the open program for the chosen machine."""
         view, w = self.view, self.view.words
         job, source = self._chosen()
         self._offer(job)
@@ -188,11 +188,11 @@ class MachineProgramPanel:
         else:
             units = self.view.values.get("units")
             made = program_of_file(studio.folder, source, machine, units if units in ("mm", "in") else None, codes)
-        _ = made.seconds, made.holes  # slow for a large one
+        _ = made.seconds, made.holes  # compute now: slow for a large program
         return made
 
     def _show_drawing(self) -> None:
-        """Draw the program that runs, else the one that is open, where another one is drawn."""
+        """Draw the running program, or else the open one, if it is not drawn yet."""
         from leafcut.studio.drawing.scene import toolpath_scene
 
         job = self.link.job or self.job
@@ -212,7 +212,7 @@ class MachineProgramPanel:
         self.canvas.fit()
         self._tool = None
 
-    # What is asked for.
+    # Requests.
 
     def _wishes(self) -> RunWishes:
         holes = bool(self.job and self.job.holes)
@@ -225,7 +225,7 @@ class MachineProgramPanel:
         )
 
     async def _with_program(self, what: Callable[[str, SendJob], Any]) -> Any:
-        """Have something done, by this page, with the program that is open now."""
+        """Run an action of this page with the open program."""
         await self.draw()
         job = self.job
         if job is None:
@@ -243,7 +243,7 @@ class MachineProgramPanel:
         await self._with_program(lambda key, job: self.link.frame(key, job, self._wishes(), self.panel.jog_feed()))
 
     async def _ask_to_start(self) -> None:
-        """Check the program, and let a person confirm what it does."""
+        """Check the program and ask the user for confirmation."""
         if self._asking:
             return
         self._asking = True
@@ -281,7 +281,7 @@ class MachineProgramPanel:
         self._tell_issues(self.confirm_told, ready.told)
 
     async def _start(self) -> None:
-        """Start the program that was confirmed."""
+        """Start the confirmed program."""
         if self._to_start is None:
             return
         (job, wishes), self._to_start = self._to_start, None
@@ -296,10 +296,10 @@ class MachineProgramPanel:
             for line in lines:
                 text("li", self.view.words.plain(line), dir="auto")
 
-    # What is shown.
+    # Display.
 
     def show(self, state: MachineState, mine: bool) -> None:
-        """Show what may be done now, and how far the program is."""
+        """Enable the possible actions and show the progress of the program."""
         runs = state.progress is not None
         self.choosing.set_visibility(not runs)
         self.running.set_visibility(runs)
@@ -387,7 +387,7 @@ class MachineProgramPanel:
                     enable(to_end, mine)
 
     def _next_hole(self, number: int) -> None:
-        """Show the next hole: on the drawing, its lines, and what they do."""
+        """Show the next hole: in the drawing, and its program lines with explanations."""
         w = self.view.words
         job = self._drawn
         text("h3", w("machine.next_hole", hole=number))
@@ -404,7 +404,7 @@ class MachineProgramPanel:
         self.canvas.show_line(hole.last)
 
     def _show_place(self, state: MachineState) -> None:
-        """Show where the machine is on the drawing, and how far it may go."""
+        """Show position and travel of the machine in the drawing."""
         place = state.work if state.open else None
         cuts = state.progress is not None and place is not None and place[2] < 0.0
         at = None if place is None or self._drawn is None else (round(place[0], 3), round(place[1], 3))

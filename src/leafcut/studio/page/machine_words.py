@@ -1,4 +1,4 @@
-"""What the lines of a program do, in words: one line for each, for who learns to read them."""
+"""Explanations of program lines in words, one line each, for beginners."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from leafcut.model.toolpath import Kind
 from leafcut.sender.job import DrilledHole, SendJob
 from leafcut.studio.wording import Words
 
-#: Ends closer than this are one place, mm.
+#: Tolerance for equal positions, mm.
 _SAME = 1e-6
 
 
 def lines_of_hole(job: SendJob, hole: DrilledHole, words: Words) -> list[tuple[int, str, str]]:
-    """Return the lines with which a hole is drilled, up to where the tool leaves it: number, text, and what it does."""
+    """Return the lines that drill a hole, up to the retract: number, text, and explanation."""
     following = job.holes[hole.number].first if hole.number < len(job.holes) else hole.last + 2
     last = min(max(hole.last, following - 1), hole.last + 1, len(job.program.lines))
     return [(line, job.text(line), line_in_words(job, line, words)) for line in range(hole.first, last + 1)]
 
 
 def line_in_words(job: SendJob, line: int, words: Words) -> str:
-    """Return what a line does; nothing for one that does nothing by itself."""
+    """Return the explanation of a line; empty if it has no effect of its own."""
     path = job.program.path
     parts = []
     for row in (path.line == line).nonzero()[0].tolist():
@@ -39,7 +39,7 @@ def line_in_words(job: SendJob, line: int, words: Words) -> str:
 
 
 def _move(kind: Kind, before: list[float], end: list[float], feed: float, words: Words) -> str:
-    """Return what a straight move does; what was not known before it, NaN, counts as another place."""
+    """Return the explanation of a straight move; an unknown start, NaN, counts as a different position."""
     sideways = any(not abs(a - b) <= _SAME for a, b in zip(before[:2], end[:2], strict=True))
     level = not abs(before[2] - end[2]) > _SAME
     rapid = kind is Kind.RAPID

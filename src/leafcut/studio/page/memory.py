@@ -1,4 +1,4 @@
-"""What a page has chosen, kept under a name that stands in its address: reload, Back and a new start find it again."""
+"""Choices of a page, saved under a name in its address, for reload, Back and restarts."""
 
 from __future__ import annotations
 
@@ -17,60 +17,60 @@ if TYPE_CHECKING:
 
 
 class Remembered(Protocol):
-    """What of a page is kept."""
+    """Content of a page that is saved."""
 
     @property
     def view(self) -> View:
-        """Its choices."""
+        """Choices of the page."""
 
     @property
     def shown(self) -> str:
-        """Which of its views is shown."""
+        """Name of the visible view."""
 
     def state(self) -> KeptState:
-        """Return what it has chosen."""
+        """Return the state to save."""
 
 
 class Memory:
-    """The name of a page, what is kept under it, and its address.
+    """Name of a page, its saved state, and its address.
 
-    A page that opens another file or another job goes on under another name: Back then leads to what was there before.
+    A page that opens another file or job continues under a new name, so that Back leads to the previous state.
     """
 
     def __init__(self, page: Remembered, kept: KeptPages, name: str = "") -> None:
         self._page, self._kept = page, kept
         known = kept.get(name) is not None
         self.name = self._begun = name if known else kept.new_name()
-        #: What was written last, and whether anything was.
+        #: Last saved text, and whether anything was saved.
         self._text = ""
         self._written = known
-        #: The name that was left for another input, until it is known that there is one.
+        #: Previous name, while it is unknown whether another input will be opened.
         self._left = ""
         self._address = ""
         self._seen: Callable[[], bool] = lambda: False
         self._history: Address | None = None
 
     def watch(self, client: Client, went: Callable[[dict[str, Any], bool], Awaitable[None]]) -> None:
-        """Follow a page's browser: hold the name while the page is seen, and go where Back leads."""
+        """Connect to the browser of a page: claim the name while the page is open, and follow Back."""
         self._history = Address(went)
         self._seen = lambda: client.has_socket_connection
         client.on_connect(self.hold)
         client.on_delete(lambda: self._kept.let_go(self._seen))
 
     def hold(self) -> None:
-        """Take the name; where another page that is seen has it, as a tab that was doubled, go on under another one."""
+        """Claim the name; if another open page has it (a duplicated tab), continue under a new name."""
         if not self._kept.hold(self.name, self._seen):
             self.name, self._text = self._kept.new_name(), ""
             self._kept.hold(self.name, self._seen)
             self.save()
 
     def save(self) -> None:
-        """Write what the page has chosen, if that is something new, and put its name into the address."""
+        """Save the page's state if it has changed, and update the address."""
         if self._write() and not self._left:
             self.replace()
 
     def _write(self) -> bool:
-        """Write what the page has chosen; return whether that is something new."""
+        """Save the page's state; return whether it has changed."""
         state = self._page.state()
         text = state.as_json()
         if text == self._text or not (state.chosen or self._written) or not self._kept.hold(self.name, self._seen):
@@ -80,7 +80,7 @@ class Memory:
         return True
 
     def begin_other(self) -> None:
-        """Keep what is chosen, and go on under another name: another input may come."""
+        """Save the state and continue under a new name, as another input may be opened."""
         state = self._page.state()
         if self._left or not (state.source or state.job or state.parts):
             return
@@ -89,13 +89,13 @@ class Memory:
         self._kept.hold(self.name, self._seen)
 
     def stay(self) -> None:
-        """Go on under the name that was left: no other input has come."""
+        """Return to the previous name, as no other input was opened."""
         if self._left:
             self._kept.drop(self.name)
             self.name, self._left, self._text = self._left, "", ""
 
     def settle(self) -> None:
-        """Put the page into the address: as another step of the browser's history where another input has come."""
+        """Update the address: with a new step of the history if another input was opened, else in place."""
         self.save()
         if self._left:
             self._left = ""
@@ -104,12 +104,12 @@ class Memory:
             self.replace()
 
     def newest(self) -> KeptState | None:
-        """Return what is kept under the name that was begun with; None where nothing is."""
+        """Return the state saved under the initial name; None if there is none."""
         found = self._kept.get(self._begun)
         return None if found is None else KeptState.from_json(found)
 
     def take(self, name: str) -> KeptState | None:
-        """Return what is kept under another name, and go on under that; None where nothing is."""
+        """Return the state saved under another name, and continue under that name; None if there is none."""
         found = self._kept.get(name)
         if found is None:
             return None
@@ -120,15 +120,15 @@ class Memory:
         return state
 
     def push(self) -> None:
-        """Make another step in the browser's history."""
+        """Add a step to the browser's history."""
         self._put("pushState")
 
     def stands(self, said: dict[str, Any]) -> None:
-        """Note what the browser's address says by now; it is not told again what it says already."""
+        """Record the browser's current address, so that it is not sent again."""
         self._address = _address({key: str(said.get(key, "")) for key in ("page", "view", "job")})
 
     def replace(self) -> None:
-        """Put the page into the address in place of what stands there."""
+        """Replace the browser's address."""
         if self.address != self._address:
             self._put("replaceState")
 
@@ -139,7 +139,7 @@ class Memory:
 
     @property
     def address(self) -> str:
-        """The address that leads here."""
+        """Address of the page's current state."""
         page, job = self._page, self._page.view.job
         said = {
             "page": self.name if self._written else "",

@@ -1,4 +1,4 @@
-"""The person's own defaults (`leafcut defaults`) as values that a form begins with, and where each was said."""
+"""The user's own defaults (`leafcut defaults`) as initial values of a form, with their places in the file."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from leafcut.studio.jobs.task import OWN_KINDS
 
 @dataclass(frozen=True)
 class OwnDefaults:
-    """What the file of defaults says, as a form has it.
+    """Content of the defaults file in the format of a form.
 
     Attributes
     ----------
     values, shown
-        Name → what one would type, or the id of a copy of the file that it names; name → what that file is called.
+        Name → text as typed, or the id of a copy of the named file; name → displayed name of that file.
     places
-        Name → the file's name and the line.
+        Name → file name and line.
     problem
-        Why nothing was taken, in one line; empty where all is well.
+        Why the file could not be used, in one line; empty if it is valid.
     """
 
     values: dict[str, Any] = field(default_factory=dict)
@@ -38,7 +38,7 @@ class OwnDefaults:
 
 
 def own_defaults(folder: Folder) -> OwnDefaults:
-    """Return the person's own defaults; files that they name are copied into its folder."""
+    """Return the user's own defaults; files named in them are copied into the studio's folder."""
     found = OwnDefaults()
     try:
         file = defaults_file()
@@ -57,12 +57,12 @@ def own_defaults(folder: Folder) -> OwnDefaults:
 
 
 def _copied(path: Path, name: str, folder: Folder) -> str:
-    """Return how the studio names its copy of a file: machines and tools go into its library, others are inputs.
+    """Copy a file and return its name in the studio: machines and tools join the library, others become inputs.
 
     Raises
     ------
     LeafcutError
-        It cannot be read, is too large, or is no text.
+        It cannot be read, is too large, or is not a text.
     """
     data = toml_bytes(path)
     kind = OWN_KINDS.get(name)
@@ -71,7 +71,7 @@ def _copied(path: Path, name: str, folder: Folder) -> str:
     text = decoded(data)[0]
     called = re.sub(r"[^a-z0-9_-]+", "-", path.stem.lower()).strip("-_")[:40] or "shop"
     if called in folder.own(kind) and folder.own_path(kind, called).read_text(encoding="utf-8") != text:
-        called += "-defaults"  # one of the library that a person made is never overwritten
+        called += "-defaults"  # never overwrite a file of the user's library
     folder.save_own(kind, called, text)
     return OWN + called
 
@@ -83,9 +83,9 @@ def _typed(value: Any) -> str:
 def without_idle(
     options: Mapping[str, Any], usual: Mapping[str, str], work: str, input_kind: str = ""
 ) -> dict[str, Any]:
-    """Return options without those of the defaults that would do nothing: nobody asked for them here.
+    """Return options without defaults that have no effect on this work, since the user did not request them here.
 
-    What a person typed stays, and is refused where it does nothing, as on the command line.
+    Typed options stay, and are refused if they have no effect, as on the command line.
     """
     known = next((one for one in registry.works() if one.name == work), None)
     if known is None or not usual.keys() & options.keys():
