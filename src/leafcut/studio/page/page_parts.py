@@ -1,4 +1,4 @@
-"""What a panel asks of its page, and of the panels beside it: so that no panel has to know the page that holds it."""
+"""Interfaces of the page and its panels, so that panels do not depend on the page class."""
 
 from __future__ import annotations
 
@@ -18,71 +18,71 @@ from leafcut.studio.page.preview import Seen
 
 
 class InputPart(Protocol):
-    """Where the input and its options are chosen."""
+    """Panel with the input and its options."""
 
     @property
     def reading(self) -> bool:
-        """Whether an input is being read, or will be as soon as the page comes to it."""
+        """Whether an input is being read or waits to be read."""
 
     @property
     def newest(self) -> PreviewReading | None:
-        """What is read now."""
+        """The current reading."""
 
     def draw(self) -> None:
-        """Show the input and the options as they stand."""
+        """Update the input and the options."""
 
     def draw_pace(self) -> None:
-        """Show how fast a search goes that is studied."""
+        """Update the speed of a studied search."""
 
     def ready(self, ready: bool) -> None:
-        """Let a run be begun, or not."""
+        """Enable or disable the run button."""
 
     async def look(self, view: View, work: str) -> tuple[Seen | None, str, bool]:
-        """Return what there is to see of an input, a complaint, and whether nothing newer was asked for meanwhile."""
+        """Return the preview of an input, an error, and whether no newer request was made meanwhile."""
 
     def cancel(self) -> None:
-        """End the reading."""
+        """Cancel the reading."""
 
     async def read(self, work: str) -> bool:
-        """Read the input for a kind of work; return whether it could be read."""
+        """Read the input for a kind of work; return whether it succeeded."""
 
     def open(self, source: str, name: str) -> Awaitable[None]:
-        """Take another input."""
+        """Open another input."""
 
     def move_zero(self, x: float, y: float) -> Any:
-        """Put program zero elsewhere, mm from where it is."""
+        """Move program zero by a distance in mm."""
 
     async def restore(self, task: Task) -> bool:
-        """Choose what a task has; return False if something else was chosen meanwhile."""
+        """Restore the choices of a task; return False if the user chose something else meanwhile."""
 
     def page_run(self) -> None:
-        """Begin the run, or say what it lacks."""
+        """Start the run, or show what is missing."""
 
     async def cut(self, sheet: SheetOfNest) -> None:
-        """Take a nested sheet as the input."""
+        """Open a nested sheet as the input."""
 
 
 class EditPart(Protocol):
-    """Where an order is changed by hand."""
+    """Panel for manual changes of the order."""
 
     def begin(self, record: JobRecord) -> Any:
         """Open the order of a job."""
 
     def write(self) -> None:
-        """Run with the order as it is."""
+        """Run with the edited order."""
 
     def kept(self) -> dict[str, Any] | None:
-        """Return the order that is changed, as plain values."""
+        """Return the edited order as plain values."""
 
     def hold(self, kept: dict[str, Any] | None) -> None:
-        """Note what `kept` returned."""
+        """Store the result of `kept` for `resume`."""
 
     def resume(self) -> None:
-        """Go on with what was noted."""
+        """Restore the stored order."""
 
 
 class RunPart(Protocol):
-    """Where a run is begun, and its drawing is shown."""
+    """Panel that starts a run and shows its drawing."""
 
     @property
     def canvas(self) -> Canvas:
@@ -90,91 +90,91 @@ class RunPart(Protocol):
 
     @property
     def edit(self) -> EditPart:
-        """Where its order is changed."""
+        """Panel for manual changes of the order."""
 
     @property
     def running(self) -> bool:
-        """Whether a run goes on."""
+        """Whether a run is in progress."""
 
     @property
     def watching(self) -> bool:
-        """Whether a run is looked at that may go on."""
+        """Whether a run is shown that may still be in progress."""
 
     def begin(self) -> None:
-        """Begin a run of what is chosen."""
+        """Start a run with the current choices."""
 
     def watch(self) -> None:
-        """Look at the job of the page."""
+        """Show the job of the page."""
 
     def leave(self) -> None:
-        """Show no job any more."""
+        """Stop showing a job."""
 
     def resume(self) -> None:
-        """Show again what the page is at."""
+        """Show the current state of the page again."""
 
     def tell_earlier(self, line: str) -> None:
-        """Say over the drawing that it is of earlier choices; nothing where it is not."""
+        """Show a notice that the drawing belongs to earlier choices; empty for none."""
 
     def draw(self) -> None:
-        """Show what there is to see."""
+        """Update the drawing."""
 
 
 class ResultPart(Protocol):
-    """Where the answer of a run is shown."""
+    """Panel that shows the answer of a run."""
 
     def draw(self) -> None:
-        """Show it as it stands."""
+        """Update the answer."""
 
     def arrive(self, record: JobRecord) -> None:
-        """Show one that is new."""
+        """Show a new answer."""
 
     def kept(self) -> tuple[str, Seen | None]:
-        """Return which tab is in front, and which program was shown as soon as it was opened."""
+        """Return the selected tab, and the program shown when it was opened."""
 
     def show_again(self, kept: tuple[str, Seen | None]) -> None:
-        """Show what stood there before another input was tried."""
+        """Restore the display from before another input was tried."""
 
 
 class PageParts(Protocol):
-    """The page as its panels see it."""
+    """Interface of the page for its panels."""
 
     @property
     def said(self) -> TextElement:
-        """The line in which a person is told something."""
+        """Line for messages to the user."""
 
     @property
     def progress_place(self) -> Element:
-        """Where it is shown how far a run is."""
+        """Element for the progress of a run."""
 
     @property
     def input(self) -> InputPart:
-        """Where the input is chosen."""
+        """Panel with the input."""
 
     @property
     def run(self) -> RunPart:
-        """Where a run is begun and seen."""
+        """Panel that starts and shows a run."""
 
     @property
     def result(self) -> ResultPart:
-        """Where its answer is shown."""
+        """Panel with the answer."""
 
     def say(self, line: str, bad: bool = False, stays: bool = False) -> None:
-        """Tell a person something, in one line over the page."""
+        """Show a message in a line above the page."""
 
     def announce(self, line: str) -> None:
-        """Tell those who do not look at the page."""
+        """Announce a message to screen readers."""
 
     def changed(self) -> None:
-        """Note that something was chosen."""
+        """Handle a changed choice."""
 
     def begin_other(self) -> None:
-        """Keep what is chosen for Back: another input may come."""
+        """Save the choices for Back, as another input may be opened."""
 
     def stay(self) -> None:
-        """Note that no other input has come."""
+        """Continue with the current input, as no other was opened."""
 
     def remember(self) -> None:
-        """Put the page and its job into the address."""
+        """Update the address with the page and its job."""
 
     async def open_job(self, job: str, sheet: tuple[int, int] = (1, 1)) -> None:
         """Show a job."""

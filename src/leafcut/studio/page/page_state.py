@@ -1,4 +1,4 @@
-"""What one open page shows: each tab of a browser has its own; the jobs are everybody's."""
+"""State of one open page. Every browser tab has its own; jobs are shared."""
 
 from __future__ import annotations
 
@@ -32,33 +32,33 @@ class View:
     Attributes
     ----------
     source, name
-        The input: the id of an upload or the name of a built-in part, and what a person calls it; empty for none.
+        The input: id of an upload or name of a built-in part, and its displayed name; empty for none.
     second, second_name
-        Of `verify`: the program that must do the same work.
+        For `verify`: the program that must do the same work.
     parts, part_names
-        Of a nest: what is wanted, and id → what a person calls the drawing.
+        For a nest: the requested parts, and id → displayed name of the drawing.
     origin
-        The nested sheet that the input is (`sheets.SheetOfNest.origin`); empty for another.
+        Origin of an input that is a nested sheet (`sheets.SheetOfNest.origin`); empty for others.
     sheet
-        Which sheet of the job's nests is shown: variant and number.
+        Visible sheet of the job's nests: variant and number.
     values, shown, errors
-        Of the form: what was typed, what chosen files are called, and what is wrong.
+        Form: typed values, displayed names of files, and errors.
     of_input
-        Names of values that were put for this input alone: they go when another one comes.
+        Names of values that apply to this input only and are reset with the next.
     kept
-        Names of values of the shop that were chosen for an earlier input.
+        Names of shop options chosen for an earlier input.
     usual
-        Names of values that the person's own defaults gave, and where: name → file and line.
+        Names of values from the user's own defaults: name → file and line.
     known_defaults
-        What that file gave when it was read last; None where the page takes no more from it.
+        Names of the options in the defaults file when it was last read; None if the page no longer follows it.
     job
-        The job whose outcome is shown, or None.
+        The job whose result is shown, or None.
     pace
-        How fast a search goes that is studied, by `panel_live.PACES`.
+        Speed of a studied search (`panel_live.PACES`).
     edited
-        Whether the order of the outcome was changed by hand, and not run yet.
+        Whether the order of the result was edited and not run yet.
     for_study
-        Whether a search is chosen to see ants or fireflies learn; None as long as nobody has chosen here.
+        Whether a search for the study of ants or fireflies is chosen; None before the user has chosen.
     """
 
     studio: Studio
@@ -87,9 +87,9 @@ class View:
     for_study: bool | None = None
 
     def look(self, work: str = "", progress: OnProgress | None = None) -> Seen:
-        """Read the input, for a kind of work or the likeliest; slow for a large file."""
+        """Read the input for a given or the most likely kind of work; slow for a large file."""
         try:
-            values = dict(self.values)  # a person may type meanwhile
+            values = dict(self.values)  # the user may type meanwhile
             known = forms.of_work(work, values) if work else forms.changed(values)
             options = {n: v for n, v in known.items() if n in OF_READING and n not in self.errors}
             call = prepare(Task("simulate", (self.source,), "auto", options), self.studio.folder)
@@ -99,20 +99,20 @@ class View:
         return replace(seen, error=self.studio.folder.without_paths(seen.error))
 
     def works(self) -> tuple[str, ...]:
-        """Return the kinds of work that the input is good for; all of them before there is one."""
+        """Return the kinds of work that the input is suitable for; all without an input."""
         known = self.seen.works if self.seen is not None else tuple(forms.works())
         return (*known, "nest") if self.parts and "nest" not in known else known
 
     @property
     def studied(self) -> bool:
-        """Whether the search is one of those that people study step by step."""
+        """Whether the search is an algorithm of the literature that can be studied step by step."""
         chosen = str(self.values.get("algorithm") or "auto")
         return "algorithm" in forms.of_work(self.work, self.values) and chosen in LITERATURE
 
     def follow_study(self) -> None:
-        """Turn local search off where an algorithm of the literature was chosen for a map, and on where it is no more.
+        """Turn local search off when an algorithm of the literature is chosen for a map, and back on afterwards.
 
-        Local search hides what ants and fireflies learn. What a person said of it holds.
+        Local search hides what ants and fireflies learn. An explicit choice of the user is kept.
         """
         before, self.for_study = self.for_study, self.work == "solve" and self.studied
         if before is None or before == self.for_study:
@@ -123,7 +123,7 @@ class View:
             self.put("local_search", "")
 
     def leave_unfit(self) -> str:
-        """Leave what was chosen for an earlier input and does nothing for this one; return what a person is told."""
+        """Reset options from an earlier input that do not fit this one; return a message for the user."""
         if self.values.get("pixel_size") and self.seen is not None and self.seen.format != "picture":
             self.put("pixel_size", "")
         machine = str(self.values.get("machine") or "")
@@ -133,7 +133,7 @@ class View:
         return self.words("choose.left", machine=machine.removeprefix(OWN), usual=api.default_machine(self.work))
 
     def take(self, source: str, name: str, origin: str = "") -> None:
-        """Be at another input; the values that belong to the one before go with it."""
+        """Switch to another input and reset the values of the previous one."""
         for put in self.of_input & self.values.keys():
             self.put(put, "")
         if self.source not in ("", source):
@@ -142,7 +142,7 @@ class View:
         self.second = self.second_name = ""
 
     def _start_fresh(self) -> None:
-        """Reset the values that belong to a file to the person's own defaults; mark those of the shop as kept."""
+        """Reset file-specific values to the user's own defaults; mark shop options as kept."""
         mine = own_defaults(self.studio.folder) if self.known_defaults is not None else OwnDefaults()
         for _, name, spec in all_options():
             if spec.of_file and name not in self.usual and (name in self.values or name in mine.values):
@@ -153,19 +153,19 @@ class View:
 
     @property
     def wrong(self) -> dict[str, str]:
-        """What is wrong with the options that mean something to the work chosen: name → line."""
+        """Errors of the options that apply to the chosen work: name → message."""
         known = forms.of_work(self.work, self.values)
         return {name: line for name, line in self.problems.items() if name in known}
 
     @property
     def problems(self) -> dict[str, str]:
-        """What is wrong with the values, by themselves and for the work chosen: name → line."""
+        """Errors of the values, alone and with the chosen work: name → message."""
         machine = str(self.values.get("machine") or "")
         line = fitting_machines.why_not(machine, self.work, self.studio.folder, self.words)
         return {**self.errors, "machine": line} if line else self.errors
 
     def take_defaults(self) -> str:
-        """Begin with the person's own defaults; return why that cannot be, in one line, or nothing."""
+        """Start with the user's own defaults; return an error message, or an empty text."""
         found = own_defaults(self.studio.folder)
         for name, value in found.values.items():
             self.put(name, value, found.shown.get(name, ""))
@@ -174,9 +174,9 @@ class View:
         return found.problem
 
     def renew_defaults(self) -> str:
-        """Follow the file of defaults as it is now, in a page that was left; return why that cannot be, or nothing.
+        """Update a reopened page from the current defaults file; return an error message, or an empty text.
 
-        Values that came from it follow it, and what is new in it is taken. What a person typed, or emptied, stays.
+        Values from the file are updated, and new ones are added. Typed or cleared values stay.
         """
         found = own_defaults(self.studio.folder)
         if found.problem:
@@ -191,12 +191,12 @@ class View:
         return ""
 
     def put_for_input(self, name: str, value: Any, shown: str = "") -> None:
-        """Take a value that holds for this input alone."""
+        """Set a value that applies to this input only."""
         self.put(name, value, shown)
         self.of_input.add(name)
 
     def put(self, name: str, value: Any, shown: str = "") -> None:
-        """Take a value as typed, and note what is wrong with it."""
+        """Set a value as typed, and record its error."""
         self.of_input.discard(name)
         self.kept.discard(name)
         self.usual.pop(name, None)
@@ -215,12 +215,12 @@ class View:
             self.errors[name] = problem
 
     def take_options(self, made: str) -> None:
-        """Take the options of a file that was opened, in place of what was typed.
+        """Load the options of an opened file in place of the typed ones.
 
         Raises
         ------
         OptionError
-            It is no file of options, or one that names other files: the studio looks for none.
+            It is not an options file, or it names other files, which the studio does not look for.
         """
         try:
             found = options_of_file(self.studio.folder.input_path(made))
@@ -230,13 +230,13 @@ class View:
             spec = group_of(name).specs()[name]
             if spec.names_file(value):
                 raise OptionError(f"{flag_name(name)}: choose a file opened in the studio, not a path")
-        self.for_study = None  # what the file says holds
+        self.for_study = None  # the file decides
         for name, value in found.items():
             words = ",".join(map(str, value)) if isinstance(value, list) else value
             self.put(name, words if isinstance(words, bool) else str(words))
 
     def form(self) -> list[dict[str, Any]]:
-        """Return the options form of the work chosen."""
+        """Return the options form of the chosen work."""
         tools = self.studio.folder.own("tools")
         chosen = str(self.values.get("machine") or "")
         machines = fitting_machines.offered(self._machines(), self.work, chosen, self.studio.folder)
@@ -252,23 +252,23 @@ class View:
         )
 
     def cut_form(self) -> list[dict[str, Any]]:
-        """Return the form of what nested sheets are cut with."""
+        """Return the form with the options for cutting nested sheets."""
         machines = fitting_machines.offered(self._machines(), "cut", "", self.studio.folder)
         return forms.form_of("cuts", forms.CUT_OF_NEST, self.words, "cut", machines, self._menus("cut"))
 
     def _menus(self, work: str) -> Menus:
-        """Return what the cut chart offers, where the work is done by one."""
+        """Return the menus from the cut chart, if the work uses a chart."""
         if not any("cut_process" in names for _, names in forms.names_of(work)):
             return {}
         return chart_menus(self.values, self.studio.folder, self.words, str(forms.default_of("machine", work)))
 
     def cut_options(self) -> dict[str, Any]:
-        """Return what nested sheets are cut with; how often each is cut is known from the nest.
+        """Return the options for cutting nested sheets; their quantities follow from the nest.
 
         Raises
         ------
         OptionError
-            A value is wrong.
+            A value is invalid.
         """
         wrong = [name for name in self.errors if name in forms.CUT_OF_NEST]
         if wrong:
@@ -281,19 +281,19 @@ class View:
 
     @property
     def zero(self) -> Zero:
-        """Where in the drawing program zero is, where the work chosen has an option for that; else None."""
+        """Position of program zero in the drawing, if the chosen work has an option for it; else None."""
         known = {name for _, names in forms.names_of(self.work) for name in names}
         return self.seen.zero if self.seen is not None and "origin" in known else None
 
     @property
     def ready(self) -> bool:
-        """Whether there is what the work needs."""
+        """Whether the inputs of the work are complete."""
         if self.work == "nest":
             return bool(self.parts)
         return bool(self.source) and bool(self.work != "verify" or self.second)
 
     def task(self) -> Task:
-        """Return what is asked for."""
+        """Return the current task."""
         work = forms.works()[self.work]
         inputs: tuple[str, ...] = (self.source, self.second) if self.work == "verify" else (self.source,)
         if self.work == "nest":
@@ -305,7 +305,7 @@ class View:
         return Task(work.command, inputs, process, options, origin)
 
     def command_line(self) -> str:
-        """Return what one types to have the same run; empty as long as that cannot be said."""
+        """Return the shell command for the current task; empty while it is incomplete."""
         if not self.ready:
             return ""
         try:
@@ -321,7 +321,7 @@ class View:
         return program_name(self.name, api.program_extension(api.dialect_of(call.options, task.process)))
 
 
-#: What beside the options of reading changes how a file is read, or how it lies on the machine.
+#: Options outside the group `read` that change how a file is read or where it lies on the machine.
 _ALSO_READ = {
     "machine",
     "work_offset",
@@ -335,7 +335,7 @@ _ALSO_READ = {
     "workpiece",
     "tool_diameter",
 }
-#: What of the options changes how a file is read.
+#: All options that change how a file is read.
 OF_READING = frozenset(
     name for group, name, _ in all_options() if group.section in ("read", "sheet") or name in _ALSO_READ
 )

@@ -1,4 +1,4 @@
-"""The pages of the studio: one page with six views, laid out here; what stands in them is in the panels."""
+"""Layout of the studio's page with its six views; their content is in the panels."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ if TYPE_CHECKING:
 
     from leafcut.studio.studio import Studio
 
-#: A line that is no complaint goes after so many seconds.
+#: Time after which a message that is not an error disappears, s.
 _SAID_SECONDS = 6.0
-#: So many pages may wait for their browser to connect; NiceGUI itself drops them after a minute.
+#: Maximum number of pages that wait for a browser; NiceGUI itself drops them only after a minute.
 _MOST_UNSEEN = 20
-#: After a page is gone its memory is freed within this time, s.
+#: Delay before freeing the memory of closed pages, s.
 _TIDY_SECONDS = 1.0
-#: The page looks this often at what runs, s: a person notices an outcome no later.
+#: Polling interval for running jobs, s; short enough for a result to appear at once.
 _TICK = 0.05
 
 
@@ -63,10 +63,10 @@ def add_pages(app: FastAPI, studio: Studio) -> None:
     def page(request: Request, lang: str = "", page: str = "", view: str = "", job: str = "") -> None:
         Page(studio, words(_language(studio.folder, request, lang)), page, job).build(view)
         ui.context.client.on_delete(tidier.page_gone)
-        ui.context.client.on_connect(get_ready)  # the page is there: nobody waits for what is loaded now
+        ui.context.client.on_connect(get_ready)  # the page is visible, so loading now delays nobody
         tidier.drop_unseen()
 
-    # Nothing is compressed: it goes over the loopback. Tailwind would be a compiler in the page.
+    # No compression over the loopback interface. Tailwind would run a compiler in the page.
     ui.run_with(
         app,
         title="leafcut studio",
@@ -79,13 +79,13 @@ def add_pages(app: FastAPI, studio: Studio) -> None:
 
 
 class _Tidier:
-    """Frees the memory of pages that nobody sees any more: about a megabyte each, in circles of references."""
+    """Frees the memory of closed pages: about 1 MB each, in reference cycles."""
 
     def __init__(self) -> None:
         self._due = False
 
     def page_gone(self) -> None:
-        """Look for garbage soon, once for all the pages that go together."""
+        """Schedule a garbage collection, one for all pages that close together."""
         if not self._due:
             self._due = True
             asyncio.get_running_loop().call_later(_TIDY_SECONDS, self._collect)
@@ -96,7 +96,7 @@ class _Tidier:
 
     @staticmethod
     def drop_unseen() -> None:
-        """Drop the oldest pages that were asked for and never shown, as a program that only loads the address does."""
+        """Drop the oldest pages that were requested but never shown, as by a program that only loads the address."""
         unseen = [client for client in Client.instances.values() if not client.has_socket_connection]
         for client in unseen[:-_MOST_UNSEEN]:
             client.delete()
@@ -107,10 +107,10 @@ def _favicon() -> str:
 
 
 def _language(folder: Folder, request: Request, asked: str) -> str:
-    """Return the language asked for, which is kept, or the one kept, or the browser's."""
+    """Return the requested language, which is saved, else the saved one, else the browser's."""
     kept = folder.root / "language"
     if asked in LANGUAGES:
-        with suppress(OSError):  # then it is asked for again
+        with suppress(OSError):  # it is asked for again next time
             kept.write_text(asked, encoding="utf-8")
         return asked
     with suppress(OSError, UnicodeDecodeError):
@@ -124,7 +124,7 @@ class Page:
     """One open page."""
 
     def __init__(self, studio: Studio, spoken: Words, name: str = "", job: str = "") -> None:
-        """Make the page that has this name, as it was left, or one that shows a job."""
+        """Create the page with this name and restore its state, or a page that shows a job."""
         self.studio, self.words = studio, spoken
         self.view = View(studio, spoken)
         self.memory = Memory(self, studio.pages, name)
@@ -133,16 +133,16 @@ class Page:
             kept, self.memory = None, Memory(self, studio.pages)
         if kept is not None:
             kept.put_into(self.view)
-        #: What is wrong with the person's own defaults, which a page begins with.
+        #: Error in the user's own defaults.
         self._unread = self.view.take_defaults() if kept is None else self.view.renew_defaults()
         self._kept, self._asked = kept is not None, job if kept is None else ""
-        #: When what is said goes away by itself, by the monotonic clock.
+        #: Expiry of the current message on the monotonic clock.
         self._until = math.inf
         self.shown = ""
         self.built = False
 
     def build(self, view: str = "") -> None:
-        """Lay out the page, with one of the views in front."""
+        """Lay out the page and show one of the views."""
         w = self.words
         lost = escape(w("help.lost") + "|" + w("help.again"))
         ui.add_head_html(
@@ -170,7 +170,7 @@ class Page:
                     self.__dict__[kind] = LibraryPanel(self.view, self, kind)
             with box("div", "sheet", id="view-lab") as self.views["lab"]:
                 self.lab = LabPanel(self.view, self)
-            #: Made when it is first shown: most pages never show it.
+            #: Created when first shown, since most pages never show it.
             self.control: MachinePanel | None = None
             self.views["control"] = box("div", "sheet", id="view-control")
             self.stop_bar = StopBar(self.view)
@@ -192,7 +192,7 @@ class Page:
             ui.timer(0.0, lambda: self.open_job(self._asked), once=True)
 
     def _forget(self) -> None:
-        """Let go of what is large, now that nobody sees the page any more; the rest goes when memory is tidied up."""
+        """Release large objects when the page closes; the rest is freed by the garbage collection."""
         self.input.leave()
         self.view.seen = None
         self.run.forget()
@@ -220,7 +220,7 @@ class Page:
                 self._fold("right", "]")
 
     def _fold(self, side: str, key: str) -> None:
-        """Offer to fold a column of the work view away."""
+        """Add the button that folds a column of the work view."""
         button(
             "", None, f"plain fold fold-{side}", data_fold=side, data_key=key, title=self.words(f"top.fold_{side}"),
             aria_label=self.words(f"top.fold_{side}"), aria_expanded="true", aria_controls=f"column-{side}",
@@ -243,22 +243,22 @@ class Page:
             self.__dict__[name].draw()
 
     def _control(self) -> MachinePanel:
-        """Return what is shown of the machine, made if it is not yet."""
+        """Return the machine panel, created on first use."""
         if self.control is None:
             with self.views["control"]:
                 self.control = MachinePanel(self.view, self, self.views["control"].client)
         return self.control
 
     def go(self, name: str) -> None:
-        """Show one of the views, as a step of the browser's history."""
+        """Show one of the views as a step of the browser's history."""
         if name != self.shown:
             self.show(name)
             self.memory.push()
 
     async def went(self, said: dict[str, Any], newest: bool) -> None:
-        """Follow the browser's Back or Forward: to a view, and to what was chosen under another name.
+        """Follow the browser's Back or Forward to a view, and to choices saved under another name.
 
-        Where the browser was not at its `newest` step yet, that one comes after this, and the address is told again.
+        If the browser has not recorded the `newest` step yet, that step follows, so the address is sent again.
         """
         if newest:
             self.memory.stands(said)
@@ -271,7 +271,7 @@ class Page:
         self.memory.replace()
 
     async def _go_on(self) -> None:
-        """Show what was kept; what was still being typed when the page was left came after this one was asked for."""
+        """Restore the state saved last, which includes input that arrived after this page was requested."""
         kept = self.memory.newest()
         if kept is not None:
             kept.put_into(self.view)
@@ -279,7 +279,7 @@ class Page:
             await self._resume(kept)
 
     async def _resume(self, kept: KeptState) -> None:
-        """Show what was kept, which the view has by now."""
+        """Show the restored state of the view."""
         self.result.take_tab(kept.tab)
         self.run.edit.hold(kept.edit)
         self.run.resume()
@@ -290,30 +290,30 @@ class Page:
             self.run.edit.resume()
 
     def state(self) -> KeptState:
-        """Return what is chosen."""
+        """Return the state to save."""
         return KeptState.of(self.view, self.result.tab, self.run.edit.kept())
 
     def say(self, line: str, bad: bool = False, stays: bool = False) -> None:
-        """Tell a person something, in one line over the page; a click takes it away.
+        """Show a message in a line above the page; a click removes it.
 
-        What is not `bad` goes by itself after a while, unless it `stays` until something else is told.
+        Messages that are not `bad` disappear after a while; with `stays` they remain until the next message.
         """
         self._until = math.inf if bad or stays else time.monotonic() + _SAID_SECONDS
         self.said.set_text(self.words.plain(line))
         self.said.classes(replace="said bad" if bad else "said")
 
     def announce(self, line: str) -> None:
-        """Tell those who do not look at the page."""
+        """Announce a message to screen readers."""
         self.announced.set_text(self.words.plain(line))
 
     def changed(self) -> None:
-        """Note that something was chosen: it is kept, and an outcome may be that of earlier choices now."""
+        """Save the changed choices, and check whether the result is outdated."""
         if self.built:
             self.result.mark.refresh()
             self.memory.save()
 
     async def open_job(self, job: str, sheet: tuple[int, int] = (1, 1)) -> None:
-        """Show a job, whether it runs or ran; of a nest, one of its sheets."""
+        """Show a running or finished job; for a nest, one of its sheets."""
         record = self.studio.jobs.record(job)
         if record is None:
             self.say(self.words("jobs.gone"), True)
@@ -330,19 +330,19 @@ class Page:
         self.result.draw()
 
     def begin_other(self) -> None:
-        """Keep what is chosen for Back: another input may come."""
+        """Save the choices for Back, as another input may be opened."""
         self.memory.begin_other()
 
     def stay(self) -> None:
-        """Note that no other input has come."""
+        """Continue with the current input, as no other was opened."""
         self.memory.stay()
 
     def remember(self) -> None:
-        """Put the page and its job into the address: that leads back, also when the studio was started again."""
+        """Update the address with the page and its job, so that it works even after a restart of the studio."""
         self.memory.settle()
 
     def tick(self) -> None:
-        """Look every `_TICK` seconds how the job that is shown goes on."""
+        """Update the visible parts of the page every `_TICK` seconds."""
         if time.monotonic() > self._until:
             self.say("", stays=True)
         self.badge.tick()

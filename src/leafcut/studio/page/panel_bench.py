@@ -1,4 +1,4 @@
-"""The student's bench: several algorithms, each with several seeds, on the map that is open."""
+"""Experiments for students: several algorithms, each with several seeds, on the open map."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from leafcut.studio.page.page_state import View
 if TYPE_CHECKING:
     from leafcut.studio.page.page_parts import PageParts
 
-#: What is compared unless something else is chosen, and how often each runs.
+#: Default algorithms, and default number of runs of each.
 _USUAL, _RUNS = ("as", "mmas", "acs"), "10"
 
-#: What the literature calls those whose names in leafcut are letters.
+#: Names in the literature of algorithms that leafcut abbreviates.
 _TITLES = {
     "as": "Ant System", "eas": "Elitist AS", "asrank": "Rank-based AS", "mmas": "MAX–MIN AS",
     "acs": "Ant Colony System", "nn": "Nearest Neighbour",
@@ -27,7 +27,7 @@ _TITLES = {
 
 
 class BenchPanel:
-    """Says that local search is off, and begins a study."""
+    """Starts a study, and shows a note if local search is off."""
 
     def __init__(self, view: View, page: PageParts) -> None:
         self.view, self.page = view, page
@@ -42,7 +42,7 @@ class BenchPanel:
             self.begin = button("", self._begin, "wide")
 
     def draw(self) -> None:
-        """Show what is chosen, where the work is the shortest tour of a map."""
+        """Show the choices if the work is solving a map."""
         view = self.view
         self.place.set_visibility(view.work == "solve")
         self.note.set_visibility(bool(view.for_study) and view.values.get("local_search") is False)
@@ -53,7 +53,7 @@ class BenchPanel:
         self.begin.set_text(view.words("bench.begin", runs=f"{runs:,}"))
 
     def restore(self, task: Task, values: dict[str, Any]) -> None:
-        """Show what a study was asked for; what it says of local search is no value of the form above."""
+        """Show the choices of a study; its local search option does not affect the form above."""
         if task.command == "study":
             self.runs, self.chosen = str(task.runs), set(task.algorithms)
             self.local_search = values.pop("local_search", True)
@@ -79,12 +79,12 @@ class BenchPanel:
         self.draw()
 
     def task(self) -> Task:
-        """Return the study that is asked for, with the settings of the form.
+        """Return the chosen study with the settings of the form.
 
         Raises
         ------
         OptionError
-            One of them is wrong, or the number of runs.
+            A setting or the number of runs is invalid.
         """
         if not self.runs.isdecimal():
             raise OptionError(f"{self.view.words('bench.runs')}: '{self.runs}' is not a whole number")
@@ -99,7 +99,7 @@ class BenchPanel:
         if not view.source or page.run.running:
             page.say(view.words("command.none" if not view.source else "bench.running"), True)
             return
-        if page.input.reading:  # what is read may take the place of what is here, or prove to be broken
+        if page.input.reading:  # the input being read may replace the current one, or be invalid
             page.say(view.words("open.reading", name=view.name), True)
             return
         try:
@@ -114,12 +114,12 @@ class BenchPanel:
 
 
 def settings_of(view: View, algorithms: tuple[str, ...]) -> dict[str, Any]:
-    """Return the settings of a view that mean something to one of the algorithms, but for which that is.
+    """Return the settings of a view that apply to at least one of the algorithms, without the algorithm itself.
 
     Raises
     ------
     OptionError
-        One of them is wrong.
+        A setting is invalid.
     """
     known = {n for one in algorithms or ("auto",) for _, names in forms.names_of("solve", one) for n in names}
     known -= {"algorithm", "local_search"}
@@ -130,13 +130,13 @@ def settings_of(view: View, algorithms: tuple[str, ...]) -> dict[str, Any]:
 
 
 def label(name: str) -> str:
-    """Return an algorithm's name, with what the literature calls it."""
+    """Return an algorithm's name together with its name in the literature."""
     title = _TITLES.get(name)
     return f"{name} – {title}" if title else name
 
 
 def field(name: str, label: str, help: str, kind: str = "text") -> dict[str, Any]:
-    """Return a field of a form that is no option of leafcut."""
+    """Return a form field that is not an option of leafcut."""
     return {
         "name": name, "label": label, "flag": "", "kind": kind, "unit": "", "help": help, "choices": [], "default": "",
         "on": False, "file": False,

@@ -1,4 +1,4 @@
-"""Changing the outcome of a run by hand: drag an order, turn it round, choose what comes first; then run with that."""
+"""Manual changes of a run's result: drag stops, reverse the order, move a stop to the start; then run with it."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ from leafcut.units import format_length
 if TYPE_CHECKING:
     from leafcut.studio.page.page_parts import PageParts
 
-#: Ways that differ by less are of one length, mm.
+#: Lengths that differ by less are equal, mm.
 _SAME = 1e-6
-#: Files of a run that can be changed by hand.
+#: Files of a run that can be edited.
 _EDITABLE = ("order", "plan")
 
 
 def edited_of(history: History, job: str) -> Edited | None:
-    """Return what of a job's outcome can be changed by hand, or None."""
+    """Return the editable part of a job's result, or None."""
     order, holes, plan = (history.artefact(job, name) for name in ("order", "holes", "plan"))
     if order is not None and holes is not None:
         rows = json.loads(order.data)["operations"]
@@ -45,29 +45,29 @@ def edited_of(history: History, job: str) -> Edited | None:
 
 @dataclass(frozen=True)
 class Tried:
-    """A run with an order that was changed: what there was before it, should it come to nothing."""
+    """A run with an edited order, and the previous state to restore if the run fails."""
 
     edited: Edited
-    #: The job whose outcome was changed, and which of its sheets; the job that was begun with that.
+    #: Job whose result was edited, its visible sheet, and the job started with the edited order.
     base: str | None
     sheet: tuple[int, int]
     job: str | None
-    #: What the option was that has the file now, and what it is called.
+    #: Previous value of the option that now holds the file, and its displayed name.
     value: Any
     shown: str
 
 
 class EditPanel:
-    """The buttons under the drawing while an order is changed."""
+    """Buttons below the drawing while an order is edited."""
 
     def __init__(self, view: View, page: PageParts, canvas: Canvas) -> None:
         self.view, self.page, self.canvas = view, page, canvas
         self.edited: Edited | None = None
         self._stop = 0
         self._tried: Tried | None = None
-        #: What `kept` returned of an order that is to be changed again when its outcome is shown.
+        #: Result of `kept` for an order whose editing resumes when its result is shown.
         self._waiting: dict[str, Any] | None = None
-        #: How long the straight ways were when the editing began, mm.
+        #: Length of the straight travel moves at the start of editing, mm.
         self._before = 0.0
         w = view.words
         with box("div", "edit", role="group", aria_label=w("edit.title"), data_focus_after="#edit-begin") as self.place:
@@ -95,7 +95,7 @@ class EditPanel:
         self.place.set_visibility(False)
 
     def begin(self, record: JobRecord) -> None:
-        """Let the outcome of a job be changed."""
+        """Start editing the result of a job."""
         edited = edited_of(self.view.studio.history, record.id)
         if edited is None:
             self.page.say(self.view.words("edit.cannot"), True)
@@ -104,17 +104,17 @@ class EditPanel:
         self._open(edited)
 
     def kept(self) -> dict[str, Any] | None:
-        """Return the order that is changed as plain values, to be gone on with another time; None of none."""
+        """Return the edited order as plain values for `hold`; None without one."""
         if self.edited is None:
             return self._waiting
         return {"job": self.view.job, **self.edited.as_plain()}
 
     def hold(self, kept: dict[str, Any] | None) -> None:
-        """Note what `kept` returned, until the outcome that it is of is shown."""
+        """Store the result of `kept` until its job's result is shown."""
         self._waiting = kept
 
     def resume(self) -> None:
-        """Go on with an order that was being changed when its outcome was shown last."""
+        """Resume editing of the stored order if its result is shown."""
         kept, self._waiting = self._waiting, None
         if kept is None or self.view.job is None or kept.get("job") != self.view.job:
             return
@@ -125,7 +125,7 @@ class EditPanel:
             self._open(edited)
 
     def leave(self) -> None:
-        """Change nothing any more, also of what was to be gone on with."""
+        """Stop editing, and discard a stored order."""
         self._waiting = None
         self.end()
 
@@ -138,7 +138,7 @@ class EditPanel:
         self._draw()
 
     def end(self) -> None:
-        """Change nothing any more."""
+        """Stop editing."""
         if self.edited is None:
             return
         self.edited = None
@@ -148,27 +148,27 @@ class EditPanel:
         self.canvas.hide("live")
 
     def _close(self) -> None:
-        """Close at a person's wish: one who has changed something is asked before."""
+        """Handle the close button, which asks for confirmation if anything has changed."""
         self.leave()
         self.page.changed()
 
     def select(self, event: GenericEventArguments) -> None:
-        """Note which stop is meant."""
+        """Record the selected stop."""
         self._stop = int((event.args or {}).get("stop") or 0)
         self._tell_chosen(self._stops())
 
     def _stops(self) -> list[OrderStop]:
-        """Return the stops in the order as it is now."""
+        """Return the stops in the current order."""
         return [] if self.edited is None else self.edited.stops()
 
     def _choose(self, stop: int) -> None:
-        """Choose a stop, here and in the drawing."""
+        """Select a stop here and in the drawing."""
         self._stop = stop
         self.canvas.select_stop(stop)
         self._tell_chosen(self._stops())
 
     def _tell_chosen(self, stops: list[OrderStop]) -> None:
-        """Say which stop is chosen, by its number in the order as it is now."""
+        """Show the position of the selected stop in the current order."""
         w = self.view.words
         self.keys.show(self._stop)
         at = next((k for k, stop in enumerate(stops) if stop.name == self._stop), None)
@@ -181,7 +181,7 @@ class EditPanel:
         self.chosen.set_text(w("edit.chosen", **held, **place) if stops[at].held else w("edit.chosen_free", **place))
 
     def drag(self, event: GenericEventArguments) -> None:
-        """Do what was dragged."""
+        """Apply a drag."""
         args: dict[str, Any] = event.args
         number, onto = int(args["number"]), args.get("onto")
         if onto is not None and int(onto) != number:
@@ -191,7 +191,7 @@ class EditPanel:
             self._change(lambda e: e.place(number, (float(x), float(y))))
 
     def _change_chosen(self, act: Any) -> None:
-        """Do with the stop that is chosen what a button says."""
+        """Apply a button's action to the selected stop."""
         if self._stop:
             self._change(act)
         else:
@@ -217,7 +217,7 @@ class EditPanel:
         self._draw()
 
     def _draw(self) -> None:
-        """Show the order as it is now, and how long its straight ways are."""
+        """Show the current order and the length of its straight travel moves."""
         if self.edited is None:
             return
         stops, w = self.edited.stops(), self.view.words
@@ -226,7 +226,7 @@ class EditPanel:
         self._tell_chosen(stops)
         length, held = _length(stops), sum(stop.held for stop in stops)
         if held < len(stops):
-            # The ways of some are no measure of those of all.
+            # The length of some moves cannot be compared with that of all.
             self.length.set_text(w("edit.held", held=held, count=len(stops), length=format_length(length)))
             self.change.set_text("")
             self.change.classes(replace="figure quiet")
@@ -244,7 +244,7 @@ class EditPanel:
         self.change.classes(replace=f"figure {'quiet' if not changed else 'longer' if more > 0 else 'shorter'}")
 
     def _note(self) -> None:
-        """Note whether something is changed: it is kept, the outcome is marked, and closing asks."""
+        """Record whether anything has changed: save it, mark the result as outdated, and confirm closing."""
         self.view.edited = self.edited is not None and self.edited.changed
         if self.view.edited:
             self.close.props["data-sure"] = self.view.words("edit.sure")
@@ -254,11 +254,11 @@ class EditPanel:
         self.page.changed()
 
     def write(self) -> None:
-        """Run with the order as it is now: measured, written and proved as ever."""
+        """Run with the edited order; the result is measured and verified as usual."""
         view, edited = self.view, self.edited
         if edited is None:
             return
-        # Not the name of the outcome's own plan or order, which is another file.
+        # A new name, since the result's own plan or order is a different file.
         name = f"{Path(view.name.replace(':', '-')).stem}_edited.json"
         made = view.studio.folder.add_input(name, edited.text().encode())
         base, sheet = view.job, view.sheet
@@ -271,9 +271,9 @@ class EditPanel:
             self.take_back()
 
     def take_back(self) -> bool:
-        """Be where the last run was begun from, as nothing came of it; return whether it was begun from here.
+        """Restore the state before the last run, which failed; return whether it was started from here.
 
-        The job that was changed is shown again, and the option is as it was: the next run is not refused for the same.
+        The edited job is shown again and the option is reset, so that the next run is not refused for the same reason.
         """
         view, tried, self._tried = self.view, self._tried, None
         if tried is None or tried.job != view.job:
@@ -288,12 +288,12 @@ class EditPanel:
 
 
 def can_be_edited(history: History, record: JobRecord, files: dict[str, str]) -> bool:
-    """Return whether there is something to change by hand among the files of a job."""
+    """Return whether a job has files that can be edited."""
     if record.task.options.get("chains"):
-        return edited_of(history, record.id) is not None  # not where a chain was made
+        return edited_of(history, record.id) is not None  # not if the result has chains
     return any(name in files for name in _EDITABLE)
 
 
 def _length(stops: list[OrderStop]) -> float:
-    """Return how long the straight ways between stops that are held are, mm."""
+    """Return the length of the straight moves between stops with a fixed order, mm."""
     return sum(math.dist(one.place, other.place) for one, other in pairwise(stops) if one.held and other.held)

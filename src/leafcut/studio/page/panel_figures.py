@@ -1,4 +1,4 @@
-"""The figures of the report on the page: what it costs, where the time goes, and every part by itself."""
+"""Figures of the report on the page: costs, distribution of time, and values per part."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from leafcut.studio.page.elements import box, table, text
 from leafcut.studio.wording import Words
 from leafcut.units import format_time
 
-#: So many parts are told of here; the report has more.
+#: Maximum number of parts listed here; the report lists more.
 _MOST_PARTS = 100
 _NORM_COLUMNS = ("part", "perimeter", "quantity", "total_perimeter", "hours", "minutes", "seconds")
-#: Kinds of time in the order in which they are stacked, as the report has them.
+#: Kinds of time in stacking order, as in the report.
 _KINDS = ("rapid", "feed", "dwell", "tool-change", "spindle")
 
 
 def draw_figures(found: dict[str, Any], words: Words) -> None:
-    """Show what `report.json_answer.overview_as_json` says, where the caller is."""
+    """Show the result of `report.json_answer.overview_as_json` in the current container."""
     kinds = {kind["class"]: words.said(kind["words"]) for kind in found["times"]["kinds"]}
     rows = [(words.said(row["name"]), row["seconds"], row["total"]) for row in found["times"]["rows"]]
     draw_times(rows, words, kinds)
@@ -41,7 +41,7 @@ def _tiles(tiles: Sequence[dict[str, Any]], words: Words) -> None:
 def draw_times(
     rows: Sequence[tuple[str, dict[str, float], str]], words: Words, kinds: dict[str, str] | None = None
 ) -> None:
-    """Show rows (name, seconds by kind, total) as stacked bars of one scale; `kinds`: what the kinds are called."""
+    """Show rows (name, seconds by kind, total) as stacked bars with a common scale; `kinds` are their labels."""
     rows = [
         (name, {k.replace("_", "-"): s for k, s in seconds.items() if s > 0}, total) for name, seconds, total in rows
     ]
@@ -64,7 +64,7 @@ def draw_times(
 
 
 def _legend(rows: Sequence[tuple[str, dict[str, float], str]], kinds: dict[str, str], words: Words) -> None:
-    """Show the seconds of every kind, in the colours of the bars."""
+    """Show the times of all kinds in the colours of the bars."""
     known = [kind for kind in kinds if any(kind in seconds for _, seconds, _ in rows)]
     with box("div", "scroll"), box("table", "kinds", aria_label=words("result.where")):
         with box("thead"), box("tr"):
@@ -80,7 +80,7 @@ def _legend(rows: Sequence[tuple[str, dict[str, float], str]], kinds: dict[str, 
 
 
 def _parts(parts: dict[str, Any], words: Words) -> None:
-    """Show pierces, time and cost of every part, and of the sheet and its batch."""
+    """Show pierces, time and cost of every part, the sheet and the batch."""
     rows, cost = parts["rows"][:_MOST_PARTS], parts.get("cost", False)
     if not rows:
         return
@@ -97,7 +97,7 @@ def _parts(parts: dict[str, Any], words: Words) -> None:
 
 
 def _norms(norms: dict[str, Any], words: Words) -> None:
-    """Show time and consumption of every kind of part, of the sheet and of its batch."""
+    """Show time and consumption of every kind of part, the sheet and the batch."""
     rows = norms["rows"][:_MOST_PARTS]
     if not rows:
         return

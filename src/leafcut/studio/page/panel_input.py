@@ -1,4 +1,4 @@
-"""The left side: what is opened, what is to be done with it, and how."""
+"""Left column: input, kind of work, and options."""
 
 from __future__ import annotations
 
@@ -31,24 +31,24 @@ from leafcut.studio.page.work_choice import WorkChoice, cards, why_suggested
 if TYPE_CHECKING:
     from leafcut.studio.page.page_parts import PageParts
 
-#: So many issues of a file are told before it is run.
+#: Maximum number of a file's issues listed before a run.
 _MOST_ISSUES = 30
-#: What of a view a person types.
+#: Attributes of a view typed by the user.
 _TYPED = ("values", "shown", "errors")
 
 
 class InputPanel:
-    """Opens, shows what was opened, and holds the form."""
+    """Opens and previews inputs, and contains the form."""
 
     def __init__(self, view: View, page: PageParts) -> None:
         self.view, self.page = view, page
-        #: Counts the readings: what an older one found is not shown.
+        #: Number of the current reading; results of older ones are dropped.
         self._turn = 0
-        #: The newest reading as long as it goes on.
+        #: The reading in progress.
         self.newest: PreviewReading | None = None
-        #: Whether an input is being read, or will be as soon as the page comes to it.
+        #: Whether an input is being read or waits to be read.
         self.reading = False
-        #: Whether Run was pressed while the input was being read: the run begins when it is read.
+        #: Whether Run was pressed during the reading; the run then starts after it.
         self._run_wanted = False
         w = view.words
         self.form_words = {
@@ -120,7 +120,7 @@ class InputPanel:
         return _group([{**_field("options", w("form.options"), []), "file": True, "default": w("form.toml")}])
 
     def _take_options(self, _: str, value: str, name: str) -> Awaitable[None] | None:
-        """Take the options of a file; where they change what the input is, it is read again."""
+        """Load the options of a file, and read the input again if they affect it."""
         view = self.view
         before = dict(view.values)
         try:
@@ -156,7 +156,7 @@ class InputPanel:
         self.saved_map.update()
 
     def _map_address(self) -> str:
-        """Return where the random map that is described can be had as a table."""
+        """Return the address of the random map as a table."""
         return f"/api/points.csv?source={quote(self._random_name())}"
 
     def _random_name(self) -> str:
@@ -167,12 +167,12 @@ class InputPanel:
 
     def _opened(self, kept: dict[str, Any]) -> Awaitable[None]:
         if self.view.work != "nest":
-            self._begin_reading()  # at once: a press of Run may come before the reading itself begins
+            self._begin_reading()  # at once, since Run may be pressed before the reading starts
         return self.open(kept["id"], kept["name"])
 
     def open(self, source: str, name: str) -> Awaitable[None]:
-        """Open an input: read it, say what is in it, and offer what it is good for; what is none changes nothing."""
-        self._run_wanted = False  # that was for what stood here before
+        """Open an input, preview it and offer suitable work; an invalid input changes nothing."""
+        self._run_wanted = False  # it referred to the previous input
         return self._open(source, name)
 
     async def _open(self, source: str, name: str) -> None:
@@ -206,7 +206,7 @@ class InputPanel:
             getattr(view, kind).update(entries)
         self.page.run.edit.hold(edit)
         self.page.stay()
-        if view.seen is None and not self._is_cancelled(line):  # it was being read when this one came
+        if view.seen is None and not self._is_cancelled(line):  # it was interrupted by this input
             await self.read("")
         self.draw()
         self.page.run.resume()
@@ -215,7 +215,7 @@ class InputPanel:
         self._say_problem(line)
 
     async def cut(self, sheet: SheetOfNest) -> None:
-        """Open a sheet of a nest to be cut."""
+        """Open a sheet of a nest for cutting."""
         view, self._run_wanted = self.view, False
         try:
             source = take(view.studio.jobs, sheet)
@@ -232,12 +232,12 @@ class InputPanel:
             self.page.run.canvas.fit()
 
     async def look(self, view: View, work: str) -> tuple[Seen | None, str, bool]:
-        """Read an input outside the event loop; return what is seen, why nothing is, and whether this is the newest.
+        """Read an input outside the event loop; return preview, error, and whether this reading is the newest.
 
-        Reading takes a while, and a person may open something else meanwhile.
+        Reading takes a while, and the user may open another input meanwhile.
         """
         turn = self._begin_reading()
-        self.cancel()  # nobody waits for an earlier one any more
+        self.cancel()  # earlier readings are obsolete
         self.newest = reading = PreviewReading(view.name)
         thread = asyncio.ensure_future(run.io_bound(look_until_ended, view, work, reading))
         waiting = asyncio.ensure_future(reading.cancelled.wait())
@@ -254,12 +254,12 @@ class InputPanel:
         return seen, line, newest
 
     def cancel(self) -> None:
-        """End the reading, if any; nobody waits for it any more."""
+        """Cancel the current reading, if any."""
         if self.newest is not None:
             self.newest.cancel()
 
     def leave(self) -> None:
-        """End the reading of a page that is gone; nothing is shown of it."""
+        """Cancel the reading of a closed page without showing anything."""
         self._turn += 1
         self.cancel()
 
@@ -267,18 +267,18 @@ class InputPanel:
         return line == self.view.words("open.cancelled")
 
     def _say_problem(self, line: str) -> None:
-        """Say why an input was not read; that a person cancelled it is no complaint."""
+        """Show why an input was not read; cancelling by the user is not an error."""
         self.page.say(line, not self._is_cancelled(line))
 
     def _begin_reading(self) -> int:
-        """Note that the input is to be read; Run can be pressed meanwhile. Return the number of this reading."""
+        """Record that the input will be read, and enable Run meanwhile; return the number of this reading."""
         self._turn += 1
         self.reading = True
         self.ready(True)
         return self._turn
 
     def _end_reading(self, worked: bool) -> None:
-        """Note that the newest input is read, and begin the run that was asked for meanwhile, once it is shown."""
+        """Record the end of the newest reading, and start a run requested meanwhile once the input is shown."""
         self.reading = False
         wanted, self._run_wanted = self._run_wanted and worked, False
         if wanted:
@@ -286,13 +286,13 @@ class InputPanel:
                 ui.timer(0.0, self.page.run.begin, once=True)
 
     async def read(self, work: str) -> bool:
-        """Read the input for a kind of work; return False, and show nothing, if another was read meanwhile."""
+        """Read the input for a kind of work and show it; return False if another input was read meanwhile."""
         view = self.view
         self.page.say(view.words("open.reading", name=view.name), stays=True)
         seen, line, newest = await self.look(view, work)
         if not newest:
             return False
-        if self._is_cancelled(line) and work and view.seen is not None:  # what was chosen holds, and is not shown
+        if self._is_cancelled(line) and work and view.seen is not None:  # keep the previous choices
             seen = Seen(view.seen.format, view.seen.works, error=line)
         view.seen = seen
         if line and not work:
@@ -316,33 +316,33 @@ class InputPanel:
             self._say_command()
             return None
         view.work = value
-        # A program is the same for all kinds of work.
+        # A program is read identically for all kinds of work.
         again = bool(view.source) and (view.seen is None or view.seen.format != "gcode")
         if again:
             self._begin_reading()
         return self._take_work(value, again)
 
     async def _take_work(self, work: str, again: bool) -> None:
-        """Show another kind of work, for which a drawing is read again."""
+        """Switch to another kind of work; a drawing is read again for it."""
         if again and not await self.read(work):
             return
         if work == "nest":
             self.parts.adopt()
-            self.view.leave_unfit()  # a nest asks for no machine, and shows none at first
+            self.view.leave_unfit()  # a nest has no machine
         self.draw()
 
     def _put(self, name: str, value: Any, shown: str) -> Awaitable[bool] | None:
-        """Take a value; where it changes what the input is, it is read again before anything is run."""
+        """Set a value, and read the input again if the value affects it."""
         view = self.view
         view.put(name, value, shown)
         self._show_values()
         if name not in OF_READING or not view.source or name in view.errors:
             return None
-        self._begin_reading()  # at once: a press of Run may come before the reading itself begins
+        self._begin_reading()  # at once, since Run may be pressed before the reading starts
         return self.read(view.work)
 
     def move_zero(self, x: float, y: float) -> Awaitable[bool] | None:
-        """Put program zero elsewhere, mm from where it is: the option says it in the places of the drawing."""
+        """Move program zero by a distance in mm; the option takes drawing coordinates."""
         zero = self.view.zero
         if zero is None:
             return None
@@ -358,7 +358,7 @@ class InputPanel:
         self._say_command()
 
     def draw_pace(self) -> None:
-        """Show how fast the search will go, where that can be chosen."""
+        """Show the speed of the search if it can be chosen."""
         self.pace.set_visibility(self.view.studied)
         self.pace.show({"pace": self.view.pace})
 
@@ -366,7 +366,7 @@ class InputPanel:
         self.view.pace = value
 
     async def restore(self, task: Task) -> bool:
-        """Show the input and the choices of a task, to be run again; return False if another was read meanwhile."""
+        """Show the input and the choices of a task to run it again; return False if another input was read since."""
         view = self.view
         names = [self._named(word) for word in task.inputs]
         view.source, view.name, view.seen = task.inputs[0].partition(":")[0], names[0], None
@@ -391,7 +391,7 @@ class InputPanel:
         return newest
 
     async def resume(self) -> bool:
-        """Show again what is chosen, and read the input; return False if another was read meanwhile."""
+        """Show the choices and read the input again; return False if another input was read meanwhile."""
         view, self._run_wanted = self.view, False
         self.draw()
         if not view.source:
@@ -406,7 +406,7 @@ class InputPanel:
         return True
 
     def _named(self, word: str) -> str:
-        """Return what a person calls an input, or a file among the options; nothing for what is none."""
+        """Return the displayed name of an input or a file among the options; empty if there is none."""
         if word.startswith(BUILT_IN):
             return called(word)
         try:
@@ -426,7 +426,7 @@ class InputPanel:
         self.work.set_visibility(bool(fields))
         self.work.show({"process": view.process}, groups=[_group(fields)])
         self.opener.set_several(view.work == "nest")
-        self.built_in.set_visibility(view.work != "nest")  # none of them is a drawing of a part
+        self.built_in.set_visibility(view.work != "nest")  # built-in sources are not drawings of parts
         self.parts.draw()
         self._draw_part()
         self._draw_second()
@@ -487,16 +487,17 @@ class InputPanel:
         self.page.changed()
 
     def ready(self, ready: bool) -> None:
-        """Show whether the run can be begun.
+        """Show whether the run can start.
 
-        The button takes every press, and says what is missing: one that is disabled between press and release loses
-        the click, and one that is disabled under the focus loses that.
+        The button is never disabled and reports what is missing. A button that is disabled between press and release
+        would
+        lose the click; one that is disabled while focused would lose the focus.
         """
         able = ready or (self.reading and not self.page.run.running)
         self.begin.props(f'aria-disabled="{"false" if able else "true"}"')
 
     def page_run(self) -> None:
-        """Begin the run; while the input is being read, begin it as soon as that is done."""
+        """Start the run, or start it after the reading in progress."""
         view, w = self.view, self.view.words
         if self.page.run.running:
             self.page.say(w("run.going"))
@@ -505,13 +506,13 @@ class InputPanel:
             self.page.say(w("run.when_read", name=view.name), stays=True)
         elif not view.ready:
             self.page.say(w(self._missing()))
-        elif view.edited:  # what is run is what is shown
+        elif view.edited:  # run the visible order
             self.page.run.edit.write()
         else:
             self.page.run.begin()
 
     def _missing(self) -> str:
-        """Return the key of the words that say what a run needs before anything else."""
+        """Return the key of the message about the first missing input."""
         view = self.view
         if view.work == "nest":
             return "parts.none"
@@ -519,7 +520,7 @@ class InputPanel:
 
 
 def _field(name: str, label: str, choices: list[list[str]]) -> dict[str, Any]:
-    """Return a field that is no option."""
+    """Return a field that is not an option."""
     kind = "text"
     return {
         "name": name, "label": label, "flag": "", "kind": kind, "unit": "", "help": "", "choices": choices,
@@ -532,12 +533,12 @@ def _group(fields: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _added(before: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:
-    """Return what is new or another value."""
+    """Return new and changed entries."""
     return {name: value for name, value in now.items() if name not in before or before[name] != value}
 
 
 def look_until_ended(view: View, work: str, reading: PreviewReading) -> tuple[Seen | None, str]:
-    """Return what `View.look` does, or why it cannot, in one line; neither where nobody waits for it any more."""
+    """Return the result of `View.look`, or its error in one line; neither if the reading was ended."""
     try:
         with reading.endable:
             return view.look(work, reading.tell), ""
@@ -548,7 +549,7 @@ def look_until_ended(view: View, work: str, reading: PreviewReading) -> tuple[Se
 
 
 def work_of(task: Task, name: str) -> str:
-    """Return the kind of work that a task is."""
+    """Return the kind of work of a task."""
     if task.command != "optimize":
         return "solve" if task.command == "study" else task.command
     if task.process in forms.works() and task.process != "drill":

@@ -1,4 +1,4 @@
-"""The jobs: find one, look at it again, run it again, compare two, forget it; and the order of those that wait."""
+"""Jobs: search, view, repeat, compare and delete them; order of the queue."""
 
 from __future__ import annotations
 
@@ -20,31 +20,31 @@ if TYPE_CHECKING:
 
     from leafcut.studio.page.page_parts import PageParts
 
-#: So many jobs are sent to the page at once, however many there are.
+#: Maximum number of jobs sent to the page at once.
 MOST_ROWS = 50
-#: What is typed is looked for at most so often, s.
+#: Minimum interval between searches while typing, s.
 _PACE = 0.25
 _COLUMNS = (("when", ""), ("what", ""), ("work", ""), ("state", ""), ("result", "n"), ("do", ""))
 
 
 class _ShownJob(NamedTuple):
-    """What of a row changes while a job goes on: how it stands, and its figures."""
+    """Parts of a row that change while a job runs: state and figures."""
 
     tag: TextElement
     figures: TextElement
 
 
 class JobsPanel:
-    """A table of jobs, the newest first."""
+    """Table of jobs, newest first."""
 
     def __init__(self, view: View, page: PageParts) -> None:
         self.view, self.page = view, page
         self._drawn: list[tuple[str, JobState]] = []
         self._wanted, self._skip = "", 0
-        #: The rows by job, as they stand, and how many jobs there are besides.
+        #: Visible rows by job, and the total number of jobs.
         self._rows: dict[str, _ShownJob] = {}
         self._count = 0
-        #: The jobs that are to be compared, two at most.
+        #: Jobs to compare, at most two.
         self._picked: list[str] = []
         w = view.words
         with box("div", "page"):
@@ -60,14 +60,14 @@ class JobsPanel:
         find.on("input", self._find, throttle=_PACE, leading_events=False, js_handler="(e) => emit(e.target.value)")
 
     def tick(self) -> None:
-        """Show the jobs anew when one of them stands otherwise than it is shown."""
+        """Update the table if the state of a job has changed."""
         if self._states() != self._drawn:
             self.draw()
         else:
             self.queue.tick()
 
     def _states(self) -> list[tuple[str, JobState]]:
-        """Return every job that is not over, those that wait in their order, and how it stands."""
+        """Return all unfinished jobs with their states, waiting ones in their order."""
         jobs = self.view.studio.jobs
         order = [*jobs.running(), *jobs.waiting()]
         return [(job, live.state) for job in order if (live := jobs.live(job)) is not None]
@@ -77,20 +77,20 @@ class JobsPanel:
         self._list()
 
     def draw(self) -> None:
-        """Show the jobs as they stand now."""
+        """Show the current jobs."""
         self._drawn = self._states()
         self.queue.draw()
         self._compare()
         self._list()
 
     def _list(self) -> None:
-        """Show the jobs that are looked for, a page of them.
+        """Show one page of the jobs that match the search.
 
-        Rows that are there stay: a button that is just pressed is not taken away.
+        Existing rows are kept, so that a button does not disappear while it is pressed.
         """
         w = self.view.words
         found, count = self.view.studio.jobs.find(wanted_words(self._wanted, w), MOST_ROWS, self._skip)
-        if not found and self._skip:  # the last of a page was deleted
+        if not found and self._skip:  # the last job of a page was deleted
             self._skip = max(self._skip - MOST_ROWS, 0)
             return self._list()
         if self._rows and (list(self._rows), self._count) == ([record.id for record in found], count):
@@ -115,7 +115,7 @@ class JobsPanel:
         return None
 
     def _pager(self, shown: int, count: int) -> None:
-        """Say which of all jobs are shown, and lead to the newer and the older ones."""
+        """Show the range of visible jobs, with buttons for newer and older jobs."""
         w = self.view.words
         with box("div", "pager"):
             span = w("jobs.shown", first=f"{self._skip + 1:,}", last=f"{self._skip + shown:,}", count=f"{count:,}")
@@ -155,7 +155,7 @@ class JobsPanel:
                 button(w("jobs.delete"), lambda: self._delete(record), "small plain", data_sure=w("jobs.sure"))
 
     def _show(self, record: JobRecord) -> None:
-        """Show how a job stands, in its row."""
+        """Update the state of a job in its row."""
         w, row = self.view.words, self._rows[record.id]
         row.tag.set_text(w(f"state.{record.state.value}"))
         row.tag.classes(replace=f"tag {record.state.value}")
@@ -165,7 +165,7 @@ class JobsPanel:
         row.figures.set_text(figures_of(record, w))
 
     def _pick(self, job: str, picked: bool) -> None:
-        """Take a job to be compared, in place of the one that was picked first where there are two already."""
+        """Select a job for comparison; a third one replaces the first."""
         others = [one for one in self._picked if one != job]
         dropped = len(others) > 1 and picked
         self._picked = [*others[-1:], job] if picked else others
@@ -175,11 +175,11 @@ class JobsPanel:
             self._list()
 
     def _compare(self) -> None:
-        """Show two jobs side by side, once two are picked."""
+        """Compare two jobs once two are selected."""
         w, jobs = self.view.words, self.view.studio.jobs
         records = [record for job in self._picked if (record := jobs.record(job)) is not None]
         self._picked = [record.id for record in records]
-        records.sort(key=lambda record: record.created)  # the earlier one first
+        records.sort(key=lambda record: record.created)  # the earlier job first
         self.compared.clear()
         self.compared.set_visibility(bool(records))
         with self.compared:

@@ -1,4 +1,4 @@
-"""The lab: published experiments and one on the part that is open; they are started, grow, and are reported."""
+"""Lab: published experiments, and experiments on the open part, with start, progress and report."""
 
 from __future__ import annotations
 
@@ -23,34 +23,34 @@ from leafcut.studio.page.panel_bench import field, label
 if TYPE_CHECKING:
     from leafcut.studio.page.page_parts import PageParts
 
-#: How often each way runs on a part unless something else is chosen, and the ways.
+#: Default number of runs on a part, and default alternatives by option.
 _RUNS, _USUAL = "5", {"algorithm": ("nn", "acs", "auto"), "strategy": ("zigzag", "contour", "connected")}
-#: What has come is shown anew at most so often, s.
+#: Minimum interval between updates of results, s.
 _PACE = 1.0
-#: So many lines of failed runs are shown.
+#: Maximum number of failed runs that are listed.
 _MOST_FAILED = 5
-#: Kinds of work that can be compared on a part: those that have an order or a strategy of their own.
+#: Kinds of work with alternatives that can be compared on a part.
 _COMPARABLE = ("solve", "drill", "program", "cut", "pocket")
 
 
 class LabPanel:
-    """A list of experiments, and the one that was chosen."""
+    """List of experiments, and the selected experiment."""
 
     def __init__(self, view: View, page: PageParts) -> None:
         self.view, self.page, self.lab = view, page, view.studio.lab
         self.chosen, self.reduced = shipped_names()[0], False
         self.runs = _RUNS
-        #: Option that ways differ in → those that are chosen.
+        #: Option → its selected values to compare.
         self.ways = {option: set(names) for option, names in _USUAL.items()}
         self._drawn: tuple[object, ...] = ()
-        #: What is shown of the one that runs, in elements of its own: buttons stay while it goes on.
+        #: Elements of the running experiment, updated separately, so that buttons are not redrawn meanwhile.
         self._told: tuple[Any, ...] = ()
         self._growing: Description | None = None
         self._next = 0.0
         self.place = box("div", "page lab")
 
     def tick(self) -> None:
-        """Show how the experiment stands, when it stands otherwise than it is shown."""
+        """Update the experiment if its state has changed."""
         if self._stands() != self._drawn:
             self.draw()
         elif self._growing is not None and time.monotonic() >= self._next:
@@ -63,7 +63,7 @@ class LabPanel:
         return self.view.source, state.description.key, state.running, state.line
 
     def draw(self) -> None:
-        """Show the list, and the experiment that was chosen."""
+        """Show the list and the selected experiment."""
         w, counts = self.view.words, self.lab.counts()
         self._drawn, self._growing = self._stands(), None
         self.place.clear()
@@ -93,7 +93,7 @@ class LabPanel:
         self.chosen = name
         self.draw()
 
-    # -- a published one ---------------------------------------------------------------------------------------------
+    # -- published experiments ----------------------------------------------------------------------------------------
 
     def _published(self) -> None:
         w = self.view.words
@@ -116,7 +116,7 @@ class LabPanel:
         self.reduced = reduced
         self.draw()
 
-    # -- one on the part that is open --------------------------------------------------------------------------------
+    # -- experiments on the open part ----------------------------------------------------------------------------------
 
     def _own(self) -> None:
         w, view = self.view.words, self.view
@@ -165,10 +165,11 @@ class LabPanel:
         except Exception as problem:
             self.page.say(view.studio.folder.without_paths(line_of(problem)), True)
 
-    # -- both --------------------------------------------------------------------------------------------------------
+    # -- both
+    # -----------------------------------------------------------------------------------------------------------
 
     def _standing(self, found: Description) -> None:
-        """Show how far an experiment is, what can be done with it, and its figures so far."""
+        """Show progress, actions and results of an experiment."""
         w, state = self.view.words, self.lab.state
         mine = state is not None and state.description.key == found.key
         rows = self._rows(found)
@@ -202,7 +203,7 @@ class LabPanel:
             return []
 
     def _grow(self, found: Description, rows: list[Row] | None = None) -> None:
-        """Show what has come by now."""
+        """Show the current results."""
         w, state, (done, bar, doing, place) = self.view.words, self.lab.state, self._told
         rows = self._rows(found) if rows is None else rows
         kept = [row for row in rows if not row.failed]
@@ -244,7 +245,7 @@ class LabPanel:
                 text("li", f"{row.instance}, {', '.join(row.levels.values())}: {w.plain(line)}", dir="auto")
 
     def _table(self, found: Description, rows: Iterable[Row]) -> None:
-        """Show the mean of each figure for every cell that has a run."""
+        """Show the mean of each response for every cell with runs."""
         w, results = self.view.words, Results.of(found, rows)
         figures = [results.figures(one.name) for one in found.responses]
         head = [(w("lab.instance"), ""), *((one.title, "") for one in found.factors), (w("lab.runs"), "n")]

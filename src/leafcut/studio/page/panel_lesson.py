@@ -1,4 +1,4 @@
-"""Under a search that is studied: what its algorithm just did."""
+"""Explanation of the algorithm's last step, below a studied search."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from leafcut.studio.page.elements import box, text
 from leafcut.studio.page.lesson import lesson
 from leafcut.studio.wording import Words
 
-#: Seconds between two lessons of a search that is not held: who reads one must be able to.
+#: Minimum interval between two explanations of a search that is not paused, s; time to read.
 _EVERY = 1.0
 
 
 class LessonPanel:
-    """Tells of the steps of a search, the newest that is seen."""
+    """Explains the latest step of a search."""
 
     def __init__(self, words: Words) -> None:
         self.words = words
@@ -27,12 +27,12 @@ class LessonPanel:
             self.told = ui.html("", sanitize=False)
 
     def clear(self) -> None:
-        """Tell of no step."""
+        """Hide the explanation."""
         self._shown = (None, -math.inf)
         self.place.set_visibility(False)
 
     def show(self, snapshot: Snapshot | None, paused: bool) -> None:
-        """Tell of the step that a search stands at."""
+        """Explain the current step of a search."""
         seen, when = self._shown
         now = time.monotonic()
         if snapshot is None or snapshot.step is None or snapshot is seen or (now < when + _EVERY and not paused):

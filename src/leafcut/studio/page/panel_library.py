@@ -1,4 +1,4 @@
-"""Machines and tool libraries: look at what there is, make one's own from it, change it, keep it as TOML."""
+"""Machines and tool libraries: view, copy, edit and save them as TOML."""
 
 from __future__ import annotations
 
@@ -17,34 +17,34 @@ from leafcut.studio.page.toml_place import TomlPlace, place_of
 if TYPE_CHECKING:
     from leafcut.studio.page.page_parts import PageParts
 
-#: Two ways to look at the same text.
+#: Two views of the same text.
 _TABS = ("form", "toml")
 
 
 class LibraryPanel:
-    """The profiles of one kind, ``machines`` or ``tools``: a list, and the one that was chosen."""
+    """List of profiles of one kind, ``machines`` or ``tools``, and the selected profile."""
 
     def __init__(self, view: View, page: PageParts, kind: str) -> None:
         self.view, self.page, self.kind = view, page, kind
         self.chosen, self.own = "", False
-        #: The name of which a person was told that it is taken.
+        #: Name for which the user was warned that it is taken.
         self._asked = ""
         self.tab = "form"
-        #: Of a tool library, the array and the entry that the form shows.
+        #: Array and entry of a tool library shown in the form.
         self.array, self.entry = ("tool", 0) if kind == "tools" else ("", 0)
-        #: Name → text of the person's own that were changed and not saved.
+        #: Name → unsaved text of the user's own profiles.
         self.drafts = view.studio.drafts(kind)
         self._saved = ""
-        #: The text as it stands on the page: another page may have saved or typed another one since.
+        #: Text shown on this page; another page may have saved or typed a different one.
         self._shown = ""
         self.form: Form | None = None
         self.editor: Editor | None = None
-        #: Of a tool library, the entry that is shown, in the list of them.
+        #: Button of the selected entry in the list of a tool library.
         self._title: TextElement | None = None
         self.place = box("div", "page library")
 
     def draw(self) -> None:
-        """Show the list and the one that was chosen."""
+        """Show the list and the selected profile."""
         w, folder = self.view.words, self.view.studio.folder
         if not self.chosen:
             self.chosen = library.shipped(self.kind)[0]
@@ -70,7 +70,7 @@ class LibraryPanel:
         button(name, lambda: self.choose(name, own), "entry", aria_current=here)
 
     def choose(self, name: str, own: bool) -> None:
-        """Show one of them."""
+        """Select a profile."""
         if (name, own) != (self.chosen, self.own):
             self.array, self.entry = ("tool", 0) if self.kind == "tools" else ("", 0)
         self.chosen, self.own, self._asked = name, own, ""
@@ -78,11 +78,11 @@ class LibraryPanel:
 
     @property
     def now(self) -> str:
-        """The text that is shown: what was typed, or what was saved."""
+        """The current text: unsaved, or else saved."""
         return self.drafts.get(self.chosen, self._saved) if self.own else self._saved
 
     def _read(self) -> None:
-        """Note what is saved."""
+        """Load the saved text."""
         self._saved = (
             library.own_text(self.view.studio.folder, self.kind, self.chosen)
             if self.own
@@ -90,7 +90,7 @@ class LibraryPanel:
         )
 
     def _as_shown(self) -> bool:
-        """Return whether the text is what this page shows; else show it, and say so: nothing is to be done with it."""
+        """Return whether the text is the shown one; otherwise show the new text with a message, and change nothing."""
         try:
             self._read()
         except LeafcutError as problem:
@@ -165,7 +165,7 @@ class LibraryPanel:
         return made
 
     def _tools(self, data: dict[str, Any]) -> None:
-        """Show the tools and the recipes in a list, and the one that was chosen as a form."""
+        """Show a list of tools and recipes, and the selected entry as a form."""
         w = self.view.words
         found = {array: profile_form.entries(data, array) for array in profile_form.ARRAYS}
         if self.entry >= len(found[self.array]):
@@ -205,7 +205,7 @@ class LibraryPanel:
             self._pick(self.array, max(self.entry - 1, 0))
 
     def _edit(self, change: Callable[[str], str]) -> bool:
-        """Change the text that is shown; where that cannot be, say why and show it anew. Return whether it was done."""
+        """Change the text; on failure show the reason and redraw. Return whether it succeeded."""
         if not self._as_shown():
             return False
         try:
@@ -217,7 +217,7 @@ class LibraryPanel:
         return True
 
     def _put(self, name: str, value: Any, _: str) -> None:
-        """Put what was typed into a field back into the text."""
+        """Write the value of a field into the text."""
         if not self._edit(lambda words: profile_form.put(words, self.array, self.entry, name, value)):
             return
         data = profile_form.parsed(self.now) or {}
@@ -235,18 +235,18 @@ class LibraryPanel:
             self._check()
 
     def _change(self, words: str) -> None:
-        """Keep what was typed for when the person comes back; runs and lists have what was saved."""
+        """Store the text as a draft; runs and lists use the saved text."""
         self.drafts[self.chosen] = words
 
     def _discard(self) -> None:
-        """Take what was saved in place of what was typed."""
+        """Replace the draft by the saved text."""
         if not self._as_shown():
             return
         self.drafts.pop(self.chosen, None)
         self.draw()
 
     def _check(self) -> None:
-        """Say whether what is shown is saved, and what is wrong with it, beside its field and at its line."""
+        """Show whether the text is saved, and its error beside the field and at its line."""
         self._shown = self.now
         for part in (self.unsaved, self.discard):
             part.set_visibility(self.now != self._saved)
@@ -283,11 +283,11 @@ class LibraryPanel:
         self._keep(name, self._renamed(words, self.chosen, name))
 
     def _renamed(self, words: str, shown: str, name: str) -> str:
-        """Return a machine that says its new name itself, where it said the one before; a library says none."""
+        """Return a machine profile with its new name where it contained the old one; a library contains no name."""
         return profile_form.renamed(words, shown, name) if self.kind == "machines" else words
 
     def _save(self, name: str) -> None:
-        """Save what was typed, under the name of what is shown or another one."""
+        """Save the text under the same or another name."""
         if not self._as_shown():
             return
         shown, name = self.chosen, name.strip()
@@ -300,7 +300,7 @@ class LibraryPanel:
             self.drafts.pop(shown, None)
 
     def _keep(self, name: str, words: str) -> bool:
-        """Check and write one of the person's own, and show it; return whether that is done."""
+        """Check, save and select one of the user's own profiles; return whether it succeeded."""
         try:
             library.save(self.view.studio.folder, self.kind, name, words)
         except Exception as problem:

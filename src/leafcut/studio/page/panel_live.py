@@ -1,4 +1,4 @@
-"""How far a run is: cost against time, gap, workers, fireflies; and the ways to hold it, to step on, to end it."""
+"""Progress of a run (cost over time, gap, workers, fireflies), with pause, single steps and stop."""
 
 from __future__ import annotations
 
@@ -21,31 +21,31 @@ from leafcut.units import format_time
 if TYPE_CHECKING:
     from leafcut.studio.page.page_parts import PageParts
 
-#: Most points of the convergence that are sent at once, and most workers that are told of.
+#: Maximum number of points of the convergence chart sent at once, and of workers shown.
 _MOST_POINTS, _MOST_WORKERS = 300, 8
-#: How a search may go: as fast as it can, in so many steps a second, or step by step.
+#: Speeds of a search: unlimited, steps per second, or step by step.
 PACES = {"full": None, "20": 20.0, "5": 5.0, "1": 1.0, "step": None}
 
 
 def watch_of(pace: str) -> Watch:
-    """Return a watch that lets a search go at one of `PACES`."""
+    """Return a watch for a search at one of `PACES`."""
     return Watch(PACES[pace], paused=pace == "step")
 
 
 def pace_of(watch: Watch) -> str:
-    """Return which of `PACES` a search goes at."""
+    """Return the current speed of a search, one of `PACES`."""
     speeds = [pace for pace, speed in PACES.items() if speed is not None and speed == watch.speed]
     return speeds[0] if speeds else "step" if watch.paused else "full"
 
 
 class LivePanel:
-    """Shows a job while it runs, on the drawing and under it."""
+    """Shows a running job, in and below the drawing."""
 
     def __init__(self, view: View, page: PageParts, canvas: Canvas) -> None:
         self.view, self.page, self.canvas = view, page, canvas
         w = view.words
         self._number = 0
-        #: Of the first snapshot of a swarm, its least brightness: bars stand on it.
+        #: Lowest brightness of the swarm so far: base of the bars.
         self._floor: float | None = None
         self._said: tuple[object, ...] = ()
         with box("div", "progress", aria_label=w("run.progress")) as self.place:
@@ -78,7 +78,7 @@ class LivePanel:
         self.clear()
 
     def clear(self) -> None:
-        """Show nothing of any run."""
+        """Hide everything."""
         self.place.set_visibility(False)
         for part in (self.chart, self.learning, self.swarm, self.crew, self.study):
             part.set_visibility(False)
@@ -88,7 +88,7 @@ class LivePanel:
         self._number, self._floor, self._said = 0, None, ()
 
     def show(self, live: Live) -> None:
-        """Show what is new of a job that is not over."""
+        """Update the display of an unfinished job."""
         number, snapshot = live.watch.look()
         seconds = time.perf_counter() - live.began if live.began else 0.0
         now = (live.state, live.latest, live.latest_s, int(seconds))
@@ -116,7 +116,7 @@ class LivePanel:
         self.pace.show({"pace": pace_of(live.watch)})
         self.hold.set_text(w("run.go_on" if live.watch.paused else "run.pause"))
         bound = None if latest.gap is None or latest.cost is None else latest.cost / (1.0 + latest.gap)
-        study = live.study  # the job's own thread takes it away when it ends
+        study = live.study  # the job's thread clears it at the end
         rows = thinned(study.iterations(), _MOST_POINTS) if study is not None else []
         self.learning.set_visibility(bool(rows))
         if rows:
@@ -131,7 +131,7 @@ class LivePanel:
             self.chart.set([*shown, (points[-1][0] - began, points[-1][1])], bound, unit, live.latest_s - began)
 
     def _draw(self, snapshot: Snapshot) -> None:
-        """Show a snapshot: the path and the pheromone on the drawing, workers and fireflies beside the chart."""
+        """Show a snapshot: path and pheromone in the drawing, workers and fireflies beside the chart."""
         if len(snapshot.path):
             self.canvas.show(path_scene(snapshot.path), "live")
         laid = snapshot.pheromone
@@ -172,13 +172,13 @@ class LivePanel:
         return self.view.studio.jobs.live(self.view.job or "")
 
     def _stop(self) -> None:
-        """Stop and keep the best."""
+        """Stop and keep the best result."""
         if self.view.job is not None:
             self.view.studio.jobs.stop(self.view.job)
             self.page.say(self.view.words("run.stopping"), stays=True)
 
     def _cancel(self) -> None:
-        """Stop and keep nothing."""
+        """Stop without a result."""
         live = self._job()
         if live is not None and not live.state.over:
             self.view.studio.jobs.cancel(live.id)
@@ -204,7 +204,7 @@ class LivePanel:
 
 
 def pace_field(view: View) -> dict[str, object]:
-    """Return the group of a form with the one field that says how fast a search goes."""
+    """Return a form group with one field for the speed of a search."""
     w = view.words
     field = {
         "name": "pace", "label": w("run.pace"), "flag": "", "kind": "text", "unit": "", "help": "", "default": "",

@@ -1,4 +1,4 @@
-"""The machine's page: connect it, move it by hand, and run a program on it; and Stop, which every view has."""
+"""Machine panel: connection, manual moves, running a program; and the Stop bar of every view."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ if TYPE_CHECKING:
 
     from leafcut.studio.page.page_parts import PageParts
 
-#: What the controller does as a colour: at rest, moving, held, stopped by itself.
+#: CSS class by state of the controller: at rest, moving, held, stopped with an error.
 _COLOURS = {"Idle": "done", "Run": "running", "Jog": "running", "Home": "running", "Alarm": "failed"}
-#: Between two signs of life of a page, in its ticks.
+#: Ticks between two reports that the page is open.
 _EVERY = 10
 
 
 class MachinePanel:
-    """What one page shows of the machine, and asks of it."""
+    """Machine panel of one page."""
 
     def __init__(self, view: View, page: PageParts, client: Client) -> None:
         self.view, self.page, self._client = view, page, client
         self.link, self.key = view.studio.machine, str(client.id)
         self._number, self._ticks = -1, 0
         state = self.link.state
-        # What was told last is told again where there is a machine.
+        # Repeat the last message while a machine is connected.
         self._told = -1 if state.open else state.saying
         self._drawing = False
         w = view.words
@@ -78,13 +78,13 @@ class MachinePanel:
                     self.home = button(w("flag.home"), lambda: self.ask(self.link.home), "small")
                     self.unlock = button(w("flag.unlock"), lambda: self.ask(self.link.unlock), "small")
                     self.leave = button(w("machine.disconnect"), self._disconnect, "plain small")
-            # Of which machine a person is told, also where nothing else of the page is looked at.
+            # Messages about the machine, also for users who watch nothing else on the page.
             self.line = text("p", "", "machine-line", role="status", aria_live="polite", id="machine-line")
 
-    # What is asked for.
+    # Requests.
 
     async def ask(self, what: Callable[..., Any], *given: Any, **named: Any) -> Any:
-        """Have the machine do something; what is refused is told. Return what it answers, None where it is refused."""
+        """Send a request to the machine and show a refusal; return the answer, or None if it was refused."""
         try:
             made = what(self.key, *given, **named)
             return True if made is None else await asyncio.wrap_future(made)
@@ -93,16 +93,16 @@ class MachinePanel:
             return None
 
     def tell(self, line: str, *, bad: bool = False) -> None:
-        """Tell a person something, where the machine is."""
+        """Show a message in the machine panel."""
         self.line.set_text(self.view.words.plain(line))
         self.line.classes(replace="machine-line bad" if bad else "machine-line")
 
     def jog_feed(self) -> float:
-        """Return the feed of jogs, mm/min."""
+        """Return the jog feed, mm/min."""
         return self.by_hand.feed.number()
 
     async def look(self) -> None:
-        """Look which ports there are."""
+        """List the available ports."""
         try:
             found = await asyncio.to_thread(ports)
         except LeafcutError as problem:
@@ -128,10 +128,10 @@ class MachinePanel:
     def _take(self) -> None:
         self.link.take(self.key)
 
-    # What is shown.
+    # Display.
 
     async def draw(self) -> None:
-        """Show the page: the ports as they are now, and the program that is open."""
+        """Show the panel with the current ports and the open program."""
         self._drawing = True
         try:
             if self.link.state.connection is Connection.CLOSED:
@@ -141,7 +141,7 @@ class MachinePanel:
             self._drawing = False
 
     def tick(self, *, shown: bool) -> None:
-        """Show what is new; a page that can be seen says that it is there."""
+        """Show changes; a visible page reports that it is open."""
         self._ticks += 1
         here = self._client.has_socket_connection
         if here and self._ticks % _EVERY == 0:
@@ -153,7 +153,7 @@ class MachinePanel:
             self._show(state)
 
     def tick_now(self) -> None:
-        """Show the state as it is, whether it is new or not."""
+        """Show the current state, changed or not."""
         self._show(self.link.state)
 
     def mine(self, state: MachineState) -> bool:
@@ -183,7 +183,7 @@ class MachinePanel:
 
 
 def status_words(state: MachineState, view: View) -> str:
-    """Return what the machine does, in a word."""
+    """Return the state of the machine in a word."""
     w = view.words
     if state.connection is not Connection.OPEN:
         return w(f"machine.{state.connection.value}")
@@ -193,7 +193,7 @@ def status_words(state: MachineState, view: View) -> str:
 
 
 class StopBar:
-    """Stop of the machine, over every view while one is connected."""
+    """Stop button for the machine, in every view while a machine is connected."""
 
     def __init__(self, view: View) -> None:
         self.view = view
@@ -209,7 +209,7 @@ class StopBar:
                 text("kbd", "Esc", aria_hidden="true")
 
     def tick(self) -> None:
-        """Show it while a machine is connected."""
+        """Show the button while a machine is connected."""
         state = self.view.studio.machine.state
         now = (state.connection is not Connection.CLOSED, state.moves, status_words(state, self.view))
         if now == self._shown:

@@ -1,4 +1,4 @@
-"""The outcome of nesting: the variants, the sheets of the one that is shown, and what their cuts come to."""
+"""Result of nesting: the variants, the sheets of the selected variant, and the totals of their cuts."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from leafcut.units import format_time
 if TYPE_CHECKING:
     from leafcut.studio.page.page_parts import PageParts
 
-#: Seconds between two looks at cuts that are being planned.
+#: Polling interval for cuts being planned, s.
 _PACE = 0.5
 _NO_TIME = {
     JobState.FAILED.value: "nest.failed", JobState.CANCELLED.value: "state.cancelled",
@@ -25,7 +25,7 @@ _NO_TIME = {
 
 
 class NestPanel:
-    """Shows the variants of a nest, and lets one of them, or all, be cut."""
+    """Shows the variants of a nest, and starts cutting one sheet or planning all cuts."""
 
     def __init__(self, view: View, page: PageParts) -> None:
         self.view, self.page = view, page
@@ -36,7 +36,7 @@ class NestPanel:
         self._next = 0.0
 
     def draw(self, record: JobRecord, answer: dict[str, Any]) -> None:
-        """Show the outcome of a nest where the caller is."""
+        """Show the result of a nest in the current container."""
         w = self.view.words
         self._record, self._answer, self._sheets = record, answer, sheets_of(record.id, answer)
         self._rows = comparison(self.view.studio.jobs, record.id)
@@ -64,11 +64,11 @@ class NestPanel:
         self._draw_variants()
 
     def leave(self) -> None:
-        """Show no nest any more."""
+        """Stop showing a nest."""
         self._record = None
 
     def tick(self) -> None:
-        """Look how the cuts go on that are being planned."""
+        """Update the cuts that are being planned."""
         if self._record is None or time.monotonic() < self._next:
             return
         self._next = time.monotonic() + _PACE
@@ -126,7 +126,7 @@ class NestPanel:
         return "…" if row["state"] in GOING else w(_NO_TIME[row["state"]]) if row["state"] in _NO_TIME else "–"
 
     def _draw_sheets(self) -> None:
-        """Show the sheets of the variant, with their drawings and cuts."""
+        """Show the sheets of the selected variant, with their drawings and cuts."""
         w = self.view.words
         variant = self._answer["variants"][self.view.sheet[0] - 1]
         row = self._rows[self.view.sheet[0] - 1]
@@ -170,7 +170,7 @@ class NestPanel:
                 button(w("nest.take"), lambda: self.page.input.cut(sheet), "small", title=w("nest.take_text"))
 
     def show(self, variant: int, number: int) -> None:
-        """Show one sheet of a variant on the drawing."""
+        """Show one sheet of a variant in the drawing."""
         self.view.sheet = (variant, number)
         self.page.run.draw()
         self._draw_variants()
@@ -187,7 +187,7 @@ class NestPanel:
         self.page.say(line, True)
 
     def _plan(self) -> None:
-        """Plan the cuts of all sheets, to see which variant is cut the quickest."""
+        """Plan the cuts of all sheets, to find the fastest variant."""
         view = self.view
         if self._record is None:
             return

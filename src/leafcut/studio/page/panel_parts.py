@@ -1,4 +1,4 @@
-"""The parts of a nest: drawings are added by opening them, a list says how often each is wanted."""
+"""Parts of a nest: opened drawings are added, and a parts list sets their quantities."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 
 
 class PartsPanel:
-    """The rows of the parts that are to be nested."""
+    """Rows of the parts to be nested."""
 
     def __init__(self, view: View, page: PageParts) -> None:
         self.view, self.page = view, page
-        #: A list that names drawings which are not there yet.
+        #: A parts list with drawings that are not open yet.
         self._list = ""
         self._one_by_one = asyncio.Lock()
         w = view.words
@@ -32,7 +32,7 @@ class PartsPanel:
             self.hint = text("p", w("parts.hint"), "quiet small")
 
     def draw(self) -> None:
-        """Show the parts, while a nest is the work."""
+        """Show the parts if the work is a nest."""
         view = self.view
         self.place.set_visibility(view.work == "nest")
         self.hint.set_visibility(len(view.parts) < 2)
@@ -49,7 +49,7 @@ class PartsPanel:
         self.rows.show(rows, str(view.values.get("rotations") or "0,90,180,270").replace(",", " "))
 
     async def take(self, source: str, name: str) -> bool:
-        """Add a drawing, or the parts that a list asks for; return False for a file that is neither."""
+        """Add a drawing or the parts of a list; return False for other files."""
         if source.startswith(BUILT_IN):
             return False
         async with self._one_by_one:
@@ -69,10 +69,10 @@ class PartsPanel:
             self.page.input.ready(view.ready)
             return True
         if view.work != "nest" or view.parts is not parts:
-            return True  # the page is at another work by now
+            return True  # the user has chosen another kind of work meanwhile
         if seen is None or "nest" not in seen.works:
             return False
-        if seen.error and view.source:  # what is open stays
+        if seen.error and view.source:  # keep the open input
             self.page.say(seen.error, True)
             self.page.input.ready(view.ready)
             return True
@@ -96,7 +96,7 @@ class PartsPanel:
         return True
 
     def _same(self, source: str, name: str) -> str:
-        """Return the part that is the same file under the same name, if one is."""
+        """Return the part with the same file under the same name, if any."""
         view, folder = self.view, self.view.studio.folder
         for one in view.parts:
             if view.part_names.get(one.input) == name and one.input != source and not one.input.startswith(BUILT_IN):
@@ -106,7 +106,7 @@ class PartsPanel:
         return ""
 
     def adopt(self) -> None:
-        """Take the drawing that is open as the first part."""
+        """Add the open drawing as the first part."""
         view = self.view
         known = {one.input for one in view.parts}
         fits = view.seen is not None and "nest" in view.seen.works and not view.seen.error
@@ -115,7 +115,7 @@ class PartsPanel:
             view.part_names[view.source] = view.name
 
     def _follow_list(self) -> None:
-        """Do what the list says, as far as its drawings are there."""
+        """Apply the parts list to the open drawings."""
         view = self.view
         if not self._list:
             return
@@ -135,7 +135,7 @@ class PartsPanel:
             self.page.say(view.words("parts.listed", number=len(found)))
 
     def _index(self, row: str) -> int | None:
-        """Return which part a row is of; None of a row that is gone by now, as after a double click."""
+        """Return the index of a row's part; None if the row is gone, as after a double click."""
         return next((index for index, one in enumerate(self.view.parts) if _row_id(index, one) == row), None)
 
     def _change(self, row: str, key: str, typed: str) -> None:
@@ -150,7 +150,7 @@ class PartsPanel:
             return
         self.page.say("")
         view.parts[index] = replace(view.parts[index], **said)
-        self.rows.renew()  # what was typed is shown as it was understood
+        self.rows.renew()  # show the text as it was parsed
         self._drawn()
 
     def _remove(self, row: str) -> None:

@@ -1,4 +1,4 @@
-"""The program as text: the one that was opened, the one that was made, and two that are compared."""
+"""Program as text: the opened program, the created program, or two compared programs."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 
 
 def is_program(view: View) -> bool:
-    """Return whether what is open is a program, which can be read before anything is run."""
+    """Return whether the open input is a program, which can be read before a run."""
     return bool(view.source) and view.seen is not None and view.seen.format == "gcode"
 
 
 def show_opened(view: View, drawing: Canvas) -> None:
-    """Show the program that is open; of one that cannot be drawn the text alone."""
+    """Show the open program; only its text if it cannot be drawn."""
     source = view.source
     drawn = view.seen is not None and "after" in view.seen.scenes
     folder = view.studio.folder
@@ -34,7 +34,7 @@ def show_opened(view: View, drawing: Canvas) -> None:
 
 
 def show_made(view: View, drawing: Canvas, record: JobRecord, answer: dict[str, Any]) -> bool:
-    """Show the program of a run that is over; return False where there is none."""
+    """Show the program of a finished run; return False if there is none."""
     studio, command = view.studio, record.task.command
     names = studio.history.artefacts(record.id)
     if command in ("optimize", "verify") and "lines" in names:
@@ -55,7 +55,7 @@ def _show(view: View, drawing: Canvas, source: Callable[[], bytes] | None) -> No
 
 
 def _compared(studio: Studio, record: JobRecord, answer: dict[str, Any]) -> bytes:
-    """Return a program with the one that it was made of, or is compared with."""
+    """Return a program with its original or the program compared with it."""
     inputs, verifying = record.task.inputs, record.task.command == "verify"
     new = _text(studio.folder, inputs[1]) if verifying else _made(studio, record, "program")
     kept = studio.history.artefact(record.id, "lines")
@@ -78,7 +78,7 @@ def _made(studio: Studio, record: JobRecord, name: str) -> str:
 
 
 def _text(folder: Folder, word: str) -> str:
-    """Return the text of an input; why it cannot be read, where that is so."""
+    """Return the text of an input, or the reason why it cannot be read."""
     try:
         return read_program(folder.input_path(word.partition(":")[0]))
     except LeafcutError as problem:

@@ -1,4 +1,4 @@
-"""What is shown while an input is read: the step, how far it is, how long it takes; and the button that ends it."""
+"""Progress while an input is read (step, share, time), with a button to cancel."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from leafcut.studio.page.elements import box, button, text
 from leafcut.studio.wording import Words
 from leafcut.units import format_time
 
-#: An input that is read before this is over shows no progress, s.
+#: A reading that ends before this time shows no progress, s.
 QUIET_SECONDS = 0.5
 
 
@@ -25,9 +25,9 @@ class PreviewReading:
     endable
         Ends the thread.
     what, share
-        The step that the reader reported last, and how much of it is done, 0 where the reader does not know.
+        The step reported last by the reader and its completed share, 0 if unknown.
     cancelled
-        Done when a person no longer waits.
+        Set when the user cancels.
     """
 
     def __init__(self, name: str = "") -> None:
@@ -39,21 +39,21 @@ class PreviewReading:
 
     @property
     def seconds(self) -> float:
-        """For how long it is read."""
+        """Time since the start of the reading, s."""
         return time.monotonic() - self._began
 
     def tell(self, now: Progress) -> None:
-        """Note what the reader does; called by the reader, often."""
+        """Record the progress; called often by the reader."""
         self.what, self.share = now.step, now.share
 
     def cancel(self) -> None:
-        """End the thread, and wait for it no longer: what a package in another language does is done first."""
+        """End the thread without waiting for it; a call into compiled code finishes first."""
         self.endable.end()
         self.cancelled.set()
 
 
 class ReadingPanel:
-    """Shows what is being read, and a button that ends it."""
+    """Shows the progress of a reading, and a button to cancel it."""
 
     def __init__(self, words: Words, cancel: Callable[[], Any]) -> None:
         self._words = words
@@ -69,7 +69,7 @@ class ReadingPanel:
         self.place.set_visibility(False)
 
     def show(self, reading: PreviewReading | None) -> None:
-        """Show how far the reading is; nothing where there is none, or where it has only begun."""
+        """Show the progress of the reading; hide it without one, or shortly after its start."""
         if reading is None or reading.seconds < QUIET_SECONDS:
             if self._shown:
                 self._shown = ()

@@ -1,4 +1,4 @@
-"""The files that were opened last, and the page that was closed last: both are one click away."""
+"""Files opened last, and the page closed last, for reopening with one click."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from leafcut.studio.wording import day_and_time
 if TYPE_CHECKING:
     from leafcut.studio.page.page_parts import PageParts
 
-#: So many stand on an empty page.
+#: Number of files on an empty page.
 _SHORT = 4
 
 
 class RecentPanel:
-    """A folded list beside the opener, and a row of buttons where nothing is open."""
+    """A folded list beside the opener, and a row of buttons on an empty page."""
 
     def __init__(self, view: View, page: PageParts) -> None:
         self.view, self.page = view, page
         self.place: Element | None = None
 
     def draw(self) -> None:
-        """Show the whole list, folded, where it was shown first."""
+        """Show the whole list, folded, in its initial place."""
         if self.place is None:
             self.place = box("div", "recent")
         w, rows = self.view.words, self.view.studio.recent.newest()
@@ -43,7 +43,7 @@ class RecentPanel:
             button(w("recent.clear"), self._clear, "plain small", data_sure=w("recent.sure"))
 
     def draw_short(self) -> None:
-        """Show the last few, and the page that was closed last, where the caller is."""
+        """Show the last few files and the page closed last in the current container."""
         w, studio = self.view.words, self.view.studio
         closed, rows = studio.pages.newest_closed(), studio.recent.newest()[:_SHORT]
         if closed is not None:

@@ -1,4 +1,4 @@
-"""The right side: the outcome of a run as figures, messages, program and files."""
+"""Right panel: result of a run as values, messages, program and files."""
 
 from __future__ import annotations
 
@@ -42,14 +42,14 @@ _FILES = ("program", "tour", "report", "plan", "norms", "order", "given", "list"
 
 
 class ResultPanel:
-    """Panel with the outcome of the open job."""
+    """Panel with the result of the open job."""
 
     def __init__(self, view: View, page: PageParts) -> None:
         self.view, self.page = view, page
         self.tab = "summary"
-        #: The program that was shown when it was opened.
+        #: Program shown when it was opened.
         self._opened: Seen | None = None
-        #: Source of the program that is shown, if any.
+        #: Source of the visible program, if any.
         self._reading: tuple[object, str] | None = None
         self.nest = NestPanel(view, page)
         self.mark = StaleMark(view, page)
@@ -65,11 +65,11 @@ class ResultPanel:
         self.page.changed()
 
     def take_tab(self, tab: str) -> None:
-        """Select the tab to show when the outcome is drawn next."""
+        """Select the tab for the next result."""
         self.tab = tab if tab in _TABS else "summary"
 
     def kept(self) -> tuple[str, Seen | None]:
-        """Return the selected tab, and the program that was shown when it was opened."""
+        """Return the selected tab, and the program shown when it was opened."""
         return self.tab, self._opened
 
     def show_again(self, kept: tuple[str, Seen | None]) -> None:
@@ -78,7 +78,7 @@ class ResultPanel:
         self.draw()
 
     def arrive(self, record: JobRecord) -> None:
-        """Show a new outcome from its first figures; announce it without taking the focus."""
+        """Show a new result from its first figures; announce it without taking the focus."""
         self.tab = "summary"
         self.draw()
         answer = self.view.studio.history.answer(record.id)
@@ -86,17 +86,18 @@ class ResultPanel:
             self.page.announce(headline.announced(record, answer, self.view.words))
 
     def draw(self) -> None:
-        """Show the outcome, or the reason why none exists."""
+        """Show the result, or the reason why none exists."""
         view = self.view
         record = view.studio.jobs.record(view.job) if view.job else None
-        # A run is over on the page when the middle panel knows it, which then redraws all: that would undo the
-        # user's changes to an earlier outcome.
+        # A run ends on the page when the middle panel notices it, which then redraws everything. An earlier redraw
+        # would
+        # undo the user's changes to a previous result.
         over = record is not None and record.state.kept and not self.page.run.watching
         if not over and is_program(view) and self._opened is not view.seen:
             self._opened, self.tab = view.seen, "program"
         reading = (view.seen, record.id if over and record is not None else "") if self.tab == "program" else None
         if reading is not None and reading == self._reading:
-            return  # whoever reads a program stays at his line
+            return  # keep the reader's position in the program
         self._reading = reading
         self.nest.leave()
         self.mark.leave()
@@ -116,7 +117,7 @@ class ResultPanel:
         self.mark.refresh()
 
     def tick(self) -> None:
-        """Check the state of the job that is shown."""
+        """Update the shown job."""
         self.nest.tick()
         if self.tried is not None:
             self.tried.tick()
@@ -127,7 +128,7 @@ class ResultPanel:
         )
 
     def _before(self, record: JobRecord | None) -> None:
-        """Show the content without an outcome; a program shows its text when it is opened."""
+        """Show the content without a result; an opened program shows its text."""
         view = self.view
         if not is_program(view):
             messages = view.words("result.messages")
@@ -143,7 +144,7 @@ class ResultPanel:
                 self._nothing(record)
 
     def _nothing(self, record: JobRecord | None) -> None:
-        """Show the messages of a run so far, or the reason why it has no outcome."""
+        """Show the messages of a run so far, or the reason why it has no result."""
         w = self.view.words
         live = None if record is None else self.view.studio.jobs.live(record.id)
         if live is None or live.state.over:

@@ -1,4 +1,4 @@
-"""The middle: the drawing, and while something runs how far it is."""
+"""Middle panel: the drawing, and the progress of a run."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from leafcut.studio.page.panel_recent import RecentPanel
 if TYPE_CHECKING:
     from leafcut.studio.page.page_parts import PageParts
 
-#: Examples that are offered where nothing is open.
+#: Examples offered on an empty page.
 _TRIED = ("plate-27", "plate-70", "board-200")
 _SHEET = (
     '<svg class="plate" viewBox="0 0 96 64" aria-hidden="true"><rect x="1.5" y="1.5" width="93" height="61" rx="7"/>'
@@ -32,20 +32,20 @@ _SHEET = (
     '<circle cx="76" cy="20" r="4.5"/><circle cx="68" cy="46" r="4.5"/><circle cx="42" cy="50" r="4.5"/>'
     '<circle cx="20" cy="44" r="4.5"/></svg>'
 )
-#: The options that say how a drawing lies.
+#: Options for the position of a drawing.
 PLACED_BY = ("origin", "mirror", "rotate", "units")
-#: The layers that stay when a search moves on.
+#: Layers that stay unchanged while a search runs.
 _STILL = tuple(layer for layer in LAYERS if layer not in ("live", "pheromone"))
 
 
 class RunPanel:
-    """Begins, watches and ends runs."""
+    """Starts, watches and ends runs."""
 
     def __init__(self, view: View, page: PageParts) -> None:
         self.view, self.page = view, page
         w = view.words
         self.watching = False
-        #: How many messages of the job are told of already.
+        #: Number of the job's messages that were shown.
         self._told = 0
         with box("div", "frame") as self.frame:
             self.canvas = Canvas(
@@ -57,12 +57,12 @@ class RunPanel:
             self.live = LivePanel(view, page, self.canvas)
         self.edit = EditPanel(view, page, self.canvas)
         self._drawn: object = None
-        #: What is said where nothing is drawn: what is open, and why it is not.
+        #: Name and error of an input that cannot be drawn.
         self._unseen: tuple[str, str] | None = None
         self.draw()
 
     def _say_why_empty(self) -> None:
-        """Say in the place of the drawing why what is open is not drawn, or what may be opened."""
+        """Show why the input is not drawn, or what can be opened."""
         view = self.view
         unseen = (view.name, view.seen.error) if view.source and view.seen is not None and view.seen.error else ("", "")
         if unseen == self._unseen:
@@ -78,7 +78,7 @@ class RunPanel:
                 text("p", view.words.plain(unseen[1]), "quiet")
 
     def _invite(self) -> None:
-        """Show what a person may begin with where nothing is open."""
+        """Show the suggestions of an empty page."""
         w = self.view.words
         with box("div", "inviting"):
             ui.html(_SHEET, sanitize=False)
@@ -104,11 +104,11 @@ class RunPanel:
 
     @property
     def running(self) -> bool:
-        """Whether the job that is shown is not over."""
+        """Whether the shown job is unfinished."""
         return self.view.job is not None and self.view.job in self.view.studio.jobs.running()
 
     def begin(self) -> None:
-        """Begin the run that is asked for."""
+        """Start the run."""
         view = self.view
         if self.running:
             return
@@ -126,7 +126,7 @@ class RunPanel:
         self.page.result.draw()
 
     def watch(self) -> None:
-        """Show how the job goes on, from now on."""
+        """Start watching the job."""
         self.watching, self._told = True, 0
         self.view.sheet = (1, 1)
         self.edit.leave()
@@ -135,29 +135,29 @@ class RunPanel:
         self.tick()
 
     def leave(self) -> None:
-        """Show no job any more; one that runs goes on, and is among the jobs."""
+        """Stop showing a job; it continues if it runs."""
         self.view.job, self.watching = None, False
         self.edit.leave()
         self.live.clear()
 
     def resume(self) -> None:
-        """Show again what the page is at: the job of it, if it goes on, else its outcome."""
+        """Show the page's job again: its progress, or its result."""
         self.watching, self._told = self.running, 0
         self.edit.end()
         self.live.clear()
         self.draw()
 
     def tell_earlier(self, line: str) -> None:
-        """Say over the drawing that it is of earlier choices; nothing where it is not."""
+        """Show a notice that the drawing belongs to earlier choices; empty for none."""
         self.frame.props["data-earlier"] = line
         self.frame.update()
 
     def forget(self) -> None:
-        """Know no more what is drawn."""
+        """Forget the drawn objects."""
         self._drawn = None
 
     def tick(self) -> None:
-        """Show how far the reading of the input is, and what is new of the job; when it is over, its outcome."""
+        """Update the progress of reading and of the job, and show the result at its end."""
         self.reading.show(self.page.input.newest)
         if not self.watching or self.view.job is None:
             return
@@ -184,7 +184,7 @@ class RunPanel:
         self.page.input.ready(self.view.ready)
 
     def _tell_end(self, record: JobRecord) -> None:
-        """Say how the job ended."""
+        """Show how the job ended."""
         w = self.view.words
         if record.state is JobState.FAILED:
             self.page.say(record.line, True)
@@ -196,12 +196,12 @@ class RunPanel:
             self.page.say(w(f"state.{record.state.value}"))
 
     def draw(self) -> None:
-        """Draw the outcome of the job, else what was opened."""
+        """Draw the result of the job, or else the opened input."""
         now, scenes = self._scenes()
         seen = self.view.seen
         found = seen.travel if seen is not None and self.view.work != "nest" else None  # a nest has no machine yet
         travel = found.as_shown() if found is not None else None
-        # What came of a run lies where it lay then.
+        # A result cannot be moved.
         self.canvas.set_placement(travel, movable=now is seen and self.view.zero is not None)
         if scenes and (now is self._drawn or (isinstance(now, str) and now == self._drawn)):
             return
@@ -217,7 +217,7 @@ class RunPanel:
                 self.canvas.hide(layer)
 
     def _beneath(self) -> dict[str, bytes]:
-        """Return the whole drawing that the outcome of the job is of, as long as it lies as it did in the run."""
+        """Return the whole drawing of the job's input, if its position is unchanged since the run."""
         view = self.view
         record = view.studio.jobs.record(view.job or "")
         if record is None or view.seen is None or record.task.inputs != (view.source,):
@@ -227,7 +227,7 @@ class RunPanel:
         return {"whole": view.seen.scenes["whole"]} if "whole" in view.seen.scenes else {}
 
     def _scenes(self) -> tuple[object, dict[str, Shown]]:
-        """Return what is to be drawn, and its scenes by layer."""
+        """Return the object to draw, and its scenes by layer."""
         view = self.view
         history = view.studio.history
         names = history.artefacts(view.job) if view.job else {}
@@ -250,5 +250,5 @@ class RunPanel:
         return seen, {**seen.scenes, "solid_after": self._said(seen.stock)} if seen.stock else dict(seen.scenes)
 
     def _said(self, make: Callable[[], bytes]) -> Callable[[], bytes]:
-        """Return what makes a scene of the stock, with the reason for none in the language of the page."""
+        """Return a function that creates a scene of the stock, or the reason for none in the language of the page."""
         return lambda: in_words(make(), self.view.words.plain)

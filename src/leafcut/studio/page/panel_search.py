@@ -1,4 +1,4 @@
-"""How the orders of a run were found: a chart of every search, its workers, and what was said meanwhile."""
+"""Searches of a run: a chart of each, its workers, and its messages."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from leafcut.studio.jobs.history import JobRecord
 from leafcut.studio.page.elements import box, button, link, text
 from leafcut.studio.page.page_state import View
 
-#: Most points of a chart, and most workers that are told of.
+#: Maximum number of points of a chart, and of workers.
 _MOST_POINTS, _MOST_WORKERS = 600, 64
 
 
 def draw_searches(view: View, record: JobRecord, answer: dict[str, Any]) -> None:
-    """Show the charts of a run's searches and what its workers did."""
+    """Show the charts of a run's searches, and its workers."""
     kept = view.studio.history.artefact(record.id, "search")
     for search in json.loads(kept.data) if kept is not None else []:
         if search.get("iterations"):
@@ -31,13 +31,13 @@ def draw_searches(view: View, record: JobRecord, answer: dict[str, Any]) -> None
 
 
 def thinned(rows: list[Any], most: int = _MOST_POINTS) -> list[Any]:
-    """Return no more than about `most` rows, the last among them."""
+    """Return at most about `most` rows, including the last."""
     few = rows[:: len(rows) // most + 1]
     return few if not rows or few[-1] is rows[-1] else [*few, rows[-1]]
 
 
 def _learning(view: View, record: JobRecord, search: dict[str, Any]) -> None:
-    """Show how a search of the literature learned, with its files."""
+    """Show the learning curve of a search from the literature, with its files."""
     w = view.words
     with box("section"):
         with box("div", "chart-head"):

@@ -1,4 +1,4 @@
-"""The strategies of a pocket side by side; each can be looked at on the drawing."""
+"""Comparison of the strategies of a pocket; each can be shown in the drawing."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ _FIGURES = ("way", "lifts", "uncut", "time")
 
 
 class StrategiesPanel:
-    """Shows what every strategy makes of one level of the pockets; one at a time is on the drawing."""
+    """Shows the result of every strategy for one level of the pockets; one at a time is in the drawing."""
 
     def __init__(self, view: View, page: PageParts) -> None:
         self.view, self.page = view, page
         self._job = ""
-        #: The strategy that is looked at in the place of what is written.
+        #: The strategy shown instead of the program.
         self._shown = ""
 
     def draw(self, record: JobRecord, answer: dict[str, Any]) -> None:
-        """Show the strategies where the caller is; the one that is written is marked."""
+        """Show the strategies in the current container, and mark the chosen one."""
         self._job, self._shown = record.id, ""
         w, known = self.view.words, self.view.studio.history.artefacts(record.id)
         text("h3", w("result.strategies"))
@@ -47,7 +47,7 @@ class StrategiesPanel:
                 text("p", f"{row['strategy']}: {w.plain(reason)}", "quiet small", lang=w.spoken(reason))
 
     def leave(self) -> None:
-        """Show what is written again, unless the page is at another job by now."""
+        """Show the program again, unless the page has switched to another job."""
         if self._shown and self.view.job == self._job:
             self._put("")
         self._shown = ""
@@ -66,7 +66,7 @@ class StrategiesPanel:
                 text("td", cell, "n")
 
     def _put(self, name: str) -> None:
-        """Show the way of a strategy on the drawing; "": what is written, and what it is compared with."""
+        """Show the toolpath of a strategy in the drawing; "" shows the program and its comparison."""
         self._shown = name
         canvas, history = self.page.run.canvas, self.view.studio.history
         layers = {"after": f"way-{name}"} if name else {"before": "scene-before", "after": "scene-after"}

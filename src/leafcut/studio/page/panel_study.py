@@ -1,4 +1,4 @@
-"""What came of a study: how the lengths of each algorithm are spread, how they were found, and files to take."""
+"""Result of a study: distribution of each algorithm's lengths, learning curves, and files."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ _LENGTHS = ("best", "mean", "standard_deviation", "worst")
 
 
 class StudyPanel:
-    """The outcome of a study, narrow in its column and wide in a dialogue."""
+    """Result of a study, narrow in its column and wide in a dialog."""
 
     def __init__(self, view: View, page: PageParts) -> None:
         self.view, self.page = view, page
 
     def draw(self, record: JobRecord, answer: dict[str, Any]) -> None:
-        """Show the outcome of a job."""
+        """Show the result of a job."""
         w = self.view.words
         best = min(answer["runs"], key=lambda run: run["length"])
         text("p", _length(best["length"], _decimals(answer)), "headline")
@@ -64,7 +64,7 @@ class StudyPanel:
         table([("", ""), *((w(f"study.{key}"), "n") for key in _LENGTHS)], rows, w("study.lengths"))
 
     def _effort(self, answer: dict[str, Any]) -> None:
-        """Show what the runs of each algorithm took, on average."""
+        """Show the mean effort of each algorithm."""
         w = self.view.words
         table(
             [("", ""), *((w(f"study.{key}"), "n") for key in ("runs", "iterations", "seconds"))],
@@ -82,7 +82,7 @@ class StudyPanel:
             button(w("study.enlarge"), None, "small", data_dialog="study-large")
 
     def _large(self, answer: dict[str, Any], curves: list[dict[str, Any]]) -> None:
-        """Lay out the same in a dialogue as wide as the page."""
+        """Show the same content in a dialog as wide as the page."""
         w, decimals = self.view.words, _decimals(answer)
         with box("dialog", "study-large", id="study-large", aria_label=w("study.title")):
             text("h2", f"{w('study.title')}: {answer['instance']}")
@@ -100,7 +100,7 @@ class StudyPanel:
             button(w("help.close"), None, "", data_close="")
 
     def _chart_words(self, answer: dict[str, Any]) -> dict[str, str]:
-        """Return the words of a chart; its line is the best known tour where one is known."""
+        """Return the texts of a chart; its line is the best known tour, if any."""
         w = self.view.words
         return {**w.section("chart"), **({"bound": w("result.optimum")} if answer["optimum"] else {})}
 
@@ -110,13 +110,13 @@ class StudyPanel:
 
 
 def _bound(answer: dict[str, Any]) -> float | None:
-    """Return the line that no run can be below: the best known tour, or the lower bound."""
+    """Return the best known length of a tour, or the lower bound, as the line in a chart."""
     found: float | None = answer["optimum"] or answer["lower_bound"]
     return found
 
 
 def _decimals(answer: dict[str, Any]) -> int:
-    """Return how many decimals lengths are shown with: none of a large map, one or two of a small one."""
+    """Return the number of decimals for lengths: none for a large map, one or two for a small map."""
     best = min(run["length"] for run in answer["runs"])
     return 2 if best < 1e3 else 1 if best < 1e5 else 0
 

@@ -1,4 +1,4 @@
-"""What a run has tried so far, of the ways that it tries in turn: strategies of a pocket, variants of a nest."""
+"""Trials of a run so far: strategies of a pocket or variants of a nest."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from leafcut.studio.wording import Words
 
 
 class TriedPanel:
-    """A row for each way: what came of it, which is the best so far, and which are being tried."""
+    """One row per trial with its result; the best and the running ones are marked."""
 
     def __init__(self, words: Words, live: Live) -> None:
         self.words, self.live = words, live
@@ -17,7 +17,7 @@ class TriedPanel:
         self.tick()
 
     def tick(self) -> None:
-        """Show what is new."""
+        """Update the rows."""
         rows = [(name, *came) for name, came in list(self.live.tried.items())]
         if rows == self._rows:
             return
@@ -36,7 +36,7 @@ class TriedPanel:
                         text("b", figure or w("run.trying"), "figure")
 
     def _named(self, name: str) -> str:
-        """Return what a way is called: ``by shapes · 3`` of the third variant of a nest by shapes."""
+        """Return the label of a trial: ``by shapes · 3`` for the third variant of a nest by shapes."""
         method, _, number = name.partition(" ")
         known = self.words.table.get(f"nest.{method}")
         return f"{known} · {number}" if known and number.isdigit() else name

@@ -1,4 +1,4 @@
-"""What is known of an input before it is run: its kind, its size, what had to be repaired, what can be done with it."""
+"""Preview of an input before a run: format, size, repairs, and suitable work."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from leafcut.read.format import SNIFF_BYTES, Match, Source
 from leafcut.read.recognition import sniff_gcode
 from leafcut.studio.page.whole import MachineTravel, Whole, Zero, travel_of, whole_of
 
-#: Of a map, the tour through it is studied; of some that is all that they are for.
+#: Maps are for tours; some are suitable for nothing else.
 _PROGRAM = ("program", "simulate", "verify")
 _MAPS = {"tsplib": ("solve",), "gtsp": ("solve",), "xml": ("drill", "solve"), "csv": ("drill", "solve")}
 _EXAMPLE = ("drill", "solve")
@@ -27,32 +27,32 @@ _EXAMPLE = ("drill", "solve")
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """An input as it was found.
+    """Preview of an input.
 
     Attributes
     ----------
     works
-        Kinds of work (`forms.works`) that it is good for.
+        Suitable kinds of work (`forms.works`).
     facts
-        (key of its words, value) in the order in which they are told.
+        (key of the label, value) in display order.
     issues
-        As the JSON answers have them.
+        Issues, in the format of the JSON answers.
     scenes
-        What the drawing shows of it: layer → scene.
+        Content of the drawing: layer → scene.
     stock
-        Makes the scene of the stock that a program cuts (`studio.drawing.solid`), or says why it is not shown.
+        Function that creates the scene of the program's stock (`studio.drawing.solid`), or the reason for none.
     error
-        Why it cannot be read in this way; another kind of work, or other options, may be able to.
+        Why it cannot be read for this work; another kind of work or other options may succeed.
     work
-        The kind of work that a drawing was read for; empty where it is the same for all.
+        The kind of work that a drawing was read for; empty if reading is identical for all.
     whole
-        All that a drawing shows, and which work it suits.
+        The entire content of a drawing, and the work it suits.
     zero
-        Where in the drawing, mirrored and rotated, program zero is; None where that cannot be told or changed.
+        Position of program zero in the mirrored and rotated drawing; None if unknown or fixed.
     travel
-        How far the machine goes.
+        Travel of the machine.
     broken
-        Whether the file itself is why it cannot be read, and no option or kind of work would help.
+        Whether the file itself is invalid, so that no option or kind of work would help.
     """
 
     format: str
@@ -69,7 +69,7 @@ class Seen:
     broken: bool = False
 
 
-#: A drawing and a program that need what most others need.
+#: A drawing and a program that use the most common modules.
 READY = (
     Source("ready.dxf", b"0\nSECTION\n2\nENTITIES\n0\nCIRCLE\n8\n0\n10\n5\n20\n5\n40\n1\n0\nENDSEC\n0\nEOF\n"),
     Source("ready.nc", b"G21 G90 G94\nG0 X0 Y0 Z5\nG1 Z-1 F100\nG2 X2 Y0 I1 J0\nG81 X5 Y5 Z-1 R2\nG80\nM2\n"),
@@ -77,8 +77,8 @@ READY = (
 
 
 def get_ready() -> None:
-    """Load what most inputs are read with, so that nobody waits for it at the first one."""
-    with suppress(Exception):  # who opens a file is told what is wrong
+    """Load the modules for most inputs, so that the first input opens at once."""
+    with suppress(Exception):  # errors are shown when the user opens a file
         for source in READY:
             look(source)
 
@@ -86,12 +86,12 @@ def get_ready() -> None:
 def look(
     source: str | Source, work: str = "", options: dict[str, Any] | None = None, progress: OnProgress | None = None
 ) -> Seen:
-    """Return what is in an input; `work` says how to see a drawing that is good for several kinds of work.
+    """Return the preview of an input; `work` selects how to read a drawing that is suitable for several.
 
     Raises
     ------
     LeafcutError
-        There is no such input, or leafcut reads no files of its kind.
+        The input does not exist, or leafcut does not read its format.
     """
     from leafcut.read.registry import read_source
 
@@ -116,7 +116,7 @@ def look(
 def _drawing(
     source: Source, name: str, work: str, settings: Settings, whole: Whole, progress: OnProgress | None
 ) -> Seen:
-    """Return a drawing or a map, read for a kind of work, over the whole of it."""
+    """Return the preview of a drawing or a map read for a kind of work, on top of the whole drawing."""
     from leafcut.report.json_answer import issues_as_json
     from leafcut.studio.drawing.scene import part_scene, unitless
 
@@ -151,13 +151,13 @@ def _facts(part: Part) -> tuple[tuple[str, str], ...]:
     if widths:
         shown = ", ".join(f"{w:.4g}" for w in widths[:4]) + (" …" if len(widths) > 4 else "")
         facts.append(("diameters", f"{shown} mm"))
-    # Only centres are known of a drawing of holes: how far the plate goes beyond them is not.
+    # A drawing of holes contains only their centres; the size of the plate is unknown.
     kind = "size" if part.contours or part.pockets else "centres"
     return (*facts, (kind, f"{size} mm"), ("units", part.units))
 
 
 def _size(width: float, height: float) -> str:
-    """Return a size to four figures, with all those before the point, never as a power of ten."""
+    """Return a size with four significant digits, without exponents."""
     return " × ".join(f"{side:,.0f}" if abs(side) >= 1000.0 else f"{side:.4g}" for side in (width, height))
 
 
@@ -176,7 +176,7 @@ def _program(source: Source, options: Mapping[str, Any], progress: OnProgress | 
         scene = toolpath_scene(found.run, found.machine, name=source.file_name, text=text, measured=found.measure)
         shown = {"after": scene}
     except LeafcutError as problem:
-        # What looks like a program is shown as text, also where nobody can run it as it is.
+        # A text that looks like a program is shown even if it cannot be simulated.
         looks = sniff_gcode(source.data[:SNIFF_BYTES])
         return Seen("gcode", _PROGRAM, error=str(problem), broken=isinstance(problem, ReadError) and looks == Match.NO)
     (left, low, _), (right, high, _) = found.path.extents
@@ -190,7 +190,7 @@ def _program(source: Source, options: Mapping[str, Any], progress: OnProgress | 
 
 
 def _stock(source: Source, found: Simulation, options: Mapping[str, Any]) -> Callable[[], bytes]:
-    """Return what makes the scene of the stock, when somebody wants to see it."""
+    """Return a function that creates the scene of the stock on demand."""
 
     def make() -> bytes:
         from leafcut.studio.drawing.solid import solid_scene

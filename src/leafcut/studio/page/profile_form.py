@@ -1,6 +1,6 @@
-"""A machine or a tool as a form: the keys of its TOML as fields, and what is typed put back into the same text.
+"""Form for a machine or a tool: TOML keys as fields, whose values are written back into the text.
 
-Comments and the order of the text stay as they are: tomlkit changes what was typed and nothing else.
+tomlkit changes only the edited value; comments and order are preserved.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ from leafcut.read.tool_keys import HOLE_KEYS, TOOL_KEYS
 from leafcut.studio.wording import Words
 from leafcut.units import BARE_UNIT, with_unit
 
-#: The arrays of a tool library, and the keys of each.
+#: Arrays of a tool library, and the keys of each.
 ARRAYS: dict[str, tuple[ProfileKey, ...]] = {"tool": TOOL_KEYS, "hole": HOLE_KEYS}
-#: What a value is said to be from once it was typed by hand.
+#: Source stored for a value that was typed.
 BY_HAND = "set by hand"
 #: A new tool and a new recipe.
 _NEW: dict[str, dict[str, Any]] = {"tool": {"diameter": "6 mm"}, "hole": {"diameter": "6 mm"}}
 
 
 def keys_of(array: str) -> tuple[ProfileKey, ...]:
-    """Return the keys of a table: of one of `ARRAYS`, or of a machine where it is empty."""
+    """Return the keys of an array, or of a machine if `array` is empty."""
     return ARRAYS[array] if array else PROFILE_KEYS
 
 
 def parsed(text: str) -> dict[str, Any] | None:
-    """Return what a text says, or None where it is no TOML."""
+    """Return the data of a text, or None if it is not valid TOML."""
     try:
         return tomllib.loads(text)
     except (ValueError, RecursionError):
@@ -41,7 +41,7 @@ def parsed(text: str) -> dict[str, Any] | None:
 
 
 def groups(words: Words, array: str, data: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the fields of a machine by its tables, or of one entry of an array, as `Form` draws them."""
+    """Return the fields of a machine by table, or of one array entry, as `Form` expects them."""
     stem = f"{array}." if array else ""
     tables = dict.fromkeys(key.table for key in keys_of(array))
     sources = data.get("sources")
@@ -89,7 +89,7 @@ def _field(key: ProfileKey, stem: str, words: Words, sources: Mapping[str, Any])
 
 
 def _shown_default(key: ProfileKey) -> str:
-    """Return what is taken where nothing is typed, without the unit that stands beside the field."""
+    """Return the default of a field without the unit shown beside it."""
     value = key.default[0] if isinstance(key.default, list) else key.default
     if value is None or isinstance(value, bool):
         return ""
@@ -98,7 +98,7 @@ def _shown_default(key: ProfileKey) -> str:
 
 
 def values(array: str, table: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what the fields of a machine, or of one entry of an array, show."""
+    """Return the values of the fields of a machine or of one array entry."""
     found = {}
     for key in keys_of(array):
         inner = table.get(key.table, {}) if key.table else table
@@ -116,14 +116,14 @@ def _typed(key: ProfileKey, value: Any) -> Any:
 
 
 def put(text: str, array: str, number: int, name: str, value: Any) -> str:
-    """Return a text with another value of a key, of entry `number` (from 0) of an array or of a machine.
+    """Return the text with a new value of a key, in entry `number` (from 0) of an array or in a machine.
 
-    An empty value takes the key out. A value that comes from somewhere is from now on set by hand.
+    An empty value removes the key. The source of a changed value becomes `BY_HAND`.
 
     Raises
     ------
     OptionError
-        The text is no TOML, has no such entry, or something else where the table of the key would be.
+        The text is not valid TOML, has no such entry, or has another value in place of the key's table.
     """
     document = _document(text)
     key = next(key for key in keys_of(array) if key.name == name)
@@ -151,7 +151,7 @@ def put(text: str, array: str, number: int, name: str, value: Any) -> str:
 
 
 def _value(key: ProfileKey, value: Any) -> Any:
-    """Return a value as it stands in the file; what cannot be one as it was typed, for the reader to refuse."""
+    """Return a value as written in the file; an invalid text is kept, so that the reader reports it."""
     if isinstance(value, bool):
         return value
     if key.kind == "axes":
@@ -195,7 +195,7 @@ def entries(data: Mapping[str, Any], array: str) -> list[Mapping[str, Any]]:
 
 
 def _place(document: Mapping[str, Any], array: str, number: int) -> tuple[list[Any], int]:
-    """Return an array, and where an entry of `entries` is in it: it may hold other things, too."""
+    """Return an array, and the index in it of an entry of `entries`; it may contain other values too."""
     found = document.get(array)
     listed = found if isinstance(found, list) else []
     places = [k for k, one in enumerate(listed) if isinstance(one, Mapping)]
@@ -205,12 +205,12 @@ def _place(document: Mapping[str, Any], array: str, number: int) -> tuple[list[A
 
 
 def added(text: str, array: str) -> str:
-    """Return a text with one more tool, of the next number, or one more recipe, of the first tool.
+    """Return the text with a new tool with the next number, or a new recipe with the first tool.
 
     Raises
     ------
     OptionError
-        The text is no TOML, or has the array in another form.
+        The text is not valid TOML, or has the array in another form.
     """
     document = _document(text)
     numbers = [one.get("number") for one in entries(document.unwrap(), "tool")]
@@ -233,12 +233,12 @@ def added(text: str, array: str) -> str:
 
 
 def removed(text: str, array: str, number: int) -> str:
-    """Return a text without an entry of an array, from 0.
+    """Return the text without an array entry, counted from 0.
 
     Raises
     ------
     OptionError
-        The text is no TOML, or has no such entry.
+        The text is not valid TOML, or has no such entry.
     """
     document = _document(text)
     listed, place = _place(document, array, number)
@@ -249,7 +249,7 @@ def removed(text: str, array: str, number: int) -> str:
 
 
 def renamed(text: str, shown: str, name: str) -> str:
-    """Return the text of a machine that says its new name itself, where it said the one before."""
+    """Return the text of a machine with its name replaced, if it contained the old name."""
     try:
         document = _document(text)
     except OptionError:
@@ -260,7 +260,7 @@ def renamed(text: str, shown: str, name: str) -> str:
 
 
 def entry_title(array: str, entry: Mapping[str, Any]) -> str:
-    """Return what a tool or a recipe is called in a list."""
+    """Return the label of a tool or a recipe in a list."""
     parts: Sequence[Any]
     if array == "tool":
         parts = (

@@ -1,4 +1,4 @@
-"""The jobs that run and those that wait, in the order in which they come to their turn, which can be changed."""
+"""Running and waiting jobs in their order, which can be changed."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from leafcut.studio.wording import Words
 
 
 class QueueCard:
-    """Shows the jobs that are not over; `on_change` is told when their order was changed."""
+    """Shows the unfinished jobs; `on_change` is called when their order changes."""
 
     def __init__(self, words: Words, jobs: Jobs, open_job: Callable[[str], Any], on_change: Callable[[], Any]) -> None:
         self._words, self._jobs, self._open, self._on_change = words, jobs, open_job, on_change
@@ -21,7 +21,7 @@ class QueueCard:
         self.place = box("section", "card queue", aria_label=words("jobs.queue"))
 
     def draw(self) -> None:
-        """Show the jobs as they stand now."""
+        """Show the current jobs."""
         waiting = self._jobs.waiting()
         running = [job for job in self._jobs.running() if job not in waiting]
         self._shares = {}
@@ -37,7 +37,7 @@ class QueueCard:
         self.tick()
 
     def tick(self) -> None:
-        """Show how far those are that run."""
+        """Update the progress of running jobs."""
         for job, shown in self._shares.items():
             live = self._jobs.live(job)
             if live is not None:
@@ -46,7 +46,7 @@ class QueueCard:
                     shown.set_text(share)
 
     def _row(self, job: str, place: int, last: int) -> None:
-        """Show a job: one that runs has no place in the queue."""
+        """Show a job; a running one has no position in the queue."""
         w, record = self._words, self._jobs.record(job)
         if record is None:
             return

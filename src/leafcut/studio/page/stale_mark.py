@@ -1,4 +1,4 @@
-"""Over an outcome: that it is of earlier choices than those that the page shows, and which these were."""
+"""Notice above a result that it belongs to earlier choices, with the differences."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from leafcut.studio.page.staleness import differences, edited_by_hand
 if TYPE_CHECKING:
     from leafcut.studio.page.page_parts import PageParts
 
-#: So many differences are named.
+#: Maximum number of differences listed.
 _MOST = 3
 
 
 class StaleMark:
-    """Marks an outcome, its badges and its programs while something is chosen otherwise than it was for them."""
+    """Marks a result, its badges and its programs as outdated while the choices differ from those of its run."""
 
     def __init__(self, view: View, page: PageParts) -> None:
         self.view, self.page = view, page
@@ -29,28 +29,28 @@ class StaleMark:
         self._programs: list[tuple[TextElement, str, str]] = []
 
     def draw(self, record: JobRecord) -> None:
-        """Make room for the mark where the caller is; badges and programs are added after that."""
+        """Add the place for the mark to the current container; badges and programs are added later."""
         self._record = record
         self._badges, self._programs = [], []
         self.place = box("div", "stale", role="status", aria_live="polite")
 
     def leave(self) -> None:
-        """Mark nothing: no outcome is shown."""
+        """Remove the mark, as no result is shown."""
         self._record = None
         if self._said:
             self._said = []
             self.page.run.tell_earlier("")
 
     def add_badge(self, badge: TextElement) -> None:
-        """Mark a badge, too."""
+        """Add a badge to the marked elements."""
         self._badges.append((badge, badge.text))
 
     def add_program(self, made: TextElement, title: str) -> None:
-        """Mark a link that downloads a program, too; `title` is what it says otherwise."""
+        """Add a download link of a program to the marked elements; `title` is its normal tooltip."""
         self._programs.append((made, made.text, title))
 
     def refresh(self) -> None:
-        """Look what is chosen otherwise by now, and show it."""
+        """Compare the choices, and update the mark."""
         record, w = self._record, self.view.words
         if record is None:
             return
@@ -58,7 +58,7 @@ class StaleMark:
         if found == self._said:
             return
         self._said = found
-        # While an order is changed by hand, it is what the drawing shows.
+        # During manual changes the drawing shows the edited order.
         drawn = found != [edited_by_hand(w).line(w)]
         self.page.run.tell_earlier(w("stale.title") if found and drawn else "")
         told = found[:_MOST] + ([w("open.more", number=len(found) - _MOST)] if len(found) > _MOST else [])
@@ -76,7 +76,7 @@ class StaleMark:
             made.update()
 
     def _tell(self, told: list[str], chosen: bool) -> None:
-        """Say what is different; what was `chosen` can be chosen back, an order is put back where it is edited."""
+        """Show the differences; `chosen` options can be restored here, an order only in its editor."""
         w = self.view.words
         text("b", w("stale.title"))
         with box("ul"):

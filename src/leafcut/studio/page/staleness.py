@@ -1,4 +1,4 @@
-"""What was chosen otherwise for an outcome than it is now: the outcome is then that of earlier choices."""
+"""Differences between the current choices and those of a result, which is outdated if there are any."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from leafcut.studio.wording import Words
 
 @dataclass(frozen=True)
 class ChangedChoice:
-    """One thing that was chosen: what it is called, what it was for the outcome, and what it is now."""
+    """A changed choice: its label, its value for the result, and its current value."""
 
     what: str
     then: str
     now: str
 
     def line(self, words: Words) -> str:
-        """Return it as a person is told, such as ``Thickness 5 mm; now 25 mm``."""
+        """Return the change as displayed, such as ``Thickness 5 mm; now 25 mm``."""
         return words("stale.line", what=self.what, then=self.then, now=self.now)
 
 
 def differences(record: JobRecord, view: View) -> list[ChangedChoice]:
-    """Return what the page has chosen otherwise than a job had it, the most important first."""
+    """Return the differences between the page's choices and a job, the most important first."""
     task, w = record.task, view.words
     work = work_of(task, record.title)
     return [
@@ -46,7 +46,7 @@ def differences(record: JobRecord, view: View) -> list[ChangedChoice]:
 
 
 def edited_by_hand(words: Words) -> ChangedChoice:
-    """Return what an order is told as that was changed by hand and not run yet."""
+    """Return the entry for an order that was edited and not run yet."""
     return ChangedChoice(words("stale.order"), words("stale.found"), words("stale.by_hand"))
 
 
@@ -70,7 +70,7 @@ def _inputs(task: Task, view: View) -> Iterator[ChangedChoice]:
 
 
 def _parts(then: Mapping[str, WantedPart], view: View) -> Iterator[ChangedChoice]:
-    """Tell the parts of a nest that are wanted otherwise."""
+    """Yield the changed parts of a nest."""
     now = {one.input: one for one in view.parts}
     for made in {**then, **now}:
         one, other = then.get(made), now.get(made)
@@ -88,7 +88,7 @@ def _wanted(one: WantedPart | None, words: Words) -> str:
 def _options(task: Task, work: str, view: View) -> Iterator[ChangedChoice]:
     then, now = forms.of_work(work, task.options), forms.of_work(view.work, view.values)
     names = dict.fromkeys([*then, *now])
-    if work != view.work:  # what the other work does not know is told by the work
+    if work != view.work:  # options that only one of the two has are covered by the change of work
         both = _names(work, task.options) & _names(view.work, view.values)
         names = dict.fromkeys(name for name in names if name in both)
     for name in names:
@@ -106,7 +106,7 @@ def _names(work: str, values: Mapping[str, Any]) -> set[str]:
 
 
 def _same(name: str, then: Any, now: Any) -> bool:
-    """Return whether two values mean the same, as ``6`` and ``6mm`` do."""
+    """Return whether two values are equal, as ``6`` and ``6mm`` are."""
     group = group_of(name)
     if then == now:
         return True
@@ -119,14 +119,14 @@ def _same(name: str, then: Any, now: Any) -> bool:
 
 
 def _value(name: str, value: Any, work: str, view: View) -> str:
-    """Return a value as a person is told of it."""
+    """Return a value as displayed."""
     if group_of(name).specs()[name].kind == "path" and isinstance(value, str) and not value.startswith(OWN):
         return _called(value, view.studio.folder)
     return forms.value_words(name, value, view.words, work)
 
 
 def _changed_files(record: JobRecord, folder: Folder, words: Words) -> Iterator[ChangedChoice]:
-    """Tell machines and tools of the person's own that were saved anew since the job was begun."""
+    """Yield the user's own machines and tools that were saved again since the job was created."""
     for name, kind in OWN_KINDS.items():
         value = record.task.options.get(name)
         if not isinstance(value, str) or not value.startswith(OWN):
@@ -138,7 +138,7 @@ def _changed_files(record: JobRecord, folder: Folder, words: Words) -> Iterator[
 
 
 def _called(word: str, folder: Folder) -> str:
-    """Return what a person calls an input or a chosen file."""
+    """Return the displayed name of an input or a chosen file."""
     with suppress(LeafcutError):
         return folder.input_path(word).name
     return called(word).removeprefix(OWN)

@@ -1,4 +1,4 @@
-"""The stops of an order, chosen and moved by buttons and a number: all that dragging does, without a pointer."""
+"""Keyboard alternative to dragging: buttons and a number that select and move the stops of an order."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from leafcut.studio.wording import Words
 
 
 class StopKeys:
-    """Chooses the stop before or after, and puts the chosen one earlier, later, or at a place in the order.
+    """Selects the previous or next stop, and moves the selected stop earlier, later, or to a position in the order.
 
     Parameters
     ----------
     stops
-        Returns the stops in the order as it is now.
+        Returns the stops in the current order.
     choose
-        Is told the name of the stop that was chosen.
+        Called with the name of the selected stop.
     change
-        Is told what is to be done with the order.
+        Called with the change of the order.
     """
 
     def __init__(
@@ -63,18 +63,18 @@ class StopKeys:
         form.on("submit", self._put, js_handler="(e) => { e.preventDefault(); emit(); }")
 
     def show(self, chosen: int) -> None:
-        """Know which stop is chosen, 0 for none."""
+        """Set the selected stop, 0 for none."""
         self._chosen = chosen
 
     def _note(self, event: Any) -> None:
         self._number = str(event.args)
 
     def _at(self) -> int:
-        """Return the place of the chosen stop in the order, from 0, or -1."""
+        """Return the index of the selected stop in the order, or -1."""
         return next((k for k, stop in enumerate(self._stops()) if stop.name == self._chosen), -1)
 
     def _step(self, by: int) -> None:
-        """Choose the stop before or after; where none is chosen, the first or the last."""
+        """Select the previous or next stop; without a selection, the last or the first."""
         stops, at = self._stops(), self._at()
         if stops:
             to = (0 if by > 0 else len(stops) - 1) if at < 0 else min(max(at + by, 0), len(stops) - 1)
@@ -84,13 +84,13 @@ class StopKeys:
         self._move(self._at() + by if self._at() >= 0 else -1)
 
     def _put(self) -> None:
-        """Put the chosen stop at the place that was typed."""
+        """Move the selected stop to the typed position."""
         number, count = self._number.strip(), len(self._stops())
         to = int(number) - 1 if number.isdecimal() and len(number) < 10 else -1
         self._move(to if 0 <= to < count else -1, self._words("edit.places", count=count))
 
     def _move(self, to: int, refusal: str = "") -> None:
-        """Put the chosen stop at a place, from 0; at one that is none nothing is done, or `refusal` is told."""
+        """Move the selected stop to an index; an invalid one is ignored, or answered with `refusal`."""
         stops, at = self._stops(), self._at()
         if at < 0 or (refusal and to < 0):
             self._change(_refused(refusal if at >= 0 else self._words("edit.choose")))

@@ -1,4 +1,4 @@
-"""Where in a TOML file of a machine or of tools a problem stands: found from the one line that tells of it."""
+"""Position of a problem in a TOML file of a machine or of tools, derived from the message."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _KEY = re.compile(r"""\s*((?:[\w-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[\w-]+|"[^"]*"
 
 @dataclass(frozen=True)
 class TomlPlace:
-    """A place in a file: `table` is empty for the top, `number` counts the tables of an array from 1."""
+    """A position in a file: `table` is empty for the top, `number` counts the tables of an array from 1."""
 
     table: str = ""
     number: int = 0
@@ -23,7 +23,7 @@ class TomlPlace:
 
 
 def place_of(text: str, problem: str) -> TomlPlace:
-    """Return where a problem stands that `library.check` told of; without a line where it names no place."""
+    """Return the position of a problem reported by `library.check`; without a line if the message names no position."""
     syntax = _SYNTAX.search(problem)
     if syntax:
         return TomlPlace(line=int(syntax.group(1)))
@@ -39,12 +39,12 @@ def place_of(text: str, problem: str) -> TomlPlace:
         table, _, key = key.rpartition(".")
     line = _line_of(text, table, number, key)
     if line is None and key and not table:
-        line = _line_of(text, key, 1, "")  # it stands as a table where it should be something else
+        line = _line_of(text, key, 1, "")  # a table where another value is expected
     return TomlPlace(table, number, key, line)
 
 
 def _line_of(text: str, table: str, number: int, key: str) -> int | None:
-    """Return the line of a key, or where its table begins; None where there is neither."""
+    """Return the line of a key, or else of its table's header; None without either."""
     counts: dict[str, int] = {}
     here, begins = "", None if table else 1
     inside = not table

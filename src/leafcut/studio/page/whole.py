@@ -1,4 +1,4 @@
-"""All that a drawing shows, beside what is worked: the layer beneath, which work it suits, and where it lies."""
+"""The entire content of a drawing: background layer, suitable work, and position of program zero."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ from leafcut.studio.drawing.thumbnail import Thumbnails
 
 @dataclass(frozen=True)
 class Whole:
-    """A whole drawing as it was found, before it is placed.
+    """A whole drawing as read, before it is placed.
 
     Attributes
     ----------
     part
-        All that it shows; None for an input that is all worked.
+        Its entire content; None for an input that is machined completely.
     suits
-        What each kind of work says of it, the likeliest first.
+        Suitability for each kind of work, the most likely first.
     pictures
-        Kind of work → small picture (`Thumbnails.picture`).
+        Kind of work → thumbnail (`Thumbnails.picture`).
     machine
-        The machine that is at hand for such files; "" for none.
+        Default machine for such files; "" for none.
     """
 
     part: Part | None = None
@@ -41,30 +41,30 @@ class Whole:
     machine: str = ""
 
     def likeliest(self, works: Sequence[str]) -> list[str]:
-        """Return kinds of work in the order in which they are tried."""
+        """Return kinds of work, the most likely first."""
         return [*(work for work in self.suits if work in works), *(work for work in works if work not in self.suits)]
 
     def beneath(self, work: str, source: Source, part: Part, settings: Settings) -> tuple[Part | None, Zero]:
-        """Return the whole as it lies under a part that was read for a kind of work, and where its zero was."""
+        """Return the whole drawing placed under a part read for a kind of work, and the position of program zero."""
         zero = _zero(work, source, part, settings)
         if self.part is None or zero is None:
             return None, zero
         return placed(self.part, replace(settings.read, origin=zero)), zero
 
 
-#: Where in the drawing, mirrored and rotated, program zero is; None where that cannot be told.
+#: Position of program zero in the mirrored and rotated drawing; None if unknown.
 Zero = tuple[float, float] | None
 
 
 def whole_of(format_: Format, source: Source, works: Sequence[str], settings: Settings) -> Whole:
-    """Return all that an input shows; nothing where the reader knows nothing beside what is worked."""
+    """Return the whole content of an input; empty if the reader knows nothing but the machined part."""
     machine = next((one for one in (registry.machine_for(work, format_.name) for work in works) if one), "")
     if format_.whole is None and format_.contours is None and not _filtered(settings.read):
         return Whole(machine=machine)
     try:
         part = read_whole(source, settings.read)
     except LeafcutError:
-        return Whole(machine=machine)  # what can be read of it says why the rest cannot
+        return Whole(machine=machine)  # the reading for a kind of work reports the error
     suits = registry.suited(works, WholeDrawing(part))
     drawn = Thumbnails(part)
     pictures = {
@@ -74,12 +74,12 @@ def whole_of(format_: Format, source: Source, works: Sequence[str], settings: Se
 
 
 def _filtered(read: ReadOptions) -> bool:
-    """Return whether options leave out what the file has."""
+    """Return whether options leave out some content of the file."""
     return bool(read.layers) or read.min_diameter is not None or read.max_diameter is not None
 
 
 def _zero(work: str, source: Source, part: Part, settings: Settings) -> Zero:
-    """Return where program zero lies in the drawing: a corner by its name is where the process finds it."""
+    """Return the position of program zero in the drawing; a corner given by name is where the process finds it."""
     origin = settings.read.origin
     if origin is None:
         return 0.0, 0.0
@@ -96,14 +96,14 @@ def _zero(work: str, source: Source, part: Part, settings: Settings) -> Zero:
 
 @dataclass(frozen=True)
 class MachineTravel:
-    """How far a machine goes, as the drawing lies: smallest x and y, largest x and y, mm.
+    """Travel of a machine in drawing coordinates: smallest x and y, largest x and y, mm.
 
     Attributes
     ----------
     known
-        Whether it is told where program zero is on the machine; else the part is thought in the middle.
+        Whether the position of program zero on the machine is known; otherwise the part is assumed in the middle.
     fits
-        Whether the part lies inside.
+        Whether the part is inside.
     """
 
     box: tuple[float, float, float, float]
@@ -112,12 +112,12 @@ class MachineTravel:
     machine: str
 
     def as_shown(self) -> dict[str, Any]:
-        """Return it in plain values."""
+        """Return the travel as plain values."""
         return {"box": list(self.box), "known": self.known, "fits": self.fits, "machine": self.machine}
 
 
 def travel_of(settings: Settings, extents: tuple[float, float, float, float]) -> MachineTravel | None:
-    """Return how far the machine goes around a part with these extents; None where that is not known."""
+    """Return the travel of the machine around a part with these extents; None if unknown."""
     try:
         machine = load_machine(settings.machine.machine, settings.machine.work_offset)
     except LeafcutError:

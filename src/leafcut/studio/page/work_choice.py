@@ -1,4 +1,4 @@
-"""The kinds of work side by side as small pictures, and why one of them is suggested."""
+"""Choice of the kind of work by thumbnails, with the reason for the suggested one."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from leafcut.studio.wording import Words
 
 
 class WorkChoice(Element, component="../static/works.js"):
-    """A group of radio buttons with pictures; `on_choose` is told the kind of work that a person takes."""
+    """A group of radio buttons with thumbnails; `on_choose` receives the chosen kind of work."""
 
     def __init__(self, label: str, on_choose: Callable[[str], Any]) -> None:
         super().__init__()
@@ -20,19 +20,19 @@ class WorkChoice(Element, component="../static/works.js"):
         self.on("choose", lambda e: on_choose(e.args))
 
     def show(self, works: list[dict[str, Any]], chosen: str, why: str) -> None:
-        """Show kinds of work with ``name``, ``title`` and ``picture``, which is chosen, and why one is suggested."""
+        """Show kinds of work with ``name``, ``title`` and ``picture``, the choice, and the reason for a suggestion."""
         self.props.update(works=works, chosen=chosen, why=why, turn=self.props["turn"] + 1)
         self.update()
 
 
 def cards(works: tuple[str, ...], seen: Seen | None, words: Words) -> list[dict[str, Any]]:
-    """Return a card for each kind of work, with what it would do to the drawing that is open."""
+    """Return a card for each kind of work, with a thumbnail of its effect on the open drawing."""
     pictures = seen.whole.pictures if seen is not None else {}
     return [{"name": work, "title": words.named("work", work), "picture": pictures.get(work)} for work in works]
 
 
 def why_suggested(seen: Seen | None, words: Words) -> str:
-    """Return which kind of work a drawing suits best and why; nothing where there is no choice."""
+    """Return the most suitable kind of work for a drawing, with the reason; empty if there is no choice."""
     if seen is None or len(seen.whole.suits) < 2:
         return ""
     work, best = next(iter(seen.whole.suits.items()))
