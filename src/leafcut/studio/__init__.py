@@ -1,1 +1,1 @@
-"""The studio: a page on this machine that opens a file, shows it, runs, and hands over the program."""
+"""Local web page of leafcut: opens a file, shows the drawing, runs jobs and delivers the program."""

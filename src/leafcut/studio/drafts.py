@@ -1,6 +1,6 @@
-"""What was typed of machines and tools and not saved: kept in the studio's folder until it is saved or discarded.
+"""Unsaved texts of machine profiles and tool libraries, kept in the studio's folder until saved or discarded.
 
-What the folder does not take, as it is full or the text is too long, is kept as long as the page.
+A text that cannot be written (disk full, too long) is kept in memory.
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ from leafcut.errors import LeafcutError
 from leafcut.files.whole_files import write_whole
 from leafcut.studio.folder import Folder
 
-#: Longer than any profile: they are some kilobytes.
+#: Upper limit; profiles have a few kB.
 MOST_CHARACTERS = 200_000
 
 
 class Drafts(MutableMapping[str, str]):
-    """Name → text, of the person's own ``machines`` or ``tools``; those of names that are gone mean nothing."""
+    """Name → text of the user's own ``machines`` or ``tools``. Names of deleted files are ignored."""
 
     def __init__(self, folder: Folder, kind: str) -> None:
         self._folder, self._kind = folder, kind
@@ -30,7 +30,7 @@ class Drafts(MutableMapping[str, str]):
             return self._unwritten[name]
         try:
             return (self._place / self._folder.own_path(self._kind, name).name).read_text(encoding="utf-8")
-        except (OSError, ValueError):  # a name that is none is a ValueError, too
+        except (OSError, ValueError):  # an invalid name raises a ValueError
             raise KeyError(name) from None
 
     def __setitem__(self, name: str, text: str) -> None:

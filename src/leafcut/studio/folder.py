@@ -1,4 +1,4 @@
-"""The studio's own folder: what a page sends lies here, and a page can name nothing that lies elsewhere."""
+"""The studio's own folder. It holds all uploads; pages cannot name files outside it."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from pathlib import Path
 from leafcut.errors import OptionError
 from leafcut.files.whole_files import OutputError, write_whole
 
-#: What an input's id looks like: nothing that could be a path.
+#: Format of an input's id; it cannot be a path.
 _ID = re.compile(r"[A-Za-z0-9_-]{16}")
-#: What a person may call a machine or a tool library of his own.
+#: Valid name of a user's machine or tool library.
 _OWN = re.compile(r"[a-z0-9][a-z0-9_-]{0,60}")
-#: Words before the name of what is the studio's own, and of what is built in and is no file.
+#: Prefixes of the user's own files, and of built-in sources that are not files.
 OWN, BUILT_IN = "mine:", ("example:", "random:")
-#: In bytes: one file.
+#: Maximum size of a file, bytes.
 LARGEST_UPLOAD = 64 * 1024 * 1024
-#: In bytes; file systems take 255.
+#: Maximum length of a file name, bytes; file systems allow 255.
 _LONGEST_NAME = 160
-#: Uploads that no job ever used go after so many seconds.
+#: Age after which unused uploads are deleted, s.
 _UNUSED_SECONDS = 24 * 3600.0
 _RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com\d|lpt\d)(\.|\Z)")
 
 
 def data_folder() -> Path:
-    """Return the user's folder for the studio's data, as the XDG base directory specification has it."""
+    """Return the user's data folder of the studio, following the XDG base directory specification."""
     if sys.platform == "win32":
         base = os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local"
     else:
@@ -40,7 +40,7 @@ def data_folder() -> Path:
 
 
 def safe_name(name: str) -> str:
-    """Return a file's name as it may stand in a folder, on a command line and in a program's comment."""
+    """Return a file name that is valid in a folder, on a command line and in a program's comment."""
     last = re.split(r"[/\\]", unicodedata.normalize("NFC", name))[-1]
     kept = "".join(c for c in last if c.isprintable() and c not in '<>:"|?*').strip(" .")
     extension = Path(kept).suffix if len(Path(kept).suffix) < 20 else ""
@@ -54,12 +54,12 @@ def safe_name(name: str) -> str:
 
 
 class Folder:
-    """Where uploads, machines and tool libraries of the studio lie.
+    """Folder with uploads, machines and tool libraries of the studio.
 
     Raises
     ------
     OutputError
-        The folder cannot be made.
+        The folder cannot be created.
     """
 
     def __init__(self, root: Path) -> None:
@@ -72,25 +72,25 @@ class Folder:
             raise OutputError(f"{root}: cannot create the studio's folder ({problem.strerror})") from None
 
     def new_input(self, name: str) -> tuple[str, Path]:
-        """Return the id and the path of a file that is about to be written."""
+        """Return id and path of a new file to be written."""
         made = secrets.token_urlsafe(12)
         place = self.inputs / made
         place.mkdir(mode=0o700, parents=True)
         return made, place / safe_name(name)
 
     def add_input(self, name: str, data: bytes) -> str:
-        """Keep a file; return its id."""
+        """Store a file; return its id."""
         made, path = self.new_input(name)
         path.write_bytes(data)
         return made
 
     def input_path(self, made: str) -> Path:
-        """Return where an upload lies.
+        """Return the path of an upload.
 
         Raises
         ------
         OptionError
-            There is none of that id.
+            No upload has this id.
         """
         found = sorted((self.inputs / made).iterdir()) if _ID.fullmatch(made) and (self.inputs / made).is_dir() else []
         if len(found) != 1:
@@ -98,7 +98,7 @@ class Folder:
         return found[0]
 
     def source(self, word: str) -> str:
-        """Return what leafcut is given for an input that a page names: a path in here, or what is built in."""
+        """Return the source for an input named by a page: a path in this folder, or a built-in source."""
         return word if word.startswith(BUILT_IN) else str(self.input_path(word))
 
     def drop_inputs(self, ids: Iterable[str]) -> None:
@@ -108,34 +108,34 @@ class Folder:
                 shutil.rmtree(self.inputs / made, ignore_errors=True)
 
     def drop_unused(self, used: Iterable[str]) -> None:
-        """Remove the uploads that no job uses and that are old."""
+        """Remove old uploads that no job uses."""
         keep, now = set(used), time.time()
         old = [p.name for p in self.inputs.iterdir() if now - p.stat().st_mtime > _UNUSED_SECONDS]
         self.drop_inputs(name for name in old if name not in keep)
 
     def own(self, kind: str) -> list[str]:
-        """Return the names of the person's own ``machines`` or ``tools``, in order."""
+        """Return the sorted names of the user's own ``machines`` or ``tools``."""
         return sorted(p.stem for p in (self.root / kind).glob("*.toml") if _OWN.fullmatch(p.stem))
 
     def own_path(self, kind: str, name: str) -> Path:
-        """Return the path of a file of the person's own, which need not be there.
+        """Return the path of a user's own file, which need not exist.
 
         Raises
         ------
         OptionError
-            The name is none.
+            The name is invalid.
         """
         if not _OWN.fullmatch(name):
             raise OptionError(f"'{safe_name(name)}' is not a valid name; use lower-case letters, digits, - and _")
         return self.root / kind / f"{name}.toml"
 
     def kept_own(self, kind: str, word: str, flag: str) -> Path:
-        """Return the path of a file of the person's own that is there, by ``mine:NAME``; `flag` asks for it.
+        """Return the path of the existing file for ``mine:NAME``; `flag` is the option for the message.
 
         Raises
         ------
         OptionError
-            The name is none, or the file is gone.
+            The name is invalid, or the file no longer exists.
         """
         name = word.removeprefix(OWN)
         path = self.own_path(kind, name)
@@ -144,10 +144,10 @@ class Folder:
         return path
 
     def save_own(self, kind: str, name: str, text: str) -> None:
-        """Write a file of the person's own, whole or not at all."""
+        """Write a user's own file atomically."""
         write_whole(self.own_path(kind, name), text)
 
     def without_paths(self, line: str) -> str:
-        """Return a message without the studio's own folders: a file is what the person calls it."""
+        """Return a message without the studio's folder names, so that it shows file names as the user knows them."""
         folder = re.escape(str(self.root) + os.sep)
         return re.sub(folder + r"(inputs[/\\][A-Za-z0-9_-]{16}[/\\]|machines[/\\]|tools[/\\])?", "", line)

@@ -1,4 +1,4 @@
-"""What every open page has chosen, kept in the studio's folder: a page that is loaded again goes on where it was."""
+"""Choices of every open page, stored in the studio's folder, so that a reloaded page continues."""
 
 from __future__ import annotations
 
@@ -14,32 +14,32 @@ from typing import Any
 
 from leafcut.files.whole_files import write_whole
 
-#: What the name of a page looks like: nothing that could be a path. It opens nothing: that takes the key.
+#: Format of a page's name; it cannot be a path. It grants no access, which needs the key.
 PAGE = re.compile(r"[A-Za-z0-9_-]{16}")
-#: So many pages are kept, and none longer than so many seconds after it was last changed.
+#: Maximum number of stored pages, and maximum age since the last change, s.
 MOST_PAGES, LONGEST = 60, 14 * 24 * 3600.0
-#: Most characters of one page.
+#: Maximum number of characters of one page.
 MOST_CHARACTERS = 4_000_000
 
 
 class KeptPages:
-    """Pages by name, each a JSON object; written at once, so that nothing is lost however the studio ends."""
+    """Stored pages by name, each a JSON object; written at once, so that nothing is lost in a crash."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._lock = threading.Lock()
-        #: Name → whether the page that has it is still seen.
+        #: Name → function that returns whether the page is open.
         self._held: dict[str, Callable[[], bool]] = {}
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         self._prune()
 
     @staticmethod
     def new_name() -> str:
-        """Return a name that no page has."""
+        """Return an unused name."""
         return secrets.token_urlsafe(12)
 
     def get(self, name: str) -> dict[str, Any] | None:
-        """Return what a page had chosen; None where nothing is known of it."""
+        """Return the choices of a page; None for an unknown page."""
         if not PAGE.fullmatch(name):
             return None
         with suppress(OSError, ValueError, RecursionError):
@@ -49,22 +49,22 @@ class KeptPages:
         return None
 
     def put(self, name: str, text: str) -> None:
-        """Keep what a page has chosen, a JSON object."""
+        """Store the choices of a page, a JSON object."""
         if not PAGE.fullmatch(name) or len(text) > MOST_CHARACTERS:
             return
         new = not self._file(name).exists()
-        with self._lock, suppress(Exception):  # the page goes on, and says nothing: it has no need of it yet
+        with self._lock, suppress(Exception):  # the open page does not depend on its stored state
             write_whole(self._file(name), text)
         if new:
             self._prune()
 
     def drop(self, name: str) -> None:
-        """Forget a page."""
+        """Delete a page."""
         if PAGE.fullmatch(name):
             self._file(name).unlink(missing_ok=True)
 
     def hold(self, name: str, seen: Callable[[], bool]) -> bool:
-        """Take a page's name; return False where another page that is seen has it."""
+        """Claim a page's name; return False if another open page has it."""
         other = self._held.get(name)
         if other is not None and other is not seen and other():
             return False
@@ -72,11 +72,11 @@ class KeptPages:
         return True
 
     def let_go(self, seen: Callable[[], bool]) -> None:
-        """Note that a page is gone."""
+        """Release the name of a closed page."""
         self._held = {name: one for name, one in self._held.items() if one is not seen}
 
     def newest_closed(self) -> tuple[str, dict[str, Any]] | None:
-        """Return the page that was changed last among those that nobody sees, with what it had chosen."""
+        """Return name and choices of the last changed page with a source that is not open."""
         for file in self._files():
             held = self._held.get(file.stem)
             if held is None or not held():
@@ -86,14 +86,14 @@ class KeptPages:
         return None
 
     def files_in_use(self) -> set[str]:
-        """Return every word of the pages that may be the id of an upload."""
+        """Return all texts of the pages that may be ids of uploads."""
         return {word.partition(":")[0] for file in self._files() for word in _words(self.get(file.stem))}
 
     def _file(self, name: str) -> Path:
         return self._folder / f"{name}.json"
 
     def _files(self) -> list[Path]:
-        """Return the files of the pages, that changed last first."""
+        """Return the files of the pages, newest first."""
         times: list[tuple[float, Path]] = []
         for file in self._folder.glob("*.json"):
             with suppress(OSError):
@@ -101,7 +101,7 @@ class KeptPages:
         return [file for _, file in sorted(times, key=lambda one: one[0], reverse=True)]
 
     def _prune(self) -> None:
-        """Drop the pages that are old, or more than are kept; never one that somebody sees."""
+        """Delete pages that are too old or too many, except open ones."""
         now = time.time()
         for number, file in enumerate(self._files()):
             held = self._held.get(file.stem)
@@ -111,7 +111,6 @@ class KeptPages:
 
 
 def _words(plain: Any) -> Iterator[str]:
-    """Yield every text of a JSON value."""
     if isinstance(plain, str):
         yield plain
     elif isinstance(plain, dict):

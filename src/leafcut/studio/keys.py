@@ -1,8 +1,8 @@
-"""What opens the studio: addresses that work once, a token for programs, and cookies that end.
+"""Access to the studio: single-use addresses, a token for programs, and cookies that expire.
 
-Everybody on this machine can read the command lines of its processes, and the browser's holds what it was told to open.
-Therefore it is told a file that only its owner can read, which sends it on to the address (as Jupyter does), and an
-address is of no use to anybody once it was used.
+Every user of this machine can read the command lines of its processes, including the address given to the browser.
+Therefore the browser opens a file that only its owner can read, which redirects to the address (as Jupyter does), and
+each address works only once.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from pathlib import Path
 
 from leafcut.files.whole_files import OutputError
 
-#: A cookie ends so many seconds after the page was last loaded.
+#: Lifetime of a cookie after the last load of the page, s.
 COOKIE_SECONDS = 12 * 3600
-#: Addresses that were not used yet; the oldest goes when there are more.
+#: Maximum number of unused addresses; the oldest is dropped.
 _MOST_UNUSED = 8
 
 
@@ -31,14 +31,14 @@ class StudioKeys:
     Parameters
     ----------
     secret
-        What cookies are made of; kept over a restart, so that a page that is open stays open.
+        Key that signs the cookies; it survives a restart, so that open pages stay valid.
     clock
         Seconds since the epoch.
 
     Attributes
     ----------
     token
-        What programs send in an ``Authorization`` header.
+        Token that programs send in an ``Authorization`` header.
     """
 
     def __init__(self, secret: bytes, clock: Callable[[], float] = time.time) -> None:
@@ -47,17 +47,17 @@ class StudioKeys:
         self._unused: list[str] = []
 
     def is_token(self, word: str) -> bool:
-        """Return whether a word is the token of programs."""
+        """Return whether a text is the token for programs."""
         return hmac.compare_digest(word.encode(), self.token.encode())
 
     def new_entry(self) -> str:
-        """Return a word that lets one browser in, once."""
+        """Return a key that admits one browser, once."""
         made = secrets.token_urlsafe(24)
         self._unused = [*self._unused[1 - _MOST_UNUSED :], made]
         return made
 
     def enter(self, word: str) -> bool:
-        """Return whether a word lets a browser in; it does so no more then."""
+        """Return whether a key admits a browser, and invalidate it."""
         for one in self._unused:
             if hmac.compare_digest(one.encode(), word.encode()):
                 self._unused.remove(one)
@@ -65,12 +65,12 @@ class StudioKeys:
         return False
 
     def new_cookie(self) -> str:
-        """Return the value of a cookie that holds from now on for `COOKIE_SECONDS`."""
+        """Return the value of a new cookie, valid for `COOKIE_SECONDS`."""
         end = str(int(self._clock()) + COOKIE_SECONDS)
         return f"{end}.{self._signed(end)}"
 
     def is_cookie(self, value: str) -> bool:
-        """Return whether a cookie is one of this studio and has not ended."""
+        """Return whether a cookie is from this studio and has not expired."""
         end, _, signature = value.partition(".")
         known = hmac.compare_digest(signature.encode(), self._signed(end).encode())
         return known and int(end) > self._clock()
@@ -80,12 +80,12 @@ class StudioKeys:
 
 
 def kept_secret(root: Path) -> bytes:
-    """Return the secret of a studio's folder; made where there is none yet.
+    """Return the secret of a studio's folder; create it if it is missing.
 
     Raises
     ------
     OutputError
-        It cannot be kept.
+        It cannot be saved.
     """
     file = root / "key"
     try:
@@ -97,7 +97,7 @@ def kept_secret(root: Path) -> bytes:
 
 
 def write_private(file: Path, data: bytes) -> None:
-    """Write a file that nobody else can read at any moment."""
+    """Write a file that only its owner can ever read."""
     with suppress(FileNotFoundError):
         file.unlink()
     number = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
@@ -106,7 +106,7 @@ def write_private(file: Path, data: bytes) -> None:
 
 
 def page_that_goes_to(address: str) -> bytes:
-    """Return a page that sends the browser on to an address."""
+    """Return a page that redirects the browser to an address."""
     to = escape(address, quote=True)
     return (
         '<!doctype html><meta charset="utf-8"><meta name="referrer" content="no-referrer">'

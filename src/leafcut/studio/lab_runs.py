@@ -1,4 +1,4 @@
-"""Experiments that run in the studio: one at a time, in a thread of its own; every finished run is kept at once."""
+"""Experiments of the studio: one at a time, in its own thread; each run is stored as soon as it ends."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from leafcut.studio.jobs.jobs import line_of
 
 @dataclass(frozen=True)
 class LabState:
-    """How the experiment stands that runs, or the last that ran.
+    """State of the current or the last experiment.
 
     Attributes
     ----------
     doing
-        What is done just now.
+        Current step.
     share
-        Of the runs that there were to do when it began, 0 to 1.
+        Completed share of the runs that were missing at the start, 0 to 1.
     began
-        By the monotonic clock, s.
+        Start on the monotonic clock, s.
     line
-        Why it ended before all was done; empty otherwise.
+        Reason why it ended early; empty otherwise.
     failed
-        A line for each run that was refused.
+        One line for each refused run.
     """
 
     description: Description
@@ -45,35 +45,35 @@ class LabState:
 
     @property
     def seconds_left(self) -> float | None:
-        """How long the rest takes if it goes on as it did, s; None while that is not known."""
+        """Estimated remaining time, s; None while unknown."""
         if not self.running or self.share <= 0.0:
             return None
         return (time.monotonic() - self.began) * (1.0 - self.share) / self.share
 
 
 class LabRuns:
-    """Starts and stops experiments, and has what they found."""
+    """Starts and stops experiments, and reads their results."""
 
     def __init__(self, folder: Folder) -> None:
         self.folder, self.file = folder, folder.root / "lab.sqlite"
         self.state: LabState | None = None
-        #: The experiment on a part of the person's own that was started last.
+        #: The last started experiment on a part of the user.
         self.own: Description | None = None
         self._ended, self._lock = threading.Event(), threading.Lock()
         self._thread: threading.Thread | None = None
 
     @property
     def running(self) -> bool:
-        """Whether an experiment runs."""
+        """Whether an experiment is running."""
         return self.state is not None and self.state.running
 
     def described(self, name: str, reduced: bool) -> Description:
-        """Return an experiment by its name, one that comes with leafcut or the one on a part of the person's own.
+        """Return a shipped experiment by name, or the experiment on a part of the user.
 
         Raises
         ------
         OptionError
-            There is none of that name.
+            The name is unknown.
         """
         if name == OWN_PART:
             if self.own is None:
@@ -84,12 +84,12 @@ class LabRuns:
         return in_short(load(name)) if reduced else load(name)
 
     def start(self, description: Description) -> None:
-        """Do the runs of an experiment that are not done yet.
+        """Start the missing runs of an experiment.
 
         Raises
         ------
         OptionError
-            Another one runs.
+            Another experiment is running.
         """
         with self._lock:
             if self.running:
@@ -102,22 +102,22 @@ class LabRuns:
             self._thread.start()
 
     def stop(self) -> None:
-        """End the experiment that runs; what is finished is kept, and it goes on from there when it is begun again."""
+        """Stop the experiment; finished runs are kept, and a restart continues after them."""
         self._ended.set()
 
     def close(self) -> None:
-        """Stop, and wait until that is done."""
+        """Stop, and wait for the end."""
         self.stop()
         if self._thread is not None:
             self._thread.join()
 
     def wait(self) -> None:
-        """Wait until the experiment that runs is over."""
+        """Wait for the end of the experiment."""
         if self._thread is not None:
             self._thread.join()
 
     def counts(self) -> dict[str, int]:
-        """Return how many runs each experiment has by now; none where the results cannot be read."""
+        """Return the number of stored runs of each experiment; empty if the results cannot be read."""
         if not self.file.is_file():
             return {}
         try:
@@ -127,7 +127,7 @@ class LabRuns:
             return {}
 
     def rows(self, description: Description) -> list[Row]:
-        """Return the runs of an experiment as it is described now.
+        """Return the runs of an experiment that match its current description.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""One studio for one folder: a second one would take the jobs of the first for cut short, and clear its files away."""
+"""Lock of the studio's folder. A second studio would mark the first one's jobs as interrupted and delete its files."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ from pathlib import Path
 
 from leafcut.files.whole_files import OutputError
 
-#: Where the locked byte is: behind all that is written, so that others may read who has the folder.
+#: Position of the locked byte, after all content, so that others can read the owner's address.
 _BYTE = 1 << 20
 
 
 @contextmanager
 def held(root: Path, address: str) -> Iterator[None]:
-    """Hold a folder as long as the context lasts; the system lets go of it however the process ends.
+    """Lock a folder during the context; the system releases the lock however the process ends.
 
     Parameters
     ----------
     root
-        The folder, made where it is not there.
+        The folder; created if it is missing.
     address
-        What another studio tells a person of this one.
+        Address of this studio, shown by a second studio.
 
     Raises
     ------
     OutputError
-        Another studio has it, or it cannot be written.
+        Another studio holds the lock, or the folder cannot be written.
     """
     file = root / "lock"
     try:
@@ -51,7 +51,7 @@ def held(root: Path, address: str) -> Iterator[None]:
 
 
 def _locked(number: int) -> bool:
-    """Lock a byte of an open file; return whether that is done. Where a file system has no locks, it is let be."""
+    """Lock a byte of an open file; return False if another process holds it. File systems without locks are ignored."""
     try:
         import fcntl
     except ImportError:

@@ -1,4 +1,4 @@
-"""What leafcut says in English, said in another language: line by line, by what is filled in."""
+"""Translation of leafcut's English messages, line by line, by patterns with gaps."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from functools import cache, lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
-#: Lines within lines are looked into so deep.
+#: Maximum depth of messages within messages.
 _DEEPEST = 6
-#: And a line is parted at so many places, at most.
+#: Maximum number of places at which a line is split.
 _MOST_PARTS = 8
 _GAP = "{}"
-#: What stands between two parts of a line: a file, and what is wrong with it; what to do then; a remark.
+#: Separators of a message's parts: file and problem; problem and advice; a remark.
 _BETWEEN = re.compile(r"; |: | \(")
 _WORD = re.compile(r"\w+")
 
 
 class _Pattern(NamedTuple):
-    """A line with gaps as a regular expression, and how it is said.
+    """A line with gaps as a regular expression, and its translation.
 
-    `size` counts its letters, `given` says which gaps stand in quotes: what was typed stays as it is.
+    `size` is its number of letters. `given` marks gaps in quotes, whose user input is not translated.
     """
 
     line: str
@@ -33,7 +33,7 @@ class _Pattern(NamedTuple):
 
 
 class _Said(NamedTuple):
-    """A line in the other language, and how many of its letters are known."""
+    """A translated line and the number of its letters that were recognized."""
 
     text: str
     known: int
@@ -47,7 +47,7 @@ class Messages:
         self._whole = {line: said for line, said in table.items() if _GAP not in line}
         patterns = [_pattern(line, said) for line, said in table.items() if _GAP in line]
         often = Counter(word for pattern in patterns for word in pattern.words)
-        #: Patterns by the rarest of their words, "" where they have none: few have to be tried with a line.
+        #: Patterns by their rarest word, "" if they have none, so that only a few are tried per line.
         self._by_word: dict[str, list[_Pattern]] = {}
         for pattern in patterns:
             rarest = min(pattern.words, key=lambda word: (often[word], word), default="")
@@ -55,11 +55,11 @@ class Messages:
         self.translate = lru_cache(maxsize=4096)(self._translate)
 
     def _translate(self, line: str) -> str:
-        """Return a line in the other language; what is not known of it stays as it is."""
+        """Translate a line; unknown parts stay English."""
         return self._said(line, 0, {}).text
 
     def _said(self, line: str, depth: int, seen: dict[str, _Said]) -> _Said:
-        """Return a line as it is said, whole or in parts: in the way of which the most is known."""
+        """Translate a line, whole or split, whichever recognizes more of it."""
         if line in seen:
             return seen[line]
         best = _Said(line, 0)
@@ -79,7 +79,7 @@ class Messages:
             head, tail = line[: between.start()], line[between.end() :]
             if head and tail:
                 one, other = self._said(head, depth + 1, seen), self._said(tail, depth + 1, seen)
-                # A file's name before the colon is no part of what fills a gap behind it.
+                # A file name before the colon must not become part of a gap's content.
                 known = one.known + other.known
                 if known > best.known or (known == best.known > 0 and between[0] == ": "):
                     best = _Said(one.text + between[0] + other.text, known)
@@ -87,7 +87,7 @@ class Messages:
         return best
 
     def _matches(self, line: str) -> Iterator[tuple[_Pattern, tuple[str, ...]]]:
-        """Yield the closest lines with gaps, which are the longest, each with what fills its gaps."""
+        """Yield the longest matching patterns, each with the contents of its gaps."""
         words = {"", *_WORD.findall(line)}
         likely = [pattern for word in words for pattern in self._by_word.get(word, ()) if pattern.words <= words]
         size = 0
@@ -107,7 +107,7 @@ def _pattern(line: str, said: str) -> _Pattern:
         if given:
             gap = r"((?:(?!'[ ;:,)]).)+?)"
         else:
-            # What stands close behind a word or another gap may be missing: "nothing is left to cut{}", "{}{}".
+            # A gap next to a word or another gap may be empty: "nothing is left to cut{}", "{}{}".
             gap = r"(|\W.*?)" if text and not before else "(.*?)" if before[-1:].isalnum() else "(.+?)"
         text += gap + re.escape(after)
     return _Pattern(text, _words(pieces), len("".join(pieces)), quoted, said)
@@ -115,12 +115,12 @@ def _pattern(line: str, said: str) -> _Pattern:
 
 @cache
 def _compiled(text: str) -> re.Pattern[str]:
-    """Return a pattern that is used; all of them at once would take a fifth of a second."""
+    """Return a compiled pattern; compiling all of them at once would take a fifth of a second."""
     return re.compile(text, re.DOTALL)
 
 
 def _words(pieces: list[str]) -> frozenset[str]:
-    """Return the words of a line that do not touch a gap, in which they may go on."""
+    """Return the words of a line that do not touch a gap, where they could be parts of longer words."""
     text = "\0".join(pieces)
     found = _WORD.finditer(text)
     return frozenset(word[0] for word in found if "\0" not in text[max(word.start() - 1, 0) : word.end() + 1])

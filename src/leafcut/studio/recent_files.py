@@ -1,4 +1,4 @@
-"""The files that were opened last: a click opens one again, as long as it lies in the studio's folder."""
+"""Files opened last, which can be reopened while they exist in the studio's folder."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from leafcut.errors import LeafcutError
 from leafcut.files.whole_files import write_whole
 from leafcut.studio.folder import BUILT_IN, Folder
 
-#: So many are kept.
+#: Maximum number of files.
 MOST_RECENT = 12
 
 
 @dataclass(frozen=True)
 class RecentFile:
-    """A file that was opened: what it is, what a person calls it, and when, in seconds since the epoch."""
+    """An opened file: source, displayed name, and time in seconds since the epoch."""
 
     source: str
     name: str
@@ -29,7 +29,7 @@ class RecentFile:
 
 
 class RecentFiles:
-    """The last files, the newest first."""
+    """The files opened last, newest first."""
 
     def __init__(self, folder: Folder) -> None:
         self._folder = folder
@@ -37,23 +37,23 @@ class RecentFiles:
         self._lock = threading.Lock()
 
     def newest(self) -> list[RecentFile]:
-        """Return those that can be opened again."""
+        """Return the files that still exist."""
         return [one for one in self._read() if self._path(one.source) is not None]
 
     def add(self, source: str, name: str) -> None:
-        """Note that a file was opened; one of the same name with the same content takes its place."""
+        """Add an opened file; it replaces an entry with the same name and content."""
         with self._lock:
             kept = [one for one in self.newest() if not self._same(one, source, name)]
             rows = [RecentFile(source, name, time.time()), *kept][:MOST_RECENT]
-            with suppress(LeafcutError):  # then it is opened by hand again
+            with suppress(LeafcutError):  # the list is only a convenience
                 write_whole(self._file, json.dumps([asdict(one) for one in rows]))
 
     def clear(self) -> None:
-        """Forget them all."""
+        """Clear the list."""
         self._file.unlink(missing_ok=True)
 
     def files_in_use(self) -> set[str]:
-        """Return the ids of their uploads."""
+        """Return the ids of the files' uploads."""
         return {one.source for one in self._read()}
 
     def _same(self, one: RecentFile, source: str, name: str) -> bool:
@@ -67,7 +67,7 @@ class RecentFiles:
         return False
 
     def _path(self, source: str) -> Path | str | None:
-        """Return where a file lies, or the name of what is built in; None of one that is gone."""
+        """Return the path of a file, or the name of a built-in source; None if it no longer exists."""
         if source.startswith(BUILT_IN):
             return source
         with suppress(LeafcutError):
@@ -81,7 +81,7 @@ class RecentFiles:
 
 
 def _rows(plain: object) -> Iterator[RecentFile]:
-    """Yield what is well formed of a file that was read."""
+    """Yield the valid rows of a file."""
     for row in plain if isinstance(plain, list) else []:
         with suppress(KeyError, TypeError, ValueError):
             yield RecentFile(str(row["source"]), str(row["name"]), float(row["opened"]))

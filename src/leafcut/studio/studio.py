@@ -1,4 +1,4 @@
-"""`Studio`: what all parts of the server share."""
+"""`Studio`: shared state of the server's parts."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ HOST, PORT = "127.0.0.1", 8173
 
 @dataclass(frozen=True)
 class Studio:
-    """What all parts of the server share."""
+    """State shared by all parts of the server."""
 
     folder: Folder
     history: History
@@ -33,11 +33,11 @@ class Studio:
     machine: MachineLink = field(default_factory=MachineLink)
 
     def drafts(self, kind: str) -> Drafts:
-        """Return what was typed of the person's own ``machines`` or ``tools`` and not saved."""
+        """Return the unsaved texts of the user's own ``machines`` or ``tools``."""
         return Drafts(self.folder, kind)
 
     def close(self) -> None:
-        """End all that runs, the machine first."""
+        """Stop all activities, the machine first."""
         self.machine.close()
         self.lab.stop()
         self.jobs.close()
@@ -49,17 +49,17 @@ class Studio:
 
     @property
     def token_file(self) -> Path:
-        """Where programs of the same person find the token, as long as the studio runs."""
+        """File with the token for programs of the same user, while the studio runs."""
         return self.folder.root / "token"
 
     @property
     def entrance(self) -> Path:
-        """The page that sends the browser of this person to the studio."""
+        """Page that redirects this user's browser to the studio."""
         return self.folder.root / "open.html"
 
 
 def open_studio(root: Path, port: int = PORT) -> Studio:
-    """Open the studio's folder and its history; jobs that were cut short by the last end are told so.
+    """Open the studio's folder and its history; jobs that the last shutdown cut short are marked as interrupted.
 
     Raises
     ------
