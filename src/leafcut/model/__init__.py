@@ -1,1 +1,1 @@
-"""Frozen data that every stage shares: parts, machines, tools, problems, toolpaths, outcomes, issues."""
+"""Frozen data shared by all stages: parts, machines, tools, problems, toolpaths, outcomes, issues."""

@@ -9,7 +9,7 @@ from leafcut.model.difference import Difference
 
 @dataclass(frozen=True, slots=True)
 class Counts:
-    """How much work a program does: holes by cycle, cuts, dwells, stages with work in them, and tool changes."""
+    """Amount of work of a program: holes by cycle, cuts, dwells, stages with work in them, and tool changes."""
 
     holes: int
     cuts: int
@@ -25,28 +25,28 @@ class Counts:
 
 @dataclass(frozen=True, slots=True)
 class Certificate:
-    """What was compared, and the differences that were found.
+    """Result of the comparison of two programs.
 
     Attributes
     ----------
     same
         The new program does the work of the original and nothing else, and is as safe.
     differences
-        What differs: at most about fifty, the last of which says how many more there are.
+        At most about fifty; the last states how many more exist.
     before, after
-        How much work the original and the new program do.
+        Amount of work of the original and the new program.
     compared
-        What is the same, in words; empty where something differs.
+        Compared properties in words, if all are equal; empty if something differs.
     sha256
         SHA-256 of the original's text.
     allow_reverse
-        Open cuts could be reversed.
+        Whether open cuts could be reversed.
     reversed_cuts
-        How many of them are reversed.
+        Number of reversed cuts.
     notes
-        What has changed besides the work, in sentences: which parts a beam now cuts free before which.
+        Changes that do not affect the work, in sentences, such as the order in which parts are detached by a beam.
     defaults
-        Which options came from the user's own defaults, as flags.
+        Options set by the user's own defaults, as flags.
     """
 
     same: bool

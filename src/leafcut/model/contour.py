@@ -28,14 +28,14 @@ _ASIDE = (
         "TEXTOS",
     ),
 )
-#: Words that may stand beside them.
+#: Words allowed beside them.
 _BESIDE = ("BLOCK", "BLOCKS", "DRAWING", "LAYER", "LINE", "LINES", "SHEET", "A0", "A1", "A2", "A3", "A4")
 
 
 def is_aside(layer: str) -> bool:
-    """Return whether the name of a layer shows that nothing on it is a part: frames, title blocks, dimensions, texts.
+    """Return whether a layer name marks frames, title blocks, dimensions or texts, which are not parts.
 
-    All of its words must show that: ``Title block``, ``DIM_2``, not ``FRAME_OUT`` or ``TEXTURE``.
+    All of its words must match: ``Title block``, ``DIM_2``, not ``FRAME_OUT`` or ``TEXTURE``.
     """
     letters = unicodedata.normalize("NFKD", layer.casefold().upper())
     words = re.findall(r"[^\W\d_]+[0-9]*", "".join(c for c in letters if not unicodedata.combining(c)))
@@ -48,7 +48,7 @@ def is_aside(layer: str) -> bool:
 
 @dataclass(frozen=True)
 class Contour:
-    """A path as it is drawn: the edge of the finished part, not the way of the tool.
+    """A drawn path: the edge of the finished part, not the path of the tool.
 
     Attributes
     ----------
@@ -56,16 +56,15 @@ class Contour:
         Lines and arcs, mm; closed for the outline of a part or a hole in it, open for marking and trimming.
     kind
         ``cut``, ``mark``, ``sheet`` for the outline of the sheet itself, which is not cut, or ``text`` for a stroke of
-        a text, which is a mark on the layers of marks and left out elsewhere.
+        a text, which is a mark on mark layers and ignored elsewhere.
     layer, handle
-        The drawing's layer and entity handle (of its first entity).
+        Layer and entity handle in the drawing (of the first entity).
     part
-        Number of the part it belongs to, from 1, or 0 where nobody has said: its outer contour, its holes and its
-        marks have the same number.
+        Number of its part, from 1, shared by the part's outer contour, holes and marks; 0 if not assigned.
     z
-        The height at which it is drawn, mm.
+        Drawn height, mm.
     name
-        What the part is called, on its outline; of a text why it cannot be engraved. Empty where nobody has said.
+        Name of the part, on its outline; of a text, the reason why it cannot be engraved. Empty if unknown.
     """
 
     path: Polyline

@@ -1,4 +1,4 @@
-"""What a tool cuts, its shape from the tip up, and what is above its flutes and cuts nothing."""
+"""Cutting shape of a tool from the tip up, and its parts above the flutes, which do not cut."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from numpy.typing import NDArray
 from leafcut.errors import OptionError
 from leafcut.model.tool import CONES, BodySegment, Tool, ToolKind
 
-#: A cone of a holder is taken for discs that differ by so much in radius, mm, each as wide as the cone at its upper
-#: end: a bound that never misses what the cone would meet.
+#: Radius step of the discs that replace the cone of a holder, mm. Each disc is as wide as the cone at its upper end,
+#: so that no collision is missed.
 CONE_STEP = 0.25
-#: What is wider than the tool by no more than this follows it through what it has cut, mm.
+#: Largest excess over the tool's radius that still fits through its cut, mm.
 SAME_RADIUS = 5e-4
 
 
 @dataclass(frozen=True)
 class Cutter:
-    """The shape of a rotating tool: a flat, a corner that is an arc, then a cone up to the radius, mm.
+    """Profile of a rotating tool: a flat, a corner arc, then a cone up to the radius, mm.
 
-    The height of its surface over the tip at a distance r from the axis is 0 up to `flat`, on the arc of the corner
-    up to where that meets the cone, and on the cone up to `radius`. This is the tool of APT (ISO 3592) as far as it
-    is convex.
+    The height of its surface above the tip at a distance r from the axis is 0 up to `flat`, follows the arc up to the
+    tangent point with the cone, then the cone up to `radius`. This is the tool of APT (ISO 3592), restricted to convex
+    profiles.
 
     Attributes
     ----------
@@ -36,9 +36,9 @@ class Cutter:
     flat
         Radius of the flat at the tip.
     corner
-        Radius of the corner's arc; 0: a sharp edge.
+        Radius of the corner arc; 0: a sharp edge.
     slope
-        Rise of the cone per mm outwards; infinite: a cylinder.
+        Rise of the cone per mm of radius; infinite: a cylinder.
     """
 
     radius: float
@@ -59,17 +59,17 @@ class Cutter:
 
     @property
     def meets(self) -> float:
-        """How far out the arc of the corner meets the cone, as a share of the corner's radius."""
+        """Radial distance from the start of the arc to its tangent point with the cone, as a fraction of `corner`."""
         return 1.0 if math.isinf(self.slope) else self.slope / math.hypot(1.0, self.slope)
 
     @property
     def tangent(self) -> tuple[float, float]:
-        """Where the arc of the corner meets the cone: distance from the axis and height over the tip, mm."""
+        """Tangent point of arc and cone: distance from the axis and height above the tip, mm."""
         share = self.meets
         return self.flat + share * self.corner, self.corner * (1.0 - math.sqrt(max(1.0 - share * share, 0.0)))
 
     def height(self, distance: float) -> float:
-        """Return the height of the surface over the tip at a distance from the axis, mm; infinite beyond the radius."""
+        """Return the height of the surface above the tip at a distance from the axis, mm; infinite outside."""
         reach, rise = self.tangent
         if distance > self.radius:
             return math.inf
@@ -80,7 +80,7 @@ class Cutter:
         return math.inf if math.isinf(self.slope) else rise + self.slope * (distance - reach)
 
     def radius_at(self, depth: float) -> float:
-        """Return the largest radius that cuts at a depth of the tip, mm: less than `radius` on a point only."""
+        """Return the largest cutting radius at a depth of the tip, mm; less than `radius` only for a point."""
         if self.corner > 0.0 or math.isinf(self.slope):
             return self.radius
         return min(self.flat + max(depth, 0.0) / self.slope, self.radius)
@@ -102,7 +102,7 @@ def bull_mill(diameter: float, corner: float) -> Cutter:
 
 
 def pointed(diameter: float, angle: float, tip: float = 0.0) -> Cutter:
-    """Return a drill, a V-bit or a chamfer mill, of the full angle `angle`, rad, with a flat tip of a diameter.
+    """Return a drill, V-bit or chamfer mill with included angle `angle`, rad, and a flat tip of diameter `tip`.
 
     An angle of π is a flat end.
     """
@@ -114,7 +114,7 @@ def pointed(diameter: float, angle: float, tip: float = 0.0) -> Cutter:
 
 
 def cutter_of(tool: Tool) -> Cutter:
-    """Return the shape of a tool of a library; what it does not say of its end is flat."""
+    """Return the profile of a library tool; an unspecified end is flat."""
     if tool.kind is ToolKind.BALL_MILL:
         return ball_mill(tool.diameter)
     if tool.kind is ToolKind.END_MILL and tool.corner_radius:
@@ -125,7 +125,7 @@ def cutter_of(tool: Tool) -> Cutter:
 
 
 class Body(StrEnum):
-    """What is above the flutes of a tool."""
+    """Part of a tool above its flutes."""
 
     SHANK = "shank"
     HOLDER = "holder"
@@ -133,18 +133,18 @@ class Body(StrEnum):
 
 @dataclass(frozen=True)
 class BodyPart:
-    """A piece of a tool above its flutes, as far as it matters from below: a flat, then a cone, mm.
+    """A section of a tool above its flutes: a flat, then a cone, mm; only what can collide from above.
 
     Attributes
     ----------
     body
-        Whether it is of the shank or of the holder.
+        Shank or holder.
     above
-        How far its lower end is above the tip.
+        Height of its lower end above the tip.
     flat, radius
-        Radius at its lower end, and the largest; the same of a cylinder, or of what gets narrower upwards.
+        Radius at its lower end, and largest radius; equal for a cylinder or a section that narrows upwards.
     slope
-        Rise of the cone per mm outwards; infinite: a cylinder.
+        Rise of the cone per mm of radius; infinite: a cylinder.
     """
 
     body: Body
@@ -155,9 +155,9 @@ class BodyPart:
 
 
 class BodyDisc(NamedTuple):
-    """A level disc of a tool above its flutes: so far above the tip, mm, and its radius.
+    """A horizontal disc of a tool above its flutes: height above the tip, and radius, mm.
 
-    What is higher within the radius is in its way. A cone is some discs, each as wide as the cone above it.
+    Material above this height within the radius collides. A cone becomes several discs, each as wide as the cone above.
     """
 
     body: Body
@@ -166,7 +166,7 @@ class BodyDisc(NamedTuple):
 
 
 def discs_of(tool: Tool) -> tuple[BodyDisc, ...]:
-    """Return what is above the flutes of a tool and wider than it, from the tip up; nothing that is not known."""
+    """Return the known sections above the flutes that are wider than the tool as discs, from the tip up."""
     discs = []
     for part in body_of(tool):
         wider = part.radius - part.flat
@@ -185,7 +185,7 @@ def widest_below(
     Parameters
     ----------
     radius, bodies
-        Of the flutes, mm; of what is above them, how far above the tip, and the radius, mm.
+        Radius of the flutes, mm; height above the tip and radius of the discs above the flutes, mm.
     tip
         Height of the tip, mm.
     """
@@ -196,14 +196,14 @@ def widest_below(
 
 
 def bodies_of(tool: Tool) -> list[tuple[float, float]]:
-    """Return the discs of a tool above its flutes as heights above the tip and radii, mm."""
+    """Return the discs of a tool above its flutes as (height above the tip, radius), mm."""
     return [(disc.above, disc.radius) for disc in discs_of(tool)]
 
 
 def body_of(tool: Tool) -> tuple[BodyPart, ...]:
-    """Return what is above the flutes of a tool of a library, as far as that says it; nothing where it says nothing.
+    """Return the sections of a library tool above its flutes; empty if unspecified.
 
-    What is narrower than the tool follows it through what it has cut, and is left out.
+    Sections narrower than the tool fit through its cut and are left out.
     """
     return tuple(part for part in _parts(tool) if part.radius >= 0.5 * tool.diameter * (1.0 - 1e-9))
 

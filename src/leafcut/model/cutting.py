@@ -1,7 +1,7 @@
-"""`CutPlan`: how a sheet is cut, cut by cut; what the chart, the rules and the order came to.
+"""`CutPlan`: the cuts of a sheet in order, with chart data, lead-ins, times and costs.
 
-A cut is one run of the torch: from the pierce to where the torch is off for good. Its path is what the middle of the
-kerf follows, leads included; places along it are said in mm from its start.
+A cut is one run of the torch, from the pierce to the final torch-off. Its path is the centre line of the kerf including
+leads; positions along it are in mm from its start.
 """
 
 from __future__ import annotations
@@ -12,36 +12,36 @@ from functools import cached_property
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.sheet import Sheet, SheetContour
 
-#: Which way round a closed contour is cut; an open one runs ``forward``, as it is drawn, or ``backward``.
+#: Directions of a cut; an open contour is cut ``forward``, as drawn, or ``backward``.
 DIRECTIONS = ("clockwise", "counter-clockwise", "forward", "backward")
 
-#: What of a cut a plan file can fix.
+#: Properties of a cut that a plan file can fix.
 FIXABLE = ("order", "start", "direction", "lead", "bridge", "ahead")
 
-#: What a lead can look like.
+#: Styles of a lead.
 LEAD_STYLES = ("arc", "line", "none")
 
 
 @dataclass(frozen=True)
 class ConsumptionRates:
-    """What a way of cutting uses up, as the cut chart has it; None and "" for what the chart does not say.
+    """Consumption of a cutting process from the cut chart; None and "" if the chart has no value.
 
     Attributes
     ----------
     nozzle
-        Which nozzle it is cut with, in the words of the chart.
+        Name of the nozzle in the chart.
     gas, second_gas
-        What flows while the torch is on: plasma or cutting gas, and shield, assist or fuel gas.
+        Gases while the torch is on: plasma or cutting gas, and shield, assist or fuel gas.
     gas_flow, second_gas_flow
         Litres at standard conditions per second.
     power
-        Drawn while the torch is on, W.
+        Power input while the torch is on, W.
     abrasive
         kg/s.
     nozzle_life, electrode_life
-        Seconds of cutting.
+        Life in seconds of cutting.
     nozzle_pierces, electrode_pierces
-        Pierces that it lasts.
+        Life in pierces.
     """
 
     nozzle: str = ""
@@ -59,14 +59,14 @@ class ConsumptionRates:
 
 @dataclass(frozen=True)
 class CutData:
-    """One row of a cut chart: how a material of a thickness is cut.
+    """One row of a cut chart: parameters for a material of a thickness.
 
     Attributes
     ----------
     process
-        ``plasma``, ``oxyfuel``, ``waterjet``, or a laser by its power: ``laser_fiber_3kW``.
+        ``plasma``, ``oxyfuel``, ``waterjet``, or a laser with its power: ``laser_fiber_3kW``.
     material
-        As charts name it: ``mild_steel``, ``stainless_304``, ``aluminium``.
+        Name in charts: ``mild_steel``, ``stainless_304``, ``aluminium``.
     thickness
         mm.
     amps
@@ -74,19 +74,19 @@ class CutData:
     feed
         Cutting speed, mm/s.
     pierce_height, cut_height
-        Of the torch over the sheet, mm.
+        Height of the torch above the sheet, mm.
     pierce_delay
-        From the arc on to the first move, s.
+        Time from arc-on to the first move, s.
     kerf
         Width of the cut, mm.
     volts
-        Of the arc, or None.
+        Arc voltage, or None.
     can_pierce
-        False where the chart says no pierce height and delay: above the pierce capacity a cut starts at the edge.
+        False if the chart has no pierce height and delay: above the pierce capacity a cut starts at the edge.
     source, confidence
-        Where the row is from, and how far to trust it.
+        Source of the row, and its reliability.
     rates
-        What it uses up, as far as the chart says.
+        Consumption, as far as the chart has it.
     """
 
     process: str
@@ -107,18 +107,18 @@ class CutData:
 
 @dataclass(frozen=True)
 class Lead:
-    """One lead: how a cut comes to its contour, or leaves it.
+    """A lead-in or lead-out.
 
     Attributes
     ----------
     style
         One of `LEAD_STYLES`.
     length
-        Of the line or the arc, mm.
+        Length of the line or the arc, mm.
     angle
-        Of a line to the contour where they meet; that an arc turns by, rad.
+        Angle between a line and the contour, or angle of an arc, rad.
     run_in
-        A straight piece before the arc, mm, on which a controller takes up its compensation.
+        Straight segment before the arc, mm, on which a controller activates its compensation.
     """
 
     style: str = "none"
@@ -129,24 +129,24 @@ class Lead:
 
 @dataclass(frozen=True)
 class CutChoice:
-    """What there was to choose of one cut, and what a person may change in a plan file.
+    """Choices for one cut, which the user can change in a plan file.
 
     Attributes
     ----------
     contours
-        Of `Sheet.contours`, in the order in which they are cut.
+        Indices into `Sheet.contours`, in cutting order.
     start
-        Where on the drawn contour the cut begins, x and y in mm; None: to be chosen.
+        Start on the drawn contour, x and y in mm; None: not chosen yet.
     direction
-        One of `DIRECTIONS`, or empty: to be chosen.
+        One of `DIRECTIONS`; empty: not chosen yet.
     lead_in, lead_out
-        None: to be chosen.
+        None: not chosen yet.
     fixed
-        What must stay as it is, of `FIXABLE`: its ``order`` (it comes after the cuts before it in the plan whose order
-        is fixed, too), where it begins (``start``), its ``direction``, its ``lead``, that it is come
-        to by a ``bridge``, that it goes ``ahead``: all that follow it in the plan come after it.
+        Fixed properties, of `FIXABLE`: ``order`` (it follows the preceding cuts in the plan with a fixed order),
+        ``start``, ``direction``, ``lead``, ``bridge`` (it is reached by a bridge), ``ahead`` (it is cut before
+        everything listed below it).
     bridge
-        True: the torch comes from the cut before through the scrap, burning, without a pierce.
+        True: the torch comes from the previous cut through the scrap, burning, without a pierce.
     """
 
     contours: tuple[int, ...]
@@ -160,7 +160,7 @@ class CutChoice:
 
 @dataclass(frozen=True)
 class ContourPrint:
-    """What a contour is known by again: lengths in mm, area in mm², where it begins, and its name in the drawing."""
+    """Properties that identify a contour again: lengths in mm, area in mm², start, layer and handle."""
 
     kind: str
     length: float
@@ -171,14 +171,14 @@ class ContourPrint:
 
     @classmethod
     def of(cls, contour: SheetContour) -> ContourPrint:
-        """Return what a contour of a sheet is known by again."""
+        """Return the identifying properties of a contour."""
         c = contour.contour
         return cls(c.kind, c.path.length, abs(c.path.area), c.path.start, c.layer, c.handle)
 
 
 @dataclass(frozen=True)
 class PlanFile:
-    """What a plan file holds: the contours it was made for, and the choices of every cut, in order."""
+    """Content of a plan file: identification of its contours, and the choices of every cut, in order."""
 
     sheet: str
     contours: tuple[ContourPrint, ...]
@@ -196,41 +196,41 @@ class Cut:
     Attributes
     ----------
     contours
-        Of `Sheet.contours`, in the order in which they are cut; several in a chain cut.
+        Indices into `Sheet.contours`, in cutting order; several in a chain cut.
     path
-        Open: lead-in, contours beside which the kerf runs, overcut, lead-out. Beside `compensation` 41 and 42 it is
-        the drawn contour itself, and the controller keeps half a kerf away.
+        Open path: lead-in, contours offset by half a kerf, overcut, lead-out. With `compensation` 41 or 42 it is the
+        drawn contour itself, and the controller offsets it.
     lead_in, lead_out
-        Where along the path the lead-in ends and the lead-out (or the overcut) begins, mm.
+        Positions along the path at which the lead-in ends and the lead-out (or the overcut) starts, mm.
     torch_off_at
-        Where the torch goes off while it moves on, mm; the length of the path when it does not.
+        Position at which the torch is switched off while moving on, mm; the length of the path if it is not.
     joints
-        (from, to) in mm along the path: places where the torch is off in between, so that the part hangs on.
+        (from, to) in mm along the path: micro-joints, where the torch is off, so that the part stays attached.
     speeds
         (from mm, feed mm/s) in order, the first from 0.
     pierce
-        False: it starts beyond the sheet's edge, in the air.
+        False: it starts outside the sheet, in the air.
     kind
         ``cut`` or ``mark``.
     part
-        Number of the part it belongs to, from 1; 0 for none.
+        Number of its part, from 1; 0 for none.
     compensation
-        40: the path is the kerf's middle. 41, 42: the controller compensates to the left, to the right.
+        40: the path is the centre of the kerf. 41, 42: the controller compensates to the left, to the right.
     loops
-        (from, to) in mm along the path: loops round sharp corners, in scrap.
+        (from, to) in mm along the path: loops around sharp corners, in scrap.
     small_hole
-        True: cut by the rules of small holes (slower, height control off).
+        True: cut by the rules for small holes (slower, height control off).
     choice
-        What was chosen, as a plan file has it; of a chain, for its first contour.
+        Choices for the plan file; in a chain, for its first contour.
     bridges
-        (from, to) in mm along the path: ways through the scrap from one contour of a chain to the next.
+        (from, to) in mm along the path: moves through the scrap from one contour of a chain to the next.
     chained
-        What was chosen for the other contours of a chain, in order.
+        Choices for the other contours of a chain, in order.
     group
-        Number of the group of parts with common lines to which it belongs, from 1; 0 for none. The cut around a group
-        has all outlines of it as `contours`, a common line those beside it.
+        Number of its group of parts with common lines, from 1; 0 for none. The cut around a group has all its outlines
+        as `contours`, a common line the adjacent ones.
     common
-        Of a common line: how much of it is an edge of two parts, mm; 0 for all else.
+        Length of a common line that is an edge of two parts, mm; 0 for other cuts.
     """
 
     contours: tuple[int, ...]
@@ -254,12 +254,12 @@ class Cut:
 
     @property
     def choices(self) -> tuple[CutChoice, ...]:
-        """What was chosen for every contour, in order."""
+        """Choices for every contour, in order."""
         return (self.choice, *self.chained)
 
     @cached_property
     def seconds(self) -> float:
-        """Time of the path at its speeds, s, without the pierce and as if speeds changed at once."""
+        """Time of the path at its speeds, s, without the pierce and without acceleration."""
         edges = [*(at for at, _ in self.speeds[1:]), self.path.length]
         begin, total = 0.0, 0.0
         for end, (_, feed) in zip(edges, self.speeds, strict=True):
@@ -270,11 +270,11 @@ class Cut:
 
 @dataclass(frozen=True)
 class CutTimes:
-    """Time norm and lengths of a part, a sheet or a batch: s and mm.
+    """Cycle time and lengths of a part, a sheet or a batch: s and mm.
 
-    `cut_s` is with the torch on, `pierce_s` what stands still for the pierces, `rapid_s` all else that moves.
-    `perimeter_mm` is of the contours as drawn, `rapid_mm` in x and y from cut to cut; `length_mm` is the published
-    measure of a route: the perimeters, less what edges are cut once for two parts, plus the moves in between.
+    `cut_s` is with the torch on, `pierce_s` at rest for the pierces, `rapid_s` all other motion. `perimeter_mm` is the
+    length of the drawn contours, `rapid_mm` the length in x and y from cut to cut; `length_mm` is the published measure
+    of a route: perimeters, minus common edges counted twice, plus the moves in between.
     """
 
     cut_s: float = 0.0
@@ -288,7 +288,7 @@ class CutTimes:
 
     @property
     def total_s(self) -> float:
-        """All of the time, s."""
+        """Total time, s."""
         return self.cut_s + self.pierce_s + self.rapid_s
 
     @property
@@ -297,7 +297,7 @@ class CutTimes:
         return self.perimeter_mm - self.common_mm + self.rapid_mm
 
     def times(self, count: int) -> CutTimes:
-        """Return the same for so many of it."""
+        """Return the values for `count` pieces."""
         return CutTimes(
             self.cut_s * count,
             self.pierce_s * count,
@@ -312,10 +312,10 @@ class CutTimes:
 
 @dataclass(frozen=True)
 class Consumption:
-    """What a part, a sheet or a batch uses up; None for what the cut chart does not say.
+    """Consumption of a part, a sheet or a batch; None if the cut chart has no value.
 
-    Gas in litres at standard conditions, energy in kWh, abrasive in kg; of nozzles and electrodes the part of one, or
-    how many. `at_arc`: the energy is that of the arc, without what the power source loses.
+    Gas in litres at standard conditions, energy in kWh, abrasive in kg; nozzles and electrodes as a number or fraction.
+    `at_arc`: the energy is that of the arc, without losses of the power source.
     """
 
     gas_l: float | None = None
@@ -329,9 +329,9 @@ class Consumption:
 
 @dataclass(frozen=True)
 class PartTimes:
-    """One part of a sheet: its number from 1 (0: what belongs to no part), its area in mm² and its share of the time.
+    """One part of a sheet: number from 1 (0: cuts of no part), area in mm², and its share of the time.
 
-    The moves to a part's cuts count as the part's. Its name is the drawing's, or empty.
+    The moves to a part's cuts are included. The name comes from the drawing, or is empty.
     """
 
     part: int
@@ -344,22 +344,22 @@ class PartTimes:
 
 @dataclass(frozen=True)
 class CutMeasures:
-    """What a sheet costs.
+    """Times, costs and consumption of a sheet.
 
     Attributes
     ----------
     sheet, batch
-        Of one sheet, and of `quantity` sheets.
+        Times of one sheet, and of `quantity` sheets.
     parts
-        In the order of their numbers.
+        Parts in the order of their numbers.
     cuts
-        Of every cut, in the order of the plan, with the way to it.
+        Every cut in the order of the plan, including the move to it.
     utilisation
-        Area of the parts by the area of the sheet, 0 … 1; None when the sheet's size is not known.
+        Area of the parts divided by the area of the sheet, 0 … 1; None if the sheet's size is unknown.
     cost, batch_cost
-        In the unit of the rates, the price of the sheet with it; 0 without both.
+        Cost in the currency of the rates, including the price of the sheet; 0 without both.
     used, batch_used
-        What the sheet and the batch use up.
+        Consumption of the sheet and of the batch.
     """
 
     sheet: CutTimes = field(default_factory=CutTimes)
@@ -376,10 +376,10 @@ class CutMeasures:
 
 @dataclass(frozen=True)
 class CutPlan:
-    """A sheet, how its material is cut, and its cuts in order.
+    """A sheet, its chart data, and its cuts in order.
 
-    `crossings`: how many ways cross parts that are cut free; None where the head rises between cuts. `close`: how many
-    more come nearer to one than the nozzle is wide.
+    `crossings`: number of travel moves across detached parts; None if the head rises between cuts. `close`: number of
+    further moves closer to a detached part than the nozzle's width.
     """
 
     sheet: Sheet
@@ -391,7 +391,7 @@ class CutPlan:
 
     @property
     def file(self) -> PlanFile:
-        """What its plan file holds."""
+        """Content of its plan file."""
         return PlanFile(
             sheet=self.sheet.name,
             contours=tuple(ContourPrint.of(c) for c in self.sheet.contours),

@@ -1,4 +1,4 @@
-"""`CuttingData`: speeds and feeds than which no others are better in time, cost and tool life, and the chosen ones."""
+"""`CuttingData`: Pareto-optimal speeds and feeds in time, cost and tool life, and the chosen ones."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool
 from leafcut.model.work_material import WorkMaterial
 
-#: What a point of the front can be chosen for.
+#: Objectives for choosing a point of the front.
 OBJECTIVES = ("time", "cost", "life")
 
 
 @dataclass(frozen=True)
 class CuttingPoint:
-    """A speed and a feed of a tool, and what comes of them: mm, s, N, N·mm, W; cost in the user's currency.
+    """A speed and feed of a tool with the results: mm, s, N, N·mm, W; cost in the user's currency.
 
     Attributes
     ----------
@@ -27,13 +27,13 @@ class CuttingPoint:
     speed
         Cutting speed at the largest diameter, mm/s.
     time, cost
-        Of one part by this tool: fed, moved and replaced when worn.
+        Time and cost per part with this tool: feeds, moves and replacement of worn tools.
     life
-        Of the tool, in the cut, s; no longer than it is counted on.
+        Tool life in the cut, s, limited to the model's maximum.
     worn
-        Tools that are worn by one part.
+        Tools worn per part.
     power, torque, thrust
-        What the cut asks for: at the spindle's motor, of the spindle, and of the feed (0 for a mill).
+        Load of the cut: power at the spindle's motor, torque of the spindle, and feed force (0 for a mill).
     """
 
     rpm: float
@@ -51,25 +51,24 @@ class CuttingPoint:
 
 @dataclass(frozen=True)
 class ToolFront:
-    """The best speeds and feeds of one tool.
+    """Pareto-optimal speeds and feeds of one tool.
 
     Attributes
     ----------
     tool, tool_material, work
     holes
-        In one part; 0 for a mill.
+        Holes per part; 0 for a mill.
     points
-        The Pareto front by time, the quickest first: no other speed and feed of the grid is as good in time, cost and
-        life, and better in one of them.
+        Pareto front in order of time: no other speed and feed of the grid is as good in time, cost and life, and better
+        in one of them.
     chosen
-        Number of the chosen point.
+        Index of the chosen point.
     candidates, allowed
-        How many speeds and feeds were tried, and how many of them are within all limits.
+        Number of speeds and feeds tried, and number within all limits.
     given
-        What comes of the speed and feed in the tool library, or of those that were given for an assumed drill; None
-        where there are none.
+        Result of the speed and feed from the tool library, or given for an assumed drill; None without them.
     sources
-        Where the tool life's constants are from.
+        Sources of the constants for tool life.
     """
 
     tool: Tool
@@ -98,15 +97,15 @@ class CuttingData:
     source
         The drawing; empty without one.
     objective
-        What was chosen for: time, cost or life.
+        The objective: time, cost or life.
     shop_rate
         Currency per hour.
     tools
-        Those whose speed and feed were chosen.
+        Tools whose speed and feed were chosen.
     issues
-        Tools that were left out, and what else was assumed.
+        Tools that were left out, and other assumptions.
     defaults
-        Which of the options that were used are of the person's own defaults.
+        Used options that were set by the user's own defaults.
     """
 
     source: str
@@ -120,10 +119,10 @@ class CuttingData:
 
     @property
     def time(self) -> float:
-        """Of one part by all these tools, s, without changes from one to the other."""
+        """Time per part with all these tools, s, without tool changes."""
         return sum(one.best.time for one in self.tools)
 
     @property
     def cost(self) -> float:
-        """Of one part by all these tools, in the user's currency."""
+        """Cost per part with all these tools, in the user's currency."""
         return sum(one.best.cost for one in self.tools)

@@ -1,6 +1,6 @@
-"""What a canned cycle does, move by move: the one place that timing, posts without cycles and verification share.
+"""Motion of canned cycles, shared by timing, writers without cycles, and verification.
 
-The order of moves is that of RS274/NGC section 3.5.16 as LinuxCNC's interpreter runs it (seen with `rs274 -g`).
+The order of moves follows RS274/NGC section 3.5.16 as LinuxCNC's interpreter runs it (observed with `rs274 -g`).
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from leafcut.errors import PlanError
 from leafcut.model.toolpath import DrillCycle, Kind, Motion, Toolpath
 
-#: How far G73 backs off, and how far above the last depth G83 ends its rapid re-entry: 0.010 inch in LinuxCNC 2.9
-#: (measured with rs274); Fanuc and Haas read it from a parameter.
+#: Retract distance of G73, and distance above the last depth at which the rapid re-entry of G83 ends, mm: 0.010 inch in
+#: LinuxCNC 2.9 (measured with rs274); Fanuc and Haas read it from a parameter.
 PECK_CLEARANCE = 0.254
 
-#: Cycles that stand still at the bottom, and those that come out at feed. G86 stops the spindle at the bottom, too.
+#: Cycles with a dwell at the bottom; G86 also stops the spindle there. Cycles with pecks. Cycles that retract at feed.
 DWELLING = ("G82", "G84", "G86", "G89")
 #: Cycles that come up and go down again, each time a peck deeper.
 PECKING = ("G83", "G73")
@@ -27,22 +27,22 @@ FEED_OUT = ("G84", "G85", "G89")
 
 _EPSILON = 1e-9
 
-#: More pecks than this in one hole, or moves in one program, are a slip of the decimal point and would fill the
+#: Limits for pecks in one hole and moves in one program: more are a misplaced decimal point and would exhaust the
 #: memory.
 _MOST_PECKS = 10_000
 _MOST_ROWS = 6_000_000
 
-#: Down, up, and back down to where the last peck ended.
+#: Down, up, and back down to the end of the previous peck.
 _MOVES_A_PECK = 3
 
 
 def peck_depths(cycle: DrillCycle) -> list[float]:
-    """Return the heights that the pecks reach, from the first to `cycle.bottom`, mm.
+    """Return the heights of the pecks, from the first to `cycle.bottom`, mm.
 
     Raises
     ------
     PlanError
-        The peck is so small that it cannot be meant.
+        The peck is unreasonably small.
     """
     return [cycle.r_plane - cycle.peck * (i + 1) for i in range(_peck_count(cycle) - 1)] + [cycle.bottom]
 
@@ -59,8 +59,8 @@ def _peck_count(cycle: DrillCycle) -> int:
 def expand_drill(motion: Motion, cycle: DrillCycle, z_now: float) -> Iterator[Motion]:
     """Yield the rapids, feeds and dwells of one cycle, from the height `z_now` (NaN: at or above the R plane).
 
-    First up to the R plane if the tool is below it, then over the hole (`DrillCycle.approach`), down to the R plane,
-    drill, and up to the height that `motion.end` states.
+    The tool first rises to the R plane if it is below it, moves over the hole (`DrillCycle.approach`), goes down to the
+    R plane, drills, and rises to the height of `motion.end`.
     """
     x, y, z_after = motion.end
     feed, line = motion.value, motion.line
@@ -74,7 +74,7 @@ def expand_drill(motion: Motion, cycle: DrillCycle, z_now: float) -> Iterator[Mo
     if cycle.approach == "slant":
         height = z_after
     elif z_now < cycle.r_plane or cycle.approach == "sink":
-        # Straight up where it stands: x and y are the caller's, marked as unknown here.
+        # Straight up at the current position, marked as unknown here; the caller has x and y.
         yield Motion(Kind.RAPID, (math.nan, math.nan, cycle.r_plane), 0.0, 0, line)
         height = cycle.r_plane
     yield row(Kind.RAPID, height)
@@ -102,9 +102,9 @@ def _drilling(cycle: DrillCycle, move: Callable[..., Motion], feed: float, line:
 
 
 class Approach(NamedTuple):
-    """How the tool comes over holes: `upright` first to the R plane where it stands; at which heights it travels, mm.
+    """Approach to holes: `upright` first to the R plane at the current position; travel heights at both ends, mm.
 
-    NaN where the height is not known.
+    NaN for unknown heights.
     """
 
     upright: NDArray[np.bool_]
@@ -113,7 +113,7 @@ class Approach(NamedTuple):
 
 
 def approach_of(path: Toolpath, drills: NDArray[np.int64], height: NDArray[np.float64]) -> Approach:
-    """Return how the tool comes over the holes in some rows of a path, from the `height` where it is before each."""
+    """Return the approach to the holes in some rows of a path, from the `height` before each."""
     ref = path.ref[drills]
     r_plane = np.array([c.r_plane for c in path.cycles], dtype=np.float64)[ref]
     slant, sink = (np.array([c.approach == name for c in path.cycles], dtype=bool)[ref] for name in ("slant", "sink"))
@@ -123,15 +123,15 @@ def approach_of(path: Toolpath, drills: NDArray[np.int64], height: NDArray[np.fl
 
 
 def expand(path: Toolpath, keep: Collection[str] = ()) -> Toolpath:
-    """Return the same toolpath with every canned cycle, but those named in `keep`, as rapids, feeds and dwells.
+    """Return the toolpath with every canned cycle, except those in `keep`, expanded to rapids, feeds and dwells.
 
-    A tap's reversal of the spindle stays implied by the cycle and is not written out. Row by row this is
-    `expand_drill`; here all holes are laid out at once, since a board has a hundred thousand.
+    The spindle reversal of a tap stays implied by the cycle. Row by row this equals `expand_drill`; here all holes are
+    expanded at once, since a board has a hundred thousand.
 
     Raises
     ------
     PlanError
-        The pecks are so many that no machine would drill so.
+        There are unreasonably many pecks.
     """
     written_out = np.array([c.name not in keep for c in path.cycles], dtype=bool)
     drills = np.flatnonzero(path.kind == Kind.DRILL)
@@ -182,7 +182,7 @@ def expand(path: Toolpath, keep: Collection[str] = ()) -> Toolpath:
 
 
 def _all_steps(cycles: tuple[DrillCycle, ...], uses: NDArray[np.int64]) -> list[list[_Step]]:
-    """Return the steps of every cycle, given how often each is used, unless they come to more than can be meant."""
+    """Return the steps of every cycle, given its number of uses; raise if there are unreasonably many."""
     rows = sum(_MOVES_A_PECK * _peck_count(c) * max(n, 1) for c, n in zip(cycles, uses.tolist(), strict=True))
     if rows > _MOST_ROWS:
         raise PlanError(f"the drilling cycles come to {rows:,} moves, more than {_MOST_ROWS:,}; use larger pecks")
@@ -190,7 +190,7 @@ def _all_steps(cycles: tuple[DrillCycle, ...], uses: NDArray[np.int64]) -> list[
 
 
 class _Step(NamedTuple):
-    """One move of a cycle over the hole, once the tool is at the R plane; a dwell keeps the height."""
+    """One move of a cycle over the hole, starting at the R plane; a dwell keeps the height."""
 
     kind: Kind
     z: float
@@ -198,7 +198,7 @@ class _Step(NamedTuple):
 
 
 def _steps_at_r(cycle: DrillCycle) -> list[_Step]:
-    """Return what a cycle does from the R plane to before its last rise: by `expand_drill` itself, at x = y = 0."""
+    """Return the steps of a cycle from the R plane to before the final retract, from `expand_drill` at x = y = 0."""
     motion = Motion(Kind.DRILL, (0.0, 0.0, math.nan), 1.0, 0, 0)
     height, steps = cycle.r_plane, []
     for move in list(expand_drill(motion, cycle, cycle.r_plane))[1:-1]:
@@ -208,6 +208,6 @@ def _steps_at_r(cycle: DrillCycle) -> list[_Step]:
 
 
 def _counted(lengths: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return 0, 1, … for every length in turn, one after the other."""
+    """Return 0, 1, … for every length in turn, concatenated."""
     total = int(lengths.sum())
     return np.arange(total) - np.repeat(np.cumsum(lengths) - lengths, lengths)

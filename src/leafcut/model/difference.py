@@ -1,4 +1,4 @@
-"""`Difference`: one thing that is not as it must be, with its place."""
+"""`Difference`: one deviation of a program from its original, with its lines."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Difference:
-    """One difference between two toolpaths, or one thing that is not safe in one.
+    """One difference between two toolpaths, or one unsafe place in a toolpath.
 
     Attributes
     ----------
     what
-        In a word or two: ``feed``, ``missing hole``, ``rapid below clearance`` …
+        Kind in a word or two: ``feed``, ``missing hole``, ``rapid below clearance`` …
     original, new
-        Lines of the program texts, from 1; 0 where there is none (a planned toolpath has no lines).
+        Lines of the program texts, from 1; 0 for none (a planned toolpath has no lines).
     text
-        What was found and what was expected, in a person's words.
+        Actual and expected value, in words.
     also
-        The lines, original and new, of all else that it is about: what is one to a person may be in many blocks.
+        Further pairs of lines, original and new: one difference may affect many blocks.
     """
 
     what: str

@@ -1,4 +1,4 @@
-"""`FeedLimits`: within what the feed of one mill may follow what it meets."""
+"""`FeedLimits`: limits for adapting the feed of a mill to its engagement."""
 
 from __future__ import annotations
 
@@ -8,30 +8,29 @@ from dataclasses import dataclass
 from leafcut.model.work_material import WorkMaterial
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: A feed in the material grows by this factor at most.
+#: Largest factor by which a feed in material may grow.
 FEED_INCREASE = 1.5
 
 
 @dataclass(frozen=True)
 class FeedLimits:
-    """What feeds of one mill keep, where they follow what it meets: mm, mm/s, 1/min, W.
+    """Limits of adaptive feeds of one mill: mm, mm/s, 1/min, W.
 
     Attributes
     ----------
     diameter
-        Of the tool, mm.
+        Diameter of the tool, mm.
     feed, rpm
-        Of the tool: together they make its chip.
+        Feed and speed of the tool, which determine its chip.
     most
-        No feed in the material is higher.
+        Highest feed in material.
     depth, film_depth, film
-        How deep a cut is: that of a level; in a strip no wider than `film`, such as a finishing pass takes, all of its
-        depth.
+        Depth of cut: of a level; in a strip no wider than `film`, such as a finishing pass, the full depth
+        `film_depth`.
     power
-        What the spindle gives to the cut at this speed, W, by its power and its torque; infinite where that is not
-        known.
+        Spindle power available at this speed, W, limited by power and torque; infinite if unknown.
     material, teeth
-        What is cut and by how many teeth; None and 0 where the power is not known.
+        Material and number of teeth; None and 0 if the power is unknown.
     """
 
     diameter: float
@@ -47,5 +46,5 @@ class FeedLimits:
 
     @property
     def chip(self) -> float:
-        """The thickest chip in a revolution, mm: of one tooth, if it had but one."""
+        """Chip thickness per revolution, mm: single-tooth equivalent."""
         return SECONDS_PER_MINUTE * self.feed / self.rpm

@@ -1,6 +1,6 @@
 """Progress of all slow steps, from reading a file to a search: one callback for the user interface.
 
-The callback receives a `Progress` when a step begins, and again while it runs. It may raise an exception to end the
+The callback receives a `Progress` when a step starts, and again while it runs. It may raise an exception to end the
 work.
 """
 
@@ -65,7 +65,7 @@ class Heartbeat(Protocol):
         """Report that the step is running; `share` is the fraction done, from 0 to 1, or 0 if it is not known."""
 
 
-#: Least time between two reports of a running step, s.
+#: Minimum interval between two reports of a running step, s.
 _TOLD_AGAIN = 0.1
 
 
@@ -74,7 +74,7 @@ def unseen(_: float = 0.0, /) -> None:
 
 
 def looking_for(progress: OnProgress | None, what: str) -> Heartbeat:
-    """Report the beginning of a step; return a heartbeat that reports it again while it runs."""
+    """Report the start of a step; return a heartbeat that reports it again while it runs."""
     if progress is None:
         return unseen
     progress(Progress(what))
@@ -93,7 +93,7 @@ def looking_for(progress: OnProgress | None, what: str) -> Heartbeat:
 def passing_on(progress: OnProgress | None, what: str, left: float = 1.0, part: float = 1.0) -> OnProgress | None:
     """Return the progress callback of a search, reported as the step `what`.
 
-    The search does `part` of the whole work, of which `left` is not done when it begins. Both are fractions.
+    The search does `part` of the whole work; `left` is the remaining share at its start. Both are fractions.
     """
     if progress is None:
         return None

@@ -1,4 +1,4 @@
-"""The heights at which things of a drawing lie: what is made of a drawing begins at one surface, Z0."""
+"""Heights of drawn objects: everything made from a drawing starts at one surface, Z0."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from dataclasses import dataclass, field
 from leafcut.errors import count_of
 from leafcut.model.issue import Issue, Severity
 
-#: Heights that differ by less are one, mm.
+#: Tolerance for equal heights, mm.
 SAME_HEIGHT = 0.001
-#: So many heights are named; more would be a drawing in space.
+#: Maximum number of heights listed; more indicate a drawing in space.
 _MOST_NAMED = 4
 
 
 @dataclass(frozen=True)
 class HeightCount:
-    """How many things lie at each height, and where the first of them is: height → (number, x, y), mm."""
+    """Number of objects at each height, and the position of the first: height → (number, x, y), mm."""
 
     found: dict[float, tuple[int, float, float]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, places: Iterable[tuple[float, float, float]]) -> HeightCount:
-        """Return the heights of places (x, y, z), mm."""
+        """Return the heights of points (x, y, z), mm."""
         found: dict[float, tuple[int, float, float]] = {}
         for x, y, z in places:
             level = round(z / SAME_HEIGHT) * SAME_HEIGHT + 0.0
@@ -32,11 +32,11 @@ class HeightCount:
 
     @property
     def differ(self) -> bool:
-        """Whether there are several."""
+        """Whether there are several heights."""
         return len(self.found) > 1
 
     def notes(self, noun: str) -> list[Issue]:
-        """Return a note where all `noun` lie at one height that is not Z0."""
+        """Return a note if all objects lie at one height other than Z0; `noun` names the objects."""
         if self.differ or not self.common:
             return []
         words = f"all {noun} are drawn at Z{self.common:g}: this height becomes Z0 of the program"
@@ -44,7 +44,7 @@ class HeightCount:
 
     @property
     def common(self) -> float:
-        """The height of all, where they have one; else 0."""
+        """The common height of all objects; 0 without one."""
         return next(iter(self.found)) if len(self.found) == 1 else 0.0
 
     def __str__(self) -> str:

@@ -1,4 +1,4 @@
-"""What a reader or planner noticed and went on: numbered, with its place."""
+"""Problems that a reader or planner noticed and worked around: numbered, with their place."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from leafcut.geometry.polyline import Polyline
 
 
 class Severity(StrEnum):
-    """How much an issue matters to the person at the machine; missing: something that is drawn is not made."""
+    """Importance of an issue for the machine operator; missing: drawn work is not done."""
 
     NOTE = "note"
     WARNING = "warning"
@@ -19,8 +19,8 @@ class Severity(StrEnum):
     DANGER = "danger"
 
 
-#: Every code, with what it means. The number's hundred tells the kind: 1 read, 2 skipped, 3 repaired, 4 assumed,
-#: 5 the order of a program, 6 how a sheet is cut, 7 how a pocket is cleared, 8 what a program does by itself.
+#: Every code with its meaning. The hundreds digit is the kind: 1 read, 2 skipped, 3 repaired, 4 assumed, 5 order of a
+#: program, 6 cutting of a sheet, 7 clearing of a pocket, 8 behaviour of a program.
 CODES: dict[str, str] = {
     "L101": "the file was damaged and could be repaired",
     "L102": "the file does not say its units",
@@ -140,8 +140,8 @@ CODES: dict[str, str] = {
     "L820": "a controller is not set as the profile of its machine says",
 }
 
-#: Codes of issues that belong beside the word "verified", with the name of their line: feeds, speeds, depths, materials
-#: and units that nobody gave, corners that the tool does not reach, and deep holes without pecks.
+#: Codes of issues shown beside the word "verified", with the heading of their line: assumed feeds, speeds, depths,
+#: materials and units, corners that the tool does not reach, and deep holes without pecks.
 LIMITS = {
     **dict.fromkeys(("L102", "L401", "L402", "L405", "L413", "L414", "L510"), "assumed"),
     **dict.fromkeys(("L701", "L711"), "not cut"),
@@ -151,18 +151,18 @@ LIMITS = {
 
 @dataclass(frozen=True, slots=True)
 class MissingWork:
-    """Work that the input asks for and the program does not do.
+    """Work that the input requests and the program does not do.
 
     Attributes
     ----------
     what
-        Noun of the trade for one of it: ``part``, ``hole``, ``slot``, ``pocket``, ``opening`` …
+        Noun for one piece of it: ``part``, ``hole``, ``slot``, ``pocket``, ``opening`` …
     count
-        How many there are.
+        Number of pieces.
     where
-        Places of them, mm, in the program's coordinates; fewer than `count` where not all are known.
+        Their known positions, mm, in program coordinates; may be fewer than `count`.
     outlines
-        Their closed outlines, mm, where they are known; drawings hatch them.
+        Their known closed outlines, mm; hatched in drawings.
     """
 
     what: str
@@ -171,16 +171,16 @@ class MissingWork:
     outlines: tuple[Polyline, ...] = ()
 
 
-#: Stands for the details of missing work that its issue does not give.
+#: Placeholder for missing work without details.
 _SOME_WORK = MissingWork("feature")
 
 
 @dataclass(frozen=True, slots=True)
 class Issue:
-    """One thing noticed: a code of `CODES`, one line of text, and the place (file, line, handle) if there is one.
+    """One noticed problem: a code of `CODES`, a one-line message, and its place (file, line, handle) if known.
 
-    `missing` is the work that is not done; the line of text says why. With it the severity is `Severity.MISSING`, and
-    that severity always has it.
+    `missing` is the work that is not done; the message states why. Issues with it have the severity `Severity.MISSING`,
+    and vice versa.
     """
 
     code: str
@@ -203,17 +203,17 @@ class Issue:
         return f"{self.code} {self.message}" + (f" ({self.place})" if self.place else "")
 
     def as_note(self) -> Issue:
-        """Return the same as a note: nothing is missing, because nobody asked for the work."""
+        """Return a copy as a note: the work was not requested, so nothing is missing."""
         return Issue(self.code, self.message, self.place, Severity.NOTE)
 
 
 def missing_work(issues: Iterable[Issue]) -> tuple[Issue, ...]:
-    """Return the issues of work that is not done."""
+    """Return the issues about missing work."""
     return tuple(issue for issue in issues if issue.missing is not None)
 
 
 def missing_words(issues: Iterable[Issue]) -> str:
-    """Return what is missing, ``2 parts, 1 hole``; "" where nothing is."""
+    """Return a summary of missing work, ``2 parts, 1 hole``; "" if none."""
     numbers: dict[str, int] = {}
     for issue in issues:
         if issue.missing is not None:

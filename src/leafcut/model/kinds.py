@@ -1,6 +1,6 @@
-"""What machines work with, how sheet is cut, what programs do, and what tools are made of: words easily mixed up.
+"""Enumerations that are easily confused: heads of machines, cutting methods, kinds of programs, and tool materials.
 
-The processes of leafcut are a fourth one, which packages from outside make longer: `processes.registry.names`.
+The processes of leafcut are a further one, which plug-ins extend: `processes.registry.names`.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from enum import StrEnum
 
 
 class CutMethod(StrEnum):
-    """How sheet is cut. A name in a cut chart begins with it: ``laser_fiber_3kW``."""
+    """Method of cutting sheet. A process name in a cut chart starts with it: ``laser_fiber_3kW``."""
 
     PLASMA = "plasma"
     LASER = "laser"
@@ -18,7 +18,7 @@ class CutMethod(StrEnum):
 
 
 class Head(StrEnum):
-    """What a machine works with; the word of its profile's key ``process``."""
+    """Kind of head of a machine; value of the key ``process`` in its profile."""
 
     SPINDLE = "spindle"
     TORCH = "torch"
@@ -28,17 +28,17 @@ class Head(StrEnum):
 
     @property
     def method(self) -> CutMethod | None:
-        """How it cuts sheet; None for a spindle."""
+        """Cutting method for sheet; None for a spindle."""
         return _METHODS.get(self)
 
     @classmethod
     def that_cuts(cls, method: CutMethod) -> Head:
-        """Return what a machine needs to cut so."""
+        """Return the head that a cutting method needs."""
         return next(head for head, cuts in _METHODS.items() if cuts is method)
 
 
 def method_of(name: str) -> str:
-    """Return how is cut what a cut chart calls so: a `CutMethod`, or a word of the chart's own."""
+    """Return the method of a process name in a cut chart: a `CutMethod`, or a word of the chart itself."""
     return name.lower().partition("_")[0]
 
 
@@ -51,7 +51,7 @@ _METHODS = {
 
 
 class ProgramKind(StrEnum):
-    """What a program does, as ``--process`` says it of one."""
+    """Kind of a program, as given by ``--process``."""
 
     DRILL = "drill"
     MILL = "mill"
@@ -60,18 +60,18 @@ class ProgramKind(StrEnum):
 
 
 class CuttingWork(StrEnum):
-    """What a rotating tool does to material: tool life and loads differ."""
+    """Operation of a rotating tool; tool life and loads differ."""
 
     DRILL = "drill"
     MILL = "mill"
 
 
 class ToolMaterial(StrEnum):
-    """What the cutting edge of a tool is made of."""
+    """Material of a tool's cutting edge."""
 
     HSS = "hss"
     CARBIDE = "carbide"
 
 
-#: The programs whose tool is a beam: on where it cuts, and without a height of its own.
+#: Kinds of programs with a beam, which is on while cutting and has no height of its own.
 BEAMS = (ProgramKind.LASER, ProgramKind.PLASMA)

@@ -1,4 +1,4 @@
-"""`Machine`: the facts of one machine that its programs and its time depend on."""
+"""`Machine`: properties of a machine that its programs and their times depend on."""
 
 from __future__ import annotations
 
@@ -12,17 +12,16 @@ XYZ = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Probe:
-    """How a torch finds the sheet: down until it touches, then on until its switch trips.
+    """Touch-off of the sheet with the torch: down to contact, then on until the switch trips.
 
     Attributes
     ----------
     feed
         mm/s.
     depth
-        How far below Z0 it goes at most, before the controller gives an alarm, mm.
+        Maximum depth below Z0 before the controller raises an alarm, mm.
     switch_offset
-        How far Z goes on between the torch's touching the sheet and the tripping of the switch, mm: 0 where the tip
-        itself is the contact.
+        Z travel between contact and tripping of the switch, mm; 0 if the tip itself is the contact.
     """
 
     feed: float
@@ -40,62 +39,62 @@ class Machine:
         `controller` is the name of a dialect, or the path of its TOML file; `head` is spindle, torch (plasma),
         laser, flame or water.
     cut_process
-        What cuts, kind and power, as cut charts name it (``laser_fiber_3kW``); empty: not known, or a spindle.
+        Cutting process with power, as named in cut charts (``laser_fiber_3kW``); empty: unknown, or a spindle.
     family
-        The shipped dialect that the controller's is based on where it is not a shipped one: timing goes by it.
+        Shipped dialect on which an own dialect of the controller is based; it determines the timing model.
     units
-        ``mm`` or ``in``: what the controller takes the numbers of a program for that does not say it.
+        ``mm`` or ``in``: units that the controller assumes for programs without a units word.
     rapid_style
         ``linear``: all axes arrive together on a straight line. ``dogleg``: each axis at its own speed.
     rapid_velocity, acceleration
         Per axis.
     acceleration_factor
-        Part of the acceleration that the controller uses on a move that starts and ends at rest (LinuxCNC keeps
-        10 % back, `[TRAJ]ARC_BLEND_KINK_RATIO`).
+        Fraction of the acceleration used on a move that starts and ends at rest (LinuxCNC holds 10 % back,
+        `[TRAJ]ARC_BLEND_KINK_RATIO`).
     corners
-        How the controller takes corners: ``linuxcnc`` (blends, arcs in corners, tangents), ``grbl`` (junction
-        deviation, rapids too) or ``round`` (junction deviation between feed moves, rapids end in position); empty: as
-        the controllers of that name do, and ``round`` for the others.
+        Corner model: ``linuxcnc`` (blends, arcs in corners, tangents), ``grbl`` (junction deviation, for rapids too) or
+        ``round`` (junction deviation between feed moves, rapids end in position); empty: that of the controller with
+        this name, ``round`` for others.
     corner_deviation
-        How far from the corner the path may be thought to pass, mm, where corners are ``grbl`` or ``round``.
+        Junction deviation for ``grbl`` and ``round`` corners, mm.
     arc_tolerance
-        How far the chords may be from the arcs that GRBL cuts into them, mm ($12).
+        Chord tolerance of GRBL's arcs, mm ($12).
     steps_per_mm
-        Per axis, of a GRBL board ($100 to $102): its moves end at whole steps.
+        Per axis, of a GRBL board ($100 to $102), whose moves end at whole steps.
     motor_lock_s
-        For how long GRBL holds its motors after every motion and does nothing else, s ($1; 255 is 0).
+        Time for which GRBL holds its motors after every motion and does nothing else, s ($1; 255 is 0).
     max_feed
         Highest programmed feed, mm/s.
     travel_min, travel_max
-        Machine coordinates; -inf and inf where the end of an axis is not known, and nothing is checked against it.
+        Machine coordinates; -inf and inf for unknown ends of an axis, which are not checked.
     work_offset
-        Program zero in machine coordinates where it is known, else None: then only the size of the job can be checked.
+        Program zero in machine coordinates if known, else None: then only the size of the job can be checked.
     home
-        Machine coordinates where the spindle waits before and after a program.
+        Machine coordinates of the spindle before and after a program.
     spindle_min_rpm, spindle_max_rpm
     tool_changer
-        True: M6 changes by itself; False: a person changes, the program pauses.
+        True: M6 changes the tool automatically; False: the program pauses for a manual change.
     preselect_tool, optional_stop
-        Whether programs name the next tool after each change, and stop before each if a switch is on (M1).
+        Whether programs name the next tool after each change, and have an optional stop (M1) before each change.
     tool_change_s
-        Time of one change, chip to chip where the machine does it.
+        Time of one change, chip to chip if automatic.
     tool_change_position
-        Machine coordinates (x, y) to which the table goes for a change, or None: it stays where it is.
+        Machine coordinates (x, y) of the table for a change, or None: it stays in place.
     spindle_power, spindle_torque, max_thrust
-        What the spindle gives at most, W and N·mm, and with how much force z goes down, N; 0 where that is not known.
+        Maximum spindle power and torque, W and N·mm, and maximum thrust of the z axis, N; 0 if unknown.
     spindle_start_s
-        Dwell that lets the spindle reach its speed.
+        Dwell for the spindle to reach its speed.
     safe_z
         Machine coordinate z of a safe height for tool changes and the end of a program, or None: the program's own
         clearance height is used.
     nozzle_diameter
-        How wide its head is just above the sheet, mm; 0 where that is not known.
+        Width of the head just above the sheet, mm; 0 if unknown.
     probe
-        How its torch finds the sheet where the program does that, or None.
+        Touch-off of the sheet in programs, or None.
     sources
-        Where each value comes from, by key, or "estimate: …".
+        Source of each value, by key, or "estimate: …".
     assumed
-        What its profile does not say and was taken as leafcut's own figure, by key: the value and why, in words.
+        Values missing in the profile and assumed by leafcut, by key: the value and the reason, in words.
     """
 
     name: str
@@ -137,7 +136,7 @@ class Machine:
     assumed: dict[str, str] = field(default_factory=dict)
 
     def reach(self, axis: int) -> float:
-        """Return how far an axis goes, mm; inf where that is not known."""
+        """Return the length of an axis, mm; inf if unknown."""
         return self.travel_max[axis] - self.travel_min[axis]
 
     @property
@@ -147,5 +146,5 @@ class Machine:
 
     @property
     def control(self) -> str:
-        """The dialect of the controller that moves as this machine's does, a shipped one where any is known."""
+        """The dialect whose motion model applies: a shipped one if known."""
         return self.family or self.controller

@@ -1,4 +1,4 @@
-"""`Measure`: what a toolpath costs."""
+"""`Measure`: lengths and times of a toolpath."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Measure:
-    """What a toolpath costs: rapid and cutting lengths in mm, machine time in s, and seconds by kind of motion.
+    """Rapid and cutting lengths of a toolpath in mm, machine time in s, and seconds by kind of motion.
 
     Attributes
     ----------
     by_kind
         Keys: rapid, feed, dwell, tool_change and spindle.
     start
-        Place of the tool before the first move, (x, y) in mm, if the time counts from there.
+        Position of the tool before the first move, (x, y) in mm, if the time includes the move from there.
     lines
         Bytes and words of the sent lines, int64[n] each, if the time depends on them (GRBL).
     """

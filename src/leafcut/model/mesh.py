@@ -17,11 +17,11 @@ class Mesh:
     Attributes
     ----------
     triangles
-        float64[n, 3, 3]: corner by corner, x, y, z.
+        float64[n, 3, 3]: triangle, corner, x y z.
     name
-        For people: the file's name.
+        Name for messages: the file's name.
     closed
-        Whether every edge is shared by two triangles, so that there is an inside.
+        Whether every edge is shared by two triangles, so that the mesh has an inside.
     """
 
     triangles: NDArray[np.float64]

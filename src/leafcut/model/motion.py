@@ -1,4 +1,4 @@
-"""One row of a toolpath: what it does, and what its columns then mean."""
+"""One row of a toolpath, and the meaning of its columns."""
 
 from __future__ import annotations
 
@@ -8,41 +8,41 @@ from enum import IntEnum
 from typing import NamedTuple
 
 UNKNOWN = math.nan
-#: `ref` of a row SPINDLE that an S without M3 or M4 made.
+#: `ref` of a SPINDLE row from an S word without M3 or M4.
 SPEED_ALONE = -1
 
 
 class Kind(IntEnum):
-    """What a row does, and what its columns then mean.
+    """Kind of a row, which determines the meaning of its columns.
 
     ========== ============================================ ==================== ===========================
     kind       end (x, y, z)                                value                ref
     ========== ============================================ ==================== ===========================
-    RAPID      where it ends                                –                    –
-    FEED       where it ends                                feed, mm/s           –
-    ARC_CW     where it ends                                feed, mm/s           row of `arcs`
-    ARC_CCW    where it ends                                feed, mm/s           row of `arcs`
+    RAPID      end position                                 –                    –
+    FEED       end position                                 feed, mm/s           –
+    ARC_CW     end position                                 feed, mm/s           row of `arcs`
+    ARC_CCW    end position                                 feed, mm/s           row of `arcs`
     DRILL      the hole, and the height after the cycle     feed, mm/s           row of `cycles`
     DWELL      –                                            seconds              –
     TOOL       –                                            –                    tool number
     OFFSET     –                                            –                    length offset (H), 0 = G49
-    SPINDLE    –                                            rpm; < 0 = backwards which; of a torch 1 marks; -1 = S alone
+    SPINDLE    –                                            rpm; < 0 = backwards spindle; torch: 1 marks; -1 = S alone
     COOLANT    –                                            –                    0 off, 1 mist, 2 flood, 3 both
     PAUSE      –                                            –                    0 = M0, 1 = M1
     MACHINE    machine coordinates, NaN = axis stays        –                    –
     END        –                                            –                    –
-    FRAME      where the tool is then                       –                    work offset in tenths (540 is G54)
-    SHIFT      where the tool is then                       –                    origin moved (G52, G92 …), counted
-    RADIUS     –                                            D, as it is written  40, 41 or 42
+    FRAME      new position                                 –                    work offset in tenths (540 is G54)
+    SHIFT      new position                                 –                    origin moved (G52, G92 …), counted
+    RADIUS     –                                            D, as written        40, 41 or 42
     BLENDING   x: how far short moves may be joined, mm     tolerance, mm        610, 611 or 640 (G61, G61.1, G64)
-    FOREIGN    where the tool is then                       of a probe, mm/s     1: all is lost; 2: `STILL`
-    TORCH      –                                            1 on, 0 off          – (while it moves on)
-    HEIGHT     –                                            1 on, 0 off          – (control of the torch's height)
-    PROBE      the farthest it may go                       feed, mm/s           – (until a probe trips)
+    FOREIGN    new position                                 of a probe, mm/s     1: state unknown; 2: `STILL`
+    TORCH      –                                            1 on, 0 off          – (while moving)
+    HEIGHT     –                                            1 on, 0 off          – (torch height control)
+    PROBE      farthest position                            feed, mm/s           – (until a probe trips)
     ========== ============================================ ==================== ===========================
 
-    A torch goes on and off by SPINDLE, as M3 and M5 have it; TORCH and HEIGHT act with the next motion, without a stop.
-    Where the tool is then: in the program coordinates from there on, NaN for an axis until it is programmed again.
+    A torch is switched by SPINDLE, as by M3 and M5; TORCH and HEIGHT act with the next motion, without a stop. A new
+    position is in the program coordinates valid from there on, NaN for an axis until it is programmed again.
     """
 
     RAPID = 0
@@ -68,9 +68,9 @@ class Kind(IntEnum):
     PROBE = 20
 
 
-#: Kinds whose `end` is a place in program coordinates.
+#: Kinds whose `end` is a position in program coordinates.
 MOTIONS = (Kind.RAPID, Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.DRILL, Kind.PROBE)
-#: Kinds whose `end` says where the tool is in program coordinates after them.
+#: Kinds after which `end` is the position of the tool in program coordinates.
 PLACES = (*MOTIONS, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN)
 #: `ref` of a FOREIGN row whose block moves nothing, such as M52 P1.
 STILL = 2
@@ -78,12 +78,12 @@ STILL = 2
 
 @dataclass(frozen=True, slots=True)
 class DrillCycle:
-    """The words of a canned cycle: heights in mm, dwell in s.
+    """Parameters of a canned cycle: heights in mm, dwell in s.
 
-    `name` is the G word as LinuxCNC and Fanuc have it (G81 … G86, G89, G73), whatever the controller calls it.
-    `to_initial` is G98: after the hole the tool rises to where it was before the cycle; else G99, to `r_plane`.
-    `approach` is how the tool comes over the hole: "level", where it is or at the R plane if that is higher; "slant",
-    rising on its way to the height to which it returns; "sink", first straight down to the R plane where it stands.
+    `name` is the G word of LinuxCNC and Fanuc (G81 … G86, G89, G73), whatever the controller calls it. `to_initial` is
+    G98: the tool retracts to its height before the cycle; otherwise G99, to `r_plane`. `approach` is the move over the
+    hole: "level", at the current height or the R plane if that is higher; "slant", rising on the way to the return
+    height; "sink", first straight down to the R plane at the current position.
     """
 
     name: str
@@ -95,18 +95,19 @@ class DrillCycle:
     approach: str = "level"
 
     def height_after(self, initial: float) -> float:
-        """Return where the tool is after the hole, mm, in a series before which it was at `initial`.
+        """Return the height after the hole, mm, in a series of cycles that started at height `initial`.
 
-        G98 rises to the height before the series of cycles, or to the R plane if that is higher (RS274/NGC 3.5.16.1;
-        seen with `rs274 -g`).
+        G98 retracts to the height before the series of cycles, or to the R plane if that is higher (RS274/NGC 3.5.16.1;
+        observed with `rs274 -g`).
         """
         return initial if self.to_initial and initial >= self.r_plane else self.r_plane
 
     def approach_in_series(self, initial: float, here: float) -> str:
-        """Return the `approach` in LinuxCNC 2.9 (seen with rs274) from `here` in a series with `initial` before it.
+        """Return the `approach` of LinuxCNC 2.9 (observed with rs274) from height `here` in a series started at
+        `initial`.
 
-        Where the height before the series is below R, it goes to R where it stands, up or down; else, from R or below
-        it, it rises on its way over the hole as far as it will come back. A height that is not known may be any.
+        If `initial` is below R, the tool goes straight to R, up or down. Otherwise, from R or below, it rises on its
+        way over the hole to the return height. Unknown heights are allowed.
         """
         if initial < self.r_plane:
             return "sink" if here > self.r_plane else "level"
@@ -115,7 +116,7 @@ class DrillCycle:
 
 @dataclass(frozen=True, slots=True)
 class Arc:
-    """Centre of an arc in program coordinates, the plane it lies in (17 xy, 18 zx, 19 yz) and its full turns."""
+    """Centre of an arc in program coordinates, its plane (17 xy, 18 zx, 19 yz) and its full turns."""
 
     center: tuple[float, float, float]
     plane: int = 17

@@ -1,4 +1,4 @@
-"""`Nest`: which part lies where on which sheet; what nesting comes to, and what sheets are drawn from."""
+"""`Nest`: placement of parts on sheets, with the results of nesting."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from leafcut.model.issue import Issue, missing_work
 
 @dataclass(frozen=True)
 class NestPart:
-    """A part to be made, and how often.
+    """A part and its quantity.
 
     Attributes
     ----------
     contours
-        Its closed outline first, then its holes and marks, mm, where the drawing has them.
+        Its closed outline first, then its holes and marks, mm, in drawing coordinates.
     rotations
-        The angles in which it may lie, rad counter-clockwise from the drawing; None for any.
+        Allowed angles, rad counter-clockwise from the drawing; None for any.
     """
 
     name: str
@@ -32,28 +32,28 @@ class NestPart:
 
     @property
     def label(self) -> str:
-        """Its name as drawings hold it: what can be printed, at most 40 characters (DXF: 255, up to six for one)."""
+        """Name for drawings: printable characters, at most 40 (limit of DXF: 255, with up to six per character)."""
         return "".join(c if c.isprintable() and c != "\\" and c <= "\uffff" else "?" for c in self.name).strip()[:40]
 
     @property
     def outline(self) -> Polyline:
-        """Its outer edge."""
+        """Outer edge."""
         return self.contours[0].path
 
     @property
     def holes(self) -> tuple[Polyline, ...]:
-        """The closed paths that are cut out of it."""
+        """Closed paths that are cut out of it."""
         return tuple(c.path for c in self.contours[1:] if c.kind == "cut" and c.path.closed)
 
     @cached_property
     def area(self) -> float:
-        """What it weighs in sheet: the area of its outline less its holes, mm²."""
+        """Area of its outline minus its holes, mm²."""
         return abs(self.outline.area) - sum(abs(hole.area) for hole in self.holes)
 
 
 @dataclass(frozen=True, slots=True)
 class Placement:
-    """One part on a sheet: turned by `angle` (rad) about the drawing's origin, then moved by (x, y) mm."""
+    """One part on a sheet: rotated by `angle` (rad) about the drawing's origin, then moved by (x, y) mm."""
 
     part: int
     angle: float
@@ -61,24 +61,24 @@ class Placement:
     y: float
 
     def placed(self, path: Polyline) -> Polyline:
-        """Return a path of the part where it lies on the sheet."""
+        """Return a path of the part in sheet coordinates."""
         return (path.turned(self.angle) if self.angle else path).moved(self.x, self.y)
 
 
 @dataclass(frozen=True)
 class Stock:
-    """A kind of sheet: a rectangle from (0, 0) to (length, width) in mm, or what of one remains.
+    """A kind of sheet: a rectangle from (0, 0) to (length, width) in mm, or a remnant.
 
     Attributes
     ----------
     count
-        How many there are; None for as many as it takes.
+        Available number; None for unlimited.
     price
-        Of one sheet; None where nobody has said.
+        Price of one sheet; None if unknown.
     edge
-        Of a remnant its outline and the holes in it; empty for a rectangle.
+        Outline of a remnant and the holes in it; empty for a rectangle.
     name
-        What it is called: ``3000x1500``, or the name of the remnant's drawing.
+        ``3000x1500``, or the name of the remnant's drawing.
     """
 
     length: float
@@ -96,20 +96,20 @@ class Stock:
 
     @cached_property
     def area(self) -> float:
-        """Of its outline less its holes, mm²."""
+        """Area of its outline minus its holes, mm²."""
         outline, *holes = self.paths
         return abs(outline.area) - sum(abs(hole.area) for hole in holes)
 
     @property
     def label(self) -> str:
-        """Its name with its price, as drawings hold it: ``3000x1500@180``."""
+        """Name with price, as used in drawings: ``3000x1500@180``."""
         return self.name + ("" if self.price is None else f"@{self.price:.12g}")
 
 
 def sheet_costs(stocks: Sequence[Stock]) -> list[float]:
-    """Return what a sheet of each kind costs: its price where sheets have any, else its area in mm².
+    """Return the cost of a sheet of each kind: its price if any sheet has one, else its area in mm².
 
-    A remnant without a price costs nothing beside sheets that are to be bought: those with a price, or of a size.
+    A remnant without a price is free beside sheets to be bought, which are those with a price or of a size.
     """
     if any(stock.price is not None for stock in stocks):
         return [stock.price or 0.0 for stock in stocks]
@@ -119,7 +119,7 @@ def sheet_costs(stocks: Sequence[Stock]) -> list[float]:
 
 @dataclass(frozen=True)
 class Layout:
-    """One sheet: what lies where, how many sheets are cut like this, and of which stock (its index in the nest)."""
+    """Placements on one sheet, number of identical sheets, and index of their stock in the nest."""
 
     placements: tuple[Placement, ...]
     count: int = 1
@@ -128,18 +128,18 @@ class Layout:
 
 @dataclass(frozen=True)
 class Nest:
-    """All parts on sheets, in one of several ways.
+    """All parts placed on sheets: one variant.
 
     Attributes
     ----------
     stocks
-        The kinds of sheet that were at hand.
+        Available kinds of sheet.
     unplaced
-        How many of each part found no room; as many numbers as there are parts.
+        Number of unplaced pieces of each part.
     method, seed
-        How it was made: ``shapes`` or ``rectangles``, and the start of the random numbers.
+        ``shapes`` or ``rectangles``, and the seed of the random numbers.
     repeatable
-        False where the clock ended the search: the same seed may give another nest.
+        False if the time limit ended the search, so that the same seed may give another nest.
     """
 
     parts: tuple[NestPart, ...]
@@ -152,12 +152,12 @@ class Nest:
 
     @property
     def n_sheets(self) -> int:
-        """Number of sheets, like ones counted each."""
+        """Number of sheets, including identical ones."""
         return sum(layout.count for layout in self.layouts)
 
     @property
     def n_placed(self) -> int:
-        """Number of parts that are placed."""
+        """Number of placed parts."""
         return sum(layout.count * len(layout.placements) for layout in self.layouts)
 
     @cached_property
@@ -166,17 +166,17 @@ class Nest:
         return sum(layout.count * self.parts[p.part].area for layout in self.layouts for p in layout.placements)
 
     def stock_of(self, layout: Layout) -> Stock:
-        """Return the kind of sheet that a layout lies on."""
+        """Return the kind of sheet of a layout."""
         return self.stocks[layout.stock]
 
     @property
     def priced(self) -> bool:
-        """True: sheets have prices, and the least cost is sought; else the least area."""
+        """Whether sheets have prices, so that cost is minimized instead of area."""
         return any(stock.price is not None for stock in self.stocks)
 
     @property
     def cost(self) -> float | None:
-        """What the sheets cost together; None where they have no prices."""
+        """Total cost of the sheets; None without prices."""
         return self._cost if self.priced else None
 
     @property
@@ -191,12 +191,12 @@ class Nest:
 
     @property
     def utilisation(self) -> float:
-        """Share of the sheets that ends in parts, 0 … 1."""
+        """Share of the sheets' area used by parts, 0 … 1."""
         return self.area / self.sheet_area if self.layouts else 0.0
 
     @cached_property
     def used_length(self) -> float:
-        """How far the parts of the last sheet reach along it, mm; the rest can be cut off and kept."""
+        """Extent of the parts along the last sheet, mm; the rest can be cut off and kept."""
         if not self.layouts:
             return 0.0
         edges = [p.placed(self.parts[p.part].outline).extents[2] for p in self.layouts[-1].placements]
@@ -204,7 +204,7 @@ class Nest:
 
     @property
     def utilisation_of_used(self) -> float:
-        """Share that ends in parts when the rest of the last sheet, where that is a rectangle, is kept, 0 … 1."""
+        """Utilisation if the rest of the last sheet, provided it is rectangular, is kept, 0 … 1."""
         if not self.layouts:
             return 0.0
         last = self.stock_of(self.layouts[-1])
@@ -213,15 +213,15 @@ class Nest:
 
     @property
     def rank(self) -> tuple[float, float, float]:
-        """What makes a nest better than another, the lower the better.
+        """Sort key of nests, lower is better.
 
-        Area of the parts left over; what the sheets cost, or their area; how much of the last is used (mm).
+        Area of the unplaced parts; cost of the sheets, or their area; used length of the last sheet (mm).
         """
         left = sum(part.area * count for part, count in zip(self.parts, self.unplaced, strict=True))
         return (left, self._cost, self.used_length) if self.layouts else (left, math.inf, 0.0)
 
     def contours(self, layout: Layout) -> Iterator[Contour]:
-        """Yield every contour of a sheet where it lies; those of one part have one number, from 1."""
+        """Yield every contour of a sheet in its place; contours of one part share a number, from 1."""
         for number, placement in enumerate(layout.placements, 1):
             for contour in self.parts[placement.part].contours:
                 yield Contour(placement.placed(contour.path), contour.kind, contour.layer, contour.handle, number)
@@ -229,7 +229,7 @@ class Nest:
 
 @dataclass(frozen=True)
 class Remnant:
-    """What remains of sheets and is worth keeping: its drawing, how many there are, and itself."""
+    """A remnant worth keeping: its drawing, its number, and its shape."""
 
     file: str
     count: int
@@ -238,22 +238,22 @@ class Remnant:
 
 @dataclass(frozen=True)
 class NestOutcome:
-    """What nesting found: the variants, the best first, their drawings, and where these were written.
+    """Result of nesting: the variants, the best first, their drawings, and the files.
 
     Attributes
     ----------
     spacing, margin
-        What the nests were checked for: between two parts, and to the edge of the sheet, mm.
+        Checked distances between two parts, and to the edge of the sheet, mm.
     dropped
         One line for every variant that failed its check.
     drawings
-        For every variant that is drawn, the best one or all, the text of each of its sheets, DXF, one per layout.
+        For every drawn variant, the best or all, the DXF text of each sheet, one per layout.
     files
-        The files that they were written to; empty where nothing was.
+        Names of the written files; empty if none were written.
     remnants
-        What remains of the sheets of the best one, where that was asked for.
+        Remnants of the best variant's sheets, if requested.
     defaults
-        Which of the options that were used are of the person's own defaults, as one types them.
+        Used options that were set by the user's own defaults, as typed.
     """
 
     nests: tuple[Nest, ...]
@@ -269,13 +269,13 @@ class NestOutcome:
 
     @property
     def missing(self) -> tuple[Issue, ...]:
-        """The issues of parts and lines that lie on no sheet."""
+        """Issues about parts and lines that are on no sheet."""
         return missing_work(self.issues)
 
     def names(self, output: str | Path, *, all_variants: bool) -> tuple[tuple[str, ...], ...]:
-        """Return the names of the files of the drawings of the best variant, or of all, where `output` is asked for.
+        """Return the file names for the drawings of the best variant, or of all, for the given `output`.
 
-        Several sheets are numbered, ``sheet_1.dxf``, and so are variants where all are drawn: ``sheet_v1_1.dxf``.
+        Several sheets are numbered, ``sheet_1.dxf``, and so are several variants: ``sheet_v1_1.dxf``.
         """
         output, found = Path(output), []
         for number, one in enumerate(self.nests if all_variants else self.nests[:1], 1):

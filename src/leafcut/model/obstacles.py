@@ -1,4 +1,4 @@
-"""`Obstacles`: what stands on the table, and how tools may pass it."""
+"""`Obstacles`: clamps and fixtures on the table, and rapids past them."""
 
 from __future__ import annotations
 
@@ -16,24 +16,25 @@ from leafcut.model.cutter import widest_below
 
 @dataclass(frozen=True, eq=False)
 class Obstacles:
-    """Rectangles that nothing is cut in, and that rapids cross high up, or not at all.
+    """Rectangles in which nothing is cut; rapids cross them at a safe height, or go around.
 
     Attributes
     ----------
     zones
-        float64[k, 4]: x0 ≤ x1, y0 ≤ y1 in order x0, y0, x1, y1, mm, as they were named.
+        float64[k, 4]: x0, y0, x1, y1 with x0 ≤ x1, y0 ≤ y1, mm, in the given order.
     heights
-        float64[k]: a rapid at this height or above may cross each zone, mm; infinite where the tool cannot be lifted:
-        it goes round.
+        float64[k]: minimum height of a rapid across each zone, mm; infinite if the tool cannot be lifted and must go
+        around.
     radii
-        Of the flutes, by tool, mm: so far its centre stays outside; 0 for others.
+        By tool, radius of the flutes, mm: minimum distance of its centre; 0 for others.
     dogleg
-        The axes of a rapid do not arrive together, and it may go anywhere in the rectangle between its ends.
+        Whether the axes of a rapid may arrive at different times, so that it may pass anywhere in the rectangle between
+        its ends.
     bodies
-        By tool, of what is above its flutes: how far above the tip, and the radius, mm.
+        By tool, discs above its flutes: height above the tip, and radius, mm.
     lowest
-        By tool, mm: how low its tip goes. Its centre stays as far outside of a zone as all that is then below the
-        height of the zone.
+        By tool, lowest height of its tip, mm. Its centre keeps clear of a zone with every disc that is then below the
+        zone's height.
     """
 
     zones: NDArray[np.float64]
@@ -48,17 +49,17 @@ class Obstacles:
 
     @property
     def height(self) -> float:
-        """The height at which a rapid may cross all of them, mm."""
+        """Minimum height of a rapid across all zones, mm."""
         return float(self.heights.max(initial=-math.inf))
 
     def of_tool(self, tool: int | None) -> NDArray[np.float64]:
-        """Return the rectangles, float64[k, 4], that the centre of a tool stays out of."""
+        """Return the rectangles, float64[k, 4], that the centre of a tool must avoid."""
         return widened(self.zones, self._margins(tool or 0))
 
     def between(self, a: Point, b: Point, tool: int | None) -> float:
-        """Return the height at or above which a rapid may go from `a` to `b`, mm; −∞ where none is in the way.
+        """Return the minimum height of a rapid from `a` to `b`, mm; −∞ if no zone is in its path.
 
-        From a place that is not known it may cross all, so one that can be lifted is.
+        A rapid from an unknown position may cross any zone; it is lifted if it can be.
         """
         unknown = any(map(math.isnan, a))
         if unknown and math.isfinite(self.height):
@@ -71,15 +72,15 @@ class Obstacles:
         return float(self.heights[touched].max())
 
     def round(self, a: Point, b: Point, tool: int | None) -> list[Point] | None:
-        """Return the places between two on the shortest way round all, or None where there is none."""
+        """Return the intermediate points of the shortest path around all zones, or None if there is no such path."""
         return way_round(a, b, self.of_tool(tool), dogleg=self.dogleg)
 
     def round_room(self) -> NDArray[np.float64]:
-        """Return the rectangles, float64[k, 4], in which all ways round them turn, whatever the tool."""
+        """Return the rectangles, float64[k, 4], that contain all corners of paths around the zones, for any tool."""
         widest = max((float(self._margins(tool).max(initial=0.0)) for tool in self.radii), default=0.0)
         return widened(self.zones, PASSING + widest)
 
     def _margins(self, tool: int) -> NDArray[np.float64]:
-        """Return how far the centre of a tool stays outside of each zone, float64[k], mm."""
+        """Return the distance that the centre of a tool keeps from each zone, float64[k], mm."""
         bodies, lowest = self.bodies.get(tool, ()), self.lowest.get(tool, -math.inf)
         return widest_below(self.radii.get(tool, 0.0), bodies, lowest, self.heights)

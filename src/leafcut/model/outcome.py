@@ -1,4 +1,4 @@
-"""`Outcome`: all that one run of `optimize` found out; the report and the JSON answer are views of it."""
+"""`Outcome`: all results of a run of `optimize`; the report and the JSON answer are views of it."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from leafcut.model.solution import Solution, gap
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath
 
-#: Which of the two paths of an outcome.
+#: Selects one of the two paths of an outcome.
 Which = Literal["before", "after"]
 
 
 @dataclass(frozen=True)
 class OperationOutcome:
-    """One tool's work: how many holes or slots, by which cycle, and the solution of its order.
+    """Work of one tool: holes or slots, cycle, and the solution of its order.
 
-    `hole_order` are indices into `Part.holes` (or `Part.slots` when `slots`), in the order of machining. The rest is
-    for a program of another CAM: `cuts` is how many cuts are ordered with the holes, `lines` the first and the last
-    line of their section, and `staying` the holes that the tool drills in their old places.
+    `hole_order` are indices into `Part.holes` (or `Part.slots` if `slots`), in machining order. The others apply to a
+    program of another CAM: `cuts` is the number of cuts ordered with the holes, `lines` the first and the last line of
+    their section, and `staying` the holes that the tool drills in their original places.
     """
 
     tool: Tool
@@ -38,46 +38,46 @@ class OperationOutcome:
 
     @property
     def holes(self) -> tuple[int, ...]:
-        """All holes that the tool drills here (or slots), those that stay last."""
+        """All holes that the tool drills here (or slots), those with fixed places last."""
         return self.hole_order + self.staying
 
 
-#: The results that one process alone has.
+#: Results of one process only.
 D = TypeVar("D")
 
 
 @dataclass(frozen=True)
 class Outcome(Generic[D]):
-    """The whole run: what every process finds out, and the `detail` of one.
+    """Results of a run: common to all processes, and the `detail` of one.
 
     Attributes
     ----------
     part
-        What was read; of a program, its holes.
+        The input; of a program, its holes.
     process
         ``drill``; ``cut`` for a sheet; ``pocket``; of a program ``drill``, ``mill``, ``laser`` or ``plasma``.
     before, nearest, after
-        The same work in the order it came in, by nearest neighbour (None for programs), and as written.
+        Measures of the input order, of nearest neighbour (None for programs), and of the written program.
     path_before, path_after
-        Toolpaths of the first and the last.
+        Toolpaths of `before` and `after`.
     text
-        The program, whole.
+        The whole program.
     detail
-        What belongs to the process alone: the plans of a sheet or of pockets, the proof of a program.
+        Results of the process only: the plans of a sheet or of pockets, the proof of a program.
     written
-        What the text does, read back for the proof, with the line of every row. None where `path_after` was read.
+        The text read back for the proof, with the line of every row. None if `path_after` was read from it.
     encoding, extension
-        Of the program's text in a file, and what the name of such a file ends in, with the dot.
+        Encoding of the program file, and its extension including the dot.
     output, report
-        Where program and report were written, or empty.
+        Files of program and report, or empty.
     seconds, compile_seconds
         Time of the run without compiling, and the time of compiling.
     made_by
-        Name of the process that made it.
+        Name of the process.
     options
-        Every option that is not at its default, flag → value as a person would type it.
+        Every option that differs from its default: flag → value as typed.
     defaults
-        Which of the options that were used are of the person's own defaults, as one types them.
+        Used options that were set by the user's own defaults, as typed.
     """
 
     part: Part
@@ -109,30 +109,30 @@ class Outcome(Generic[D]):
 
     @property
     def missing(self) -> tuple[Issue, ...]:
-        """The issues of work that the input asks for and the program does not do: what, how many, where and why."""
+        """Issues about requested work that the program does not do, with place and reason."""
         return missing_work(self.issues)
 
     @property
     def program_sha256(self) -> str:
-        """SHA-256 of the program's bytes as they are in its file, in hexadecimal digits."""
+        """SHA-256 of the bytes of the program file, in hexadecimal digits."""
         return hashlib.sha256(self.text.encode(self.encoding, "replace")).hexdigest()
 
     @property
     def saved_percent(self) -> float:
-        """Machine time saved against the drawing's order, percent."""
+        """Machine time saved relative to the drawing's order, percent."""
         return 100.0 * (1.0 - self.after.time_s / self.before.time_s) if self.before.time_s > 0 else 0.0
 
     @property
     def lower_bound(self) -> float | None:
-        """Sum of the operations' lower bounds in the unit of their costs, or None when one has none.
+        """Sum of the operations' lower bounds in the unit of their costs, or None if one is missing.
 
-        Each is a bound of the travel of one tool from where the tool before it ended: of several tools, the sum is a
-        bound of their paths one by one, not of all ways to share the work.
+        Each bounds the travel of one tool from the end of the previous tool's path. For several tools, the sum bounds
+        their paths one by one, not every distribution of the work.
         """
         bounds = [o.solution.lower_bound for o in self.operations]
         return None if not bounds or any(b is None for b in bounds) else sum(b for b in bounds if b is not None)
 
     @property
     def gap(self) -> float | None:
-        """How far at most the orders are above the least possible, as a fraction; None without a bound."""
+        """Upper bound of the relative excess over the optimal cost; None without a lower bound."""
         return gap(sum(o.solution.cost for o in self.operations), self.lower_bound)

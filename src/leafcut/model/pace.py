@@ -1,4 +1,4 @@
-"""`Pace`: how fast each stretch of a program goes, by which rules, and which heights are lower."""
+"""`Pace`: new feeds of a program's motions, the rules for them, and lowered heights."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from leafcut.model.work_material import WorkMaterial
 
 @dataclass(frozen=True)
 class PaceRules:
-    """What may be done to the feeds of a program.
+    """Permitted changes to the feeds of a program.
 
     Attributes
     ----------
     air, feeds
-        Make fed moves in the air rapids; fit feeds to the chips.
+        Replace feeds in air by rapids; adapt feeds to the chip.
     clearance
-        How far rapids that were none keep from all material, mm.
+        Distance of new rapids to all material, mm.
     spindle
-        What the spindle gives, and what it cuts; None: the material is not known.
+        Spindle limits and material; None if the material is unknown.
     """
 
     air: bool
@@ -31,16 +31,16 @@ class PaceRules:
 
 @dataclass(frozen=True)
 class SpindleLoad:
-    """What a spindle gives at most, and the material that it cuts.
+    """Limits of a spindle, and the material that it cuts.
 
     Attributes
     ----------
     material
-        Its specific cutting force.
+        Material with its specific cutting force.
     power, torque
         W, N·mm; infinite where not known.
     efficiency
-        Part of the power that reaches the tool.
+        Fraction of the power that reaches the tool.
     """
 
     material: WorkMaterial
@@ -55,7 +55,7 @@ class SpindleLoad:
 
 
 class PaceStretch(NamedTuple):
-    """A part of one motion: up to which share of it, and how fast, mm/s; infinite: a rapid."""
+    """A section of one motion: its end as a fraction of the motion, and its speed, mm/s; infinite: a rapid."""
 
     until: float
     speed: float
@@ -63,23 +63,23 @@ class PaceStretch(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Pace:
-    """New speeds: stretches by row of the path, and what the tools were limited to, by number."""
+    """New speeds: sections by row of the path, and the limits of the tools, by number."""
 
     stretches: dict[int, tuple[PaceStretch, ...]] = field(default_factory=dict)
     limits: dict[int, ToolLimits] = field(default_factory=dict)
 
 
 class ToolLimits(NamedTuple):
-    """What one tool is asked for at most: chip, mm per revolution at the full share, and volume, mm³/s.
+    """Limits of one tool: chip, mm per revolution at full engagement, and material removal rate, mm³/s.
 
     Attributes
     ----------
     stated
-        The chip is that of the tool's own feed and speed in its library, and not the program's worst.
+        Whether the chip follows from feed and speed in the tool library, rather than from the program's worst cut.
     plunge
-        How fast it goes down at most, mm/s; infinite where its library does not say it.
+        Highest plunge rate, mm/s; infinite if the library has none.
     spindle, teeth
-        What power and torque are reckoned with; None where the material, the spindle or the teeth are not known.
+        Data for power and torque; None if material, spindle or teeth are unknown.
     """
 
     chip: float
@@ -91,14 +91,14 @@ class ToolLimits(NamedTuple):
 
 
 class CycleReturn(NamedTuple):
-    """A block of a canned cycle that is to come up to the R plane, code 99, or to the initial height, 98."""
+    """A block of a canned cycle that shall return to the R plane, code 99, or to the initial height, 98."""
 
     block: int
     code: int
 
 
 class Lowered(NamedTuple):
-    """A word of a block that gets another height: the block, Z or R, mm."""
+    """A word of a block with a new height: the block, Z or R, mm."""
 
     block: int
     letter: str

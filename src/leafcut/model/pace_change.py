@@ -1,4 +1,4 @@
-"""`PaceChange`: what new speeds did to a program."""
+"""`PaceChange`: effect of new speeds on a program."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from typing import NamedTuple
 
 
 class FeedLimit(NamedTuple):
-    """What one limit of a tool's feeds is asked for at most, in the program and in the new one, and the limit itself.
+    """Largest load against one limit of a tool's feeds, in the original and the new program, and the limit.
 
     Attributes
     ----------
     name
-        ``power`` of the spindle, W, ``torque``, N·mm, ``slot``: chip at the full width, mm a revolution, ``plunge``:
-        the speed downwards in material, mm/s.
+        ``power`` of the spindle, W, ``torque``, N·mm, ``slot``: chip at the full width, mm per revolution, ``plunge``:
+        downward speed in material, mm/s.
     before, after, limit
-        A cut whose line cannot be changed keeps its feed: there `after` may be above the limit.
+        A cut whose line cannot be changed keeps its feed, so `after` may exceed the limit.
     """
 
     name: str
@@ -26,23 +26,23 @@ class FeedLimit(NamedTuple):
 
 @dataclass(frozen=True)
 class ToolPace:
-    """What new feeds did to the cuts of one milling tool.
+    """Effect of new feeds on the cuts of one milling tool.
 
     Attributes
     ----------
     number, label
-        The tool, and how it is called.
+        Number and name of the tool.
     feed_before, feed_after
-        (lowest, highest) feed in the material, mm/s.
+        (lowest, highest) feed in material, mm/s.
     chip_before, chip_after, chip_limit
-        The thickest chip in a revolution, mm (of one tooth, if it had but one): of the program, of the new one, and
-        what was allowed.
+        Largest chip thickness per revolution, mm (single-tooth equivalent): of the original, of the new program, and
+        the limit.
     limit_stated
-        The limit is that of the tool's own feed and speed in its library; else the program's worst cut is.
+        Whether the limit follows from feed and speed in the tool library, rather than from the program's worst cut.
     rate_before, rate_after
-        The most that is taken off, mm³/s.
+        Largest material removal rate, mm³/s.
     limits
-        The other limits whose data are known.
+        Other limits with known data.
     """
 
     number: int
@@ -60,22 +60,23 @@ class ToolPace:
 
 @dataclass(frozen=True)
 class PaceChange:
-    """What new speeds did to a program.
+    """Effect of new speeds on a program.
 
     Attributes
     ----------
     air_s, feeds_s, retracts_s
-        What rapids in the air save, what new feeds do, and what lower heights do, s; None where that was not asked for.
+        Time saved by rapids in the air, by new feeds, and by lower heights, s; None if not requested.
     rapids, clearance_mm
-        How many stretches of cuts are rapids now; how near these come to material, mm; None where they never do.
+        Number of sections that became rapids, and their smallest distance to material, mm; None if they never approach
+        any.
     lowered
-        So many heights are lower.
+        Number of lowered heights.
     changed
-        So many motions have another feed.
+        Number of motions with a new feed.
     assumed
-        The stock was not given: material was taken to stand wherever no rapid of the program went.
+        Whether the stock was unknown; material was then assumed wherever no rapid of the program went.
     tools
-        Milling tools whose feeds were fitted, by number.
+        Milling tools with adapted feeds, by number.
     """
 
     air_s: float | None = None

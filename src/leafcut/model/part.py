@@ -1,4 +1,4 @@
-"""`Part`: what a drawing says, in millimetres, without a word about machines."""
+"""`Part`: content of a drawing in millimetres, independent of machines."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from leafcut.model.pocket import Pocket
 
 @dataclass(frozen=True, slots=True)
 class HoleStep:
-    """A wider part of a hole: a counterbore, a countersink or an undercut; mm, rad.
+    """A wider section of a hole: a counterbore, a countersink or an undercut; mm, rad.
 
     Attributes
     ----------
     diameter
-        Of a cone the largest.
+        Largest diameter.
     depth
-        Of its lower end below the top of the hole.
+        Depth of its lower end below the top of the hole.
     angle
-        Full angle of the cone; π for a counterbore, whose floor is flat.
+        Included angle of the cone; π for a counterbore with a flat floor.
     tip, narrow
-        How deep the tip of a tool of this angle goes to make it, and the width of the hole at its lower end.
+        Depth of the tip of a tool with this angle that makes it, and width of the hole at its lower end.
     open
-        Whether a tool of this form can make it from above without cutting anything else.
+        Whether a tool of this shape can make it from above without cutting anything else.
     """
 
     diameter: float
@@ -41,12 +41,11 @@ class HoleStep:
 
 @dataclass(frozen=True, slots=True)
 class Hole:
-    """A round hole seen from above: centre and diameter in mm, with the drawing's layer and entity handle.
+    """A round hole in plan view: centre and diameter in mm, with the drawing's layer and entity handle.
 
-    A diameter of 0 means a bare point: the drawing says where, not how wide. `z` is the height at which it is drawn.
-    `depth` is how deep its full diameter goes below that, mm, where a solid says it, else None; then `through` says
-    whether it is open below, `flat` that its floor is flat and not the cone of a drill's point, and `steps` what of it
-    is wider.
+    A diameter of 0 means a point with a position only. `z` is the drawn height. `depth` is the depth of the full
+    diameter below it, mm, if known from a solid, else None; then `through` states whether it is open at the bottom,
+    `flat` whether its floor is flat instead of the cone of a drill point, and `steps` lists its wider sections.
     """
 
     x: float
@@ -71,7 +70,7 @@ class Opening:
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """A routed slot: the centre line from start to end, and its width, in mm. Either end may come first."""
+    """A routed slot: the centre line from start to end, and its width, in mm. It may be cut from either end."""
 
     start: tuple[float, float]
     end: tuple[float, float]
@@ -82,16 +81,16 @@ class Slot:
 
 @dataclass(frozen=True)
 class Grouping:
-    """Which of the points of a map stand for each other: a tour visits one of every cluster.
+    """Clusters of alternative points of a map; a tour visits one point of every cluster.
 
     Attributes
     ----------
     cluster
-        int32[n]: the cluster of each point, numbered from 0 without gaps.
+        int32[n]: cluster of each point, numbered from 0 without gaps.
     precedence
         int32[k, 2]: pairs (before, after) of clusters.
     first
-        The cluster with which the closed tour begins, -1 for any.
+        Cluster at the start of the closed tour, -1 for any.
     """
 
     cluster: NDArray[np.int32]
@@ -104,8 +103,8 @@ class Grouping:
         return int(self.cluster.max()) + 1
 
 
-#: The rows of the matrix that turns a direction of a solid up: a quarter about Y for X, a quarter about X for Y, half a
-#: turn about X for -Z.
+#: Rows of the matrix that rotates a direction of a solid upwards: a quarter turn about Y for X, a quarter turn about X
+#: for Y, a half turn about X for -Z.
 TURNS: dict[str, tuple[tuple[int, int, int], ...]] = {
     "x": ((0, 0, -1), (0, 1, 0), (1, 0, 0)),
     "y": ((1, 0, 0), (0, 0, -1), (0, 1, 0)),
@@ -118,21 +117,21 @@ TURNS: dict[str, tuple[tuple[int, int, int], ...]] = {
 
 @dataclass(frozen=True, slots=True)
 class ProgramZero:
-    """Where the zero of a program lies in the drawing or in the solid.
+    """Position of the program zero in the drawing or in the solid.
 
     Attributes
     ----------
     place
-        What is there, "lower left corner of the part"; "" for the zero of the drawing or a point of it.
+        Description, such as "lower left corner of the part"; "" for the zero of the drawing or a point in it.
     x, y
-        Of the drawing before it is mirrored and rotated, or of the solid after it is turned, mm.
+        In the drawing before it is mirrored and rotated, or in the solid after its rotation, mm.
     up
         Direction of the solid that points up, a key of `TURNS`; "" for a drawing.
     level
-        What of the solid is at Z0: ``top``, ``bottom``, or ``drawn`` for its own Z0. ``surface`` and ``holes``: Z0 is
-        that of the file of the surface, or of the drawing of the holes. "" for the surface of a plate.
+        Level at Z0: ``top``, ``bottom``, or ``drawn`` for the solid's own Z0. ``surface`` and ``holes``: Z0 of the
+        surface file, or of the drawing of the holes. "" for the surface of a plate.
     z
-        Height of Z0 in the turned solid; of ``surface`` and ``holes`` the highest place over Z0, mm.
+        Height of Z0 in the rotated solid; for ``surface`` and ``holes`` the highest point above Z0, mm.
     """
 
     place: str = ""
@@ -143,7 +142,7 @@ class ProgramZero:
     z: float = 0.0
 
     def facts(self, scale: float = 1.0) -> list[tuple[str, str]]:
-        """Return name and words of the zero in X and Y, and of Z0 of a solid; `scale` is the number of mm in a unit."""
+        """Return name and text of the zero in X and Y, and of Z0 of a solid; `scale` is the number of mm per unit."""
 
         def said(value: float) -> str:
             return f"{round(value / scale, 4) + 0.0:.4f}".rstrip("0").rstrip(".")
@@ -163,41 +162,41 @@ class ProgramZero:
 
 @dataclass(frozen=True)
 class Part:
-    """Holes, slots and contours in the drawing's order, in mm.
+    """Holes, slots and contours in file order, in mm.
 
     Attributes
     ----------
     name
-        For people: the file's name or the example's.
+        Name for messages: that of the file or the example.
     holes, slots
-        In the order of the drawing, which is the order that "before" is measured in.
+        In file order, which is the order of the "before" measure.
     source
-        Name of the file it came from, and `format`, the reader that took it.
+        Name of its file, and `format`, the reader that read it.
     edge_weight_type
-        TSPLIB's rule of distance when the file gives one ("EUC_2D"), else empty.
+        TSPLIB's distance function if the file states one ("EUC_2D"), else empty.
     matrix
-        float64[n, n], the distances of a TSPLIB file of explicit weights, else None; -1 for a way not allowed.
+        float64[n, n], distances of a TSPLIB file with explicit weights, else None; -1 for a forbidden connection.
     optimum
-        Length of the best known tour when the file says it, else None.
+        Length of the best known tour if the file states it, else None.
     contours
-        What is to be cut from sheet or marked on it, in the order of the drawing; a drawing is read either for its
-        holes and slots, for its contours, or for its pockets.
+        Contours to cut from sheet or to mark, in file order; a drawing is read either for its holes and slots, for its
+        contours, or for its pockets.
     grouping
-        The sets of a generalised travelling salesman problem, else None.
+        Clusters of a generalised travelling salesman problem, else None.
     pockets
-        What is to be cleared, in the order of the drawing.
+        Pockets to clear, in file order.
     openings
         Round openings through a solid whose pockets are read.
     besides
-        Work of other kinds that the drawing shows: missing where nobody chose the kind of work, else a note.
+        Drawn work of other kinds: missing if the user did not choose the kind of work, else a note.
     edge
-        Lines around the holes or the pockets of a plate, of kind ``sheet``: they are shown, and never worked.
+        Lines around the holes or the pockets of a plate, of kind ``sheet``: displayed, never machined.
     reference
-        What the places of `ReadOptions.origin` refer to (`read.reference`); None for what is worked.
+        Reference for the positions of `ReadOptions.origin` (`read.reference`); None for the machined objects.
     zero
-        Where the zero of the program lies. Of a solid a reader gives the height, and `processes.placing` the rest.
+        Position of the program zero. For a solid, the reader sets the height, and `processes.placing` the rest.
     height
-        Of a solid as it lies, mm; None for a drawing.
+        Height of a solid in its orientation, mm; None for a drawing.
     """
 
     name: str
@@ -232,7 +231,7 @@ class Part:
 
     @property
     def extents(self) -> tuple[float, float, float, float]:
-        """Smallest x and y, largest x and y of all that is worked, mm; zeros for an empty part."""
+        """Smallest x and y, largest x and y of all machined objects, mm; zeros for an empty part."""
         points = [(h.x, h.y) for h in self.holes] + [p for s in self.slots for p in (s.start, s.end)]
         points += [p for c in self.contours for p in (c.path.extents[:2], c.path.extents[2:])]
         points += [p for c in self.pockets for p in (c.outline.extents[:2], c.outline.extents[2:])]

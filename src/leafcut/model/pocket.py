@@ -1,4 +1,4 @@
-"""`Pocket`: a region to be cleared to a depth, the rules for clearing it, and the paths that do."""
+"""`Pocket`: a region to clear to a depth, the rules for clearing it, and the resulting paths."""
 
 from __future__ import annotations
 
@@ -7,39 +7,38 @@ from dataclasses import dataclass, field, replace
 
 from leafcut.geometry.polyline import Polyline
 
-#: What most shops run, in this order: what a pocket's program is measured against.
+#: Common strategies in order of preference; the baseline of a pocket's program.
 USUAL = ("zigzag", "contour")
 
-#: What an outline is: of a pocket, of an island, of a plate, or unknown until its depth is known.
+#: Kinds of outlines: pocket, island, plate, or unknown until its depth is known.
 POCKET, ISLAND, EDGE, EITHER = "pocket", "island", "edge", ""
 
-#: A finishing pass takes off no more than this, in diameters, where it goes deeper than one level.
+#: Maximum width of cut of a finishing pass that goes deeper than one level, in diameters.
 FILM = 0.2
 
 #: Share of the reachable area that may stay uncut without a warning, percent.
 UNCOVERED = 0.1
 
-#: Two places nearer than this are the same: the tool goes on without being lifted, mm.
+#: Points closer than this are equal, so that the tool continues without a retract, mm.
 SAME_PLACE = 1e-6
 
 
 @dataclass(frozen=True)
 class Pocket:
-    """A closed region with islands, as it is drawn: the walls of the finished part, not the way of the tool.
+    """A drawn closed region with islands: the walls of the finished part, not the path of the tool.
 
     Attributes
     ----------
     outline
         Closed, counter-clockwise, mm.
     islands
-        Closed, clockwise, inside the outline, clear of it and of each other.
+        Closed, clockwise, inside the outline, without contact to it or to each other.
     name
-        For people: a number, a layer or the drawing's own name.
+        Name for messages: a number, a layer or the drawing's own name.
     layer, handle
-        The drawing's layer and entity handle of the outline; empty for pictures.
+        Layer and entity handle of the outline in the drawing; empty for pictures.
     depth, top
-        How deep the floor lies below the height that the pocket is milled from, and that height, mm; None where that is
-        not said: a drawing says neither.
+        Depth of the floor below the top of the pocket, and height of the top, mm; None if unknown, as in a drawing.
     """
 
     outline: Polyline
@@ -52,7 +51,7 @@ class Pocket:
 
     @property
     def label(self) -> str:
-        """For messages: ``the pocket``, ``pocket 3``, or its name where that says what it is."""
+        """Name for messages: ``the pocket``, ``pocket 3``, or its own name if that is descriptive."""
         if self.name.lower() in ("", "pocket"):
             return "the pocket"
         return self.name if "pocket" in self.name.lower() else f"pocket {self.name}"
@@ -65,13 +64,13 @@ class Pocket:
 
 @dataclass(frozen=True)
 class PocketLevels:
-    """The heights of one pocket's levels, mm, 0 where the pockets of a program begin, and negative below.
+    """Heights of one pocket's levels, mm: 0 at the top of the program's pockets, negative below.
 
     Attributes
     ----------
     begin
-        Where the material begins: 0, or the floor of the pocket in which this one lies and which is cleared before it,
-        or the surface of the solid around it.
+        Start of the material: 0, the floor of an enclosing pocket that is cleared before, or the surrounding surface of
+        the solid.
     levels
         From the top down.
     """
@@ -86,36 +85,36 @@ class PocketLevels:
 
     @property
     def depth(self) -> float:
-        """From where the material begins to the floor, mm."""
+        """Distance from the start of the material to the floor, mm."""
         return self.begin - self.floor
 
     @property
     def step(self) -> float:
-        """How deep each level is, mm."""
+        """Depth of a level, mm."""
         return self.begin - self.levels[0]
 
 
 @dataclass(frozen=True)
 class PocketRules:
-    """How one tool clears a pocket in the plane.
+    """Rules for clearing a pocket with one tool, in the plane.
 
     Attributes
     ----------
     tool_diameter
-        Of a flat end mill, mm.
+        Diameter of a flat end mill, mm.
     step_over
-        Largest distance between neighbouring passes, mm.
+        Largest distance between adjacent passes, mm.
     stock
-        What roughing leaves on the walls for the finishing pass, mm.
+        Stock left on the walls by roughing for the finishing pass, mm.
     climb
-        True: the material is on the right of the tool's way (spindle clockwise), walls are passed accordingly.
+        Climb milling: material on the right of the tool (spindle clockwise); determines the direction along walls.
     tolerance
-        How far a path may leave the exact one, mm.
+        Largest deviation of a path from the exact path, mm.
     max_engagement
-        Largest angle of the tool's edge in the material, rad; None: not limited.
+        Largest engagement angle of the tool, rad; None: not limited.
 
-    Passes are planned a little nearer to each other than the step-over (`planned`): each is only true within the
-    tolerance. So what is measured of a program is no more than the step-over but for rounding (`keeps`).
+    Passes are planned slightly closer than the step-over (`planned`), since each is accurate only within the tolerance.
+    Thus the measured step-over of a program exceeds the rule at most by rounding (`keeps`).
     """
 
     tool_diameter: float
@@ -127,33 +126,31 @@ class PocketRules:
 
     @property
     def radius(self) -> float:
-        """Of the tool, mm."""
+        """Radius of the tool, mm."""
         return 0.5 * self.tool_diameter
 
     @property
     def engagement(self) -> float:
-        """Angle of the tool's edge in material in a straight cut as wide as the step-over, rad."""
+        """Engagement angle of a straight cut as wide as the step-over, rad."""
         return math.acos(max(1.0 - self.step_over / self.radius, -1.0))
 
     @property
     def planned(self) -> PocketRules:
-        """The rules with the step-over that passes are laid at, so that they keep that of these rules."""
+        """Rules with the reduced step-over for planning passes, so that the result keeps these rules."""
         return replace(self, step_over=self.step_over - 2.0 * self.tolerance)
 
     def keeps(self, step_over: float) -> bool:
-        """Return whether a measured step-over, mm, is within these rules: room is left for rounded numbers only."""
+        """Return whether a measured step-over, mm, keeps these rules, with a margin for rounded numbers only."""
         return step_over <= self.step_over + 0.5 * self.tolerance
 
 
 @dataclass(frozen=True)
 class PocketPiece:
-    """A stretch of the way of the tool's centre at feed, open, in the plane.
+    """A section of the path of the tool's centre at feed, open, in the plane.
 
-    `kind` is ``rough``, ``finish`` (along a wall), ``link`` (through what is cut already, or from pass to pass),
-    ``air`` (measured: nothing is cut), or ``entry``: a closed loop, the first piece, along which the tool comes down as
-    on a helix and so has cleared it when it is at depth.
-
-    `feed` is how fast it is gone, as a share of the tool's feed; ``air`` has a feed of its own.
+    `kind` is ``rough``, ``finish`` (along a wall), ``link`` (through cut material, or from pass to pass), ``air``
+    (measured: nothing is cut), or ``entry``: the first section, a closed loop on which the tool descends in a helix, so
+    that the loop is cleared at full depth. `feed` is a fraction of the tool's feed; ``air`` has its own feed.
     """
 
     path: Polyline
@@ -163,10 +160,10 @@ class PocketPiece:
 
 @dataclass(frozen=True)
 class PocketPath:
-    """The way of the tool's centre over one level of a pocket, without approach and departure.
+    """Path of the tool's centre on one level of a pocket, without approach and departure.
 
-    Where a piece begins at the end of the one before (within `SAME_PLACE`) the tool goes on at depth; everywhere else
-    it is lifted, moved by a rapid in a straight line and let down again.
+    If a section starts at the end of the previous section (within `SAME_PLACE`), the tool continues at depth. Otherwise
+    it retracts, moves in a straight rapid and plunges again.
     """
 
     strategy: str
@@ -174,62 +171,62 @@ class PocketPath:
 
     @property
     def gaps(self) -> tuple[float, ...]:
-        """Distance from the end of every piece to the start of the next, mm; 0 where the tool goes on."""
+        """Distance from the end of every section to the start of the next, mm; 0 where the tool continues."""
         ways = (math.dist(a.path.end, b.path.start) for a, b in zip(self.pieces, self.pieces[1:], strict=False))
         return tuple(0.0 if way <= SAME_PLACE else way for way in ways)
 
     @property
     def feed_mm(self) -> float:
-        """Length of all pieces, mm."""
+        """Length of all sections, mm."""
         return sum(piece.path.length for piece in self.pieces)
 
     @property
     def finish_mm(self) -> float:
-        """Length of the pieces that finish walls, mm; the rest of the feed roughs."""
+        """Length of the finishing sections, mm; the rest of the feed is roughing."""
         return sum(piece.path.length for piece in self.pieces if piece.kind == "finish")
 
     @property
     def rapid_mm(self) -> float:
-        """Length of the rapids from piece to piece, mm."""
+        """Length of the rapids between sections, mm."""
         return sum(self.gaps)
 
     @property
     def retracts(self) -> int:
-        """How often the tool is lifted from piece to piece."""
+        """Number of retracts between sections."""
         return sum(gap > 0.0 for gap in self.gaps)
 
 
 @dataclass(frozen=True)
 class PocketMeasures:
-    """What a path over one level does, found by simulating it (`processes.pocket.measures`).
+    """Measures of a path on one level, from its simulation (`processes.pocket.measures`).
 
     Attributes
     ----------
     feed_mm, rapid_mm, retracts
         Of the path, without approach and departure.
     finish_mm
-        Length of the feed that finishes walls, mm; the rest roughs.
+        Length of the finishing feed, mm; the rest is roughing.
     gouge_mm2
-        Area beyond the walls that the tool cuts, more than the tolerance deep.
+        Area cut beyond the walls, deeper than the tolerance.
     reachable_mm2
-        Area that a tool of this diameter can clear at all.
+        Area that a tool of this diameter can clear.
     uncovered_mm2
-        Area of it that stays uncut.
+        Part of the reachable area that stays uncut.
     max_step_over
         Largest distance of a pass from the nearer of its neighbours, mm.
     max_core
-        Widest strip between two passes where fronts meet, mm: the sides of a last ring, of a narrow way.
+        Widest strip between two passes where fronts meet, mm: the sides of a last ring, or of a narrow channel.
     max_engagement, mean_engagement
-        Angle of the tool's edge in material: the largest, and the mean over the length of the feed, rad.
+        Engagement angle of the tool: the largest, and the mean over the length of the feed, rad.
     max_width, wide_mm
-        Width of material that the tool takes off sideways: the largest, and the length of the feed on which it is much
-        wider than the step-over (`material.removal.much_wider`), mm: first cuts into the full, cores, corners.
+        Width of cut: the largest, and the length of the feed on which it is much wider than the step-over
+        (`material.removal.much_wider`), mm: first cuts into solid material, cores, corners.
     air_mm
         Length of the feed on which nothing is cut, mm.
     floor_mm
-        Area of the allowed tool centres divided by the step-over: no path of constant pitch is much shorter.
+        Area of the permitted tool centres divided by the step-over: no path of constant pitch is much shorter.
     time_s
-        At feed and rapid under the machine's acceleration, s; 0 where no machine is known.
+        Time at feed and rapid with the machine's acceleration, s; 0 without a machine.
     """
 
     feed_mm: float
@@ -257,10 +254,10 @@ class PocketMeasures:
 
 @dataclass(frozen=True)
 class PocketResult:
-    """One strategy on one pocket: its path and what it does; or why it has none.
+    """Result of one strategy for one pocket: its path and measures, or the reason for none.
 
-    `program_s` is the time of a program of this pocket alone: all levels, with every way down and up. Of a strategy
-    that costs less than the written one `passed_over` says why it is not written.
+    `program_s` is the time of a program of this pocket alone: all levels, with every plunge and retract. `passed_over`
+    is the reason why a cheaper strategy than the chosen one is not used.
     """
 
     strategy: str
@@ -273,9 +270,10 @@ class PocketResult:
 
 @dataclass(frozen=True)
 class PocketProgram:
-    """One program of several pockets: `time_s` of all levels; what is lifted on one level, between pockets too, mm.
+    """Totals of a program of several pockets: `time_s` of all levels; rapids and retracts of one level, including those
+    between pockets, mm.
 
-    `strategy` is the one that all of them are cleared by; empty for the program that is written.
+    `strategy` is the common strategy of all pockets; empty for the written program.
     """
 
     strategy: str
@@ -286,21 +284,21 @@ class PocketProgram:
 
 @dataclass(frozen=True)
 class PocketPlan:
-    """A pocket and how it is cleared.
+    """A pocket and its clearing.
 
     Attributes
     ----------
     levels
         Height of every level below the top of the pockets, mm, negative.
     chosen
-        Index in `results` of the strategy that is written.
+        Index in `results` of the chosen strategy.
     results
         The strategies that were tried.
     begin
-        Where the material begins, mm, 0 at the top of the pockets and negative below.
+        Start of the material, mm: 0 at the top of the pockets, negative below.
     in_floor
-        Whether, where that is below the top, it is the floor of the pocket that this one lies in; else it is the
-        surface of the solid around it.
+        If `begin` is below the top: whether it is the floor of an enclosing pocket, or else the surrounding surface of
+        the solid.
     """
 
     pocket: Pocket
@@ -318,11 +316,11 @@ class PocketPlan:
 
     @property
     def result(self) -> PocketResult:
-        """The strategy that is written."""
+        """The chosen strategy."""
         return self.results[self.chosen]
 
     @property
     def usual(self) -> PocketResult:
-        """What the program is measured against: the first strategy of `USUAL` that is possible, else the chosen one."""
+        """Baseline of the program: the first possible strategy of `USUAL`, else the chosen strategy."""
         possible = {r.strategy: r for r in self.results if r.path is not None}
         return next((possible[name] for name in USUAL if name in possible), self.result)

@@ -1,7 +1,7 @@
-"""`RoutingProblem`: clusters of nodes to be visited, one model for every process.
+"""`RoutingProblem`: clusters of nodes to visit, a common model for all processes.
 
 Every cluster is visited once, through exactly one of its nodes. A hole is a cluster of one node. "Route this slot from
-either end" is a cluster of two; "start this contour at any of its points, either way round" is a cluster of a
+either end" is a cluster of two nodes; "start this contour at any of its points, in either direction" is a cluster of a
 generalised travelling salesman problem. A node has an entry point, an exit point and a service time in between.
 """
 
@@ -16,32 +16,31 @@ from numpy.typing import ArrayLike, NDArray
 
 from leafcut.errors import PlanError
 
-#: The costs a metric may have: plain distances, TSPLIB's rules, and machine seconds.
+#: Names of metrics: plain distances, TSPLIB's distance functions, and machine time.
 METRICS = (
     "euclidean", "chebyshev", "manhattan",
     "EUC_2D", "CEIL_2D", "ATT", "GEO", "MAX_2D", "MAN_2D", "EXPLICIT",
     "linear", "dogleg",
 )  # fmt: skip
 
-#: No coordinate may be as large: long before the square of a distance is too large for a number, which is at 1e154.
+#: Upper limit for coordinates, far below the overflow of a squared distance at 1e154.
 FARTHEST = 1e100
 
 
 @dataclass(frozen=True, eq=False)
 class Relief:
-    """How high the tool is at its places, and how high it must be over what lies between them, mm.
+    """Heights of the tool at its positions, and safe heights between them, mm.
 
     Attributes
     ----------
     places, heights
-        float64[k, 2] and float64[k]: places, and the height at which the tool is there before and after its work.
+        float64[k, 2] and float64[k]: positions, and the height of the tool there before and after its work.
     otherwise
-        Its height at any other place, such as the first one.
+        Its height at any other position, such as the first.
     safe
-        float64[rows, columns]: square tiles, row by row from the lowest y, and the height at which each may be crossed;
-        −∞ where nothing stands.
+        float64[rows, columns]: safe height over each square tile, row by row from the lowest y; −∞ for no obstacle.
     x, y, side
-        The lower left corner of the first tile, and the side of a tile.
+        Lower left corner of the first tile, and side of a tile.
     velocity, acceleration
         Of z, mm/s and mm/s².
     """
@@ -57,7 +56,7 @@ class Relief:
     acceleration: float
 
     def at(self, xy: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the tool's height at places float64[n, 2], float64[n]; of two at one place the higher counts."""
+        """Return the tool's height at positions float64[n, 2], float64[n]; the higher of two at one position."""
         known, otherwise = self._known, self.otherwise
         return np.array([known.get((x, y), otherwise) for x, y in xy.tolist()], dtype=np.float64)
 
@@ -71,26 +70,26 @@ class Relief:
 
 @dataclass(frozen=True, eq=False)
 class Metric:
-    """The cost of travelling from an exit to the next entry, said in numbers so that a kernel can use it.
+    """Cost of travelling from an exit to the next entry, in numbers for a kernel.
 
     Attributes
     ----------
     name
-        One of `METRICS`: a distance in mm, a TSPLIB rule, or the seconds of a ``linear`` or ``dogleg`` machine.
+        One of `METRICS`: a distance in mm, a TSPLIB function, or the seconds of a ``linear`` or ``dogleg`` machine.
     velocity, acceleration
         Of x and y, mm/s and mm/s²; used by ``linear`` and ``dogleg``.
     per_mm
-        What a millimetre costs besides, s/mm; used by ``linear`` and ``dogleg``. Next to nothing, so that of two ways
-        that take equally long the shorter is taken.
+        Additional cost per length, s/mm; used by ``linear`` and ``dogleg``. It is tiny, and prefers the shorter of two
+        moves of equal time.
     zones
         float64[k, 4]: rectangles (x0, y0, x1, y1) in mm over which a move must be lifted.
     lift
-        What one lift costs, in the unit of the metric.
+        Cost of one lift, in the unit of the metric.
     matrix
         float64[n, n] for ``EXPLICIT``.
     relief
-        Heights of places and of ways, for metrics of places: a way costs in addition what it takes to rise to its
-        height and to go down again, in seconds of z or in mm; None: all lie at one height.
+        Heights of positions and moves, for metrics of positions: the cost of a move includes rising to its height and
+        descending again, in seconds of z or in mm; None: all heights are equal.
     """
 
     name: str = "euclidean"
@@ -110,26 +109,26 @@ class Metric:
 
     @property
     def unit(self) -> str:
-        """``s`` for a machine's time, ``mm`` for a distance."""
+        """``s`` for a machine time, ``mm`` for a distance."""
         return "s" if self.name in ("linear", "dogleg") else "mm"
 
 
 @dataclass(frozen=True, eq=False)
 class RoutingProblem:
-    """Clusters of nodes, what it costs to go between them, and where to begin and end.
+    """Clusters of nodes, the cost of moves between them, and the ends of the path.
 
     Attributes
     ----------
     entry, exit
-        float64[n, 2]: where the tool arrives at a node and where it leaves it, mm.
+        float64[n, 2]: positions where the tool arrives at a node and leaves it, mm.
     cluster
-        int32[n]: the cluster of every node; clusters are numbered from 0 without gaps.
+        int32[n]: cluster of every node, numbered from 0 without gaps.
     service
-        float64[n]: what the node itself costs, in the unit of the metric.
+        float64[n]: cost of the node itself, in the unit of the metric.
     precedence
         int32[k, 2]: pairs (before, after) of clusters.
     start, end
-        (x, y) in mm, or None for a free end. Ignored when `closed`.
+        (x, y) in mm, or None for a free end. Ignored if `closed`.
     closed
         True: the path returns to its first node.
     """
@@ -162,7 +161,7 @@ class RoutingProblem:
         metric: Metric | None = None,
         **rest: object,
     ) -> RoutingProblem:
-        """Return the problem in which every point (n rows of x, y in mm) is a cluster of its own."""
+        """Return the problem in which every point (n rows of x, y in mm) is its own cluster."""
         xy = np.ascontiguousarray(np.asarray(points, dtype=np.float64).reshape(-1, 2))
         n = len(xy)
         return cls(

@@ -1,4 +1,4 @@
-"""Every noun of `model` as JSON and back: frozen dataclasses, tuples, arrays, enums and plain values."""
+"""Conversion of all classes of `model` to JSON and back: frozen dataclasses, tuples, arrays, enums and plain values."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ T = TypeVar("T")
 
 
 def to_json(noun: Any) -> str:
-    """Return a noun as one JSON object; NaN is written as null, infinity as the text "inf"."""
+    """Return an object as JSON; NaN is written as null, infinity as the text "inf"."""
     return json.dumps(plain(noun), allow_nan=False)
 
 
 def from_json(kind: type[T], text: str) -> T:
-    """Return the noun of class `kind`, as `Outcome[DrillingDetail]`, that `to_json` wrote.
+    """Return the object of class `kind`, such as `Outcome[DrillingDetail]`, from the text of `to_json`.
 
     Raises
     ------
@@ -33,7 +33,7 @@ def from_json(kind: type[T], text: str) -> T:
 
 
 def plain(value: Any) -> Any:
-    """Return a value in lists, dicts, numbers and texts only."""
+    """Return a value as lists, dicts, numbers and texts."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value) if f.init}
     if isinstance(value, np.ndarray):
@@ -72,7 +72,7 @@ def _restore(kind: Any, data: Any) -> Any:
     if isinstance(made, type) and dataclasses.is_dataclass(made):
         if not isinstance(data, dict):
             raise TypeError(f"a {made.__name__} is a JSON object")
-        # Of a generic noun the classes in brackets stand for its variables: `Outcome[SheetDetail]`.
+        # Replace the type variables of a generic class by its arguments, as in `Outcome[SheetDetail]`.
         bound = dict(zip(getattr(made, "__parameters__", ()), args, strict=False))
         hints = {name: bound.get(hint, hint) for name, hint in _hints(made).items()}
         return made(**{name: _restore(hints[name], value) for name, value in data.items()})

@@ -1,6 +1,6 @@
-"""`Sequence`: a program of another CAM as pieces of work that can be reordered, and what must stay.
+"""`Sequence`: a program of another CAM as tasks that can be reordered and blocks that must stay.
 
-Blocks are those of `gcode.program.Program`, by number.
+Blocks are numbered as in `gcode.program.Program`.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ from leafcut.model.issue import Issue
 
 
 class Stay(NamedTuple):
-    """Why one piece of work keeps its place.
+    """Reason why one task keeps its place.
 
     Attributes
     ----------
     reason
         A name of `leafcut.processes.program.plan.precedence.staying.PHRASES`, or several, joined by a plus sign.
     line
-        The line of what causes it, from 1.
+        Line of the cause, from 1.
     word
-        What stands there, "" where it is the piece itself.
+        Text of the cause, "" if it is the task itself.
     cause
-        Why what stands there stays, "" where nothing does.
+        Why the cause stays, "" if it does not.
     """
 
     reason: str
@@ -38,18 +38,18 @@ class Stay(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Staying:
-    """Pieces that keep their place for one reason.
+    """Tasks that keep their place for the same reason.
 
     Attributes
     ----------
     reason
-        As in `Stay`.
+        See `Stay`.
     count
-        How many they are.
+        Number of tasks.
     first_line, word
-        The first line of what causes it, and what stands there, "" where it is the piece itself.
+        First line of a cause, and its text, "" if it is the task itself.
     text
-        In words: why, and where first.
+        The reason and its first place, in words.
     """
 
     reason: str
@@ -61,9 +61,9 @@ class Staying:
 
 @dataclass(frozen=True, slots=True)
 class PieceOfWork:
-    """A run of blocks that does one piece of work and moves as a whole: a hole, or a cut.
+    """Consecutive blocks that do one task and move as a whole: a hole, or a cut.
 
-    It begins with the rapid that brings the tool over its first place, and ends when the tool is up again.
+    It starts with the rapid that brings the tool over its first position, and ends when the tool is retracted.
 
     Attributes
     ----------
@@ -72,17 +72,17 @@ class PieceOfWork:
     kind
         ``hole`` or ``cut``.
     entry, exit
-        (x, y) in mm where the tool arrives at rapid, and where it is up again.
+        (x, y) in mm where the tool arrives by rapid, and where it is retracted.
     arrive_z, leave_z
-        The height at which the tool arrived, and the one to which it rose, mm.
+        Height at which the tool arrives, and to which it retracts, mm.
     bottom
-        The lowest place, mm.
+        Lowest height, mm.
     line
-        The line of its first block.
+        Line of its first block.
     reversible
-        It may be made from the other end: the tool then arrives at `exit` and is up again at `entry`.
+        Whether it may be reversed: the tool then arrives at `exit` and is retracted at `entry`.
     may_free, frees
-        It may cut a part free, which then hangs on to nothing; it surely does.
+        Whether it may detach a part, and whether it certainly does.
     """
 
     begin: int
@@ -101,26 +101,26 @@ class PieceOfWork:
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """Pieces of work whose order is free, but for some that must come before others.
+    """Tasks whose order is free except for precedence.
 
     Attributes
     ----------
     pieces
         In the order of the program.
     precedence
-        int32[k, 2]: pairs (before, after) of pieces.
+        int32[k, 2]: pairs (before, after) of tasks.
     start, end
-        (x, y) in mm where the tool is before the first piece, and where it must go after the last; None where that is
-        not known or does not matter.
+        (x, y) in mm of the tool before the first task, and its destination after the last; None if unknown or
+        irrelevant.
     clearance
-        The height at which the tool crosses from piece to piece, mm: nowhere lower than it did there.
+        Height of travel moves between tasks, mm; not below the original heights there.
     tool
-        In the spindle, None where the program does not say.
+        Tool in the spindle, None if the program does not state it.
     ties
-        By cause, int32[n, 2]: the first piece behind each that must stay behind it, n where there is none; and the
-        last one before each that must stay before it, -1 where there is none.
+        By cause, int32[n, 2]: the first later task that must stay after each task, n for none; and the last earlier
+        task that must stay before it, -1 for none.
     stays
-        Why a piece can stand nowhere else, None where it can; empty while that is not looked at.
+        Why a task cannot be moved, None if it can; empty before this is determined.
     """
 
     pieces: tuple[PieceOfWork, ...]
@@ -135,7 +135,7 @@ class Section:
 
 @dataclass(frozen=True, slots=True)
 class Kept:
-    """Blocks begin … end - 1, which stay as they are; `reasons` say why, none for a header or a footer."""
+    """Blocks begin … end - 1, which stay unchanged; `reasons` is empty for a header or a footer."""
 
     begin: int
     end: int
@@ -144,22 +144,22 @@ class Kept:
 
 @dataclass(frozen=True, eq=False)
 class Sequence:
-    """A program as what stays and what can be ordered.
+    """A program divided into unchanged blocks and tasks that can be reordered.
 
     Attributes
     ----------
     items
-        What stays and what may be ordered, in the order of the new program.
+        Unchanged blocks and sections, in the order of the new program.
     process
         ``drill``, ``mill``, ``laser`` or ``plasma``.
     dropped
-        Blocks that the new program does not have: tool changes that merging saves.
+        Blocks left out of the new program: tool changes saved by merging.
     issues
-        What was noticed.
+        Issues found during the analysis.
     mergeable
-        How many changes of tool joining sections would save, where that was not asked for.
+        Number of tool changes that joining sections would save, if that was not requested.
     stays
-        Why pieces of work outside of the sections keep their place, one for each.
+        Why tasks outside of the sections keep their place, one entry for each.
     """
 
     items: tuple[Kept | Section, ...]
@@ -171,5 +171,5 @@ class Sequence:
 
     @property
     def sections(self) -> tuple[Section, ...]:
-        """The items that can be ordered."""
+        """The items that can be reordered."""
         return tuple(item for item in self.items if isinstance(item, Section))

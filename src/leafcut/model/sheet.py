@@ -1,4 +1,4 @@
-"""`Sheet`: the contours of a drawing, cleaned, and which lies inside which; what cutting is planned from."""
+"""`Sheet`: cleaned contours of a drawing and their nesting, the input for planning cuts."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from leafcut.model.issue import Issue
 
 @dataclass(frozen=True)
 class SheetContour:
-    """One contour and its place among the others.
+    """One contour and its nesting.
 
     Attributes
     ----------
     contour
         Cleaned: no zero-length segments, a closed one counter-clockwise. Kind ``cut`` or ``mark``.
     depth
-        How many closed cut contours lie around it: 0 is the outline of a part, 1 a hole in it, 2 a part inside that
-        hole, and so on. Of a mark or an open cut: the depth of the closed contour directly around it, 0 for none. Of
-        a chamber: one more than of its outline.
+        Number of closed cut contours around it: 0 is the outline of a part, 1 a hole in it, 2 a part inside that hole,
+        and so on. For a mark or an open cut: the depth of the closed contour directly around it, 0 for none. For a
+        chamber: one more than for its outline.
     parent
         Index in `Sheet.contours` of the closed cut contour directly around it, -1 for none.
     part
-        Number of its part, from 1: an outline of even depth with its holes, its marks and its open cuts have the same;
-        0 for what lies in no part.
+        Number of its part, from 1, shared by an outline of even depth with its holes, its marks and its open cuts; 0
+        outside of parts.
     chamber
-        True: inside of a notch whose mouth the kerf closes. It is cut as a hole, but lies outside of its outline.
+        True: inside of a notch whose mouth the kerf closes. It is cut like a hole, but lies outside of its outline.
     """
 
     contour: Contour
@@ -38,24 +38,24 @@ class SheetContour:
 
     @property
     def is_hole(self) -> bool:
-        """True: closed, to be cut, and the part is outside it."""
+        """Whether it is a closed cut with the part on its outside."""
         return self.depth % 2 == 1 and self.contour.path.closed and self.contour.kind == "cut"
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """Everything to be cut from or marked on one sheet, in the order of the drawing, mm.
+    """All contours to cut or mark on one sheet, in file order, mm.
 
     Attributes
     ----------
     outline
-        Edge of the sheet itself, closed, counter-clockwise; None where nobody has said.
+        Edge of the sheet itself, closed, counter-clockwise; None if unknown.
     zones
-        Rectangles (x0, y0, x1, y1) that the torch must not enter: clamps.
+        Rectangles (x0, y0, x1, y1) that the torch must avoid: clamps.
     holes
-        What was cut out of the sheet before, closed: there is no metal in them.
+        Closed openings from earlier cuts, without metal.
     price
-        Of the sheet, where its drawing says it.
+        Price of the sheet, if its drawing states it.
     """
 
     name: str
@@ -68,7 +68,7 @@ class Sheet:
 
     @property
     def paths(self) -> tuple[Polyline, ...]:
-        """The edge of the sheet and its holes; empty where nobody has said."""
+        """The edge of the sheet and its holes; empty if unknown."""
         return () if self.outline is None else (self.outline, *self.holes)
 
     @property

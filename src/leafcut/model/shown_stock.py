@@ -1,4 +1,4 @@
-"""`ShownStock`: what a person may be shown of the stock that a run works on, or why there is nothing to show."""
+"""`ShownStock`: stock of a run for display, or the reason for none."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ FixtureBox = tuple[float, float, float, float, float, float]
 
 @dataclass(frozen=True)
 class ShownStock:
-    """The stock of a run and the tools that cut it, as far as they are known.
+    """Stock of a run and the tools that cut it, as far as known.
 
     Attributes
     ----------
     tools
-        The tools that cut, by number.
+        The cutting tools, by number.
     block
         Lower and upper corner of the block, mm; None: a block just around the cuts.
     around
-        Smallest x and y, largest x and y that such a block reaches to at least, mm.
+        Smallest x and y, largest x and y that such a block includes at least, mm.
     floor
-        Where such a block ends below, mm; None: under the deepest cut.
+        Lower end of such a block, mm; None: below the deepest cut.
     surface
-        The material itself, seen from above, where it is not a block; None: it is one.
+        Surface of the material seen from above if it is not a block; None for a block.
     finished
-        Whether this is the finished part, in which holes may be open already: they are filled up to their rim first.
+        Whether this is the finished part, which may contain holes: these are filled up to their rim first.
     fixtures
-        What holds the material, and is not cut.
+        Fixtures, which are not cut.
     refused
-        Why the stock cannot be shown, in a line; empty where it can.
+        Why the stock cannot be shown, in one line; empty if it can.
     """
 
     tools: Mapping[int, Tool] = field(default_factory=dict)
@@ -47,5 +47,5 @@ class ShownStock:
     refused: str = ""
 
 
-#: What a beam cuts.
+#: Stock of work with a beam.
 CUT_THROUGH = ShownStock(refused="a beam cuts the sheet through: it has no heights to show")

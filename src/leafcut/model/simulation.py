@@ -1,4 +1,4 @@
-"""`Simulation`: what a program does on a machine, and what that costs."""
+"""`Simulation`: motion of a program on a machine, with its times."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from leafcut.model.toolpath import Toolpath
 
 @dataclass(frozen=True)
 class Simulation:
-    """What a program does on a machine, and what that costs.
+    """Motion of a program on a machine, with its times.
 
     Attributes
     ----------
     program
-        Its name, as it was given.
+        Name of the program, as given.
     machine, dialect
-        On which it runs, and in which it was read.
+        Machine that runs it, and dialect in which it was read.
     path
-        What the program says, and `run` that with what its controller adds at every cut.
+        Toolpath of the program, and `run`, the same with additions of the controller at every cut.
     measure
-        What `run` costs, from X0 Y0 on.
+        Times and lengths of `run`, starting at X0 Y0.
     issues
-        What is dangerous in it, what was assumed, and what of the controller's own doing is not known.
+        Dangers, assumptions, and unknown actions of the controller.
     defaults
-        Which of the options that were used are of the person's own defaults, as one types them.
+        Used options that were set by the user's own defaults, as typed.
     """
 
     program: str

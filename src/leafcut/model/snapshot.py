@@ -1,4 +1,4 @@
-"""`Snapshot`: where a search stands, for those who watch it; and what an observer of searches is."""
+"""`Snapshot`: state of a search for observers, and the type of an observer."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from leafcut.model.solution import WorkerFigures
 
 @dataclass(frozen=True, eq=False)
 class Pheromone:
-    """What ants have laid on the edges between places.
+    """Pheromone on the edges between points.
 
     Attributes
     ----------
     points
         float64[m, 2], mm.
     edges
-        int32[k, 2]: rows of `points`. Edges with next to nothing on them are left out.
+        int32[k, 2]: rows of `points`. Edges with negligible pheromone are left out.
     strength
-        float32[k], 0 … 1: how far the ants agree on an edge. 1 where every ant goes along it.
+        float32[k], 0 … 1: agreement of the ants on an edge. 1 if every ant uses it.
     """
 
     points: NDArray[np.float64]
@@ -32,16 +32,16 @@ class Pheromone:
 
 @dataclass(frozen=True)
 class NextPlace:
-    """One of the steps that an ant can take from a place.
+    """One of the steps that an ant can take from a point.
 
     Attributes
     ----------
     place
-        Where it leads: the number of a point or hole, from 1.
+        Destination: number of a point or hole, from 1.
     cost, pheromone, attraction
         Of the step: d, τ, and η = 1 / (d + ε).
     probability
-        With which an ant takes it that has been at none of the places.
+        Probability of this step for an ant that has visited none of the points.
     """
 
     place: int
@@ -53,20 +53,19 @@ class NextPlace:
 
 @dataclass(frozen=True)
 class SearchStep:
-    """What an algorithm of the literature just did, in the numbers of its formulas.
+    """Last step of an algorithm from the literature, in the symbols of its formulas.
 
     Attributes
     ----------
     algorithm
-        Its name among the options.
+        Name of the option.
     values
-        By the letters of `docs/glossary.md`, with words where a formula has an index: ``alpha``, ``tau_max``,
-        ``c_best`` (the best path so far), ``c_iteration`` (the best of this iteration).
+        By the symbols of `docs/glossary.md`, with words for indices in a formula: ``alpha``, ``tau_max``, ``c_best``
+        (the best path so far), ``c_iteration`` (the best of this iteration).
     depositor
-        Who of MAX–MIN Ant System laid pheromone: ``best``, ``iteration``, or ``restart`` where all trails are equal
-        again.
+        Depositing ant of MAX–MIN Ant System: ``best``, ``iteration``, or ``restart`` after a reset of all trails.
     here, choices
-        The place of an example, and the likeliest steps from there; none where steps have a direction.
+        Point of an example, and its most likely steps; empty if steps have a direction.
     """
 
     algorithm: str
@@ -78,25 +77,25 @@ class SearchStep:
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """One moment of a search.
+    """State of a search.
 
     Attributes
     ----------
     path
-        float64[m, 2], mm: the places of the best path so far in the order of their visit, given ends included; a closed
-        path ends where it began. Of a table of costs without places it has no length.
+        float64[m, 2], mm: points of the best path so far in the order of visits, including given ends; a closed path
+        ends at its start. Empty for a cost matrix without coordinates.
     cost, bound
-        Travel and service in the problem's unit; the lower bound is None where none is known yet.
+        Travel and service in the problem's unit; the lower bound is None before it is known.
     iteration, seconds
-        Counted as the search counts them; seconds by its clock, which may stand still.
+        Iterations and seconds of the search; its clock may be stopped.
     workers
-        What every worker has done so far; empty where there is one.
+        Work of every worker so far; empty for a single worker.
     pheromone
         Of ants, else None.
     brightness
         Of fireflies, float64[f]: 1 / length; else None.
     step
-        What the algorithm did, where it is one of the literature; else None.
+        Last step of an algorithm from the literature; else None.
     """
 
     path: NDArray[np.float64]
@@ -110,7 +109,7 @@ class Snapshot:
     step: SearchStep | None = None
 
 
-#: Called by a search between its steps with a function that takes a snapshot, good for this call only, and whether the
-#: whole search waits for the call to return, its clock stopped. What it does changes no result; where nobody looks it
-#: must be quick and take none.
+#: Called by a search between its steps with a function that takes a snapshot, valid during this call only, and whether
+#: the whole search waits for the call, its clock stopped. The call does not change the result. It must be quick and
+#: take no snapshot unless somebody is watching.
 Observer = Callable[[Callable[[], Snapshot], bool], None]

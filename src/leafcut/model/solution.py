@@ -1,4 +1,4 @@
-"""`Solution`: an order, what it costs, and how it was found; `Solved`: that of a map."""
+"""`Solution`: an order with its cost and its search; `Solved`: the same for a map."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from leafcut.model.part import Part
 
 @dataclass(frozen=True)
 class WorkerFigures:
-    """What one thread did: ants built or kicks made, seconds by the clock, the best cost it found (inf for none)."""
+    """Work of one thread: ants built or kicks made, wall time in s, best cost (inf for none)."""
 
     worker: int
     ants: int
@@ -22,12 +22,12 @@ class WorkerFigures:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """The nodes in the order of their visit.
+    """Nodes in the order of visits.
 
     Attributes
     ----------
     nodes
-        int32[k]: one node per cluster, in order. A closed tour begins anywhere and returns there.
+        int32[k]: one node per cluster, in order. A closed tour may start anywhere, and returns there.
     cost
         Travel and service, in `unit`.
     history
@@ -35,11 +35,11 @@ class Solution:
     iterations
         Of the algorithm, 0 for a construction heuristic.
     lower_bound
-        No path can cost less, or None when no bound was computed.
+        Lower bound of the cost of all paths, or None if it was not computed.
     stopped_early
-        True when a person or the clock stopped it before its budget of work was used.
+        True if the user or the time limit stopped it before its work budget was used.
     spared
-        True when the search ended because more of it would have taken longer than it could still gain.
+        True if the search ended because its expected gain was smaller than its running time.
     """
 
     nodes: NDArray[np.int32]
@@ -57,7 +57,7 @@ class Solution:
 
     @property
     def gap(self) -> float | None:
-        """How far at most the cost is above the least possible, as a fraction; None without a bound."""
+        """Upper bound of the relative excess over the optimal cost; None without a lower bound."""
         return gap(self.cost, self.lower_bound)
 
 
@@ -68,9 +68,9 @@ class Solved:
     Attributes
     ----------
     part
-        The map. Of its sets of points, where it has any, the tour visits one point of each.
+        The map. If it has clusters, the tour visits one point of each.
     defaults
-        Which of the options that were used are of the person's own defaults, as one types them.
+        Used options that were set by the user's own defaults, as typed.
     """
 
     part: Part
@@ -79,13 +79,13 @@ class Solved:
 
     @property
     def gap(self) -> float | None:
-        """How far the tour is above the best known one, as a fraction; at most, by the lower bound, without one."""
+        """Relative excess over the best known tour; without one, over the lower bound."""
         optimum = self.part.optimum
         return self.solution.cost / optimum - 1.0 if optimum else self.solution.gap
 
 
 def gap(cost: float, bound: float | None) -> float | None:
-    """Return how far a cost is above a lower bound, as a fraction of the bound; None where that says nothing."""
+    """Return the excess of a cost over a lower bound as a fraction of the bound; None if undefined."""
     if bound is None or cost < bound:
         return None
     if cost == bound:

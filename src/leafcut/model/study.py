@@ -1,4 +1,4 @@
-"""`Study`: what a search found in every iteration, for those who want to see it learn."""
+"""`Study`: records every iteration of a search, to show how it learns."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from numpy.typing import NDArray
 
 from leafcut.model.snapshot import Observer, Snapshot
 
-#: Most iterations that are kept of one search: of a longer one every second, every fourth, and so on.
+#: Maximum number of recorded iterations of a search; of a longer one every second, every fourth, and so on.
 MOST_KEPT = 4000
 
 
 class Iteration(NamedTuple):
-    """One iteration of a search; None stands for what its algorithm has not.
+    """One iteration of a search; None for values that its algorithm does not have.
 
     ========== ==================================================================================
     number     from 1
-    seconds    since the search began, by its clock
+    seconds    since the start of the search, by its clock
     shortest   the best path of all iterations so far, travel and service in the problem's unit
-    best       the best path of this iteration; `mean` and `worst` likewise, of those that were finished
+    best       the best path of this iteration; `mean` and `worst` likewise, of finished paths
     branching  the mean λ-branching factor of the trails after it, `order.aco.BRANCHING_SHARE` = λ
     ========== ==================================================================================
     """
@@ -37,14 +37,14 @@ class Iteration(NamedTuple):
 
 
 class Study:
-    """An observer that keeps the figures of every iteration, and lets another observer look as well.
+    """An observer that records every iteration, and forwards calls to another observer.
 
-    Given as `observe` to a search. It changes no answer; without one nothing of this is reckoned.
+    It is passed as `observe` to a search. It does not change the result, and without it nothing is recorded.
 
     Attributes
     ----------
     searches
-        The iterations of every search that it was given to, in order.
+        The iterations of every observed search, in order.
     """
 
     def __init__(self, observer: Observer | None = None) -> None:
@@ -53,12 +53,12 @@ class Study:
         self._lock = threading.Lock()
 
     def __call__(self, take: Callable[[], Snapshot], alone: bool) -> None:
-        """Let the other observer look."""
+        """Forward the call to the other observer."""
         if self.observer is not None:
             self.observer(take, alone)
 
     def begin(self) -> None:
-        """Take what is noted from now on as another search."""
+        """Start recording another search."""
         with self._lock:
             self.searches.append(_Kept())
 
@@ -66,7 +66,7 @@ class Study:
         self, number: int, seconds: float, shortest: float, costs: NDArray[np.float64] | None = None,
         branching: float | None = None,
     ) -> None:  # fmt: skip
-        """Keep an iteration; `costs` are those of its paths, inf for one that was not finished."""
+        """Record an iteration; `costs` are the costs of its paths, inf for unfinished ones."""
         done = np.zeros(0) if costs is None else costs[np.isfinite(costs)]
         row = Iteration(number, seconds, shortest, branching=branching)
         if len(done):
@@ -75,13 +75,13 @@ class Study:
             self.searches[-1].add(row)
 
     def iterations(self, search: int = -1) -> list[Iteration]:
-        """Return the iterations of a search, of the last one where none is named; the newest is always there."""
+        """Return the iterations of a search, by default of the last, always including the newest."""
         with self._lock:
             return self.searches[search].all() if self.searches else []
 
 
 class _Kept:
-    """The iterations of one search, no more than `MOST_KEPT` and the newest."""
+    """Iterations of one search: at most `MOST_KEPT`, and the newest."""
 
     def __init__(self) -> None:
         self.rows: list[Iteration] = []

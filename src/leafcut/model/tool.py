@@ -1,4 +1,4 @@
-"""Tools, and the recipes that say which tools make a hole, in which order."""
+"""Tools, and recipes that list the tools of a hole in order."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from leafcut.model.kinds import ToolMaterial
 
 
 class ToolKind(StrEnum):
-    """Kinds of tool, in the order in which a hole meets them."""
+    """Kinds of tool, in the order of their use on a hole."""
 
     CENTRE_DRILL = "centre-drill"
     DRILL = "drill"
@@ -25,14 +25,14 @@ class ToolKind(StrEnum):
     TORCH = "torch"
 
 
-#: What mills: it has teeth, and a feed of its own straight down.
+#: Milling tools, which have teeth and a plunge feed.
 MILLS = (ToolKind.END_MILL, ToolKind.BALL_MILL, ToolKind.CHAMFER_MILL, ToolKind.V_BIT)
-#: What mills with a cone.
+#: Conical milling tools.
 CONES = (ToolKind.CHAMFER_MILL, ToolKind.V_BIT)
 
 
 class BodySegment(NamedTuple):
-    """A piece of what is above a tool's flutes: its length and its lower and upper diameter, mm."""
+    """A section of a tool above its flutes: its length and its lower and upper diameter, mm."""
 
     length: float
     lower: float
@@ -48,33 +48,33 @@ class Tool:
     number
         The T word.
     point_angle
-        Full angle of the point, or of the cone of a chamfer mill or V-bit, rad; π for a flat end (reamer, tap, slot
+        Included angle of the point, or of the cone of a chamfer mill or V-bit, rad; π for a flat end (reamer, tap, slot
         mill).
     cycle, peck, dwell
-        The canned cycle this tool drills with; None means the plan's choice.
+        Canned cycle of this tool; None leaves the choice to the plan.
     pitch
         Of a tap: mm per revolution.
     flute_length
-        Deepest cut, mm; None when the library does not say.
+        Deepest cut, mm; None if the library does not state it.
     depth
         Depth of a centre drill's point below the surface, mm.
     plunge_feed, teeth
-        Of `MILLS`: the feed straight down, 0 where the library does not say it; how many teeth it has.
+        Of `MILLS`: plunge feed, 0 if the library does not state it; number of teeth.
     corner_radius
         Of an end mill: mm; 0 for sharp corners.
     tip_diameter
-        Of `CONES`: of the flat at the tip, mm; 0 for a sharp one.
+        Of `CONES`: diameter of the flat at the tip, mm; 0 for a sharp tip.
     material, life_cost
-        What its cutting edges are made of, and what one life of it costs, in any currency; None where the library does
-        not say it.
+        Material of the cutting edges, and cost of one tool life, in any currency; None if the library does not state
+        it.
     shank_diameter
-        Above the flutes and the `shaft`, mm; None when the library does not say.
+        Diameter above the flutes and the `shaft`, mm; None if the library does not state it.
     stickout
-        From the tip to the holder, mm; None when the library does not say.
+        Length from the tip to the holder, mm; None if the library does not state it.
     shaft, holder
-        Pieces from the flutes up, and of what holds the tool, each from below.
+        Sections from the flutes up, and sections of the holder, each from below.
     assumed
-        True for a tool that stands in no library.
+        True for a tool from no library.
     """
 
     number: int
@@ -109,13 +109,13 @@ class Tool:
 
     @property
     def label(self) -> str:
-        """For people: ``T3 drill Ø6.35``."""
+        """Name for messages: ``T3 drill Ø6.35``."""
         return f"T{self.number} {self.name or self.kind.value} Ø{self.diameter:g}"
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """Which tools make a hole: drawn diameter in mm, optional layer (wildcards), tool numbers in their order."""
+    """Tools for a hole: drawn diameter in mm, optional layer (wildcards), tool numbers in order of use."""
 
     diameter: float
     steps: tuple[int, ...]
@@ -124,10 +124,10 @@ class Recipe:
 
 @dataclass(frozen=True)
 class ToolLibrary:
-    """The tools of a shop, by number, and its recipes.
+    """Tools of a shop, by number, and its recipes.
 
-    `left_out` says in a line each which tools of the file are not among them, and why. Of a library `without_feeds` the
-    feeds and speeds of drills are assumed.
+    `left_out` has one line with the reason for each tool of the file that was left out. If the library is
+    `without_feeds`, feeds and speeds of drills are assumed.
     """
 
     tools: tuple[Tool, ...] = ()

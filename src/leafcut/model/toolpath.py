@@ -1,7 +1,7 @@
-"""`Toolpath`: motions and commands in order; the meeting place of everything after planning.
+"""`Toolpath`: motions and commands in order, the common format of all stages after planning.
 
-Foreign G-code is interpreted into it, posts write from it, timing, plots and verification read it. It is kept in
-columns, so that a million rows stay small. Millimetres, mm/s, seconds, rpm; program coordinates, absolute.
+G-code of other CAM systems is parsed into it, writers read it, and so do timing, plots and verification. It is stored
+in columns, so that a million rows stay small. Millimetres, mm/s, seconds, rpm; absolute program coordinates.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ __all__ = [
     "position_before",
 ]
 
-#: Numbers in a row of a `ToolpathBuilder`.
+#: Numbers per row of a `ToolpathBuilder`.
 WIDTH = 7
 
 
@@ -51,16 +51,16 @@ class Toolpath:
     kind
         int8[n].
     end
-        float64[n, 3], mm; NaN for a coordinate that is not known (nothing has moved that axis yet), or not moved
-        (`Kind.MACHINE`).
+        float64[n, 3], mm; NaN for an unknown coordinate (the axis has not moved yet), or for an axis that does not
+        move (`Kind.MACHINE`).
     value
         float64[n]: feed, seconds or rpm, by kind.
     ref
         int32[n]: tool, cycle, arc …, by kind.
     line
-        int32[n]: line of the text that it was read from, counted from 1; 0 when it was planned.
+        int32[n]: line of the source text, counted from 1; 0 for a planned row.
     cycles, arcs
-        What `ref` points into.
+        Targets of `ref`.
     """
 
     kind: NDArray[np.int8]
@@ -73,7 +73,7 @@ class Toolpath:
 
     @classmethod
     def of_motions(cls, motions: Iterable[Motion]) -> Toolpath:
-        """Return the toolpath of rows that need no cycles and no arcs of their own."""
+        """Return the toolpath of rows without cycles and arcs."""
         rows = [(int(m.kind), *m.end, m.value, m.ref, m.line) for m in motions]
         return _of_columns(np.array(rows, dtype=np.float64).reshape(-1, WIDTH), (), ())
 
@@ -91,7 +91,7 @@ class Toolpath:
             yield Motion(Kind(kind), (x, y, z), value, ref, line)
 
     def take(self, rows: NDArray[Any] | list[int] | slice) -> Toolpath:
-        """Return the toolpath of some rows: numbers, a mask or a slice."""
+        """Return the toolpath of some rows: indices, a mask or a slice."""
         return replace(
             self,
             kind=self.kind[rows],
@@ -103,10 +103,10 @@ class Toolpath:
 
     @cached_property
     def before(self) -> NDArray[np.float64]:
-        """Where the tool is before every row, float64[n, 3], NaN for what is not known.
+        """Position of the tool before every row, float64[n, 3], NaN for unknown coordinates.
 
-        After a move in machine coordinates (`Kind.MACHINE`) an axis that moved is not known until it is programmed
-        again, nor is the height after a probe.
+        After a move in machine coordinates (`Kind.MACHINE`) a moved axis is unknown until it is programmed again; so is
+        the height after a probe.
         """
         n = len(self)
         moving = np.isin(self.kind, [int(k) for k in PLACES])
@@ -122,18 +122,18 @@ class Toolpath:
 
     @cached_property
     def tool(self) -> NDArray[np.int64]:
-        """The tool at every row, int64[n]; 0 before the first change."""
+        """Tool at every row, int64[n]; 0 before the first change."""
         return self.latest(Kind.TOOL, self.ref)
 
     @cached_property
     def offset(self) -> NDArray[np.int64]:
-        """The register of the tool length offset at every row, int64[n]; 0 before the first."""
+        """Register of the tool length offset at every row, int64[n]; 0 before the first."""
         return self.latest(Kind.OFFSET, self.ref)
 
     def latest(self, kind: Kind, column: NDArray[Any], default: float = 0) -> NDArray[Any]:
-        """Return for every row what `column` holds at the last row of `kind` up to it, `default` before the first.
+        """Return for every row the value of `column` at the last row of `kind` up to it, `default` before the first.
 
-        Whole numbers come as int64, others as float64.
+        Integers are returned as int64, others as float64.
         """
         rows = last_rows(self.kind == kind)
         wide = np.int64 if np.issubdtype(column.dtype, np.integer) else np.float64
@@ -141,7 +141,7 @@ class Toolpath:
 
     @property
     def extents(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-        """Lowest and highest known x, y, z of all motions, holes' bottoms and arcs included; zeros when none."""
+        """Lowest and highest known x, y, z of all motions, including the bottoms of holes and arcs; zeros if none."""
         moving = np.isin(self.kind, [int(k) for k in MOTIONS])
         points = [self.end[moving]]
         drills = self.kind == Kind.DRILL
@@ -159,7 +159,7 @@ class Toolpath:
         return (low[0], low[1], low[2]), (high[0], high[1], high[2])
 
     def _arc_extents(self) -> list[NDArray[np.float64]]:
-        """Return corner points of every arc's circle that the arc really reaches."""
+        """Return the extreme points of every arc along its axes that the arc reaches."""
         rows = np.flatnonzero((self.kind == Kind.ARC_CW) | (self.kind == Kind.ARC_CCW))
         return [np.array(arc_extremes(self, int(row))).reshape(-1, 3) for row in rows]
 
@@ -184,7 +184,7 @@ def plane_axes(plane: int) -> tuple[int, int, int]:
 def arc_sweep(path: Toolpath, row: int) -> tuple[float, float, float]:
     """Return (radius mm, start angle rad, signed sweep rad) of an arc; the sweep is positive for ARC_CCW.
 
-    The start point is the end of the motion before it.
+    The start point is the end of the previous motion.
     """
     arc = path.arcs[int(path.ref[row])]
     first, second, _ = plane_axes(arc.plane)
@@ -218,7 +218,7 @@ def arc_extremes(path: Toolpath, row: int) -> list[tuple[float, float, float]]:
 
 
 def position_before(path: Toolpath, row: int) -> NDArray[np.float64]:
-    """Return where the tool is before `row`, float64[3], NaN for what is not known."""
+    """Return the position of the tool before `row`, float64[3], NaN for unknown coordinates."""
     for before in range(row - 1, -1, -1):
         if path.kind[before] in PLACES:
             place: NDArray[np.float64] = path.end[before].copy()
@@ -229,20 +229,20 @@ def position_before(path: Toolpath, row: int) -> NDArray[np.float64]:
 
 
 def last_rows(which: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Return for every row the last one up to it, itself included, for which `which` holds; -1 before the first."""
+    """Return for every row the index of the last row up to it, inclusive, with `which`; -1 before the first."""
     return np.maximum.accumulate(np.where(which, np.arange(len(which)), -1))
 
 
 @dataclass
 class ToolpathBuilder:
-    """Collects rows and keeps track of where the tool is; `build` freezes them."""
+    """Collects rows and tracks the position of the tool; `build` freezes them."""
 
     position: list[float] = field(default_factory=lambda: [UNKNOWN, UNKNOWN, UNKNOWN])
     #: Height before the running series of canned cycles, to which G98 returns; None outside a series.
     initial_plane: float | None = None
-    #: In a series of canned cycles the controller goes by the height before it, as LinuxCNC does.
+    #: Whether the controller depends on the height before a series of canned cycles, as LinuxCNC does.
     slants: bool = False
-    #: kind, x, y, z, value, ref, line of every row, one after the other: 56 bytes a row.
+    #: kind, x, y, z, value, ref, line of every row, concatenated: 56 bytes per row.
     _rows: array[float] = field(default_factory=lambda: array("d"))
     _cycles: dict[DrillCycle, int] = field(default_factory=dict)
     _arcs: list[Arc] = field(default_factory=list)
@@ -252,22 +252,22 @@ class ToolpathBuilder:
         return [int(kind) for kind in self._rows[WIDTH * row :: WIDTH]]
 
     def rapid(self, x: float | None = None, y: float | None = None, z: float | None = None, line: int = 0) -> None:
-        """Move at rapid to a place; an axis that is None stays where it is."""
+        """Add a rapid move; an axis that is None stays in place."""
         self._move(Kind.RAPID, x, y, z, 0.0, 0, line)
 
     def feed(
         self, x: float | None = None, y: float | None = None, z: float | None = None, *, feed: float, line: int = 0
     ) -> None:
-        """Cut straight at `feed` mm/s."""
+        """Add a straight cut at `feed` mm/s."""
         self._move(Kind.FEED, x, y, z, feed, 0, line)
 
     def arc(self, clockwise: bool, end: tuple[float, float, float], arc: Arc, *, feed: float, line: int = 0) -> None:
-        """Cut an arc or a helix at `feed` mm/s."""
+        """Add an arc or a helix at `feed` mm/s."""
         self._arcs.append(arc)
         self._move(Kind.ARC_CW if clockwise else Kind.ARC_CCW, *end, feed, len(self._arcs) - 1, line)
 
     def drill(self, x: float, y: float, cycle: DrillCycle, *, feed: float, line: int = 0) -> None:
-        """Run a canned cycle at (x, y); afterwards the tool is at the cycle's retract height.
+        """Add a canned cycle at (x, y), which ends at the cycle's retract height.
 
         A series of cycles ends with any other motion, or with `end_cycles` (G80).
         """
@@ -284,19 +284,19 @@ class ToolpathBuilder:
         self.initial_plane = None
 
     def dwell(self, seconds: float, line: int = 0) -> None:
-        """Stand still."""
+        """Add a dwell, s."""
         self._command(Kind.DWELL, seconds, 0, line)
 
     def tool(self, number: int, line: int = 0) -> None:
-        """Change to a tool."""
+        """Add a tool change."""
         self._command(Kind.TOOL, 0.0, number, line)
 
     def offset(self, number: int, line: int = 0) -> None:
-        """Take the tool length offset of a register; 0 takes it off."""
+        """Activate the tool length offset of a register; 0 cancels it."""
         self._command(Kind.OFFSET, 0.0, number, line)
 
     def spindle(self, rpm: float, line: int = 0, number: int = 0) -> None:
-        """Turn the spindle: positive clockwise (M3), negative backwards (M4), 0 stops (M5)."""
+        """Set the spindle: positive clockwise (M3), negative counter-clockwise (M4), 0 stops (M5)."""
         self._command(Kind.SPINDLE, rpm, number, line)
 
     def coolant(self, mode: int, line: int = 0) -> None:
@@ -304,11 +304,11 @@ class ToolpathBuilder:
         self._command(Kind.COOLANT, 0.0, mode, line)
 
     def pause(self, optional: bool = False, line: int = 0) -> None:
-        """Wait for a person (M0, or M1 when optional)."""
+        """Add a stop for the operator (M0, or M1 if optional)."""
         self._command(Kind.PAUSE, 0.0, int(optional), line)
 
     def machine(self, x: float | None = None, y: float | None = None, z: float | None = None, line: int = 0) -> None:
-        """Move at rapid to machine coordinates; where that is in the program is not known afterwards."""
+        """Add a rapid to machine coordinates; the moved axes are unknown afterwards."""
         place = [UNKNOWN if v is None else v for v in (x, y, z)]
         self._rows.extend((int(Kind.MACHINE), place[0], place[1], place[2], 0.0, 0, line))
         self.initial_plane = None
@@ -319,26 +319,26 @@ class ToolpathBuilder:
         self._command(Kind.END, 0.0, 0, line)
 
     def radius(self, mode: int, register: float = 0.0, line: int = 0) -> None:
-        """Switch radius compensation: 40 off, 41 left, 42 right."""
+        """Set radius compensation: 40 off, 41 left, 42 right."""
         self._command(Kind.RADIUS, register, mode, line)
 
     def torch(self, on: bool, line: int = 0) -> None:
-        """Put the torch on or off while it moves on."""
+        """Switch the torch on or off while moving."""
         self._command(Kind.TORCH, float(on), 0, line)
 
     def height_control(self, on: bool, line: int = 0) -> None:
-        """Let the torch follow the sheet's height, or keep its own."""
+        """Switch torch height control on or off."""
         self._command(Kind.HEIGHT, float(on), 0, line)
 
     def probe(self, z: float, *, feed: float, line: int = 0) -> None:
-        """Go down at `feed` mm/s until a probe trips, to `z` at most; where that was, a SHIFT after it may say."""
+        """Add a probe move down at `feed` mm/s, to `z` at most; a following SHIFT may set the new position."""
         self._move(Kind.PROBE, None, None, z, feed, 0, line)
         self.position[2] = UNKNOWN
 
     def blending(self, mode: int, tolerance: float = 0.0, joining: float | None = None, line: int = 0) -> None:
-        """Choose how corners are passed: 610, 611 or 640, and how far from them, and from short moves, the path may be.
+        """Set the blending of corners: 610, 611 or 640, with the tolerances for corners and for short moves.
 
-        In mm; `joining` is for short moves that the controller joins to one, `tolerance` where it is not given.
+        In mm; `joining` is for short moves that the controller joins, by default `tolerance`.
         """
         x = tolerance if joining is None else joining
         self._rows.extend((int(Kind.BLENDING), x, UNKNOWN, UNKNOWN, tolerance, mode, line))
@@ -346,7 +346,7 @@ class ToolpathBuilder:
     def set_place(
         self, kind: Kind, place: tuple[float, float, float], ref: int, line: int = 0, value: float = 0.0
     ) -> None:
-        """Add a row of FRAME, SHIFT or FOREIGN, after which the tool is at `place`."""
+        """Add a row FRAME, SHIFT or FOREIGN, after which the tool is at `place`."""
         self._rows.extend((int(kind), *place, value, ref, line))
         if kind is not Kind.FOREIGN:
             self.initial_plane = None
@@ -354,19 +354,19 @@ class ToolpathBuilder:
 
     @property
     def rows(self) -> array[float]:
-        """The rows so far, `WIDTH` numbers each (kind, x, y, z, value, ref, line), to be extended in place."""
+        """Rows so far, `WIDTH` numbers each (kind, x, y, z, value, ref, line), to be extended in place."""
         return self._rows
 
     @property
     def arcs(self) -> list[Arc]:
-        """The arcs so far, to be extended in place."""
+        """Arcs so far, to be extended in place."""
         return self._arcs
 
     def __len__(self) -> int:
         return len(self._rows) // WIDTH
 
     def cut_back(self, rows: int, arcs: int) -> None:
-        """Forget all rows and arcs but the first; where the tool is then is for the caller to say."""
+        """Drop all rows and arcs after the given numbers; the caller sets the position."""
         del self._rows[rows * WIDTH :]
         del self._arcs[arcs:]
 

@@ -1,4 +1,4 @@
-"""`WorkMaterial`: what cutting force and tool life depend on in the material that is cut."""
+"""`WorkMaterial`: data of a work material for cutting forces and tool life."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from leafcut.model.kinds import CuttingWork, ToolMaterial
 
 @dataclass(frozen=True)
 class ToolLife:
-    """Extended Taylor life of one kind of tool in one material.
+    """Extended Taylor tool life of one kind of tool in one material.
 
-    The speed that a tool stands for a life T is v = C D^q / (T^m f^y ae^x ap^u z^p); so T = (C D^q / (v f^y ae^x ap^u
-    z^p))^(1/m). With all exponents but m at 0 it is Taylor's own v T^n = C, n = m.
+    The cutting speed for a life T is v = C D^q / (T^m f^y ae^x ap^u z^p); so T = (C D^q / (v f^y ae^x ap^u z^p))^(1/m).
+    With all exponents except m at 0 it is Taylor's v T^n = C, n = m.
 
     Source: F. W. Taylor, On the Art of Cutting Metals (1907); in this form, with D for drills and mills, A. G. Kosilova
     and R. K. Meshcheryakov, Handbook of the Manufacturing Engineer, vol. 2 (1986), Drilling and Milling.
@@ -23,15 +23,15 @@ class ToolLife:
     Attributes
     ----------
     work, tool_material
-        What it is of.
+        Operation and tool material.
     constant
-        C: mm/s, for a life of 1 s, where every length is 1 mm.
+        C: mm/s, for a life of 1 s, with every length 1 mm.
     life, diameter, feed, width, depth, teeth
-        The exponents m, q, y, x, u and p. The feed is that of one revolution of a drill, of one tooth of a mill.
+        The exponents m, q, y, x, u and p. The feed is per revolution of a drill, per tooth of a mill.
     least_feed
-        Its range begins at this feed, mm; it ends where the next one's begins.
+        Lower end of its range of feeds, mm; the upper end is the lower end of the next.
     source
-        Where it is from, or "estimate: …".
+        Source of the constants, or "estimate: …".
     """
 
     work: CuttingWork
@@ -62,27 +62,27 @@ class ToolLife:
 
 @dataclass(frozen=True)
 class WorkMaterial:
-    """A material to be cut: N/mm², kg/m³, mm, s.
+    """A work material: N/mm², kg/m³, mm, s.
 
     Attributes
     ----------
     name, description, also
-        `also` are other names of it.
+        `also` lists alternative names.
     kc11, mc
         Kienzle: kc = kc11 h^-mc, N/mm², with the chip thickness h in mm.
     tensile_strength, hardness, density
-        N/mm², HB, kg/m³; 0 where not said.
+        N/mm², HB, kg/m³; 0 if unknown.
     lives
-        Of each kind of work and tool material in order of their feeds; none where no source is known.
+        Tool life by operation and tool material, in order of their feeds; empty if no source is known.
     drill_constant
         K of the measured torque and thrust of twist drills (`leafcut.material.cutting_force`); 0: they follow from
         `kc11` and `mc`.
     drill_feed
-        Highest feed of a drill per revolution as a share of its diameter; 0 where not said.
+        Highest feed of a drill per revolution as a fraction of its diameter; 0 if unknown.
     mill_feed
-        Highest feed of a carbide mill per tooth as a share of its diameter; 0 where not said.
+        Highest feed of a carbide mill per tooth as a fraction of its diameter; 0 if unknown.
     sources
-        Where each value is from, by key, or "estimate: …".
+        Source of each value, by key, or "estimate: …".
     """
 
     name: str
@@ -100,5 +100,5 @@ class WorkMaterial:
     sources: dict[str, str] = field(default_factory=dict)
 
     def lives_of(self, work: CuttingWork, tool_material: ToolMaterial) -> tuple[ToolLife, ...]:
-        """Return what is known of the life of such tools, by feed; nothing where no constants are known."""
+        """Return the tool life data of an operation and tool material, by feed; empty if unknown."""
         return tuple(one for one in self.lives if one.work is work and one.tool_material is tool_material)
