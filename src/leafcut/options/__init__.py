@@ -1,9 +1,9 @@
-"""Options that several processes use: one frozen dataclass per subject, one definition for five faces.
+"""Options shared by several processes: one frozen dataclass per subject, one definition for five interfaces.
 
 `AcoOptions.n_ants` is the flag `--n-ants`, the key `n_ants` under `[aco]` in a TOML file, the keyword `n_ants` of
-`leafcut.optimize`, and an entry of the studio's form: all are made from the fields below. Values are checked and
-converted to inner units when an object is made, so no stage checks again. What only one process uses is in that
-process's package.
+`leafcut.optimize`, and a field of the studio's form: all are derived from the fields below. Values are checked and
+converted to internal units when an object is created, so no later stage checks them. Options of a single process are
+in that process's package.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from leafcut.options.settings import Settings
 from leafcut.options.speeds import SpeedOptions
 from leafcut.options.stock import StockOptions
 
-#: The groups that processes share, in the order in which they are told.
+#: Groups shared by processes, in display order.
 SHARED: tuple[type[OptionGroup], ...] = (
     ReadOptions,
     SheetOptions,

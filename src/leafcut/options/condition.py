@@ -1,4 +1,4 @@
-"""Conditions for the use of an option: predicates with the words of their refusal."""
+"""Conditions for the use of an option, with their error messages."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Condition:
         return f"not used with {last}; leave out {last} or {own}"
 
 
-#: All of them must hold.
+#: All conditions must hold.
 Conditions = tuple[Condition, ...]
 
 

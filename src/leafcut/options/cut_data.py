@@ -1,4 +1,4 @@
-"""Options of the figures that a sheet is cut with: where they are looked up, or what they are."""
+"""Options for the cutting data of a sheet: their source, or explicit values."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from leafcut.options.option_spec import OptionGroup, option
 
 @dataclass(frozen=True)
 class CutDataOptions(OptionGroup):
-    """What cuts the sheet, and how fast: from a cut chart, or given one by one.
+    """Cutting process and cutting data of a sheet, from a cut chart or given explicitly.
 
-    The material and its thickness are those of `JobOptions`.
+    Material and thickness are in `JobOptions`.
     """
 
     section: ClassVar[str] = "cut_data"

@@ -1,4 +1,4 @@
-"""Options of what is read: drawings, drill files, maps, and sheets."""
+"""Options for reading drawings, drill files, maps, and sheets."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import ClassVar
 from leafcut.options.condition import input_is, input_is_not
 from leafcut.options.option_spec import PLACES, OptionGroup, option
 
-#: The places that an origin can be named by, and how far they are across and up what is worked, 0 to 1.
+#: Named positions of an origin, as fractions of the width and height of the machined area, 0 to 1.
 ORIGINS = PLACES
 
 
 @dataclass(frozen=True)
 class ReadOptions(OptionGroup):
-    """What to take from a file."""
+    """Input file: units, layers, filters, and position of the part."""
 
     section: ClassVar[str] = "read"
     title: ClassVar[str] = "Input"
@@ -120,7 +120,7 @@ class ReadOptions(OptionGroup):
 
 @dataclass(frozen=True)
 class SheetOptions(OptionGroup):
-    """What in a drawing of a sheet is what, and how its lines are joined."""
+    """Layers and open lines of sheet drawings."""
 
     section: ClassVar[str] = "sheet"
     title: ClassVar[str] = "Sheet drawings"
@@ -157,7 +157,7 @@ class SheetOptions(OptionGroup):
 
 @dataclass(frozen=True)
 class PocketDrawingOptions(OptionGroup):
-    """What in a drawing or a picture is a pocket, and what is an island."""
+    """Pockets and islands in drawings and pictures."""
 
     section: ClassVar[str] = "pocket_drawing"
     title: ClassVar[str] = "Pocket drawings"

@@ -1,4 +1,4 @@
-"""Options of feeds that fit the chips, of foreign programs and of leafcut's own."""
+"""Options for feeds adapted to the chip, in programs of leafcut and of other CAM systems."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from leafcut.options.option_spec import OptionGroup, option
 
 @dataclass(frozen=True)
 class FeedOptions(OptionGroup):
-    """How the feeds of milling tools follow what they meet."""
+    """Feeds of milling tools adapted to their engagement."""
 
     section: ClassVar[str] = "feeds"
     title: ClassVar[str] = "Feeds by the chips"

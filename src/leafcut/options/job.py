@@ -1,4 +1,4 @@
-"""Options of the machine, and of what several processes know of the job: its material, its heights, its clamps."""
+"""Options of the machine, and of the job as far as several processes share them: material, heights, clamps."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import ClassVar
 from leafcut.options.condition import given
 from leafcut.options.option_spec import OptionGroup, option
 
-#: The cycles that a tool library and ``--cycle`` may ask for.
+#: Cycles allowed in a tool library and for ``--cycle``.
 CYCLES = ("G81", "G82", "G83", "G73", "G84", "G85")
 
 
 @dataclass(frozen=True)
 class MachineOptions(OptionGroup):
-    """Which machine, and where the part lies on it."""
+    """The machine, and the position of the part on it."""
 
     section: ClassVar[str] = "machine"
     title: ClassVar[str] = "Machine"
@@ -39,7 +39,7 @@ class MachineOptions(OptionGroup):
 
 @dataclass(frozen=True)
 class JobOptions(OptionGroup):
-    """What is worked, and the heights, places and obstacles of the work: each process uses what it has a use for."""
+    """Material, heights, positions and obstacles of the job; each process uses those that apply to it."""
 
     section: ClassVar[str] = "job"
     title: ClassVar[str] = "Job"

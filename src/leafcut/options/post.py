@@ -1,4 +1,4 @@
-"""Options of the programs that are written."""
+"""Options of the written programs."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from leafcut.options.option_spec import OptionGroup, option
 
 @dataclass(frozen=True)
 class PostOptions(OptionGroup):
-    """How the program is written."""
+    """Format of the written program."""
 
     section: ClassVar[str] = "post"
     title: ClassVar[str] = "Program"

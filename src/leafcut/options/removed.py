@@ -1,10 +1,10 @@
-"""Options of earlier versions that no longer exist, and what to do instead."""
+"""Removed options of earlier versions, with replacements."""
 
 from __future__ import annotations
 
 from leafcut.options.option_spec import flag_name
 
-#: Name → reason and remedy, or the new name, "now --name". Wherever an option can be given, these are refused by name.
+#: Name → reason and remedy, or the new name, "now --name". These options are refused by name everywhere.
 REMOVED = {
     "air_clearance": "rapids in the air keep 1 mm from the material",
     "air_feed": "give max_feed in the machine profile, the feed through cleared area",
@@ -81,7 +81,7 @@ REMOVED = {
 
 
 def why_removed(name: str) -> str:
-    """Return the refusal of a removed option, "" for any other name."""
+    """Return the error message for a removed option, "" for any other name."""
     words = REMOVED.get(name) or REMOVED.get(name.removeprefix("no_"), "")
     if not words:
         return ""

@@ -9,7 +9,7 @@ from leafcut.errors import OptionError
 from leafcut.options.condition import one_of
 from leafcut.options.option_spec import OptionGroup, option
 
-#: What `--algorithm` takes, in words.
+#: Values of `--algorithm`, with descriptions.
 ALGORITHM_TITLES = {
     "auto": "the best for most work: colony",
     "colony": "ants improve tours by Lin–Kernighan, then combine them along their trails (edge assembly)",
@@ -25,25 +25,25 @@ ALGORITHM_TITLES = {
     "none": "the order in the drawing",
 }
 ALGORITHMS = tuple(ALGORITHM_TITLES)
-#: Those of the literature, as their authors describe them; they also order the clusters of paths with a direction.
+#: Algorithms from the literature, as their authors describe them; they also order clusters of directed paths.
 ANT_ALGORITHMS = ("as", "eas", "asrank", "mmas", "acs")
 LITERATURE = (*ANT_ALGORITHMS, "firefly")
-#: Where the packages of other people name theirs.
+#: Entry point group for algorithms of other packages.
 ALGORITHM_GROUP = "leafcut.algorithms"
 
-#: Only these have ants; only that has fireflies.
+#: Conditions of options that apply to ant or firefly algorithms only.
 _ANTS = one_of("algorithm", *ANT_ALGORITHMS)
 FIREFLIES = one_of("algorithm", "firefly")
 
-#: What `--n-ants` takes beside a number: as many as there are parts of a sheet, else nodes.
+#: Value of `--n-ants` besides a number: as many as there are parts of a sheet, else nodes.
 ANTS_AS_PARTS = "parts"
-#: What `--initial-pheromone` takes beside a number: drawn for each edge, and the two values that are in print for ACS.
+#: Values of `--initial-pheromone` besides a number: random for each edge, and the two published values for ACS.
 RANDOM_TRAILS, BY_N_RHO_C, BY_N_C = "random", "1/nrC", "1/nC"
 
 
 @dataclass(frozen=True)
 class SolveOptions(OptionGroup):
-    """How the order is sought."""
+    """Search algorithm, effort and limits."""
 
     section: ClassVar[str] = "solve"
     title: ClassVar[str] = "Search"
@@ -136,7 +136,7 @@ class SolveOptions(OptionGroup):
 
 @dataclass(frozen=True)
 class AcoOptions(OptionGroup):
-    """The parameters of the ants; each default is the one its authors recommend (`order.aco.RECOMMENDED`)."""
+    """Parameters of the ant algorithms, with the defaults of their authors (`order.aco.RECOMMENDED`)."""
 
     section: ClassVar[str] = "aco"
     title: ClassVar[str] = "Ant algorithms"
@@ -202,7 +202,7 @@ class AcoOptions(OptionGroup):
 
 @dataclass(frozen=True)
 class FireflyOptions(OptionGroup):
-    """The parameters of the fireflies; defaults are those published for pockets (`order.firefly.MODES`)."""
+    """Parameters of the firefly algorithm, with the defaults published for pockets (`order.firefly.MODES`)."""
 
     section: ClassVar[str] = "firefly"
     title: ClassVar[str] = "Firefly algorithm"

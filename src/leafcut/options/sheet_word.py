@@ -1,4 +1,4 @@
-"""A kind of sheet as it is asked for: by its size or its drawing, how many there are, and what one costs."""
+"""Request for a kind of sheet: size or drawing, count, and price."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ from dataclasses import dataclass
 from leafcut.errors import OptionError, shown
 from leafcut.units import parse_quantity
 
-#: No sheet is longer, mm: the nester reckons with seven digits.
+#: Maximum length of a sheet, mm, as the nester computes with seven digits.
 LARGEST_SHEET = 20_000.0
-#: A sheet as a word: its size or its drawing, how many there are, and what one costs.
+#: A sheet as text: size or drawing, optional count, optional price.
 _SHEET = re.compile(r"(.+?)(?::(\d{1,9}))?(?:@(\d{1,12}(?:\.\d{1,6})?))?", re.DOTALL)
 
 
 @dataclass(frozen=True)
 class SheetWord:
-    """A kind of sheet as it was asked for: ``3000x1500:4@180`` or ``remnant.dxf``.
+    """A requested kind of sheet: ``3000x1500:4@180`` or ``remnant.dxf``.
 
     Attributes
     ----------
     name
-        Its size, or the file that it is drawn in.
+        Its size, or the file of its drawing.
     size
         Length and width, mm; None for a drawing.
     count, price
-        None where they are not said. Of a drawing there is one, unless it is said.
+        None if not given. The default count of a drawing is 1.
     """
 
     name: str
@@ -35,12 +35,12 @@ class SheetWord:
 
 
 def parse_sheet(word: str) -> SheetWord:
-    """Return what a word such as ``3000x1500:4@180`` asks for.
+    """Parse a sheet such as ``3000x1500:4@180``.
 
     Raises
     ------
     OptionError
-        It is no size and no drawing, or a count of 0.
+        It is neither a size nor a drawing, or the count is 0.
     """
     match = _SHEET.fullmatch(word.strip())
     name, count, price = match.groups() if match else (word, None, None)

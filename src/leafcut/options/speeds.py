@@ -1,4 +1,4 @@
-"""Options of the choice of spindle speeds and feeds: what is made, what it costs, and what limits it."""
+"""Options for choosing spindle speeds and feeds: the work, its costs, and its limits."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from leafcut.options.option_spec import OptionGroup, option
 
 @dataclass(frozen=True)
 class SpeedOptions(OptionGroup):
-    """How speeds and feeds are chosen."""
+    """Choice of spindle speeds and feeds."""
 
     section: ClassVar[str] = "speeds"
     title: ClassVar[str] = "Speeds and feeds"

@@ -11,7 +11,7 @@ from leafcut.options.option_spec import OptionGroup, option
 
 @dataclass(frozen=True)
 class StockOptions(OptionGroup):
-    """The material before the first cut, and how finely it is modelled."""
+    """Material before the first cut, and resolution of its model."""
 
     section: ClassVar[str] = "stock"
     title: ClassVar[str] = "Stock"
