@@ -1,1 +1,1 @@
-"""Programs go to a GRBL board over its serial port: read and checked first, then line by line, and stopped safely."""
+"""Send programs to GRBL and Marlin boards: read and check, send line by line, stop safely."""

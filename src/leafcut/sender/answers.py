@@ -1,6 +1,6 @@
-"""What a controller says, line by line, in the words of no firmware: each has a file that reads its lines into these.
+"""Answers of a controller, independent of its firmware. Each firmware has a module that parses its lines into these.
 
-What a line in brackets or behind an ``echo:`` says is kept as text (`Report`): who asked for it knows what it means.
+The text of a line in brackets or after ``echo:`` is kept unparsed (`Report`) for the caller.
 """
 
 from __future__ import annotations
@@ -9,32 +9,32 @@ from dataclasses import dataclass
 
 from leafcut.model.machine import XYZ
 
-#: Nothing that a controller says in one line is longer.
+#: Maximum length of an answer line, characters.
 LONGEST_ANSWER = 1024
 
 
 @dataclass(frozen=True)
 class Accepted:
-    """A line was taken: ``ok``."""
+    """A line was accepted: ``ok``."""
 
 
 @dataclass(frozen=True)
 class Refused:
-    """A line was refused: the number of the error, or what is wrong with it in words."""
+    """A line was refused: the error number, or the reason in words."""
 
     why: int | str
 
 
 @dataclass(frozen=True)
 class Alarm:
-    """Everything has stopped: the number of the alarm, or what has happened in words."""
+    """The machine has stopped: the alarm number, or the reason in words."""
 
     why: int | str
 
 
 @dataclass(frozen=True)
 class Greeting:
-    """The controller has just started, or was reset."""
+    """The controller has just started or was reset."""
 
     version: str
     name: str
@@ -42,20 +42,20 @@ class Greeting:
 
 @dataclass(frozen=True)
 class Status:
-    """What it does now. Places in the units of its reports; what it does not say is None.
+    """Status report. Positions are in the units of the report; missing fields are None.
 
     Attributes
     ----------
     state, detail
-        ``Idle``, ``Run``, ``Hold``, ``Alarm`` …; the number behind it, such as 0 of ``Hold:0``.
+        ``Idle``, ``Run``, ``Hold``, ``Alarm`` …; the number after it, such as 0 in ``Hold:0``.
     machine, work, offset
-        In machine coordinates, in work coordinates, and what lies between them.
+        Machine position, work position, and the offset between them.
     free_blocks, free_bytes
-        What its planner and its buffer can take.
+        Free space in the planner and in the receive buffer.
     overrides
-        Of feed, rapids and spindle, percent.
+        Feed, rapid and spindle override, percent.
     pins
-        The inputs that are on, a letter each.
+        Active inputs, one letter each.
     """
 
     state: str
@@ -73,7 +73,7 @@ class Status:
 
 @dataclass(frozen=True)
 class Report:
-    """Something that it tells: ``[GC:G0 G54]``, ``$110=500``, ``[MSG:Caution: Unlocked]``, ``Cap:EEPROM:1``."""
+    """Other information: ``[GC:G0 G54]``, ``$110=500``, ``[MSG:Caution: Unlocked]``, ``Cap:EEPROM:1``."""
 
     name: str
     text: str
@@ -83,13 +83,13 @@ class Report:
 
     @property
     def numbers(self) -> tuple[float, ...] | None:
-        """The text as numbers between commas; None where it is something else."""
+        """The text as comma-separated numbers; None if it is anything else."""
         return numbers_in(self.text)
 
 
 @dataclass(frozen=True)
 class Strange:
-    """A line that no such controller says."""
+    """A line that is no valid answer."""
 
     text: str
 
@@ -98,7 +98,7 @@ ControllerAnswer = Accepted | Refused | Alarm | Greeting | Status | Report | Str
 
 
 def numbers_in(text: str) -> tuple[float, ...] | None:
-    """Return numbers between commas; None where there is something else."""
+    """Return comma-separated numbers; None if the text is anything else."""
     try:
         return tuple(float(one) for one in text.split(",")) if text else None
     except ValueError:
@@ -106,6 +106,6 @@ def numbers_in(text: str) -> tuple[float, ...] | None:
 
 
 def place_in(text: str | None) -> XYZ | None:
-    """Return the first three numbers between commas, x, y and z; None where there are fewer."""
+    """Return the first three comma-separated numbers as x, y, z; None if there are fewer."""
     values = numbers_in(text or "")
     return None if values is None or len(values) < 3 else (values[0], values[1], values[2])

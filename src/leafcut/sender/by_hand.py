@@ -1,7 +1,7 @@
-"""What a person does with the machine by hand, beside a program: jog, probe the height of the work, frame the part.
+"""Manual operation of the machine, independent of a program: jog, probe the top of the workpiece, frame the part.
 
-All moves here but that of the probe are jogs (``$J=``): a jog keeps to the soft limits and leaves every mode as it
-was, and one byte ends it without a reset. Source: gnea/grbl wiki, "Grbl v1.1 Jogging".
+All moves except the probing move are jogs (``$J=``). A jog respects the soft limits and leaves the modes unchanged, and
+one byte cancels it without a reset. Source: gnea/grbl wiki, "Grbl v1.1 Jogging".
 """
 
 from __future__ import annotations
@@ -22,24 +22,31 @@ from leafcut.sender.grbl import ALARM_SECONDS, GrblConversation
 from leafcut.sender.job import SendJob
 from leafcut.sender.resuming import number_in_mm
 
-#: Ends a jog at once, with the position kept.
+#: Cancels a jog at once; the position is kept.
 JOG_CANCEL = b"\x85"
-#: How long a probe may be on its way, s.
+#: Time limit of a probing move, s.
 _PROBE_SECONDS = 600.0
-#: Above the plate after a probe, mm.
+#: Retract height above the plate after probing, mm.
 _BACK = 2.0
-#: Room for the rounding of places, mm.
+#: Tolerance for rounded positions, mm.
 _ROOM = 0.005
 _AXES = "XYZ"
 
 
 def jog_line(moves: dict[str, float], feed: float, *, machine: bool = False) -> str:
-    """Return the line of a jog: axis → mm, from where the tool is, or in `machine` coordinates; feed in mm/min.
+    """Return a jog command.
+
+    Parameters
+    ----------
+    moves
+        Axis → mm, relative to the tool, or machine coordinates if `machine` is set.
+    feed
+        mm/min.
 
     Raises
     ------
     OptionError
-        An axis, a length or a feed is none.
+        An axis, a length or the feed is invalid.
     """
     words = [f"{axis}{number_in_mm(value)}" for axis, value in moves.items() if axis in _AXES and math.isfinite(value)]
     if not words or len(words) < len(moves):
@@ -50,23 +57,24 @@ def jog_line(moves: dict[str, float], feed: float, *, machine: bool = False) -> 
 
 
 def jog(talk: GrblConversation, moves: dict[str, float], feed: float) -> None:
-    """Move by lengths, axis → mm, at a feed, mm/min; return when the controller has taken it.
+    """Jog by lengths (axis → mm) at a feed in mm/min; return when the controller has accepted the command.
 
     Raises
     ------
     SendError
-        It leaves the travel, or the machine may not be jogged now.
+        The jog would leave the travel, or the machine cannot be jogged now.
     """
     talk.ask(jog_line(moves, feed))
 
 
 def check_jog(facts: Facts, place: XYZ | None, moves: dict[str, float]) -> None:
-    """Refuse a jog out of the travel, also where the controller's own limits are off; back into it is always right.
+    """Refuse a jog that leaves the travel, even if the controller's soft limits are off. A move back into it is
+    allowed.
 
     Raises
     ------
     SendError
-        As the controller would say it.
+        In the words of the controller's own error.
     """
     if place is None or not facts.knows_place:
         return
@@ -79,24 +87,24 @@ def check_jog(facts: Facts, place: XYZ | None, moves: dict[str, float]) -> None:
 
 
 def cancel_jog(talk: GrblConversation) -> None:
-    """End a jog."""
+    """Cancel a jog."""
     talk.write(JOG_CANCEL)
 
 
 def probe_z(talk: GrblConversation, facts: Facts, plate: float, feed: float, travel: float) -> None:
-    """Go down onto a plate until the probe closes, make its lower side Z0, and rise off it.
+    """Probe down onto a plate, set Z0 at the underside of the plate, and retract.
 
     Parameters
     ----------
     plate, feed, travel
-        The thickness of the plate, mm; the feed, mm/min; how far down it may go, mm.
+        Thickness of the plate, mm; feed, mm/min; maximum distance down, mm.
 
     Raises
     ------
     OptionError
-        A value is none.
+        A value is invalid.
     SendError
-        It would leave the machine's travel, or the probe touches nothing.
+        The move would leave the machine's travel, or the probe made no contact.
     """
     if not (math.isfinite(plate) and plate >= 0.0):
         raise OptionError("the thickness of the plate must be 0 or more, mm")
@@ -121,7 +129,7 @@ def probe_z(talk: GrblConversation, facts: Facts, plate: float, feed: float, tra
     now = facts.machine_place(talk.fresh_status())
     if contact is None or touched.strip() != "1" or now is None:
         raise SendError("the controller does not say where the probe touched")
-    # It has come to rest a little below the place where it was closed.
+    # The tool comes to rest slightly below the contact point.
     talk.ask("G54")
     talk.ask(f"G10 L20 P1 Z{number_in_mm(plate + now[2] - contact[2] * facts.unit)}")
     talk.ask(jog_line({"Z": _BACK}, max(feed, 100.0)))
@@ -129,14 +137,14 @@ def probe_z(talk: GrblConversation, facts: Facts, plate: float, feed: float, tra
 
 @dataclass(frozen=True)
 class FrameBox:
-    """The box of what a program cuts, and the height at which it is traced, in machine coordinates, mm."""
+    """Bounding box of the cuts of a program and the height at which it is traced, machine coordinates, mm."""
 
     low: tuple[float, float]
     high: tuple[float, float]
     height: float
 
     def lines(self, feed: float) -> list[str]:
-        """Return the jogs: up, to a corner, round, and there the tool stays."""
+        """Return the jogs: raise the tool, go to a corner, trace the box; the tool stays up."""
         (x0, y0), (x1, y1) = self.low, self.high
         corners = ((x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0))
         up = jog_line({"Z": self.height}, feed, machine=True)
@@ -144,14 +152,14 @@ class FrameBox:
 
 
 def frame_of(job: SendJob, facts: Facts) -> FrameBox:
-    """Return the frame of a program on the machine as it stands: at its highest place, or higher where the tool is.
+    """Return the frame of a program at the program's greatest height, or at the tool's height if that is greater.
 
-    `checking.check_program` has found every place of the program within the travel, and so is the frame.
+    `checking.check_program` has checked that the program, and therefore the frame, stays within the travel.
 
     Raises
     ------
     SendError
-        The program cuts nothing, or the machine does not report its place.
+        The program cuts nothing, or the machine does not report its position.
     """
     places, _ = machine_places(job, facts, fed=True)
     every, _ = machine_places(job, facts)
@@ -161,13 +169,13 @@ def frame_of(job: SendJob, facts: Facts) -> FrameBox:
     if not len(known) or place is None:
         raise SendError("there is nothing to frame: the program cuts nothing, or the machine does not say where it is")
     low, high = known[:, :2].min(axis=0), known[:, :2].max(axis=0)
-    # A laser that never moves Z is framed where it stands.
+    # For a laser that never moves Z, frame at its current height.
     top = max([place[2], *heights.tolist()])
     return FrameBox((float(low[0]), float(low[1])), (float(high[0]), float(high[1])), float(top))
 
 
 def fed_box(job: SendJob) -> tuple[XYZ, XYZ] | None:
-    """Return the smallest and largest x, y and z of what a program cuts, in its own coordinates; None for nothing."""
+    """Return the smallest and largest x, y, z of the cuts in program coordinates; None if nothing is cut."""
     path = job.program.path
     cuts = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)
     arcs = np.flatnonzero(np.isin(path.kind, (Kind.ARC_CW, Kind.ARC_CCW))).tolist()

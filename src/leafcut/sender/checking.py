@@ -1,4 +1,4 @@
-"""Whether a program can run on the machine as it stands there: mode, homing, travel, speeds."""
+"""Check whether a program can run on the machine in its current state: mode, homing, travel, speeds."""
 
 from __future__ import annotations
 
@@ -19,37 +19,37 @@ from leafcut.sender.explained import state_in_words
 from leafcut.sender.facts import Facts
 from leafcut.sender.job import SendJob
 
-#: Room for the rounding of places, mm.
+#: Tolerance for rounded positions, mm.
 _ROOM = 0.005
-#: Speeds and travels that differ by more are told.
+#: Relative difference of speeds and travels that is reported.
 _APART = 0.01
 
 
-#: Rules of `height_checks`: the code with which a person accepts a move that breaks the rule.
+#: Rules of `height_checks`, with the code that accepts a violation.
 _CODES = {"rapid below clearance": "L801", "rapid into the part": "L802"}
 
-#: States in which it waits for a person, and not for its own end.
+#: States that end only by an action of the operator.
 _STANDING = ("Check", "Hold", "Door")
 
 _UNSURE = "the controller does not say whether it was homed, and does not wait for that"
 
 
 def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family: str = "") -> None:
-    """Refuse a machine that is not at rest, or does not know where it is.
+    """Refuse a machine that is not idle or whose position is unknown.
 
     Parameters
     ----------
     unhomed
-        A person has said that its place is right although it was not homed.
+        The operator has confirmed the position although the machine was not homed.
     restarted
-        The board has just started, so that without homing its place cannot be right.
+        The board has just restarted, so that its position is wrong unless it is homed.
     family
-        The firmware, by whose list an alarm is explained.
+        Firmware; selects the list of alarms.
 
     Raises
     ------
     SendError
-        Says what it does, and what to do.
+        States what the machine is doing and what to do.
     """
     does = state_in_words(facts.status, family)
     if facts.status.state == "Alarm":
@@ -79,14 +79,14 @@ def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family:
 
 
 def check_program(job: SendJob, facts: Facts, *, unhomed: bool, begun: bool = False) -> list[Issue]:
-    """Return what a person should know; refuse a program that this machine, as it stands, cannot run.
+    """Return warnings; refuse a program that the machine cannot run in its current state.
 
-    `begun`: the program stands at a pause; its first move was checked before.
+    `begun`: the program has reached a pause, so its first move was already checked.
 
     Raises
     ------
     SendError
-        Says what does not fit, with its line.
+        States the problem and its line.
     """
     if job.laser != facts.laser_mode:
         name = facts.names.laser
@@ -123,12 +123,12 @@ def _check_speeds(job: SendJob, facts: Facts) -> None:
 
 
 def _speed_now(facts: Facts) -> float | None:
-    """Return the spindle speed that is set in the controller, rpm; None where it does not report one."""
+    """Return the spindle speed set in the controller, rpm; None if it does not report one."""
     return next((float(word[1:]) for word in facts.modes if word.startswith("S")), None)
 
 
 def _check_spindle(job: SendJob) -> None:
-    """Refuse a cut with a spindle that was started without a speed: on this controller it turns at S0."""
+    """Refuse a cut if the spindle was started without a speed: this controller would run it at S0."""
     program = job.program
     path = program.path
     cuts = np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW))
@@ -144,9 +144,9 @@ def _check_spindle(job: SendJob) -> None:
 
 
 def machine_places(job: SendJob, facts: Facts, *, fed: bool = False) -> tuple[Floats, Floats]:
-    """Return every place that a program reaches in machine coordinates, float64[n, 3] mm, NaN unknown, and its line.
+    """Return all positions that a program reaches in machine coordinates, float64[n, 3] mm, and their lines.
 
-    `fed` leaves out where it only goes as a rapid; a cut counts from its start.
+    Unknown coordinates are NaN. With `fed`, positions reached only by rapids are left out; the start of a cut counts.
     """
     path = job.program.path
     frames = path.latest(Kind.FRAME, path.ref, 540)
@@ -170,19 +170,19 @@ def machine_places(job: SendJob, facts: Facts, *, fed: bool = False) -> tuple[Fl
 
 
 def _stored_name(job: SendJob, line: int) -> str | None:
-    """Return the word with which a line goes to a stored place, ``G28`` or ``G30``; None for G53."""
+    """Return ``G28`` or ``G30`` if the line moves to a stored position; None for G53."""
     words = words_of(split_line(job.program.lines[line - 1].strip(), nested=True)[0].removeprefix("/"))
     codes = {round(word.value * 10) for word in words if word.letter == "G"}
     return "G28" if 280 in codes else "G30" if 300 in codes else None
 
 
 def _machine_end(job: SendJob, facts: Facts, path: Toolpath, row: int) -> Floats:
-    """Return where a move in machine coordinates ends, float64[3] mm, NaN for an axis that stays.
+    """Return the end of a move in machine coordinates, float64[3] mm, NaN for an axis that does not move.
 
     Raises
     ------
     SendError
-        It goes to a stored place, and the controller does not report that place.
+        The move goes to a stored position that the controller does not report.
     """
     place: Floats = path.end[row]
     line = int(path.line[row])
@@ -201,12 +201,12 @@ def _machine_end(job: SendJob, facts: Facts, path: Toolpath, row: int) -> Floats
 def path_on_machine(job: SendJob, facts: Facts) -> Toolpath:
     """Return the program with each move in machine coordinates (G28, G30, G53) as a rapid in program coordinates.
 
-    What such a move leaves unknown in the program alone is known here, until the axis moves again.
+    Coordinates that such a move leaves unknown in the program alone are known here until the axis moves again.
 
     Raises
     ------
     SendError
-        A move goes to a stored place that the controller does not report.
+        A move goes to a stored position that the controller does not report.
     """
     path = expand(job.program.path)
     in_machine = path.kind == Kind.MACHINE
@@ -221,7 +221,7 @@ def path_on_machine(job: SendJob, facts: Facts) -> Toolpath:
     for row in np.flatnonzero(in_machine).tolist():
         ends[row] = _machine_end(job, facts, path, row)
     for axis in range(3):
-        # A frame moves no axis; a probe stops at a height that nobody knows before.
+        # A frame moves no axis; the height at which a probe stops is unknown in advance.
         lost = (path.kind == Kind.PROBE) & (axis == 2)
         last = last_rows(np.isfinite(ends[:, axis]) & ~lost | lost)
         ends[:, axis] = np.where(last >= 0, np.where(lost, np.nan, ends[:, axis])[last], np.nan)
@@ -233,14 +233,14 @@ def path_on_machine(job: SendJob, facts: Facts) -> Toolpath:
 
 
 def _check_heights(job: SendJob, facts: Facts, path: Toolpath) -> None:
-    """Refuse a rapid below the surface by, or after, a move in machine coordinates.
+    """Refuse a rapid below the surface that is caused by a move in machine coordinates.
 
-    `find_dangers` has checked all other rapids: without the machine, only their heights are known.
+    `find_dangers` has checked all other rapids; their heights are known without the machine.
 
     Raises
     ------
     SendError
-        Names the line, the height, and the stored place or the work zero from which it follows.
+        Names the line, the height, and the stored position or work zero that causes it.
     """
     was = expand(job.program.path)
     moved = was.kind == Kind.MACHINE
@@ -265,7 +265,7 @@ def _check_heights(job: SendJob, facts: Facts, path: Toolpath) -> None:
 
 
 def _cause(job: SendJob, facts: Facts, path: Toolpath, row: int) -> str:
-    """Return from where a height follows: the last move in machine coordinates, and what it goes by."""
+    """Return the cause of a height: the last move in machine coordinates and its stored position or work zero."""
     at = int(np.flatnonzero(path.kind[: row + 1] == Kind.MACHINE)[-1])
     line = int(path.line[at])
     zero = facts.origin(int(path.latest(Kind.FRAME, path.ref, 540)[at]))[2]
@@ -280,7 +280,7 @@ def _cause(job: SendJob, facts: Facts, path: Toolpath, row: int) -> str:
 
 
 def bulge(path: Toolpath, row: int) -> list[XYZ]:
-    """Return the extreme places of an arc, mm in program coordinates; none where its start is not known."""
+    """Return the extreme points of an arc in program coordinates, mm; none if its start is unknown."""
     try:
         return [(x, y, z) for x, y, z in arc_extremes(path, row)]
     except ValueError:
@@ -288,7 +288,7 @@ def bulge(path: Toolpath, row: int) -> list[XYZ]:
 
 
 def _check_travel(job: SendJob, facts: Facts, *, unhomed: bool) -> None:
-    """Refuse a program that leaves the travel; of a machine that is not homed only its size is known."""
+    """Refuse a program that leaves the travel. If the machine is not homed, only the size is checked."""
     places, lines = machine_places(job, facts)
     low, high = facts.travel()
     for axis, name in enumerate("XYZ"):
@@ -317,14 +317,14 @@ def _check_travel(job: SendJob, facts: Facts, *, unhomed: bool) -> None:
 
 
 def _check_start(job: SendJob, facts: Facts, path: Toolpath) -> None:
-    """Refuse a first move in X or Y below the heights of the program, where the program does not say Z before."""
+    """Refuse a first move in X or Y below the program's greatest height if no Z is given before it."""
     place = facts.machine_place()
     own = expand(job.program.path)
     heights = own.end[np.isin(own.kind, (Kind.RAPID, Kind.FEED)), 2]
     known = heights[np.isfinite(heights)]
     if not len(known) or place is None:
         return
-    # G28 goes in all axes at once, from the height where the tool is.
+    # G28 moves all axes at once, starting at the current height of the tool.
     unknown = np.isnan(path.end[:, 2]) | (np.isnan(path.before[:, 2]) & (own.kind == Kind.MACHINE))
     sideways = (path.kind <= Kind.ARC_CCW) & np.isfinite(path.end[:, :2]).any(axis=1) & unknown
     rows = np.flatnonzero(sideways)
@@ -339,7 +339,7 @@ def _check_start(job: SendJob, facts: Facts, path: Toolpath) -> None:
 
 
 def _differences(job: SendJob, facts: Facts) -> list[Issue]:
-    """Return in what the machine's profile is not this controller."""
+    """Return a warning that lists the differences between the machine profile and the controller."""
     mine, its = job.machine, facts.timed(job.machine)
     low, high = facts.travel()
     names = facts.names

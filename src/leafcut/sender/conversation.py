@@ -1,7 +1,7 @@
-"""What is said to a controller and heard from it, one thing at a time, whatever its firmware.
+"""Communication with a controller, one request at a time, independent of the firmware.
 
-Here stands what is common: the port, the log, waiting for an answer. How a firmware is asked, held, stopped and homed
-is in its own class: `grbl.GrblConversation`, `marlin.MarlinConversation`.
+This module holds the common part: port, log, waiting for an answer. Status, hold, stop and homing depend on the
+firmware: `grbl.GrblConversation`, `marlin.MarlinConversation`.
 """
 
 from __future__ import annotations
@@ -27,29 +27,29 @@ from leafcut.sender.explained import alarm_in_words, error_in_words, state_in_wo
 from leafcut.sender.facts import Facts
 from leafcut.sender.port import Port
 
-#: How long is waited for an answer, for a board that restarts when its port is opened, and for homing, s.
+#: Time limits, s: for an answer, for a board that restarts when its port is opened, and for homing.
 ANSWER_SECONDS, START_SECONDS, HOMING_SECONDS = 5.0, 5.0, 180.0
-#: Between two questions for the status: while something is waited for, and where nothing else goes on, s.
+#: Interval of status queries, s: while waiting for a result, and when idle.
 AGAIN, SELDOM = 0.1, 0.5
 _READ_SECONDS = 0.02
-#: States in which nothing moves, and nothing is taken before a person has done something.
+#: States without motion in which nothing is accepted until the operator acts.
 LOCKED = ("Alarm", "ConfigAlarm", "Critical", "Sleep")
-#: The state of a machine that was stopped without slowing down: it may have lost steps.
+#: State of a machine that was stopped without deceleration and may have lost steps.
 STOPPED_SHORT = "Stopped"
 
 
 class Interrupted(Exception):
-    """A person wants the machine to do something else than what is waited for."""
+    """The operator wants the machine to do something else."""
 
 
-#: Is told what goes over the line: "<" or ">", and the text.
+#: Called with each line of traffic: direction ("<" or ">") and text.
 Log = Callable[[str, str], None]
-#: Is told every answer that comes while something else is waited for.
+#: Called with each answer that arrives while waiting for another one.
 Heard = Callable[[ControllerAnswer], None]
 
 
 def unheard(_answer: ControllerAnswer) -> None:
-    """Take an answer for what it is."""
+    """Ignore an answer."""
 
 
 class Conversation(ABC):
@@ -58,26 +58,27 @@ class Conversation(ABC):
     Attributes
     ----------
     patience
-        How many times longer than usual is waited for anything: for a computer that does much else.
+        Factor on all time limits, for a busy computer.
     status
-        What it said last of what it does.
+        Last status.
     on_status
-        Is told every status.
+        Called with every status.
     offset
-        What lay between machine and work coordinates when it said so last, in the units of its reports.
+        Last reported offset between machine and work coordinates, in the units of the report.
     restarted
-        It has started anew since it was connected, as many boards do when their port is opened: without homing it
-        counts its place from where it stands.
+        The board has restarted since the connection was opened, as many do when the port is opened. Unless homed, it
+        counts its position from where it is now.
     homed
-        It was homed since it was connected.
+        Homed since the connection was opened.
     family
-        The firmware that it told of, by whose list an error or an alarm is explained (`explained.family_of`).
+        Firmware that the board has reported; selects the list of errors and alarms (`explained.family_of`).
     most_lines
-        So many lines may wait for an answer at once; None where only its buffer counts.
+        Maximum number of lines without an answer; None if only the buffer limits it.
     most_ahead
-        So many lines at most are taken and not run yet: blocks of the planner, and lines between that move nothing.
+        Maximum number of lines that are accepted but not executed: planner blocks, and lines without motion between
+        them.
     check_line
-        Has it read what comes, and move nothing; empty where it cannot.
+        Command that turns on check mode (read, but do not move); empty if there is none.
     """
 
     patience = 1.0
@@ -97,82 +98,82 @@ class Conversation(ABC):
         self._interrupted = self._resetting = False
         self._rest = b""
 
-    # What each firmware does in its own way.
+    # Specific to each firmware.
 
     @abstractmethod
     def parse(self, line: str) -> ControllerAnswer:
-        """Return what a line of it means."""
+        """Parse a line of the controller."""
 
     @abstractmethod
     def connect(self) -> Status:
-        """Return what it does now, after waiting for it to answer; raise `SendError` where another one answers."""
+        """Wait for the controller to answer and return its status; raise `SendError` if another firmware answers."""
 
     @abstractmethod
     def ask_status(self, *, more: bool = False) -> None:
-        """Ask what it does now; the answer comes like any other. With `more`, lines follow at once."""
+        """Request the status, which arrives like any other answer. `more`: further lines follow at once."""
 
     @abstractmethod
     def gather(self) -> Facts:
-        """Return what it says of itself, while it stands."""
+        """Return the facts that the controller reports while it is idle."""
 
     @abstractmethod
     def gather_settings(self) -> tuple[str, str]:
-        """Return the kind of its settings, and what it says of them, as `leafcut machine import` reads them."""
+        """Return the kind and the text of the settings, as `leafcut machine import` reads them."""
 
     @abstractmethod
     def send(self, text: str) -> None:
-        """Send a line, without waiting for its answer."""
+        """Send a line without waiting for its answer."""
 
     @abstractmethod
     def hold(self) -> None:
-        """Let it come to rest, so that it can go on."""
+        """Feed hold: bring the machine to rest so that it can continue."""
 
     @abstractmethod
     def resume(self) -> None:
-        """Let it go on."""
+        """Continue after a hold."""
 
     @abstractmethod
     def step_feed(self, now: int, wanted: int) -> None:
-        """Go a step from one override of the feed towards another, percent."""
+        """Change the feed override by one step towards `wanted`, percent."""
 
     @abstractmethod
     def home_lines(self) -> str:
-        """Return the line that homes it."""
+        """Return the homing command."""
 
     @abstractmethod
     def zero_line(self, axes: str) -> str:
-        """Return the line that makes the place of the tool zero in some axes."""
+        """Return the command that zeroes the current position in the given axes."""
 
     @abstractmethod
     def unlock(self) -> bool:
-        """Bring it to rest, without homing it; return whether it was locked."""
+        """Bring the machine to rest without homing; return whether it was locked."""
 
     @abstractmethod
     def stop(self, heard: Heard = unheard) -> Status:
-        """Stop the machine, spindle and coolant off, nothing left in it; return what it does then."""
+        """Stop machine, spindle and coolant, discard all queued lines, and return the status."""
 
     @abstractmethod
     def reset(self, heard: Heard = unheard) -> Status:
-        """Leave it as it is when it has just started, as far as that can be; return what it does then."""
+        """Reset to the state after start-up, as far as possible; return the status."""
 
     @abstractmethod
     def halt(self, heard: Heard = unheard) -> Status:
-        """Do what is left to do when it has stopped by itself, by an alarm; return what it does then."""
+        """Clean up after the machine has stopped with an alarm; return the status."""
 
     @abstractmethod
     def stop_unheard(self) -> str:
-        """Stop a machine that does not answer any more, and return what was sent, in words."""
+        """Stop a machine that no longer answers; return the commands sent, in words."""
 
     @abstractmethod
     def begin(self) -> None:
-        """Do what is needed before a program."""
+        """Prepare the controller for a program."""
 
     @property
     def takes_lines(self) -> bool:
-        """Whether a line may be sent to it now, as far as that does not lie in its buffer."""
+        """Whether a line may be sent now, apart from space in the buffer."""
         return True
 
-    # What is common.
+    # Common to all firmwares.
 
     def _until(self, seconds: float) -> float:
         return self.clock() + seconds * self.patience
@@ -183,16 +184,16 @@ class Conversation(ABC):
         self.port.write(data)
 
     def interrupt(self) -> None:
-        """Let whatever waits for an answer end with `Interrupted`; may be called from any thread."""
+        """Make any wait end with `Interrupted`; may be called from any thread."""
         self._interrupted = True
 
     def listen(self, seconds: float = _READ_SECONDS) -> list[ControllerAnswer]:
-        """Return what it has said, waiting at most so long; the last status is kept.
+        """Return the answers received, waiting at most `seconds`; keep the last status.
 
         Raises
         ------
         Interrupted
-            A person wants something else first.
+            The operator wants something else first.
         """
         if self._interrupted and not self._resetting:
             self._interrupted = False
@@ -211,16 +212,17 @@ class Conversation(ABC):
         return answer
 
     def keep(self, status: Status) -> None:
-        """Keep a status as the last one, and tell of it."""
+        """Store a status and report it."""
         self.status, self.offset = status, status.offset or self.offset
         self.on_status(status)
 
     def heard(
         self, seconds: float, every: float | None = None, ask: Callable[[], None] | None = None, *, later: bool = False
     ) -> Iterator[ControllerAnswer]:
-        """Yield what it says for so long; meanwhile its status is asked for every so often, or `ask` is called.
+        """Yield answers for a given time, and query the status (or call `ask`) at intervals of `every`.
 
-        The first time at once, or, with `later`, when that time has passed. Whoever has heard enough leaves.
+        The first query is immediate, or after the first interval if `later` is set. The caller may stop iterating
+        early.
         """
         until, again = self._until(seconds), self.clock() + (every or 0.0) * later
         while self.clock() < until:
@@ -230,41 +232,41 @@ class Conversation(ABC):
             yield from self.listen()
 
     def facts(self) -> Facts:
-        """Return what it says of itself.
+        """Return the facts that the controller reports.
 
         Raises
         ------
         SendError
-            It moves, or what answers is another firmware.
+            The machine is moving, or another firmware answers.
         """
         if doing := self._moving():
             raise SendError(f"the machine is {doing}; wait until it stands, or use --unlock")
         return self.gather()
 
     def settings(self) -> tuple[str, str]:
-        """Return the kind of its settings (`importing.KINDS`), and their text; nothing is changed, nothing moves.
+        """Return the kind (`importing.KINDS`) and the text of the settings; nothing is changed, nothing moves.
 
         Raises
         ------
         SendError
-            It moves, does not say its settings, or what answers is another firmware.
+            The machine is moving, does not report its settings, or another firmware answers.
         """
         if doing := self._moving():
             raise SendError(f"the machine is {doing}; wait until it stands")
         return self.gather_settings()
 
     def _moving(self) -> str:
-        """Return what it does now, in words; "" where it stands."""
+        """Return the current activity in words; "" if the machine is at rest."""
         status = self.fresh_status()
         return "" if status.state in ("Idle", *LOCKED) else state_in_words(status)
 
     def ask(self, text: str, seconds: float = ANSWER_SECONDS) -> list[ControllerAnswer]:
-        """Return what it says to a line, while nothing else is on its way; its status is asked for in a long wait.
+        """Send a line and return the answers to it. During a long wait, the status is queried.
 
         Raises
         ------
         SendError
-            It refuses the line, gives an alarm, is reset, says what makes no sense, or nothing.
+            The line is refused, an alarm or a reset occurs, the answer is garbled, or none arrives.
         """
         self.send(text)
         found: list[ControllerAnswer] = []
@@ -287,12 +289,12 @@ class Conversation(ABC):
         raise SendError(f"the controller does not answer to '{text}'")
 
     def fresh_status(self, seconds: float = ANSWER_SECONDS) -> Status:
-        """Return what it does now.
+        """Query and return the status.
 
         Raises
         ------
         SendError
-            It does not answer.
+            The controller does not answer.
         """
         for answer in self.heard(seconds, SELDOM):
             if isinstance(answer, Status):
@@ -300,18 +302,18 @@ class Conversation(ABC):
         raise SendError(f"nothing answers on {self.port.name} any more")
 
     def explained(self, answer: Refused | Alarm) -> str:
-        """Return what an error or an alarm means to the firmware that is here."""
+        """Return the meaning of an error or alarm for this firmware."""
         if isinstance(answer.why, str):
             return answer.why
         return (error_in_words if isinstance(answer, Refused) else alarm_in_words)(answer.why, self.family)
 
     def start_anew(self) -> None:
-        """Note that it has started anew: what was set as zero is forgotten."""
+        """Record a restart of the board; zeros set so far are lost."""
         self.restarted, self.homed = True, False
         self._zeroed.clear()
 
     def home(self) -> None:
-        """Home the machine; if that ends in any other way, it is reset, so that nothing goes on moving.
+        """Home the machine. If homing does not finish, reset it so that all motion stops.
 
         Raises
         ------
@@ -327,15 +329,15 @@ class Conversation(ABC):
 
     @abstractmethod
     def _give_up_homing(self) -> None:
-        """Stop a machine that homes, whether it answers or not."""
+        """Stop a homing machine, whether it answers or not."""
 
     def zero_here(self, axes: str = "XYZ") -> None:
-        """Make the place where the tool is the zero of the program, in some axes.
+        """Set the program zero at the current position of the tool in the given axes.
 
         Raises
         ------
         SendError
-            It is refused.
+            The command is refused.
         """
         self.ask(self.zero_line(axes))
         self._zeroed |= set(axes)
@@ -343,18 +345,18 @@ class Conversation(ABC):
             self.restarted = False
 
     def hear_out(self, seconds: float) -> bool:
-        """Wait until it has told what it tells of an alarm, or greets; return whether it did within so long."""
+        """Wait for the message or greeting that follows an alarm; return whether it arrived in time."""
         return any(isinstance(one, Report | Greeting) for one in self.heard(seconds))
 
     def pass_time(self, seconds: float) -> None:
-        """Let time pass, whatever is said."""
+        """Read and drop answers for a given time."""
         until = self.clock() + seconds
         while self.clock() < until:
             self.listen()
 
 
 class NotThisFirmware(SendError):
-    """What answers is another firmware, or nothing does; `heard` is what it said."""
+    """Another firmware answers, or none; `heard` holds the answers."""
 
     def __init__(self, message: str, heard: list[str]) -> None:
         super().__init__(message)
@@ -362,7 +364,7 @@ class NotThisFirmware(SendError):
 
 
 def what_answers(port: str, heard: list[str], wanted: str) -> NotThisFirmware:
-    """Return the error that says that something else than a wanted firmware answers, or nothing at all."""
+    """Return the error for a port at which another firmware, or none, answers."""
     if not heard:
         words = f"nothing answers on {port}; is the machine on, and is this its port and its --baud?"
     else:
@@ -374,7 +376,7 @@ def what_answers(port: str, heard: list[str], wanted: str) -> NotThisFirmware:
 
 
 def as_said(answer: ControllerAnswer) -> str:
-    """Return what a controller said, near enough to recognise it."""
+    """Return a controller's answer as recognisable text."""
     match answer:
         case Accepted():
             return "ok"

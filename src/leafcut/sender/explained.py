@@ -1,8 +1,8 @@
-"""The numbers of GRBL's errors and alarms in words.
+"""Meaning of GRBL's error and alarm numbers.
 
-Source: gnea/grbl 1.1, doc/csv/error_codes_en_US.csv and alarm_codes_en_US.csv, and report.h. What grblHAL and FluidNC
-have besides, or mean otherwise, by the same numbers: grblHAL/core, errors.h and alarms.h; bdring/FluidNC, Error.h,
-Error.cpp and ExecAlarm of Protocol.h.
+Source: gnea/grbl 1.1, doc/csv/error_codes_en_US.csv and alarm_codes_en_US.csv, and report.h. Numbers that grblHAL and
+FluidNC add or redefine: grblHAL/core, errors.h and alarms.h; bdring/FluidNC, Error.h, Error.cpp and ExecAlarm of
+Protocol.h.
 """
 
 from __future__ import annotations
@@ -193,24 +193,24 @@ _STATES = {
     "Sleep": "asleep",
     "Tool": "waiting for a tool change",
     "Stopped": "stopped short, and may have lost steps",
-    # FluidNC, Types.h: `State`. Most versions say Alarm of both.
+    # FluidNC, Types.h: `State`. Most versions report Alarm for both.
     "ConfigAlarm": "locked, as its configuration is wrong: see what it says when it starts",
     "Critical": "locked by something critical: look at its switches, and reset it",
 }
 
 
 def family_of(text: str) -> str:
-    """Return the firmware that a greeting or an answer to ``$I`` names, ``grblHAL`` or ``FluidNC``; "" if neither."""
+    """Return ``grblHAL`` or ``FluidNC`` if a greeting or an answer to ``$I`` names it; otherwise ""."""
     return next((name for name in _ERRORS_OF if name.lower() in text.lower()), "")
 
 
 def error_in_words(code: int, family: str = "") -> str:
-    """Return what an error means: ``error 20: the controller does not have this word``; GRBL's own without a family."""
+    """Return an error as text: ``error 20: the controller does not have this word``; GRBL's without a family."""
     return f"error {code}: {_meaning(code, _ERRORS_OF.get(family, {}), _ERRORS, family)}"
 
 
 def alarm_in_words(code: int, family: str = "") -> str:
-    """Return what an alarm means, and what to do; GRBL's own without a family."""
+    """Return an alarm with its meaning and remedy; GRBL's without a family."""
     return f"alarm {code}: {_meaning(code, _ALARMS_OF.get(family, {}), _ALARMS, family)}"
 
 
@@ -220,7 +220,7 @@ def _meaning(code: int, own: dict[int, str], common: dict[int, str], family: str
 
 
 def state_in_words(status: Status, family: str = "") -> str:
-    """Return what a machine does; of grblHAL, which says so in its status, by which alarm it is locked."""
+    """Return the state of a machine in words; with the alarm number if the status contains it (grblHAL)."""
     words = _STATES.get(status.state, f"in the state '{status.state}'")
     if status.state == "Alarm" and status.detail:
         return f"{words} ({alarm_in_words(status.detail, family)})"

@@ -1,4 +1,4 @@
-"""What a controller says of itself before anything is sent: settings, origins, modes, place, whatever its firmware."""
+"""Facts that a controller reports before a job: settings, origins, modes, position. Independent of the firmware."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _ZERO: XYZ = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class SettingNames:
-    """How a controller calls what it is set to, and what its places are counted in, for messages."""
+    """A controller's names of its settings and coordinates, for messages."""
 
     homing: str
     soft_limits: str
@@ -27,18 +27,18 @@ class SettingNames:
 
 @dataclass(frozen=True)
 class Clock:
-    """What the time of a program goes by on a board; None where it does not say it.
+    """Settings of a board that determine the cycle time; None if not reported.
 
     Attributes
     ----------
     rates, accelerations
-        Of each axis, mm/s and mm/s².
+        Per axis, mm/s and mm/s².
     steps
-        Steps in a millimetre.
+        Steps per mm, per axis.
     deviation, arc_tolerance
-        Of corners and of arcs, mm.
+        Junction deviation and arc tolerance, mm.
     motor_lock_s
-        How long motors are held before they are let go, s.
+        Time after a move until the motors are released, s.
     """
 
     rates: XYZ | None = None
@@ -49,7 +49,7 @@ class Clock:
     motor_lock_s: float | None = None
 
     def timed(self, machine: Machine) -> Machine:
-        """Return a machine with all that is said here."""
+        """Return the machine with the reported settings."""
         return replace(
             machine,
             rapid_velocity=self.rates or machine.rapid_velocity,
@@ -63,35 +63,35 @@ class Clock:
 
 @dataclass(frozen=True)
 class Facts:
-    """What a controller said: lengths in mm, whatever units it reports in.
+    """Facts reported by a controller. Lengths are in mm, whatever its report units.
 
     Attributes
     ----------
     version, buffer
-        Of the firmware; bytes of its buffer.
+        Firmware version; size of the receive buffer, bytes.
     status
-        What it did when it was asked last.
+        Status at the last query.
     low, high
-        The lowest and the highest machine coordinates, mm; -inf and inf where it does not say.
+        Limits of the machine coordinates, mm; -inf and inf if not reported.
     names
-        How it calls its settings.
+        Names of the settings.
     unit
-        Millimetres in one unit of its reports.
+        Report unit, mm.
     homing, homed
-        Whether it can be homed, so that its machine coordinates mean something; whether it was, None where it cannot be
-        asked.
+        Whether the machine has homing, so that machine coordinates are meaningful; whether it was homed, None if the
+        controller cannot report that.
     soft_limits
-        Whether it keeps to its travel by itself.
+        Whether soft limits are on.
     laser_mode, fastest
-        Whether laser mode is on; the speed of the spindle, or the power of the laser, at most.
+        Whether laser mode is on; maximum spindle speed or laser power.
     arcs
-        Whether it has G2 and G3.
+        Whether G2 and G3 are supported.
     clock
-        What times go by.
+        Settings for the cycle time.
     places
-        Origins by name, ``G54``, ``G28``, ``G92``, ``TLO``: x, y, z in mm.
+        Origins by name (``G54``, ``G28``, ``G92``, ``TLO``): x, y, z in mm.
     modes
-        The words that are active.
+        Active modal words.
     """
 
     version: str
@@ -113,12 +113,12 @@ class Facts:
 
     @property
     def knows_place(self) -> bool:
-        """Whether its machine coordinates are those of the machine: it was homed."""
+        """Whether the machine coordinates are valid: the machine was homed."""
         return self.homing and self.homed is True
 
     @property
     def soft_limits_off(self) -> str:
-        """What is told where its soft limits are off; empty where they are on."""
+        """Message that the soft limits are off; empty if they are on."""
         return (
             ""
             if self.soft_limits
@@ -126,22 +126,22 @@ class Facts:
         )
 
     def travel(self) -> tuple[XYZ, XYZ]:
-        """Return the lowest and the highest machine coordinates, mm."""
+        """Return the limits of the machine coordinates, mm."""
         return self.low, self.high
 
     def origin(self, frame: int) -> XYZ:
-        """Return the zero of a work offset (540 for G54) in machine coordinates, mm, G92 and tool length included."""
+        """Return the zero of a work offset (540 for G54) in machine coordinates, mm, including G92 and tool length."""
         own = self.places.get(f"G{frame / 10:g}", _ZERO)
         shift, length = self.places.get("G92", _ZERO), self.places.get("TLO", _ZERO)
         return (own[0] + shift[0], own[1] + shift[1], own[2] + shift[2] + length[2])
 
     @property
     def frame(self) -> int:
-        """The work offset that is active, in tenths."""
+        """The active work offset, times ten."""
         return next((int(word[1:]) * 10 for word in self.modes if word in self.places and word != "G92"), 540)
 
     def machine_place(self, status: Status | None = None) -> XYZ | None:
-        """Return where the machine is, in machine coordinates, mm; None where it does not say."""
+        """Return the machine position in machine coordinates, mm; None if not reported."""
         status = status or self.status
         if status.machine is not None:
             return scaled(status.machine, self.unit)
@@ -152,7 +152,7 @@ class Facts:
         return (x + zero[0], y + zero[1], z + zero[2])
 
     def work_place(self, status: Status, offset: XYZ | None) -> XYZ | None:
-        """Return where the machine is in work coordinates, mm; `offset` is what it said of that last, in its units."""
+        """Return the position in work coordinates, mm; `offset` is the last reported offset, in report units."""
         if status.work is not None:
             return scaled(status.work, self.unit)
         place = self.machine_place(status)
@@ -162,12 +162,12 @@ class Facts:
         return (place[0] - zero[0], place[1] - zero[1], place[2] - zero[2])
 
     def timed(self, machine: Machine) -> Machine:
-        """Return a machine with the speeds, accelerations and all else that this board's clock goes by."""
+        """Return the machine with the speeds, accelerations and other clock settings of this board."""
         return self.clock.timed(machine)
 
 
 def scaled(place: XYZ, unit: float) -> XYZ:
-    """Return a place in mm."""
+    """Return a position in mm."""
     return (place[0] * unit, place[1] * unit, place[2] * unit)
 
 
@@ -177,7 +177,7 @@ def moving(values: XYZ, what: tuple[str, str, str]) -> XYZ:
     Raises
     ------
     SendError
-        One is 0, so that the axis cannot move.
+        A value is 0, so that the axis cannot move.
     """
     if not all(one > 0.0 for one in values):
         raise SendError(f"the controller has 0 in one of {', '.join(what)}: it cannot move")

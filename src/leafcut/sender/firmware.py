@@ -1,4 +1,4 @@
-"""The firmwares that programs can be sent to, by the controller of a machine."""
+"""The firmwares that programs can be sent to, by the controller of the machine."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ _SPEAKERS: dict[str, type[Conversation]] = {
 
 
 def speaker_of(machine: Machine, name: str) -> type[Conversation]:
-    """Return how the controller of a machine, called so by the person, is spoken to.
+    """Return the conversation class for a machine; `name` is the machine as the user gave it.
 
     Raises
     ------
     OptionError
-        Programs cannot be sent to it.
+        Programs cannot be sent to this controller.
     """
     found = _SPEAKERS.get(machine.control)
     if found is None:
@@ -38,7 +38,7 @@ def speaker_of(machine: Machine, name: str) -> type[Conversation]:
     return found
 
 
-#: The kinds of settings (`leafcut.read.controllers.importing.KINDS`) that are asked for at a port.
+#: Kinds of settings (`leafcut.read.controllers.importing.KINDS`) that can be read from a port.
 ASKED: dict[str, type[Conversation]] = {
     "grbl": GrblConversation,
     "fluidnc": GrblConversation,
@@ -47,16 +47,16 @@ ASKED: dict[str, type[Conversation]] = {
 
 
 def asked_settings(port: Port, kind: str | None = None, clock: Callable[[], float] = time.monotonic) -> tuple[str, str]:
-    """Return the kind of the settings of the board at a port, and their text, as a file of them would have it.
+    """Return the kind of the settings of the board at a port, and their text in the format of a settings file.
 
-    Without a kind it is asked as a GRBL first, and then as a Marlin, to which that is a line that it does not know.
+    Without a kind, GRBL is tried first, then Marlin, which ignores GRBL's query as an unknown command.
 
     Raises
     ------
     OptionError
-        Boards of this kind are not asked.
+        Boards of this kind cannot be queried.
     SendError
-        Nothing answers, it is another firmware, it moves, or it does not say its settings.
+        The board does not answer, has another firmware, is moving, or does not report its settings.
     """
     if kind is not None and kind not in ASKED:
         raise OptionError(f"--kind {kind}: only {', '.join(ASKED)} can be asked at a port; give a file of its settings")

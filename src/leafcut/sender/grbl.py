@@ -1,10 +1,10 @@
-"""How GRBL 1.1, grblHAL and FluidNC are spoken to.
+"""Communication with GRBL 1.1, grblHAL and FluidNC.
 
-Bytes that act at once do most of it. Those of grblHAL above 0x7F are used with it, as ``?``, ``!`` and ``~`` may be
-off there (``[NEWOPT:…,RT-``), and would become part of a line.
+Most actions are realtime bytes. For grblHAL, its own bytes above 0x7F are used: ``?``, ``!`` and ``~`` may be disabled
+there (``[NEWOPT:…,RT-``) and would then become part of a line.
 
 Source: gnea/grbl 1.1, config.h, protocol.c and its wiki, "Grbl v1.1 Commands"; grblHAL/core, grbl.h (CMD_…) and
-protocol.c, `protocol_enqueue_realtime_command`; bdring/FluidNC, RealtimeCmd.h, whose bytes are those of GRBL.
+protocol.c, `protocol_enqueue_realtime_command`; bdring/FluidNC, RealtimeCmd.h (same bytes as GRBL).
 """
 
 from __future__ import annotations
@@ -36,24 +36,24 @@ from leafcut.sender.facts import Facts
 from leafcut.sender.grbl_facts import gathered
 from leafcut.sender.port import Port
 
-#: Ends everything, on each of them.
+#: Soft reset, the same in all three.
 RESET = b"\x18"
-#: How long a machine may take to come to rest, s; and one that is not heard any more, before it is reset.
+#: Time to come to rest, s; time before the reset of a machine that no longer answers, s.
 REST_SECONDS, UNHEARD_SECONDS = 15.0, 3.0
-#: After an alarm its reason is told, s; and a reset that is not answered for so long is sent again, s.
+#: Time in which the cause of an alarm is reported, s; interval at which an unanswered reset is repeated, s.
 ALARM_SECONDS, RESET_SECONDS = 3.0, 2.0
-#: What is no GRBL has so long to answer to the end of a line, s.
+#: Time for another firmware to answer a line ending, s.
 _LINE_SECONDS = 1.0
-#: States in which a machine stands, and goes on with nothing by itself.
+#: States at rest from which the machine does not continue by itself.
 _AT_REST = ("Idle", "Check", *LOCKED)
 _FEED_NORMAL = b"\x90"
-#: Steps of the override: percent → byte.
+#: Override step, percent → byte.
 _FEED_STEPS = {10: b"\x91", -10: b"\x92", 1: b"\x93", -1: b"\x94"}
 
 
 @dataclass(frozen=True)
 class RealtimeBytes:
-    """The bytes that ask for the status, hold, and let it go on."""
+    """Realtime bytes: status query, feed hold, cycle start."""
 
     ask: bytes
     hold: bytes
@@ -64,7 +64,7 @@ _LEGACY, _GRBLHAL = RealtimeBytes(b"?", b"!", b"~"), RealtimeBytes(b"\x80", b"\x
 
 
 class GrblConversation(Conversation):
-    """A controller that speaks as GRBL 1.1 does."""
+    """A controller with the protocol of GRBL 1.1."""
 
     check_line = "$C"
 
@@ -72,11 +72,11 @@ class GrblConversation(Conversation):
         super().__init__(port, log, clock)
         self.act = _LEGACY
         self._knocks = 0
-        #: Lines that are kept as they are, while something is told that is no answer.
+        #: Raw lines, collected while an answer is not in the protocol (a configuration).
         self._raw: list[str] | None = None
 
     def parse(self, line: str) -> ControllerAnswer:
-        """Return what a line of it means, and note which firmware it tells of."""
+        """Parse a line, and note the firmware that it names."""
         answer = grbl_lines.parse(line)
         if not self.family and isinstance(answer, Greeting | Report) and (family := family_of(line)):
             self.family = family
@@ -85,16 +85,16 @@ class GrblConversation(Conversation):
         return answer
 
     def ask_status(self, *, more: bool = False) -> None:
-        """Ask what it does now, which needs no line; the answer comes like any other."""
+        """Query the status; it arrives like any other answer. This needs no line."""
         self.port.write(self.act.ask)
 
     def connect(self) -> Status:
-        """Return what it does now, after waiting for it to answer.
+        """Wait for the controller to answer and return its status.
 
         Raises
         ------
         SendError
-            Nothing answers, or what answers is no GRBL.
+            Nothing answers, or another firmware does.
         """
         heard: list[str] = []
         for answer in self.heard(START_SECONDS, SELDOM, self._knock):
@@ -113,31 +113,31 @@ class GrblConversation(Conversation):
         raise what_answers(self.port.name, heard, "GRBL")
 
     def _said_to_a_line(self) -> list[str]:
-        """Return what it says to the end of a line: what is no GRBL may answer to nothing else."""
+        """Return the answers to a line ending: other firmwares may answer nothing else."""
         self.write(b"\n")
         return [as_said(one) for one in self.heard(_LINE_SECONDS)]
 
     def _knock(self) -> None:
-        """Ask whoever is there: one that does not hear ``?`` may be a grblHAL that hears its own byte alone."""
+        """Query an unknown board: one that ignores ``?`` may be a grblHAL that only reacts to its own byte."""
         self._knocks += 1
         if self._knocks > 1 and not self.family:
             self.port.write(_GRBLHAL.ask)
         self.ask_status()
 
     def _find_bytes(self) -> None:
-        """Use the bytes of grblHAL with one that answers to its own question alone; GRBL passes over that one."""
+        """Switch to grblHAL's bytes if the board answers its status query; GRBL ignores that byte."""
         self.pass_time(SELDOM)
         self.port.write(_GRBLHAL.ask)
         if any(isinstance(one, Status) for one in self.heard(SELDOM)):
             self.act = _GRBLHAL
 
     def gather(self) -> Facts:
-        """Return what it says of itself.
+        """Return the facts that the controller reports.
 
         Raises
         ------
         SendError
-            What answers is no GRBL, or does not say what is needed.
+            Another firmware answers, or a required fact is missing.
         """
         self._settle()
         answers: list[ControllerAnswer] = []
@@ -147,12 +147,12 @@ class GrblConversation(Conversation):
         return gathered(answers, self.fresh_status(), homed=self.homed, configuration=configuration)
 
     def gather_settings(self) -> tuple[str, str]:
-        """Return the kind of its settings, and what it says of them: of FluidNC its configuration.
+        """Return the kind and the text of the settings: the configuration file for FluidNC.
 
         Raises
         ------
         SendError
-            What answers is no GRBL, or does not say them.
+            Another firmware answers, or it does not report its settings.
         """
         self._settle()
         told = self.ask("$I")
@@ -165,7 +165,7 @@ class GrblConversation(Conversation):
         return "grbl", "\n".join(lines) + "\n"
 
     def _settle(self) -> None:
-        """End a line that somebody may have begun, whatever is said to that."""
+        """Terminate a partial line that may be in the buffer, whatever the answer."""
         self.write(b"\n")
         if not any(isinstance(one, Accepted | Refused) for one in self.heard(ANSWER_SECONDS)):
             raise SendError(
@@ -175,7 +175,7 @@ class GrblConversation(Conversation):
         self.listen()
 
     def _configuration(self) -> str:
-        """Return FluidNC's configuration: lines of YAML, which mean nothing as answers."""
+        """Return FluidNC's configuration: lines of YAML, which are not parsed as answers."""
         lines: list[str] = []
         self._raw = lines
         try:
@@ -196,37 +196,37 @@ class GrblConversation(Conversation):
         self.write(text.encode("ascii") + b"\n")
 
     def hold(self) -> None:
-        """Let it slow down and stand."""
+        """Feed hold: decelerate and wait."""
         self.write(self.act.hold)
 
     def resume(self) -> None:
-        """Let it go on."""
+        """Continue after a hold."""
         self.write(self.act.resume)
 
     def step_feed(self, now: int, wanted: int) -> None:
-        """Go a step of 10 or of 1 percent: the board takes two that come at once for one."""
+        """Change the override by 10 or 1 percent: the board merges two steps that arrive together."""
         missing = wanted - now
         step = (10 if abs(missing) >= 10 else 1) * (1 if missing > 0 else -1)
         self.write(_FEED_NORMAL if wanted == 100 else _FEED_STEPS[step])
 
     def begin(self) -> None:
-        """Do nothing: it is ready."""
+        """Do nothing; the controller is ready."""
 
     def home_lines(self) -> str:
-        """Return the line that homes it."""
+        """Return the homing command."""
         return "$H"
 
     def _give_up_homing(self) -> None:
-        # A hold means nothing to a machine that homes.
+        # A homing machine ignores a hold.
         with suppress(SendError):
             self.reset()
 
     def zero_line(self, axes: str) -> str:
-        """Return the line that makes the place of the tool the zero of G54."""
+        """Return the command that sets the zero of G54 at the tool."""
         return "G10 L20 P1 " + " ".join(f"{axis}0" for axis in axes)
 
     def unlock(self) -> bool:
-        """Bring a machine that is on hold, moving or locked to rest, without homing it; return whether it was locked.
+        """Bring a machine on hold, moving or locked to rest without homing; return whether it was locked.
 
         Raises
         ------
@@ -242,20 +242,20 @@ class GrblConversation(Conversation):
         return locked
 
     def stop(self, heard: Heard = unheard) -> Status:
-        """Hold, wait until it stands, then reset: the spindle is off, and nothing is left in it. Return what it does.
+        """Hold, wait for rest, then reset: the spindle is off and all lines are discarded. Return the status.
 
-        `heard` is told of every answer on the way.
+        `heard` is called with every answer meanwhile.
 
         Raises
         ------
         SendError
-            It does not answer any more.
+            The controller no longer answers.
         """
         try:
             self.hold()
             self._wait_for_rest(heard)
         except (KeyboardInterrupt, Interrupted):
-            pass  # twice: at once, then
+            pass  # a second interrupt: reset at once
         return self.reset(heard)
 
     def _wait_for_rest(self, heard: Heard) -> None:
@@ -267,12 +267,12 @@ class GrblConversation(Conversation):
                 return
 
     def reset(self, heard: Heard = unheard) -> Status:
-        """Reset it, and return what it does then.
+        """Reset the controller and return its status.
 
         Raises
         ------
         SendError
-            It does not answer any more.
+            The controller no longer answers.
         """
         self._resetting = True
         try:
@@ -284,7 +284,7 @@ class GrblConversation(Conversation):
         sent = 0
 
         def again() -> None:
-            # One that comes while an alarm is being told is lost (gnea/grbl 1.1, protocol.c).
+            # A reset is lost while an alarm is being reported (gnea/grbl 1.1, protocol.c).
             nonlocal sent
             self.write(RESET)
             sent += 1
@@ -294,16 +294,18 @@ class GrblConversation(Conversation):
             if isinstance(answer, Greeting):
                 break
         if sent > 1:
-            self.pass_time(RESET_SECONDS)  # the others may be answered, too
+            self.pass_time(RESET_SECONDS)  # the other resets may be answered, too
         return self.fresh_status()
 
     def halt(self, heard: Heard = unheard) -> Status:
-        """Wait until an alarm is told to its end, half a second on GRBL: from then on a reset is heard. Then reset."""
+        """Wait until an alarm is fully reported (half a second on GRBL), because resets are ignored until then. Then
+        reset.
+        """
         self.hear_out(ALARM_SECONDS)
         return self.reset(heard)
 
     def stop_unheard(self) -> str:
-        """Send a hold and, when the machine has had time to come to rest, a reset: perhaps it hears them."""
+        """Send a hold and, after the time to come to rest, a reset, in case the machine still receives."""
         self.hold()
         self.pass_time(UNHEARD_SECONDS)
         self.write(RESET)
@@ -311,7 +313,7 @@ class GrblConversation(Conversation):
 
 
 def at_hold(status: Status) -> bool:
-    """Return whether a machine has come to rest on hold, or at its safety door.
+    """Return whether a machine has come to rest on hold or at its safety door.
 
     Source: gnea/grbl wiki, "Grbl v1.1 Interface"; grblHAL/core, system.h (`Hold_Complete`, `Parking_DoorAjar`); FluidNC
     prints the same, and ``Door:0`` for a door that is closed again.

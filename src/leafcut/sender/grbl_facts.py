@@ -1,8 +1,8 @@
-"""What GRBL, grblHAL and FluidNC say of themselves, as facts.
+"""Facts from the reports of GRBL, grblHAL and FluidNC.
 
-FluidNC has a configuration in place of numbered settings. Of those that it shows by number, ``$20`` is the soft limit
-of X alone, and none says where homing ends or how fast the spindle turns: so its configuration itself is asked for
-(``$CD``), as `leafcut machine import` reads it.
+FluidNC has a configuration instead of numbered settings. The numbers that it emulates are not enough: ``$20`` is the
+soft limit of X only, and none gives the homing position or the maximum spindle speed. Therefore its configuration is
+requested (``$CD``) and read as in `leafcut machine import`.
 
 Source: gnea/grbl wiki, "Grbl v1.1 Configuration", and system.c, `system_check_travel_limits`; grblHAL/core, report.c
 (`report_build_info`, `report_home_position`); bdring/FluidNC, Report.cpp (`report_build_info`), ProcessSettings.cpp
@@ -25,9 +25,9 @@ from leafcut.units import MM_PER_INCH
 _LOCK, _DEVIATION, _ARC_TOLERANCE, _INCHES = 1, 11, 12, 13
 _SOFT_LIMITS, _HOMING, _HOME_TO_MIN, _FASTEST, _LASER = 20, 22, 23, 30, 32
 _STEPS, _RATES, _ACCELERATIONS, _TRAVELS = 100, 110, 120, 130
-#: `$1` of motors that stay on.
+#: `$1` for motors that stay on.
 _ALWAYS_ON = 255
-#: Letters of ``[OPT:``: machine zero is where homing ends; the machine is not locked until it is homed.
+#: Letters of ``[OPT:``: machine zero is the homing position; the machine is not locked until it is homed.
 _ZERO_AT_HOME, _NO_LOCK = "Z", "L"
 _PLACES = ("G54", "G55", "G56", "G57", "G58", "G59", "G28", "G30", "G92", "TLO")
 
@@ -55,20 +55,19 @@ _FLUIDNC_NAMES = SettingNames(
 
 
 def gathered(answers: list[ControllerAnswer], status: Status, *, homed: bool, configuration: str = "") -> Facts:
-    """Return the facts out of the answers to ``$I``, ``$$``, ``$#`` and ``$G``.
+    """Return the facts from the answers to ``$I``, ``$$``, ``$#`` and ``$G``.
 
     Parameters
     ----------
     homed
-        It was homed since it was connected.
+        Homed since the connection was opened.
     configuration
-        What FluidNC answers to ``$CD``.
+        FluidNC's answer to ``$CD``.
 
     Raises
     ------
     SendError
-        What answers is not GRBL 1.1 or newer: it does not say its version, or has no settings; or its settings cannot
-        be used.
+        The controller is not GRBL 1.1 or newer (no version or no settings), or its settings are invalid.
     """
     reports = [one for one in answers if isinstance(one, Report)]
     build = next((one for one in reports if one.name == "VER"), None)
@@ -97,7 +96,7 @@ class _Settings(dict[str, str]):
     """The answer to ``$$``: ``$110`` → text."""
 
     def number(self, setting: int, default: float = 0.0) -> float:
-        """Return a setting as a number; `default` where the controller has none."""
+        """Return a setting as a number; `default` if the controller lacks it."""
         text = self.get(f"${setting}", "")
         try:
             return float(text) if text else default
@@ -107,11 +106,11 @@ class _Settings(dict[str, str]):
             ) from None
 
     def known(self, setting: int) -> float | None:
-        """Return a setting as a number; None where the controller has none."""
+        """Return a setting as a number; None if the controller lacks it."""
         return self.number(setting) if self.get(f"${setting}") else None
 
     def axes(self, first: int, factor: float = 1.0) -> XYZ | None:
-        """Return a setting of the axes; None where the controller has none of one."""
+        """Return a setting per axis; None if the controller lacks it for any axis."""
         if not all(self.get(name) for name in _numbered(first)):
             return None
         x, y, z = (self.number(first + axis) * factor for axis in range(3))
@@ -148,7 +147,10 @@ def _by_numbers(settings: _Settings, letters: str, facts: Facts) -> Facts:
 
 
 def _says_homed(reports: list[Report], letters: str) -> bool | None:
-    """Return whether it was homed: grblHAL says it of each axis; GRBL is locked until then, or says that it is not."""
+    """Return whether the machine was homed; None if unknown.
+
+    grblHAL reports it per axis. GRBL is locked until homed, unless it reports the opposite.
+    """
     home = next((one.text.rpartition(":")[2] for one in reports if one.name == "HOME"), "")
     if home.isdecimal():
         return int(home) & 7 == 7
@@ -156,7 +158,7 @@ def _says_homed(reports: list[Report], letters: str) -> bool | None:
 
 
 def _by_configuration(facts: Facts, text: str, *, homed: bool) -> Facts:
-    """Return the facts as FluidNC's configuration has them; without ``must_home`` nothing says if it was homed."""
+    """Return the facts with FluidNC's configuration; without ``must_home``, whether it was homed is unknown."""
     try:
         found: FluidConfiguration = configuration_of(text, "$CD")
     except ReadError as problem:

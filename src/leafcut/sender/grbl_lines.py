@@ -1,4 +1,4 @@
-"""The lines of GRBL 1.1, and of grblHAL and FluidNC, which speak as it does.
+"""Parser for the lines of GRBL 1.1, grblHAL and FluidNC.
 
     parse("<Run|MPos:1.000,2.000,-0.500|Bf:15,128|FS:500,8000>").state    'Run'
 
@@ -25,14 +25,14 @@ from leafcut.sender.answers import (
 
 _NUMBERED = re.compile(r"(error|ALARM):\s*(\d{1,3})", re.IGNORECASE)
 _GREETING = re.compile(r"Grbl(?:HAL)?\s+([0-9][^\s\['\"]{0,20})(?:\s+\[([^\]]{1,60})\])?", re.IGNORECASE)
-#: grblHAL has texts among its settings, and empty ones: the name of a network, a password.
+#: grblHAL has text settings, also empty: network name, password.
 _SETTING = re.compile(r"\$(\d{1,4})=(.*)")
-#: What stands behind the value of a setting.
+#: Remark after the value of a setting.
 _REMARK = re.compile(r"\s+\(.*\)\s*$")
 
 
 def parse(line: str) -> ControllerAnswer:
-    """Return what a line of a controller means; a line that makes no sense is `Strange`."""
+    """Parse a line of a controller; an invalid line becomes `Strange`."""
     line = line.strip()
     if line == "ok":
         return Accepted()
@@ -47,7 +47,7 @@ def parse(line: str) -> ControllerAnswer:
         return Greeting(found[1], found[2] or "")
     if found := _SETTING.match(line):
         return Report(f"${found[1]}", _plain(_REMARK.sub("", found[2]).strip()))
-    # Start-up lines as they are run, and what grblHAL and FluidNC write besides.
+    # Start-up lines as they are executed, and additional output of grblHAL and FluidNC.
     if line.startswith((">", "$N")):
         return Report("", shown(line))
     return Strange(shown(line))

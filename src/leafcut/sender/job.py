@@ -1,4 +1,4 @@
-"""A program that may be sent: read for its machine, understood in every line, with its times and its holes."""
+"""A program that may be sent: read for its machine, every line understood, with its cycle times and holes."""
 
 from __future__ import annotations
 
@@ -27,20 +27,20 @@ from leafcut.sender.counting import SentLine
 from leafcut.sender.firmware import speaker_of
 from leafcut.sender.lines import Pause, SentStep, spoken, steps_of
 
-#: What nobody may send without saying so: what is dangerous, what the machine cannot do, what is not known.
+#: Codes that need --accept whatever their severity: dangers, limits of the machine, unknown effects.
 _NEVER = ("L803", "L806", "L808")
-#: Rows that move the origin, or that only the machine can know.
+#: Rows that move the origin, or whose effect only the machine knows.
 _LOST = {Kind.FOREIGN: "is not understood", Kind.SHIFT: "moves the origin, so that nothing behind it can be checked"}
-#: What the reader of a program takes for active before its first line; and its units where it does not state them.
+#: Modes that the program reader assumes before the first line, and the words for its default units.
 _AT_FIRST = "G17 G90 G94 G40 G49 G80"
 _UNITS = {"mm": "G21", "in": "G20"}
-#: Ends closer than this are one place, mm.
+#: Tolerance for equal positions, mm.
 _SAME = 1e-6
 
 
 @dataclass(frozen=True)
 class DrilledHole:
-    """One hole in the order of the program: x and y, mm, and its lines, from that which goes there to the last cut."""
+    """One hole in program order: x and y, mm; the line of the move to it and the line of its last cut."""
 
     number: int
     x: float
@@ -51,20 +51,20 @@ class DrilledHole:
 
 @dataclass(frozen=True, eq=False)
 class SendJob:
-    """A program that is read, and how it was.
+    """A program and the context in which it was read.
 
     Attributes
     ----------
     file, machine, words
-        Its name; for what it was read.
+        Its name; the machine and the dialect for which it was read.
     program
-        What its blocks do.
+        The interpreted program.
     steps
-        What is sent.
+        Lines and pauses to send.
     issues
-        What a person should know before.
+        Warnings for the operator.
     accept
-        Codes of issues that a person has seen, and that do not keep the program from being sent.
+        Codes of issues that the operator has accepted, so that they do not prevent sending.
     """
 
     file: str
@@ -77,17 +77,17 @@ class SendJob:
 
     @property
     def laser(self) -> bool:
-        """Whether it is for a laser."""
+        """Whether the machine is a laser."""
         return self.machine.head is Head.LASER
 
     @cached_property
     def holes(self) -> tuple[DrilledHole, ...]:
-        """Its holes: where it goes straight down at feed, again and again at one place for pecks."""
+        """The holes: straight plunges at feed. Repeated plunges at one position (pecks) are one hole."""
         return tuple(_holes(self.program))
 
     @cached_property
     def seconds(self) -> tuple[Floats, Floats]:
-        """Seconds of each line, fed and not fed, two float64[lines + 1] by the line's number."""
+        """Seconds per line at feed, and otherwise: two float64[lines + 1], indexed by line number."""
         from leafcut.timing.grbl import sent_lines
         from leafcut.timing.toolpath import clock
 
@@ -106,7 +106,7 @@ class SendJob:
         return replace(self, machine=machine)
 
     def hole_at(self, line: int) -> DrilledHole | None:
-        """Return the hole that is drilled in a line, or the last one that was begun before it."""
+        """Return the hole drilled in a line, or the last hole started before it."""
         found = None
         for hole in self.holes:
             if hole.first > line:
@@ -115,7 +115,7 @@ class SendJob:
         return found
 
     def text(self, line: int) -> str:
-        """Return a line of the program as it may stand in a message."""
+        """Return a line of the program, shortened for a message."""
         lines = self.program.lines
         return shown(lines[line - 1].strip()) if 0 < line <= len(lines) else ""
 
@@ -128,19 +128,19 @@ def read_job(
     units: str | None = None,
     accept: Collection[str] = (),
 ) -> SendJob:
-    """Return a program that is right for a machine, as far as that can be seen without it.
+    """Return a program that suits a machine, as far as can be checked without it.
 
     Parameters
     ----------
     accept
-        Codes of issues that a person has seen, and that do not keep the program from being sent.
+        Codes of issues that the operator has accepted, so that they do not prevent sending.
 
     Raises
     ------
     ReadError
-        It cannot be read; a line of it is not understood, is not for this controller or moves the origin.
+        It cannot be read, or a line is not understood, is not for this controller or moves the origin.
     OptionError
-        The machine's controller is none that can be sent to, or what is accepted is none.
+        Programs cannot be sent to the machine's controller, or the program has a danger that is not accepted.
     """
     known = load_machine(machine)
     words = dialect(dialect_name or known.controller)
@@ -149,7 +149,7 @@ def read_job(
 
 
 def program_text(file: str | Path, name: str) -> str:
-    """Return the text of a program, called so by the person.
+    """Return the text of a program; `name` is used in messages.
 
     Raises
     ------
@@ -163,12 +163,12 @@ def program_text(file: str | Path, name: str) -> str:
 
 
 def accepted_codes(words: str) -> tuple[str, ...]:
-    """Return the codes of dangers that a person has seen, as they are typed: ``L801,L806``.
+    """Return the codes in a list such as ``L801,L806``.
 
     Raises
     ------
     OptionError
-        One is none.
+        A code does not exist.
     """
     codes = tuple(one.strip().upper() for one in words.split(",") if one.strip())
     for code in codes:
@@ -180,7 +180,7 @@ def accepted_codes(words: str) -> tuple[str, ...]:
 def job_of(
     text: str, file: str, machine: Machine, words: Dialect, units: str | None, accept: Collection[str] = ()
 ) -> SendJob:
-    """Return a program's text as a job; see `read_job`."""
+    """Return the text of a program as a job; see `read_job`."""
     program = interpret_program(text, words, file, units=units or machine.units)
     steps = (*_opening(program, words, units or machine.units), *steps_of(program.lines, words, file))
     _check_known(program, file)
@@ -198,11 +198,11 @@ def job_of(
 
 
 def _opening(program: Program, words: Dialect, units: str) -> list[SentLine]:
-    """Return what brings a controller into the state in which the program was read, whatever was left active in it."""
+    """Return the lines that set the state in which the program was read, whatever modes the controller is in."""
     if not spoken(words, _UNITS[units]):
         raise OptionError(f"{words.name} has no {_UNITS[units]}: a program for it must be in millimetres")
     said = [_AT_FIRST, "G54", _UNITS[units]]
-    # A spindle that the program never starts was started by hand.
+    # If the program never starts the spindle, it was started by hand.
     if ((program.path.kind == Kind.SPINDLE) & (program.path.value != 0.0)).any():
         said += ["M5", "M9"]
     return [SentLine(text) for text in spoken(words, *said)]
@@ -232,7 +232,7 @@ def _holes(program: Program) -> list[DrilledHole]:
         line = int(path.line[row])
         if sideways[row]:
             if cut and path.kind[row] != Kind.RAPID:
-                found.pop()  # it went on sideways at feed: a milled pocket, and no hole
+                found.pop()  # a cut sideways follows: milling, not a hole
             travel, cut = (row if path.kind[row] == Kind.RAPID else -1), False
         elif cut:
             found[-1] = replace(found[-1], last=line)
@@ -246,7 +246,7 @@ def _holes(program: Program) -> list[DrilledHole]:
 def tools_of(job: SendJob, line: int = 0) -> list[str | None]:
     """Return the tools of a program from a line on, in order, as its comments name them: ``T1 drill 3 mm``.
 
-    The first entry is the tool of the first cut; None where the program does not name it.
+    The first entry is the tool of the first cut; None if the program does not name it.
     """
     path = job.program.path
     cuts = path.line[(path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW) & (path.line >= line)]
@@ -264,5 +264,5 @@ def _tool_name(change: Pause) -> str | None:
 
 
 def issues_to_tell(issues: Sequence[Issue]) -> list[Issue]:
-    """Return those that matter before a start."""
+    """Return the issues that matter before a start, without notes."""
     return [issue for issue in issues if issue.severity is not Severity.NOTE]

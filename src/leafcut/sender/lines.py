@@ -1,6 +1,6 @@
-"""A program's text as lines to send: no comments, no blanks, nothing that the dialect lacks, and pauses of our own.
+"""Convert a program to lines to send: no comments, no blanks, no words that the dialect lacks, and separate pauses.
 
-M0 and M6 are never sent: the person is asked when the machine stands, and the program goes on when they say so.
+M0 and M6 are never sent: the operator is asked when the machine is at rest, and then the program continues.
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.words import BlockError, Word, split_line, words_of
 from leafcut.sender.counting import SentLine
 
-#: Longest line that GRBL takes, its end not counted (LINE_BUFFER_SIZE in protocol.h).
+#: Maximum line length of GRBL, without line ending (LINE_BUFFER_SIZE in protocol.h).
 LONGEST_LINE = 79
-#: The letters that GRBL reads (gcode.c); N is left out of what is sent.
+#: Word letters of GRBL (gcode.c). N is not sent.
 _LETTERS = frozenset("FGIJKLMPRSTXYZ")
-#: A comment tells what a pause is for where it stands no more lines above it.
+#: Maximum distance of a comment above the pause that it explains, lines.
 _REACH = 3
 
 
 @dataclass(frozen=True)
 class Pause:
-    """A stop of the program at a line: for a change of tool (its number where it is known), or for a person.
+    """A stop of the program at a line: for a tool change (with the tool number, if known) or for the operator.
 
-    `hole` is the number of the hole before which a person who goes hole by hole is asked; 0 for a stop of the program.
+    `hole`: number of the hole before which the operator is asked in hole-by-hole mode; 0 for a stop in the program.
     """
 
     number: int
@@ -45,15 +45,16 @@ class Pause:
 
 SentStep = SentLine | Pause
 
-#: Seconds in a unit of a dwell's P.
+#: Unit of a dwell's P, s.
 _DWELL_UNITS = {"s": 1.0, "ms": 0.001, "cs": 0.01}
 
 
 def spoken(words: Dialect, *texts: str) -> list[str]:
-    """Return lines of our own, such as ``G21 G90 F100``, as a controller takes them; words that it lacks are left out.
+    """Return lines of our own, such as ``G21 G90 F100``, in a controller's dialect, without words that it lacks.
 
-    Where each line is one command, ``F100`` alone becomes ``G1 F100``, which moves nothing, and any other word without
-    a command is left out.
+    If the controller takes one command per line, ``F100`` alone becomes ``G1 F100``, which moves nothing; any other
+    word
+    without a command is dropped.
     """
     return [line for text in texts for line in _spoken(words, text)]
 
@@ -75,7 +76,7 @@ def _spoken(words: Dialect, text: str) -> list[str]:
 
 
 def dwell(words: Dialect, seconds: float) -> str:
-    """Return a wait as a controller takes it."""
+    """Return the dwell command of a controller."""
     return f"G4 P{seconds / _DWELL_UNITS[words.dwell_unit]:g}"
 
 
@@ -84,15 +85,15 @@ def _joined(words: Dialect, found: Sequence[str]) -> str:
 
 
 class HoleLines(Protocol):
-    """A hole: its number, and the line that goes there."""
+    """A hole: its number and the line of the move to it."""
 
     @property
     def number(self) -> int:
-        """Counted from 1."""
+        """Number, counted from 1."""
 
     @property
     def first(self) -> int:
-        """The line of the program."""
+        """Line of the program."""
 
 
 def pauses_at_holes(steps: Sequence[SentStep], holes: Sequence[HoleLines]) -> list[SentStep]:
@@ -109,13 +110,13 @@ def pauses_at_holes(steps: Sequence[SentStep], holes: Sequence[HoleLines]) -> li
 
 
 def steps_of(lines: Sequence[str], words: Dialect, file: str, first: int = 1) -> list[SentStep]:
-    """Return the lines of a program as they are sent, with its pauses, from line `first` to its end (M2, M30).
+    """Return the steps of a program, with its pauses, from line `first` to its end (M2, M30).
 
     Raises
     ------
     ReadError
-        A line has a word or a letter that the controller does not have, is a command of the controller itself ($), or
-        is too long for it.
+        A line has a word or a letter that the controller lacks, is a command of the controller itself ($), or is too
+        long.
     """
     reader = _LineReader(words)
     steps: list[SentStep] = []
@@ -132,11 +133,11 @@ def steps_of(lines: Sequence[str], words: Dialect, file: str, first: int = 1) ->
 
 
 class _LineReader:
-    """What the lines before one tell: the tool that was chosen, and the remark that stands above."""
+    """Reader with memory of the preceding lines: the selected tool and the last remark."""
 
     def __init__(self, words: Dialect) -> None:
         self.words, self.ended, self.begun = words, False, False
-        # To Marlin M1 is as M0 (M0_M1.cpp); others pass over it.
+        # Marlin treats M1 as M0 (M0_M1.cpp); others ignore it.
         self.stops = {0, 1} if words.one_command else {0}
         self.tool: int | None = None
         self.chosen = self.remarked = -_REACH
@@ -160,7 +161,7 @@ class _LineReader:
         self.ended = bool(codes & {2, 30})
         text = _joined(self.words, [_written(word) for word in found if not _is_ours(word)])
         if self.words.one_command and codes & {*self.stops, 6}:
-            text = ""  # what stands behind M0 is read by a person
+            text = ""  # text after M0 is for the operator
         if len(text) > LONGEST_LINE:
             reason = f"the line has {len(text)} characters without blanks and comments"
             raise BlockError(f"{reason}, {self.words.name} takes {LONGEST_LINE}")
@@ -168,7 +169,7 @@ class _LineReader:
         if 6 in codes:
             steps.insert(0, self._pause(number, change=True))
         if codes & self.stops:
-            # A tool that is chosen right above is put in by hand now.
+            # A stop right after a tool selection is a manual tool change.
             steps.append(self._pause(number, change=number - self.chosen < _REACH))
         return steps
 
@@ -178,7 +179,7 @@ class _LineReader:
         return Pause(number, change, self.tool if change else None, remark)
 
     def _check(self, found: Sequence[Word]) -> None:
-        """Refuse what this controller does not have, whatever an interpreter may make of it."""
+        """Refuse words that this controller lacks, whatever the interpreter makes of them."""
         for word in found:
             known = word.letter in _LETTERS or word.letter == "N"
             if word.letter == "G":

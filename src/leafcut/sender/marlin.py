@@ -1,24 +1,24 @@
-"""How Marlin 2 is spoken to: one numbered line at a time.
+"""Communication with Marlin 2, one numbered line at a time.
 
-Every line has a number and a checksum, ``N7 G1 X10*95``. Marlin obeys a line without a number however it arrives, so
-that noise may make ``G1 X1`` of ``G1 X10``; a numbered one that came wrong it refuses, and asks for it again
-(``Resend: 7``). A line that may have been lost on either way can be sent again for the same reason: it is never obeyed
-twice. The next line goes when the last is answered: Marlin answers when a move is planned, not when it is done, so its
-16 blocks of look-ahead (BLOCK_BUFFER_SIZE, up to 64 on large boards) stay full.
+Every line has a number and a checksum, ``N7 G1 X10*95``. Marlin executes a line without a number even if it is
+corrupted: noise may turn ``G1 X10`` into ``G1 X1``. It refuses a corrupted numbered line and requests it again
+(``Resend: 7``). Numbers also make it safe to repeat a line that may be lost, because it is never executed twice. The
+next line is sent when the last one is answered. Marlin answers when a move is planned, not when it is finished, so its
+look-ahead buffer (BLOCK_BUFFER_SIZE, 16 blocks, up to 64 on large boards) stays full.
 
-Marlin has no byte that asks for its status. Whether it stands, and where, it says to ``M400`` and ``M114``, which wait
-in the queue like any line: they are sent where nothing else is. While it runs, it is known by what it has taken, and
-by its ``busy:`` that it lives.
+Marlin has no realtime byte for its status. ``M400`` and ``M114`` report whether it is at rest, and its position. They
+wait in the queue like any line, so they are sent only when no other line is. While it runs, its progress is known from
+the accepted lines, and ``busy:`` shows that it is alive.
 
-* To hold it, nothing more is sent: it comes to rest when it has done what it has planned.
-* To stop it at once there is ``M410``. It stands still without slowing down, so its place may be lost.
-* To end it when nothing is answered any more there is ``M112``: motors and spindle off, until it is reset.
+* Hold: send nothing; the machine comes to rest after the planned moves.
+* Immediate stop: ``M410``. It does not decelerate, so the position may be lost.
+* Emergency stop, when nothing is answered any more: ``M112`` turns motors and spindle off until a reset.
 
 Source: MarlinFirmware/Marlin 2.1, gcode/queue.cpp (`get_serial_commands`: numbers, checksums, commands that act before
-their turn), module/planner.cpp (`quick_stop`: moves are dropped for a second behind it), module/motion.cpp
-(`quickstop_stepper`: the place is taken from the steppers), gcode/host/M115.cpp, M114.cpp, gcode/control/M211.cpp (in
-the coordinates of the program), M17_M18_M84.cpp, M999.cpp, gcode/config/M220.cpp, gcode/host/M113.cpp; marlinfw.org,
-M410: "Since there will be no deceleration, steppers are expected to be out of position after this command".
+their turn), module/planner.cpp (`quick_stop`: moves are dropped for a second after it), module/motion.cpp
+(`quickstop_stepper`: the position is taken from the steppers), gcode/host/M115.cpp, M114.cpp, gcode/control/M211.cpp
+(in program coordinates), M17_M18_M84.cpp, M999.cpp, gcode/config/M220.cpp, gcode/host/M113.cpp; marlinfw.org, M410:
+"Since there will be no deceleration, steppers are expected to be out of position after this command".
 """
 
 from __future__ import annotations
@@ -59,17 +59,17 @@ from leafcut.sender.facts import Clock, Facts, SettingNames
 from leafcut.sender.marlin_lines import ACTION, BUSY, CAPABILITY, FIRMWARE, HOME_FIRST, PLACE, RESEND, UNKNOWN
 from leafcut.sender.port import Port
 
-#: A board with a boot loader takes so long to start, s; so often it is asked whether it has.
+#: Start-up time of a board with a boot loader, s; interval of the attempts to reach it, s.
 START_SECONDS, KNOCK_SECONDS = 12.0, 1.0
-#: Behind a ``Resend:`` comes an ``ok`` that answers no line; when nothing has come for so long, it has come, s.
+#: After a ``Resend:`` an ``ok`` follows that answers no line. Silence of this length means that it has arrived, s.
 QUIET_SECONDS = 0.15
-#: A line without an answer or a ``busy:`` for so long is sent again, s: ``busy:`` comes every two; and so often.
+#: A line without an answer or a ``busy:`` (sent every 2 s) for this time, s, is repeated, at most this many times.
 LOST_SECONDS, MOST_AGAIN = 3.0, 3
-#: So long moves are dropped behind a quick stop, and a little more, s (`Planner::quick_stop`).
+#: Time in which moves are dropped after a quick stop, with a margin, s (`Planner::quick_stop`).
 DROPPED_SECONDS = 1.3
-#: How long it may take to do what it has planned, s, without saying that it is busy.
+#: Maximum time to finish the planned moves without a ``busy:``, s.
 PLANNED_SECONDS = 30.0
-#: What a firmware that lacks it need not do: it has one plane, millimetres, and nothing to switch off.
+#: Words that may be missing in the firmware: it then has one plane, millimetres only, and no outputs to turn off.
 _NOTHING_TO_DO = ("G17", "G21", "M5", "M9")
 
 _NO_BUSY = "the firmware does not say that it is busy (M113 S2, HOST_KEEPALIVE_FEATURE): turn that on"
@@ -91,12 +91,12 @@ _NAMES = SettingNames(
 
 
 class NotBuiltIn(SendError):
-    """The firmware was built without a word."""
+    """The firmware was built without a command."""
 
 
 @dataclass(frozen=True)
 class NumberedLine:
-    """A line on its way: its number, its text, and whether it is one that only this file knows of."""
+    """A sent line: its number, its text, and whether it is internal to this module."""
 
     number: int
     text: str
@@ -104,7 +104,7 @@ class NumberedLine:
 
     @property
     def data(self) -> bytes:
-        """The bytes that go over the line: the checksum is all bytes before the asterisk, exclusive or."""
+        """The bytes to send. The checksum is the exclusive or of all bytes before the asterisk."""
         body = f"N{self.number} {self.text}".encode("ascii")
         check = 0
         for byte in body:
@@ -112,9 +112,9 @@ class NumberedLine:
         return body + b"*%d\n" % check
 
 
-#: It has nothing to do, and waits (NO_TIMEOUTS): no sign that it has the line that is on its way.
+#: Idle message (NO_TIMEOUTS); does not show that the last line has arrived.
 _WAITS = Report("", "wait")
-#: Makes the next number 1; taken whatever the last one was.
+#: Makes the next number 1; accepted whatever the last number was.
 _FIRST = NumberedLine(0, "M110 N0")
 
 
@@ -126,46 +126,46 @@ class MarlinConversation(Conversation):
     def __init__(self, port: Port, log: Log | None = None, clock: Callable[[], float] = time.monotonic) -> None:
         super().__init__(port, log, clock)
         self.family = "Marlin"
-        #: The last number; the line that waits for its answer; how often that was sent again, and when it was heard.
+        #: Last number; number of repeats of the unanswered line; time of the last answer.
         self._number, self._times, self._heard_at = 0, 0, 0.0
         self._flying: NumberedLine | None = None
-        #: The line that was answered last, and the line to send after it if the controller asks for it again.
+        #: The last answered line, and the line to send after it if the controller requests it again.
         self._answered_last: NumberedLine | None = None
         self._next: NumberedLine | None = None
-        #: Lines that only this file knows of, and that wait until nothing is on its way.
+        #: Internal lines that wait until no line is unanswered.
         self._ours: deque[str] = deque()
-        #: Until when an ``ok`` answers no line, and which line it asked for.
+        #: Time until which an ``ok`` answers no line, and the number of the requested line.
         self._wanted: tuple[float, int] | None = None
-        #: Answers that may still come to what has no number; what is wrong with the line that waits for its answer.
+        #: Answers that may still arrive to lines without a number; the error of the unanswered line.
         self._stray, self._wrong = 0, ""
         self._place: XYZ | None = None
         self._percent = 100
-        #: Whether it is held; its status is to be told; it has killed itself.
+        #: Held; a status was requested; the firmware has halted itself.
         self._held = self._asked = self._killed = False
-        #: Whether it may move; it counts its place anew.
+        #: The machine may be moving; its position counter has restarted.
         self._moved = self._anew = False
 
-    # What is heard.
+    # Receiving.
 
     def parse(self, line: str) -> ControllerAnswer:
-        """Return what a line of it means."""
+        """Parse a line of the controller."""
         return marlin_lines.parse(line)
 
     def listen(self, seconds: float = 0.02) -> list[ControllerAnswer]:
-        """Return what it has said, waiting at most so long; what is sent again, and why, nobody else needs to know."""
+        """Return the answers received, waiting at most `seconds`; repeats are handled here."""
         found = self._take_turn()
         for answer in super().listen(seconds):
             if answer != _WAITS:
                 self._heard_at = self.clock()
             found += self._digest(answer)
             if self._asked:
-                # It says no status of itself: as long as it says anything while lines are on their way, it runs.
+                # Marlin has no status report: while lines are unanswered, any message shows that it runs.
                 self._asked = False
                 found.append(self._told(self._doing("Run")))
         return found
 
     def _take_turn(self) -> list[ControllerAnswer]:
-        """Do what it is time for: a line again, or the next one of ours."""
+        """Repeat a line or send the next internal line when it is due."""
         now, flying = self.clock(), self._flying
         if self._wanted is not None:
             until, number = self._wanted
@@ -173,7 +173,7 @@ class MarlinConversation(Conversation):
                 return []
             self._wanted = None
             if flying is not None and number == flying.number + 1:
-                self._stray += 1  # its answer was lost, or is still to come
+                self._stray += 1  # its answer was lost or is still to come
                 return self._answered()
             if flying is not None:
                 self._put(flying)
@@ -187,7 +187,7 @@ class MarlinConversation(Conversation):
         return []
 
     def _digest(self, answer: ControllerAnswer) -> list[ControllerAnswer]:
-        """Return what of an answer others need to know."""
+        """Process an answer and return the answers that matter to the caller."""
         match answer:
             case Accepted():
                 return self._ok()
@@ -214,7 +214,7 @@ class MarlinConversation(Conversation):
         return [answer]
 
     def _at_display(self, action: str) -> list[ControllerAnswer]:
-        """Do what a person wants who stands at the machine's own display."""
+        """Follow a request from the machine's own display."""
         if action in ("pause", "paused"):
             self._held = True
         elif action in ("resume", "resumed"):
@@ -234,7 +234,7 @@ class MarlinConversation(Conversation):
         return self._answered()
 
     def _answered(self) -> list[ControllerAnswer]:
-        """Take the line on its way for answered."""
+        """Mark the unanswered line as answered."""
         line, self._flying, self._times = self._flying, None, 0
         wrong, self._wrong = self._wrong, ""
         assert line is not None
@@ -255,15 +255,15 @@ class MarlinConversation(Conversation):
         return []
 
     def _asked_again(self, number: int) -> list[ControllerAnswer]:
-        """Note that it asks for a line; it is sent when nothing more comes: what asks may ask twice."""
+        """Record a request for a line. It is sent after a pause, because the controller may repeat the request."""
         flying, last = self._flying, self._answered_last
         if flying is not None and last is not None and self._next is None and number == last.number == self._number - 1:
-            # The `ok` that counted for this line belonged to an earlier one: the controller does not have the line.
+            # The `ok` counted for this line belonged to an earlier one; the controller does not have the line.
             self._next, self._flying, self._number = flying, last, number
         newest = self._number
         if number not in (newest, newest + 1) or (self._flying is None and number == newest):
             self._forget()
-            # It has begun to count anew, or has lost what it had.
+            # The controller has restarted its count, or has lost lines.
             self._anew = number == 1
             return [Greeting("", "Marlin") if number == 1 else Strange(f"Resend: {number}")]
         self._wanted = (self.clock() + QUIET_SECONDS, number)
@@ -279,7 +279,7 @@ class MarlinConversation(Conversation):
         self.keep(status)
         return status
 
-    # What is sent.
+    # Sending.
 
     def _put(self, line: NumberedLine) -> None:
         self.write(line.data)
@@ -293,14 +293,14 @@ class MarlinConversation(Conversation):
         self._put(self._flying)
 
     def _forget(self) -> None:
-        """Begin anew: nothing is on its way, and the next number is 1."""
+        """Start again: no line is unanswered, and the next number is 1."""
         self._flying, self._wanted, self._number, self._times, self._wrong = None, None, 0, 0, ""
         self._answered_last = self._next = None
         self._ours.clear()
 
     @property
     def takes_lines(self) -> bool:
-        """Whether nothing is on its way, and it is not held."""
+        """Whether no line is unanswered and the machine is not held."""
         return not self._held and self._free
 
     @property
@@ -308,12 +308,12 @@ class MarlinConversation(Conversation):
         return self._flying is None and self._wanted is None and not self._ours
 
     def send(self, text: str) -> None:
-        """Send a line, when nothing else is on its way.
+        """Send a line when no other is unanswered.
 
         Raises
         ------
         SendError
-            It does not answer to what was sent before.
+            An earlier line is not answered.
         """
         until = self._until(PLANNED_SECONDS)
         while not self._free:
@@ -324,21 +324,21 @@ class MarlinConversation(Conversation):
         self._fly(text)
 
     def ask_status(self, *, more: bool = False) -> None:
-        """Ask whether it stands, and where, if no line is on its way or follows; else whatever it says shows it."""
+        """Query position and rest if no line is unanswered or follows; otherwise infer the status."""
         if (more and not self._held) or (self._flying is not None and not self._flying.ours):
             self._asked = True
         elif self._free:
             self._ours.extend(("M400", "M114"))
 
-    # What it is asked to do.
+    # Commands.
 
     def connect(self) -> Status:
-        """Return what it does now, after waiting for it to start and to answer.
+        """Wait for the controller to start and to answer; return its status.
 
         Raises
         ------
         SendError
-            Nothing answers, or what answers is no Marlin 2.
+            Nothing answers, or the firmware is not Marlin 2.
         """
         heard: list[str] = []
         for answer in self.heard(START_SECONDS, KNOCK_SECONDS, self._knock):
@@ -363,7 +363,7 @@ class MarlinConversation(Conversation):
         self.write(b"\n" + _FIRST.data)
 
     def _synchronise(self) -> None:
-        """Wait until nothing more comes to what was sent before, and number the next line 1."""
+        """Wait until no more answers arrive to earlier lines, and restart the numbering at 1."""
         self._forget()
         self._stray = 0
         quiet = self.clock()
@@ -373,12 +373,12 @@ class MarlinConversation(Conversation):
                 quiet = self.clock()
 
     def _firmware(self) -> tuple[str, dict[str, bool]]:
-        """Return its name and what it can do.
+        """Return the name and the capabilities of the firmware.
 
         Raises
         ------
         SendError
-            It is no Marlin 2.
+            It is not Marlin 2.
         """
         said = [one for one in self.ask("M115") if isinstance(one, Report)]
         name = next((one.text for one in said if one.name == FIRMWARE), "")
@@ -391,12 +391,12 @@ class MarlinConversation(Conversation):
         return version[0], {name: on.strip() == "1" for name, _, on in pairs}
 
     def gather(self) -> Facts:
-        """Return what it says of itself.
+        """Return the facts that the controller reports.
 
         Raises
         ------
         SendError
-            It does not say what is needed: settings, travel, signs of life.
+            It does not report its settings, its travel or busy messages.
         """
         version, abilities = self._firmware()
         if not re.search(r"M113 S[12]\b", self._words("M113", _NO_BUSY)):
@@ -426,12 +426,12 @@ class MarlinConversation(Conversation):
         )
 
     def gather_settings(self) -> tuple[str, str]:
-        """Return the kind of its settings, and what it says of them; its travel where it knows one.
+        """Return the kind and the text of the settings, with the travel if it is known.
 
         Raises
         ------
         SendError
-            It does not say them.
+            It does not report its settings.
         """
         settings = self._words("M503", _NO_SETTINGS)
         with suppress(NotBuiltIn):
@@ -439,7 +439,7 @@ class MarlinConversation(Conversation):
         return "marlin", settings
 
     def _words(self, question: str, lacking: str) -> str:
-        """Return what it says to a question, as text; `lacking` is told of a firmware that lacks the word."""
+        """Return the answer to a query as text; `lacking` is the error for a firmware without this command."""
         try:
             answers = self.ask(question)
         except SendError:
@@ -449,23 +449,23 @@ class MarlinConversation(Conversation):
         return "\n".join(one.text for one in answers if isinstance(one, Report) and one.name != PLACE) + "\n"
 
     def begin(self) -> None:
-        """Keep the motors on: at a change of tool it would let them go, and the place with them (M84 S0)."""
+        """Keep the motors on: otherwise a tool change would release them and lose the position (M84 S0)."""
         self.ask("M84 S0")
 
     def hold(self) -> None:
-        """Send nothing more: it comes to rest when it has done what it has planned."""
+        """Send no more lines; the machine comes to rest after the planned moves."""
         self._held = True
 
     def resume(self) -> None:
-        """Go on sending."""
+        """Continue sending."""
         self._held = False
 
     def step_feed(self, now: int, wanted: int) -> None:
-        """Change the feed, and the rapids with it, of what is planned from now on."""
+        """Set the feed override, rapids included, for moves that are planned from now on."""
         self._ours.append(f"M220 S{wanted}")
 
     def home_lines(self) -> str:
-        """Return the line that homes it."""
+        """Return the homing command."""
         return "G28"
 
     def _give_up_homing(self) -> None:
@@ -473,11 +473,11 @@ class MarlinConversation(Conversation):
             self.stop()
 
     def zero_line(self, axes: str) -> str:
-        """Return the line that makes the place of the tool zero."""
+        """Return the command that zeroes the current position."""
         return "G92 " + " ".join(f"{axis}0" for axis in axes)
 
     def unlock(self) -> bool:
-        """Bring it to rest, and out of what it was stopped by.
+        """Bring the machine to rest and clear its stop condition.
 
         Raises
         ------
@@ -486,16 +486,16 @@ class MarlinConversation(Conversation):
         """
         if self.fresh_status().state == "Run":
             self.stop()
-        self.ask("M999 S1")  # without S1 it would ask for lines again
+        self.ask("M999 S1")  # without S1 it would request lines again
         return False
 
     def stop(self, heard: Heard = unheard) -> Status:
-        """Stop it: of one that stands only the spindle; of any other the motors, at once.
+        """Stop the spindle if the machine has not moved; otherwise stop the motors at once.
 
         Raises
         ------
         SendError
-            It does not answer any more.
+            The controller no longer answers.
         """
         standing, self._held, self._resetting = not self._moved, False, True
         try:
@@ -509,13 +509,13 @@ class MarlinConversation(Conversation):
     def _stop_at_once(self, heard: Heard) -> Status:
         self.homed = False
         self._ours.clear()
-        # Without a number: so it acts before its turn.
+        # Without a number, so that it acts before its turn.
         self.write(b"M410\n")
         self._stray += 1
         for answer in self.heard(DROPPED_SECONDS / self.patience):
             heard(answer)
         self._forget()
-        self._stray = 0  # its answer may have been taken for that of a line which had none
+        self._stray = 0  # its answer may have been counted for a line that had none
         if not any(isinstance(one, Accepted) for one in self.heard(ANSWER_SECONDS, KNOCK_SECONDS, self._knock)):
             self.write(b"M112\n")
             raise SendError("it does not answer to M410; M112 (emergency stop) was sent")
@@ -528,35 +528,35 @@ class MarlinConversation(Conversation):
         return self._told(status)
 
     def _rested(self) -> Status:
-        """Return what it does when it stands."""
+        """Return the status once the machine is at rest."""
         status = self.fresh_status(PLANNED_SECONDS)
         while status.state == "Run":
             status = self.fresh_status(PLANNED_SECONDS)
         return status
 
     def reset(self, heard: Heard = unheard) -> Status:
-        """Stop it: it has no reset that comes over the line."""
+        """Stop the machine: Marlin has no reset over the serial line."""
         return self.stop(heard)
 
     def halt(self, heard: Heard = unheard) -> Status:
-        """Stop what it may still do after an error; one that has killed itself hears nothing."""
+        """Stop remaining motion after an error; a halted firmware receives nothing."""
         if self._killed:
             return self._told(Status("Alarm"))
         return self.stop(heard)
 
     def stop_unheard(self) -> str:
-        """Send the emergency stop: perhaps it hears that."""
+        """Send the emergency stop in case the machine still receives."""
         self.write(b"M112\n")
         return "M112 (emergency stop) was sent all the same"
 
 
 def _soft_endstops(text: str) -> tuple[bool, XYZ, XYZ]:
-    """Return whether soft end stops are on, and the lowest and highest places, mm, of the answer to M211.
+    """Return whether soft end stops are on, and the limits of the travel, mm, from the answer to M211.
 
     Raises
     ------
     SendError
-        The firmware has none: then nobody knows the travel.
+        The firmware has no soft end stops, so the travel is unknown.
     """
     ends = {found[1].lower(): found for found in _ENDS.finditer(text)}
     if "min" not in ends or "max" not in ends:

@@ -1,4 +1,4 @@
-"""The lines of Marlin 2.
+"""Parser for the lines of Marlin 2.
 
     parse("echo:busy: processing")    Report("busy", "processing")
 
@@ -15,21 +15,21 @@ import re
 from leafcut.errors import shown
 from leafcut.sender.answers import Accepted, Alarm, ControllerAnswer, Greeting, Report, Strange
 
-#: Names of what is acted upon; whatever else it says is a `Report` with another name, or none.
+#: Names of reports that are acted upon; other messages are a `Report` with another name or none.
 RESEND, BUSY, PLACE, UNKNOWN, HOME_FIRST, FIRMWARE, CAPABILITY, ACTION = (
     "Resend", "busy", "place", "Unknown command", "Home first", "FIRMWARE_NAME", "Cap", "action",
 )  # fmt: skip
 
 _OK = re.compile(r"ok(\s.*)?")
 _RESEND = re.compile(r"(?:Resend:|rs)\s*N?(\d{1,9})", re.IGNORECASE)
-#: What is in the errors of a line that came wrong, in this and other versions; a `Resend:` stands behind them.
+#: Parts of the errors for a corrupted line, in this and other versions; a `Resend:` follows them.
 _LINE_ERRORS = ("checksum", "line number", "expected line")
 _UNKNOWN = re.compile(r".*Unknown command:\s*\"?([^\"]*)\"?\s*$", re.IGNORECASE)
 _HOME_FIRST = re.compile(r"echo:\s*Home\s+([XYZ ]+)\s+First", re.IGNORECASE)
 _PLACE = re.compile(r"X:\s*(-?[\d.]+)\s+Y:\s*(-?[\d.]+)\s+Z:\s*(-?[\d.]+)")
 _NAMED = re.compile(r"(FIRMWARE_NAME|Cap):\s*(.*)")
 
-#: Errors by what is in them, and what they mean.
+#: Part of an error → meaning.
 _ERRORS = {
     "kill() called": "it has stopped everything, motors and spindle off (kill): look why, then press its reset",
     "stopped due to errors": "it was stopped by an error of its own; free it with --unlock (M999) when that is mended",
@@ -44,7 +44,7 @@ _ERRORS = {
 
 
 def parse(line: str) -> ControllerAnswer:
-    """Return what a line of a controller means; a line with what is no letter is `Strange`: the cable is noisy."""
+    """Parse a line of a controller; a line with unprintable characters is `Strange` (noise)."""
     line = line.strip()
     if not line.isprintable() or "\ufffd" in line:
         return Strange(shown(line))

@@ -1,4 +1,4 @@
-"""Where in a program a machine is, by the place that it reports: the board does not say the line."""
+"""Find the current line of a program from the machine position; the board does not report the line."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from leafcut.geometry.arrays import Floats
 from leafcut.model.machine import XYZ
 from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, plane_axes
 
-#: The pieces of an arc are no farther from it, mm; but no arc has more of them.
+#: Maximum chord error of an arc, mm; maximum number of chords.
 _SAGITTA, _MOST_PIECES = 0.02, 360
-#: A place that is farther from every move, mm, is on the way to the first of them.
+#: A position farther than this from every move, mm, is still before the first of them.
 _OFF = 0.25
-#: Moves this close to a place, mm, are equally near: of them the first counts, so that nothing is left out.
+#: Moves this close to a position, mm, are equally near. The first counts, so that no move is skipped on resuming.
 _NEAR = 0.02
 
 
 class Tracker:
-    """Finds the line that is being run between the first and the last that it can be."""
+    """Finds the current line within a range of possible lines."""
 
     def __init__(self, path: Toolpath) -> None:
         begins, ends, rows = _pieces(path)
@@ -28,7 +28,7 @@ class Tracker:
         self._lines = path.line[rows].astype(np.int64)
 
     def line_at(self, place: XYZ, first: int, last: int) -> int:
-        """Return the line that is run at a place, mm in program coordinates; `first` where it is on no move."""
+        """Return the line executed at a position, mm in program coordinates; `first` if no move is near."""
         low, high = np.searchsorted(self._lines, [first, last + 1])
         if low >= high:
             return first
@@ -45,7 +45,7 @@ class Tracker:
 
 
 def _pieces(path: Toolpath) -> tuple[Floats, Floats, NDArray[np.int64]]:
-    """Return straight pieces of all moves whose ends are known: begins, ends, float64[k, 3], and their rows."""
+    """Return chords of all moves with known ends: starts and ends, float64[k, 3], and their rows."""
     before = path.before
     begins: list[Floats] = []
     ends: list[Floats] = []

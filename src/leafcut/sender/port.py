@@ -1,4 +1,4 @@
-"""The serial port: opened for us alone, read and written; whatever breaks there is one line."""
+"""The serial port, opened exclusively. Each failure is a one-line error."""
 
 from __future__ import annotations
 
@@ -9,46 +9,46 @@ from typing import Protocol
 
 from leafcut.errors import OptionError, SendError, nearest
 
-#: Bits per second of GRBL's line (BAUD_RATE).
+#: Baud rate of GRBL (BAUD_RATE).
 BAUD = 115_200
-#: Those that are usual; another one is a slip.
+#: Common baud rates; any other is taken for a mistake.
 BAUDS = (9600, 19200, 38400, 57600, 115200, 230400, 250000, 460800, 500000, 921600, 1000000, 2000000)
 _LONGEST_READ = 4096
-#: A write that the port does not take for so long will never be taken, s.
+#: Time limit of a write, s.
 _WRITE_SECONDS = 5.0
 
 
 class PortLost(SendError):
-    """The port is gone in the middle: unplugged, or switched off."""
+    """The port was lost: unplugged or switched off."""
 
 
 class Port(Protocol):
-    """What a conversation needs of a port."""
+    """Interface of a port."""
 
     name: str
 
     def read(self, seconds: float) -> bytes:
-        """Return what has come, waiting for the first byte so long; raise `PortLost` when the port is gone."""
+        """Return the bytes received, waiting up to `seconds` for the first; raise `PortLost` if the port is lost."""
 
     def write(self, data: bytes) -> None:
-        """Send bytes; raise `PortLost` when the port is gone."""
+        """Send bytes; raise `PortLost` if the port is lost."""
 
     def close(self) -> None:
-        """Give the port back."""
+        """Close the port."""
 
 
 class SerialPort:
-    """A real one."""
+    """A serial port of this computer."""
 
     def __init__(self, name: str, baud: int = BAUD) -> None:
-        """Open it.
+        """Open the port.
 
         Raises
         ------
         OptionError
-            There is no such port, it is a file or a folder, or there is no such speed.
+            The port does not exist or is a file or folder, or the baud rate is unknown.
         SendError
-            It is in use, or may not be opened.
+            It is in use, or access is denied.
         """
         serial = _pyserial()
         if baud not in BAUDS:
@@ -67,7 +67,7 @@ class SerialPort:
             raise _refusal(name, problem) from None
 
     def read(self, seconds: float) -> bytes:
-        """Return what has come, waiting for the first byte so long."""
+        """Return the bytes received, waiting up to `seconds` for the first."""
         import serial
 
         try:
@@ -89,7 +89,7 @@ class SerialPort:
             raise PortLost(f"the connection to {self.name} is lost") from None
 
     def close(self) -> None:
-        """Give the port back."""
+        """Close the port."""
         try:
             self._serial.close()
         except OSError:
@@ -125,6 +125,6 @@ def ports() -> list[tuple[str, str]]:
 
 
 def ports_in_words() -> str:
-    """Return which ports there are, as the end of a message."""
+    """Return the list of ports as the end of a message."""
     found = [name for name, _ in ports()]
     return f"there are {', '.join(found)}" if found else "no serial port was found; is the machine plugged in?"

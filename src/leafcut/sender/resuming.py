@@ -1,8 +1,8 @@
-"""How a program goes on from one of its lines after a break: in the state that it would have there, from above.
+"""Resume a program at a line after a break, in the state that it has there, approaching from above.
 
-The tool rises to the highest place of the program, goes over the place, the spindle starts, the tool comes down: as a
-rapid only where the program itself travels at that height, else at the program's feed. The whole is read again, and
-must make the same moves as the program makes from there on.
+The tool rises to the program's greatest height and moves over the position, the spindle starts, and the tool descends:
+as a rapid only if the program itself uses a rapid at that height, otherwise at the program's feed. The lines to send
+are read again and must produce the same moves as the program does from there on.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from leafcut.sender.facts import Facts
 from leafcut.sender.job import SendJob, job_of
 from leafcut.sender.lines import SentStep, dwell, spoken, steps_of
 
-#: Decimals of a place in mm: a step of a fine board is a thousandth.
+#: Decimals of a position in mm; the step of a fine board is 0.001 mm.
 _DECIMALS = 4
 _SPINDLE = {1: "M3", -1: "M4"}
 _COOLANT = {0: [], 1: ["M7"], 2: ["M8"], 3: ["M7", "M8"]}
-#: Numbers that are the same but for the rounding of what is written here, mm.
+#: Tolerance for rounded output, mm.
 _ROOM = 2e-4
 
 
 def line_of_hole(job: SendJob, number: int) -> int:
-    """Return the line from which a hole is drilled, holes counted from 1 in the order of the program.
+    """Return the line at which a hole starts; holes are counted from 1 in program order.
 
     Raises
     ------
@@ -45,7 +45,7 @@ def line_of_hole(job: SendJob, number: int) -> int:
 
 
 def check_place(from_hole: int | None, from_line: int | None) -> None:
-    """Refuse two places to go on from.
+    """Refuse two resume positions.
 
     Raises
     ------
@@ -59,14 +59,14 @@ def check_place(from_hole: int | None, from_line: int | None) -> None:
 def rest_of(
     job: SendJob, facts: Facts, from_hole: int | None, from_line: int | None
 ) -> tuple[int, Sequence[SentStep], int | None]:
-    """Return the line from which a program goes on, what is sent, and the tool that must be in the spindle.
+    """Return the resume line, the steps to send, and the tool that must be in the spindle (None if not named).
 
-    Line 0 and all of it where no place is given; None where no tool is named.
+    Without a resume position: line 0 and all steps.
 
     Raises
     ------
     OptionError
-        There is no such hole or line, both are given, or it cannot go on there.
+        The hole or line does not exist, both are given, or the program cannot resume there.
     """
     check_place(from_hole, from_line)
     if from_hole is None and from_line is None:
@@ -80,18 +80,18 @@ def rest_of(
 
 
 def resumed(job: SendJob, line: int, height: float | None = None) -> tuple[tuple[SentStep, ...], int | None]:
-    """Return what is sent to go on from a line, and the tool that must be in the spindle, None where none is named.
+    """Return the steps that resume a program at a line, and the tool that must be in the spindle (None if not named).
 
     Parameters
     ----------
     height
-        Where the tool is now, mm in the program's own Z: it never comes down before it is over its place.
+        Current height of the tool in program Z, mm. The tool never descends before it is above its position.
 
     Raises
     ------
     OptionError
-        The program has no block there or later, or from there on it depends on what cannot be known; the reason is
-        said.
+        The program has no block at or after the line, or depends on an unknown state there; the message gives the
+        reason.
     """
     program = job.program
     blocks = np.flatnonzero(program.line >= line)
@@ -110,7 +110,7 @@ def resumed(job: SendJob, line: int, height: float | None = None) -> tuple[tuple
 
 
 def _place_before(job: SendJob, row: int, line: int) -> XYZ:
-    """Return where the tool is before a row; of a laser that never moves Z, 0."""
+    """Return the tool position before a row; Z is 0 for a laser that never moves Z."""
     path = job.program.path
     if row >= len(path):
         raise OptionError(f"--from-line {line}: nothing is left to be done there")
@@ -126,13 +126,12 @@ def _place_before(job: SendJob, row: int, line: int) -> XYZ:
 
 
 def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, place: XYZ, height: float | None) -> list[str]:
-    """Return the lines that bring the machine into the state and to the place before a block.
+    """Return the lines that restore the machine's state and position before a block.
 
     Raises
     ------
     OptionError
-        The state is one that cannot be made: a feed that goes with one move alone (G93), no units, no feed to come
-        down with.
+        The state cannot be restored: inverse time feed (G93), no units, or no feed for the descent.
     """
     if modal.feed_mode != 94:
         raise OptionError("G93 gives each move a time: the program cannot be resumed there; begin from the start")
@@ -154,7 +153,7 @@ def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, place: XYZ, h
             lines.append(dwell(job.words, job.machine.spindle_start_s))
     if len(known):
         lines.append(_way_down(job, modal, row, z))
-    # From here on in the program's own words.
+    # From here on in the modes of the program.
     lines += _units_and_feed(modal)
     lines.append(f"G{modal.plane} G{91 if modal.incremental else 90}")
     if job.laser:
@@ -163,14 +162,14 @@ def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, place: XYZ, h
 
 
 def _rapid_feed(job: SendJob, axes: str) -> str:
-    """Return the feed of a rapid for a controller whose rapids have one."""
+    """Return the feed of a rapid, for controllers whose rapids have a feed."""
     if not job.words.rapid_feed:
         return ""
     return f" F{number_in_mm(60.0 * min(job.machine.rapid_velocity['XYZ'.index(axis)] for axis in axes))}"
 
 
 def _way_down(job: SendJob, modal: Modal, row: int, z: float) -> str:
-    """Return the move down to where the program goes on."""
+    """Return the move down to the resume position."""
     path = job.program.path
     before = path.before[row]
     moves = np.flatnonzero(path.kind[row:] <= Kind.ARC_CCW)
@@ -192,7 +191,7 @@ def _way_down(job: SendJob, modal: Modal, row: int, z: float) -> str:
 
 
 def _came_by_rapid(path: Toolpath, row: int) -> bool:
-    """Return whether the last move before a row was a rapid up, or sideways: there is no material where it ended."""
+    """Return whether the last move before a row was a rapid up or sideways, so that its end is clear of material."""
     moves = np.flatnonzero(path.kind[:row] <= Kind.ARC_CCW)
     if not len(moves):
         return False
@@ -201,13 +200,13 @@ def _came_by_rapid(path: Toolpath, row: int) -> bool:
 
 
 def number_in_mm(value: float) -> str:
-    """Return a length in mm, or a feed in mm/min, as it is sent: without needless zeros."""
+    """Return a length in mm or a feed in mm/min as text, without trailing zeros."""
     text = f"{value:.{_DECIMALS}f}".rstrip("0").rstrip(".")
     return "0" if text in ("-0", "") else text
 
 
 def modes_before(job: SendJob, line: int) -> tuple[int | None, list[SentLine]]:
-    """Return the motion that is active before a line, and what brings a controller into the modes that are."""
+    """Return the motion mode before a line, and the lines that restore all modes."""
     modal = _modal_before(job, line)
     words = [f"G{modal.plane} G{91 if modal.incremental else 90} G94 G40 G49", f"G{modal.frame / 10:g}"]
     words += _units_and_feed(modal)
@@ -216,14 +215,14 @@ def modes_before(job: SendJob, line: int) -> tuple[int | None, list[SentLine]]:
 
 
 def _units_and_feed(modal: Modal) -> list[str]:
-    """Return the units of a program and its feed in them: two lines, as one would leave open in which of them F is."""
+    """Return units and feed on two lines; on one line, the unit of F would be ambiguous."""
     if modal.unit is None:
         return []
     return [f"G{21 if modal.unit == 1.0 else 20}", *[f"F{modal.feed:.10g}"] * bool(modal.feed)]
 
 
 def spindle_words(job: SendJob, line: int) -> list[SentLine]:
-    """Return what starts the spindle if the program believes that it turns before a line."""
+    """Return the lines that start the spindle if it is on before a line of the program."""
     modal = _modal_before(job, line)
     if not modal.spindle:
         return []
@@ -239,7 +238,7 @@ def _modal_before(job: SendJob, line: int) -> Modal:
 
 
 def with_motion(rest: list[SentStep], motion: int | None) -> list[SentStep]:
-    """Return the lines with the active G0 to G3 said in the first one that moves without saying it."""
+    """Return the steps with the active motion mode (G0 to G3) added to the first move that lacks one."""
     done = list(rest)
     for k, step in enumerate(rest):
         if not isinstance(step, SentLine):
@@ -259,12 +258,12 @@ def with_motion(rest: list[SentStep], motion: int | None) -> list[SentStep]:
 
 
 def _prove(job: SendJob, lead: list[str], rest: list[SentStep], row: int, line: int) -> None:
-    """Read what will be sent, and compare it with the program from the line on.
+    """Read the lines to send, and compare them with the rest of the program.
 
     Raises
     ------
     OptionError
-        It would not do the same.
+        The moves differ.
     """
     texts = [*lead, *(step.text for step in rest if isinstance(step, SentLine))]
     again = job_of("\n".join(texts) + "\n", job.file, job.machine, job.words, None, _EVERY)
@@ -282,5 +281,5 @@ def _prove(job: SendJob, lead: list[str], rest: list[SentStep], row: int, line: 
         raise OptionError(f"--from-line {line}: the program cannot be resumed there exactly; choose an earlier line")
 
 
-#: What was accepted or refused before the break needs no second word.
+#: Dangers that were checked when the program was first read.
 _EVERY = ("L801", "L802", "L803", "L804", "L805", "L806", "L807", "L808")

@@ -1,4 +1,4 @@
-"""A program on its way: lines in, answers out, holds and pauses between, and how it ended."""
+"""Run a program on a controller: send lines, process answers, hold, pause, and report the end."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ from leafcut.sender.place import Tracker
 from leafcut.sender.port import PortLost
 from leafcut.sender.resuming import modes_before, resumed, spindle_words, with_motion
 
-#: Between two questions for the status, s: more often would cost the board time that it needs for lines.
+#: Interval of status queries, s; more would take time that the board needs for lines.
 STATUS_SECONDS = 0.25
-#: Without any answer for so long, the controller is gone, s.
+#: Time without any answer after which the connection is lost, s.
 SILENCE_SECONDS = 5.0
-#: An idle machine that owes an answer for so long has lost it, s.
+#: Time after which an idle machine with an unanswered line has lost the answer, s.
 OWING_SECONDS = 3.0
-#: A check does not collect more errors.
+#: Maximum number of errors collected by a check.
 _MOST_ERRORS = 20
 
 
 class Request(StrEnum):
-    """What a person may ask for while a program runs."""
+    """Requests of the operator while a program runs."""
 
     HOLD = "hold"
     RESUME = "resume"
@@ -48,39 +48,39 @@ class Request(StrEnum):
     NORMAL = "as programmed"
 
 
-#: By how many percent each changes the feed.
+#: Change of the feed override, percent.
 _CHANGES = {
     Request.FASTER: 10,
     Request.SLOWER: -10,
     Request.LITTLE_FASTER: 1,
     Request.LITTLE_SLOWER: -1,
 }
-#: Limits of the feed's override, percent (gnea/grbl 1.1, config.h).
+#: Limits of the feed override, percent (gnea/grbl 1.1, config.h).
 _SLOWEST, _FASTEST = 10, 200
-#: How GRBL says that it is held and still slows down: until it stands, it overhears that it may go on.
+#: GRBL's state while it decelerates to a hold; it ignores a resume until it is at rest.
 _SLOWING = ("Hold", 1)
-#: Statuses after which it is held if it ever is; the first may have been on its way when it was asked to hold.
+#: Statuses to wait for a hold; the first may have been sent before the request arrived.
 _HELD_BY = 2
 
 
 @dataclass(frozen=True)
 class RunView:
-    """How far a program is.
+    """Progress of a program.
 
     Attributes
     ----------
     state
-        What the machine does, as the controller says it.
+        Machine state as the controller reports it.
     line, taken
-        The line that is being run, and the last one that the controller has taken.
+        Current line, and last line accepted by the controller.
     hole
-        The number of the hole it is at; 0 before the first.
+        Number of the current hole; 0 before the first.
     place
-        Where it is in the program's coordinates, mm; None where it did not say.
+        Position in program coordinates, mm; None if not reported.
     feed, override
         mm/min; percent of the programmed feed.
     done_s, left_s
-        Machine time of what is done, and of what is left at this override, s.
+        Elapsed cycle time, and remaining cycle time at this override, s.
     """
 
     state: str
@@ -96,27 +96,28 @@ class RunView:
 
 @dataclass(frozen=True)
 class Ending:
-    """How a program ended.
+    """The end of a program.
 
     Attributes
     ----------
     complete
-        Every line was taken and the machine has come to rest behind the last.
+        Every line was accepted and the machine has come to rest after the last.
     reason
-        Why it ended before that, in words.
+        Reason of an early end, in words.
     taken, sent, line
-        The last line that was taken, that was sent, and the one in which the machine was; not `sure`: in that line or a
-        later one, as it did not say where it was.
+        Last accepted line, last sent line, and current line. If not `sure`, the machine did not report its position,
+        and
+        it was in that line or a later one.
     hole
-        The hole that was being drilled, or that comes next; None where there is none.
+        The hole being drilled or the next one; None if there is none.
     state
-        What the machine does now, in words; of a lost connection what it is taken to do.
+        Current state of the machine in words; assumed, if the connection is lost.
     homed, lost
-        Its position can be trusted; it cannot be reached any more, so that `state` is only what it is taken to do.
+        The position can be trusted; the machine can no longer be reached, so that `state` is assumed.
     place, coordinates
-        Where it was, mm, by its last word, and in what that is counted.
+        Last reported position, mm, and the name of its coordinate system.
     errors
-        Of a check: the line, and what is wrong with it.
+        Of a check: line and error.
     """
 
     complete: bool
@@ -135,7 +136,7 @@ class Ending:
 
     @property
     def go_on(self) -> str:
-        """The option with which the program goes on from there; empty where it begins from the start."""
+        """Option that resumes the program here; empty if it has to start again."""
         if self.complete or not self.line or (self.hole is not None and self.hole.number == 1):
             return ""
         if self.hole is not None:
@@ -143,44 +144,44 @@ class Ending:
         return f"--from-line {self.line}"
 
 
-#: Is asked at a pause; returns "" to go on, a line for the controller, or None to stop.
+#: Called at a pause; returns "" to continue, a line for the controller, or None to stop.
 Prompt = Callable[[Pause, Sequence[str]], str | None]
 
 
 class _Ended(SendError):
-    """The run cannot go on; `reached` says whether the controller can still be spoken to."""
+    """The run cannot continue, but the controller can still be reached."""
 
 
 class _Alarmed(_Ended):
-    """The controller has stopped everything, and hears nothing but a reset."""
+    """The controller has stopped with an alarm and accepts only a reset."""
 
 
 class _Silent(PortLost):
-    """The port is there, and nothing comes from it any more."""
+    """The port is open, but the controller no longer answers."""
 
 
 class _Asked(Exception):
-    """A person wants to stop."""
+    """The operator wants to stop."""
 
 
 @dataclass
 class SendRun:
-    """One program on its way to one controller.
+    """Run of one program on one controller.
 
     Attributes
     ----------
     talk, facts, job, steps
-        The controller; what it said; the program; what is sent of it.
+        The controller, its facts, the program, and the steps to send.
     prompt
-        Asks a person at a pause; None: there is nobody.
+        Asks the operator at a pause; None without an operator.
     observe
-        Is called with a `RunView` at every status.
+        Called with a `RunView` at every status.
     check
-        The controller is in check mode: nothing moves, and errors are collected.
+        Check mode: nothing moves, and errors are collected.
     by_hole
-        The person is asked before every hole, by a `Pause` that has its number.
+        Ask before every hole, with a `Pause` that has its number.
     touched
-        Set by a prompt that had the machine do something itself: then the program comes back to its place.
+        Set by a prompt that moved the machine; the program then returns to its position.
     """
 
     talk: Conversation
@@ -218,23 +219,23 @@ class SendRun:
         self._heard_at = self._owed_since = self._asked_at = self.talk.clock()
 
     def _stepping_holes(self, steps: Sequence[SentStep], after: int = 0) -> Sequence[SentStep]:
-        """Return the steps with a pause before every hole behind hole `after`, where these are gone through one by one.
+        """Return the steps with a pause before every hole after hole `after`, in hole-by-hole mode.
 
-        The lines up to the first hole are those that bring the tool to its height and start the spindle.
+        The lines before the first hole raise the tool and start the spindle.
         """
         return pauses_at_holes(steps, self.job.holes[after:]) if self.by_hole else steps
 
     def go_on_to_the_end(self) -> None:
-        """Ask before no hole any more; may be called where a pause is asked for."""
+        """Leave hole-by-hole mode; may be called by the prompt."""
         self.by_hole = False
         self.left = deque(step for step in self.left if not (isinstance(step, Pause) and step.hole))
 
     def ask(self, request: Request) -> None:
-        """Ask for something; may be called from any thread, and is done at the next look."""
+        """Queue a request; may be called from any thread."""
         self.requests.append(request)
 
     def run(self) -> Ending:
-        """Send everything, and return how it ended: stopped, with the machine's state told, whatever happens."""
+        """Send all steps and return how the run ended. On any failure, stop the machine and report its state."""
         if self.prompt is None and not self.check:
             self._skip_first_tool()
         try:
@@ -255,12 +256,12 @@ class SendRun:
             return self._stopped(str(problem), at_once=isinstance(problem, _Alarmed))
 
     def _skip_first_tool(self) -> None:
-        """Take the first tool for put in where nobody can be asked; refuse a program with any other pause.
+        """Assume that the first tool is mounted if nobody can be asked; refuse a program with any other pause.
 
         Raises
         ------
         OptionError
-            Says which.
+            Names the pause.
         """
         fed = self.path.line[(self.path.kind >= Kind.FEED) & (self.path.kind <= Kind.ARC_CCW)]
         cut = int(fed[0]) if len(fed) else self._first
@@ -303,7 +304,7 @@ class SendRun:
             self.talk.resume()
 
     def _step_override(self) -> None:
-        """Go on towards the feed's override that is wanted, a step at a time."""
+        """Change the feed override by one step towards the requested value."""
         if self._wanted is None or self._changing:
             return
         if self._wanted == self._overrides[0]:
@@ -314,7 +315,7 @@ class SendRun:
         self._asked_at = 0.0
 
     def _fill(self) -> None:
-        """Send as much as fits; at a pause nothing, until the machine stands."""
+        """Send as many steps as fit; at a pause, wait until the machine is at rest."""
         while self.left:
             step = self.left[0]
             if isinstance(step, Pause):
@@ -335,7 +336,7 @@ class SendRun:
             self._rests = 0
 
     def _look(self) -> None:
-        """Ask for the status when it is time, and see that the controller is still there and owes nothing."""
+        """Query the status when it is due; detect a lost connection and lost answers."""
         now = self.talk.clock()
         if now - self._asked_at >= STATUS_SECONDS:
             self._asked_at = now
@@ -350,7 +351,7 @@ class SendRun:
             raise _Ended("an answer was lost on the way, so the lines can no longer be counted; look at the cable")
 
     def _dwell(self) -> float:
-        """Return for how long the oldest line that waits for an answer may let the machine stand, s."""
+        """Return the dwell of the oldest unanswered line, s."""
         oldest = self.counter.waiting[0].text
         if "G4" not in oldest and "G04" not in oldest:
             return 0.0
@@ -375,7 +376,7 @@ class SendRun:
                 pass
 
     def _take(self, wrong: str = "") -> None:
-        """Take the answer to the line that waits longest for one; `wrong` is what is wrong with it."""
+        """Process the answer to the oldest unanswered line; `wrong` is its error."""
         line = self.counter.answered()
         self._owed_since, self._rests = self.talk.clock(), 0
         if line is None:
@@ -394,7 +395,7 @@ class SendRun:
             raise _Ended(f"{what}; {_MOST_ERRORS} errors, the rest was not looked at")
 
     def _see(self, status: Status) -> None:
-        """Take a status: where the machine is, and whether it stands."""
+        """Process a status: position of the machine, and whether it is at rest."""
         if status.state in LOCKED:
             raise _Ended(f"{self._where()}: the machine is {state_in_words(status, self.talk.family)}")
         used = None if status.free_bytes is None else self.facts.buffer - status.free_bytes
@@ -412,7 +413,7 @@ class SendRun:
             self.observe(self._view(status, place))
 
     def _line_of(self, place: XYZ | None) -> int:
-        """Return the line that is run at a place; of a machine that does not say it, the last one that it has taken."""
+        """Return the line at a position, or the last accepted line if the position is unknown."""
         last = max(self.taken, self._first)
         self._sure = place is not None
         if place is None:
@@ -422,16 +423,16 @@ class SendRun:
 
     @property
     def _earliest(self) -> int:
-        """The line before which it cannot be any more."""
+        """The earliest line that the machine may be in."""
         return max(self._passed, self._history[0] if len(self._history) == self.talk.most_ahead else self._first)
 
     def _settle_line(self) -> None:
-        """Take, of a machine that does not say where it is, the first line in which it can be: nothing is left out."""
+        """If the position is unknown, use the earliest possible line, so that no line is skipped."""
         if not self._sure:
             self.line = min(self._earliest, max(self.taken, self._first))
 
     def _program_place(self, status: Status) -> XYZ | None:
-        """Return where it is in the coordinates of the program, mm."""
+        """Return the position in program coordinates, mm."""
         return self.facts.work_place(status, self._offset)
 
     def _view(self, status: Status, place: XYZ | None) -> RunView:
@@ -453,9 +454,9 @@ class SendRun:
         )
 
     def _pause(self, pause: Pause) -> None:
-        """Ask the person; what they have the controller do is undone before the program goes on, but for zeros.
+        """Ask the operator. Before the program continues, changes made by the operator are undone, except zeros.
 
-        A change of tool stops the spindle; it is started again if the program believes that it turns.
+        A tool change stops the spindle; it is restarted if it is on in the program.
         """
         assert self.prompt is not None
         if pause.change and not self.job.laser:
@@ -481,7 +482,7 @@ class SendRun:
         self._heard_at, self._rests = self.talk.clock(), 0
 
     def _obey_line(self, text: str) -> list[str]:
-        """Have the controller do what a person typed; return what it said."""
+        """Execute a line typed by the operator; return the answers."""
         try:
             data = text.upper() if text.isascii() and text.isprintable() else ""
             if not data or len(data) > 79 or set(data) & set("!?~"):
@@ -494,7 +495,7 @@ class SendRun:
             return [str(problem)]
 
     def _come_back(self, pause: Pause, following: int) -> None:
-        """Look again at origins and place, and go on from the next line in the state that the program is in there."""
+        """Read origins and position again, and continue at the next line in the program's state there."""
         self._wait_idle()
         self.facts = self.talk.facts()
         check_program(self.job, self.facts, unhomed=self.unhomed, begun=True)
@@ -503,7 +504,7 @@ class SendRun:
         try:
             steps, _ = resumed(self.job, following, height)
         except OptionError:
-            # Where it has not moved yet there is no place to come back to.
+            # If the program has not moved yet, there is no position to return to.
             motion, lines = modes_before(self.job, following)
             steps = (*lines, *with_motion(list(self.left), motion))
         self.left = deque(self._stepping_holes([step for step in steps if step != pause], pause.hole))
@@ -514,7 +515,7 @@ class SendRun:
                 pass
 
     def _where(self) -> str:
-        """Return the line that the machine is in, in words; of one that does not say where it is, what is known."""
+        """Return the current line in words, as far as it is known."""
         if self.taken < self._first:
             return "before the program"
         return f"line {self.line} '{self.job.text(self.line)}'" if self._sure else f"in or behind line {self.line}"
@@ -523,14 +524,14 @@ class SendRun:
         return f" while it was in line {self.line}" if self.taken >= self._first else ""
 
     def _leave_check(self) -> Ending:
-        """End check mode; GRBL resets itself for that."""
+        """Leave check mode, by a reset on GRBL."""
         status = self.talk.reset()
         errors = self._errors
         reason = f"{errors[0][1]}" + (f"; {len(errors) - 1} more" if len(errors) > 1 else "") if errors else ""
         return self._ending(reason, status)
 
     def _stopped(self, reason: str, *, at_once: bool = False) -> Ending:
-        """Bring the machine to rest, and tell of it; `at_once` where it stands already, by an alarm."""
+        """Stop the machine and report the end; `at_once` if an alarm has stopped it already."""
         try:
             stop = self.talk.halt if at_once else self.talk.reset if self.check else self.talk.stop
             status = stop(self._hear_late)
@@ -541,14 +542,14 @@ class SendRun:
         return self._ending(reason, status)
 
     def _stop_unheard(self) -> str:
-        """Send what may stop it all the same: perhaps it hears that."""
+        """Send stop commands in case the machine still receives."""
         try:
             return self.talk.stop_unheard()
         except LeafcutError:
             return "nothing that would stop it could be sent"
 
     def _hear_late(self, answer: ControllerAnswer) -> None:
-        """Count what is answered while it comes to rest, and see where it stands."""
+        """Count answers and update the position while the machine comes to rest."""
         if isinstance(answer, Accepted | Refused):
             line = self.counter.answered()
             if line is not None and line.number:
@@ -578,7 +579,7 @@ class SendRun:
         )
 
     def _lost(self, reason: str) -> Ending:
-        """Tell what a machine does that cannot be reached: it runs what it has, and stands then."""
+        """Describe a machine that cannot be reached: it runs the lines that it has, then rests."""
         self._settle_line()
         last = self.talk.status
         turns = self._spindle_turns()
@@ -604,7 +605,7 @@ class SendRun:
         )
 
     def _hole(self) -> DrilledHole | None:
-        """Return the hole that is not drilled to its end: the one at the line, or the next where that one is done."""
+        """Return the unfinished hole: the hole at the line, or the next hole if that one is finished."""
         hole = self.job.hole_at(self.line)
         if hole is None:
             return self.job.holes[0] if self.job.holes and self.taken >= self._first else None

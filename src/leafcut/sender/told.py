@@ -1,4 +1,4 @@
-"""What a person is told of a run: how far it is, how it ended, and how to go on."""
+"""Messages about a run: progress, end, and how to resume."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def place_in_words(place: XYZ) -> str:
 
 
 def progress_in_words(view: RunView, job: SendJob) -> str:
-    """Return how far a program is, in one line of a terminal."""
+    """Return the progress of a program as one line for a terminal."""
     where = f"hole {view.hole}/{len(job.holes)}, line {view.line}" if job.holes else f"line {view.line}"
     place = "" if view.place is None else f"  {place_in_words(view.place)}"
     state = {"Hold": "ON HOLD", "Door": "DOOR OPEN"}.get(view.state, "")
@@ -26,7 +26,7 @@ def progress_in_words(view: RunView, job: SendJob) -> str:
 
 
 def ending_in_words(ending: Ending, job: SendJob) -> str:
-    """Return how a run ended: why, what the machine does, how far it came, and how to go on, in one line."""
+    """Return how a run ended in one line: reason, machine state, progress, and how to resume."""
     lines = job.steps[-1].number
     if ending.complete:
         return f"{job.file}: all {count_of(lines, 'line')} done; the machine is {ending.state}"
@@ -47,7 +47,7 @@ def ending_in_words(ending: Ending, job: SendJob) -> str:
 
 
 def ending_as_json(ending: Ending, job: SendJob) -> dict[str, Any]:
-    """Return how a run ended, for programs."""
+    """Return how a run ended as JSON data."""
     return {
         "program": job.file,
         "complete": ending.complete,
