@@ -1,1 +1,1 @@
-"""Experiments: algorithms repeated with several seeds on one map, what each run found, and how they compare."""
+"""Experiments: algorithms repeated with several seeds, the results of each run, and their comparison."""

@@ -1,4 +1,4 @@
-"""The charts of an experiment, drawn by Matplotlib, as SVG that takes the colours of the page it stands in."""
+"""Charts of an experiment, drawn by Matplotlib, as SVG that takes its colours from the page."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from leafcut.report.svg import title
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: A curve: (iteration or seconds, cost) in their order.
+#: A curve: (iteration or seconds, cost), in order.
 Course = Sequence[tuple[float, float]]
 
-#: Colours by which Matplotlib draws, and what stands for them in the page: a page may be light or dark.
+#: Placeholder colours in Matplotlib's output, replaced by CSS variables: a page may be light or dark.
 _INK, _SOFT, _LINE = "#010101", "#020202", "#030303"
 _HUES = tuple(f"#0404{k:02x}" for k in range(1, 9))
 _IN_PAGE = {_INK: "var(--ink)", _SOFT: "var(--ink-2)", _LINE: "var(--line)"}
@@ -30,7 +30,7 @@ _ID = re.compile(r'\s+id="([^"]*)"')
 
 
 def box_plots(groups: Mapping[str, Sequence[float]], heading: str, words: str) -> str:
-    """Return boxes of quartiles with whiskers to 1.5 times their distance (Tukey 1977), and every figure as a dot."""
+    """Return box plots with whiskers to 1.5 times the interquartile range (Tukey 1977), and a dot per value."""
     figure, axes = _figure(max(_WIDTH, 0.55 * len(groups)))
     values = [list(one) for one in groups.values()]
     boxes = axes.boxplot(values, widths=0.55, showfliers=False, patch_artist=True, whis=1.5)
@@ -49,7 +49,7 @@ def box_plots(groups: Mapping[str, Sequence[float]], heading: str, words: str) -
 
 def means(series: Mapping[str, Sequence[tuple[float, float, float, float]]], across: str, heading: str, words: str,
           ideal: Sequence[tuple[float, float]] = ()) -> str:  # fmt: skip
-    """Return means with their intervals over a number: name → (x, mean, low, high); `ideal` is drawn thin."""
+    """Return means with their intervals: name → (x, mean, low, high); `ideal` is a thin line."""
     figure, axes = _figure()
     if ideal:
         axes.plot(*zip(*ideal, strict=True), color=_SOFT, linewidth=1, linestyle=":", label="ideal")
@@ -65,7 +65,7 @@ def means(series: Mapping[str, Sequence[tuple[float, float, float, float]]], acr
 
 
 def convergence(ways: Mapping[str, Sequence[Course]], across: str, heading: str, words: str) -> str:
-    """Return the mean course of each way, with a band from its best to its worst run."""
+    """Return the mean convergence of each variant, with a band from its best to its worst run."""
     figure, axes = _figure()
     last = max(curve[-1][0] for curves in ways.values() for curve in curves)
     places = np.linspace(0.0, last, _STEPS)
@@ -81,9 +81,11 @@ def convergence(ways: Mapping[str, Sequence[Course]], across: str, heading: str,
 
 
 def time_to_target(ways: Mapping[str, Sequence[float | None]], across: str, words: str) -> str:
-    """Return the share of runs that reached a target by then: way → when each run did, None where it did not.
+    """Return time-to-target plots: the share of runs that have reached the target.
 
-    Source: Aiex, Resende and Ribeiro 2007, *TTT plots*; runs that did not reach it count among the whole.
+    `ways` maps a name to the time of each run, None if it missed the target. Missed runs count in the total.
+
+    Source: Aiex, Resende and Ribeiro 2007, *TTT plots*.
     """
     figure, axes = _figure()
     last = max((t for times in ways.values() for t in times if t is not None), default=1.0) or 1.0
@@ -103,7 +105,7 @@ def time_to_target(ways: Mapping[str, Sequence[float | None]], across: str, word
 def pareto(
     points: Mapping[str, tuple[float, float]], front: Sequence[str], across: str, heading: str, words: str
 ) -> str:
-    """Return ways by two figures; those that no other one beats in both are joined and named."""
+    """Return variants as points of two figures; those on the Pareto front are joined and labelled."""
     figure, axes = _figure()
     others = [at for name, at in points.items() if name not in front]
     if others:
@@ -123,7 +125,7 @@ def pareto(
 
 
 def scatter(series: Mapping[str, Sequence[tuple[float, float]]], across: str, heading: str, words: str) -> str:
-    """Return points by two numbers: name → (x, y)."""
+    """Return a scatter plot: name → (x, y)."""
     figure, axes = _figure()
     for k, (name, points) in enumerate(series.items()):
         axes.plot(*zip(*points, strict=True), "os^D"[k % 4], color=_HUES[k % len(_HUES)], markersize=5, label=name)
@@ -135,7 +137,7 @@ def scatter(series: Mapping[str, Sequence[tuple[float, float]]], across: str, he
 
 
 def trials(costs: Sequence[tuple[float, float]], heading: str, words: str) -> str:
-    """Return the cost of each trial, and the least so far as a line of steps; 1 is what the defaults cost."""
+    """Return the cost of each trial relative to the defaults, and the best so far as a step line."""
     figure, axes = _figure()
     x, y = (np.array(column, dtype=np.float64) for column in zip(*costs, strict=True))
     axes.plot(x, y, "o", color=_HUES[1], markersize=3.5, alpha=0.8, markeredgewidth=0, label="trial")
@@ -149,14 +151,14 @@ def trials(costs: Sequence[tuple[float, float]], heading: str, words: str) -> st
 
 
 def _at(curve: Course, places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the cost that a run had at some places: that of the last step before."""
+    """Return the costs of a run at given places, each from the last step before it."""
     x, y = (np.array(column, dtype=np.float64) for column in zip(*curve, strict=True))
     costs: NDArray[np.float64] = y[np.maximum(np.searchsorted(x, places, side="right") - 1, 0)]
     return costs
 
 
 def reached(curve: Course, target: float) -> float | None:
-    """Return when a run came to a cost or below, None where it did not."""
+    """Return the first time at which a run reached the target cost, None if it did not."""
     return next((x for x, y in curve if y <= target), None)
 
 
@@ -193,7 +195,7 @@ def _legend(axes: Axes, count: int) -> None:
 
 
 def _svg(figure: Any, words: str) -> str:
-    """Return a figure as an element for a page: its colours are the page's, and it tells what it shows."""
+    """Return a figure as an element for a page, with CSS colours and an accessible title."""
     from matplotlib import rc_context
 
     made = io.StringIO()

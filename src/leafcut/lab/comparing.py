@@ -1,4 +1,4 @@
-"""Ways compared: their ranks over all instances, every two of them, and what each saves over one of them."""
+"""Comparison of variants: ranks over all instances, pairwise tests, and savings over a base level."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ TITLE = "Ways compared"
 
 
 def compared(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
-    """Return how the levels of a factor rank over all instances, and what each saves over the base level."""
+    """Return the ranks of the levels of a factor over all instances, and the savings over the base level."""
     (factor,) = (results.description.factor(name) for name in analysis.factors)
     by_cell = results.groups(response.name, factor.name)
     whole = {rest: groups for rest, groups in by_cell.items() if len(groups) == len(factor.levels)}
@@ -70,9 +70,9 @@ def compared(results: Results, analysis: Analysis, response: Response) -> Report
 
 
 def _against(results: Results, analysis: Analysis, response: Response, title: str, words: list[str]) -> Table:
-    """Return the figures by instance, each beside what it is less or more than the base level, or what is known.
+    """Return the figures by instance, with the difference from the base level or from the known fact.
 
-    Changes: words, what that is in the mean of all instances.
+    Changes: words, with the mean difference over all instances.
     """
     base_name = analysis.base or analysis.fact
     known = {one.name: one.facts.get(analysis.fact, 0.0) for one in results.description.instances}

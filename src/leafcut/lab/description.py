@@ -1,4 +1,4 @@
-"""What an experiment is: a TOML description of inputs × options × seeds, what is measured, and how it is judged."""
+"""Description of an experiment: a TOML file with inputs × options × seeds, responses and analyses."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from typing import Any
 
 from leafcut.errors import OptionError
 
-#: Commands that a run may be, beside those of the processes.
+#: Commands of a run besides those of the processes.
 SOLVE, OPTIMIZE = "solve", "optimize"
-#: So many runs one experiment may have, and so many seeds.
+#: Maximum number of runs of an experiment, and of seeds.
 MOST_RUNS, MOST_SEEDS = 100_000, 1000
-#: Measures that every run has, whatever its command: seconds by the clock, and of the processor.
+#: Responses that every run has, whatever its command: wall-clock time and processor time, s.
 WALL, PROCESSOR = "wall_s", "processor_s"
-#: What of an answer is a time of the computer, and not of the machine.
+#: Responses that measure computing time, not machine time.
 TIMES = (WALL, PROCESSOR, "seconds")
 
 ANALYSES = ("compare", "anova", "crossed", "speedup", "trend", "pareto", "projection")
@@ -24,7 +24,7 @@ ANALYSES = ("compare", "anova", "crossed", "speedup", "trend", "pareto", "projec
 
 @dataclass(frozen=True)
 class LabInstance:
-    """One input: a file, ``example:plate-70`` or ``random:200``; with options of its own, and figures known of it."""
+    """One input (a file, ``example:plate-70`` or ``random:200``), with its own options and known figures."""
 
     name: str
     input: str
@@ -34,7 +34,7 @@ class LabInstance:
 
 @dataclass(frozen=True)
 class Level:
-    """One value of a factor: the options that it stands for; `value` where it is a number."""
+    """One level of a factor: its options; `value` if it is a number."""
 
     name: str
     options: Mapping[str, Any]
@@ -43,7 +43,7 @@ class Level:
 
 @dataclass(frozen=True)
 class Factor:
-    """What is varied: its levels are crossed with those of all other factors."""
+    """A factor: its levels are crossed with those of all other factors."""
 
     name: str
     title: str
@@ -57,16 +57,16 @@ class Factor:
 
 @dataclass(frozen=True)
 class Response:
-    """A figure of a run.
+    """A measured figure of a run.
 
     Attributes
     ----------
     path
-        Where it stands in the answer of the command with ``--json``, such as ``after.time_s``; or `WALL`, `PROCESSOR`.
+        Path in the ``--json`` answer of the command, such as ``after.time_s``; or `WALL`, `PROCESSOR`.
     scale
-        The figure is multiplied by it, for another unit.
+        Factor that converts the unit.
     more_is_better
-        Whether the larger figure is the better one.
+        Whether larger figures are better.
     """
 
     name: str
@@ -78,26 +78,26 @@ class Response:
 
     @property
     def heading(self) -> str:
-        """Its title with its unit."""
+        """Title with unit."""
         return f"{self.title}, {self.unit}" if self.unit else self.title
 
 
 @dataclass(frozen=True)
 class Analysis:
-    """How a response is judged: its kind (of `ANALYSES`), the response, and the factors.
+    """An analysis of a response: its kind (of `ANALYSES`), the response, and the factors.
 
     Attributes
     ----------
     base
-        The level that others are compared with, of a trend or a projection; of a comparison where it is given.
+        Reference level of a trend or a projection, and optionally of a comparison.
     fact
-        The figure known of each instance that a comparison holds the response against, in place of a base level.
+        Known figure of each instance as the reference of a comparison, instead of a base level.
     against
-        The other response of a Pareto plot; the next one where it is empty.
+        The other response of a Pareto plot; the next one if empty.
     without
-        Instances without which a trend is told once more.
+        Instances without which a trend is reported a second time.
     boards
-        So many pieces a projection is for.
+        Batch sizes of a projection.
     """
 
     kind: str
@@ -113,7 +113,7 @@ class Analysis:
 
 @dataclass(frozen=True)
 class Published:
-    """Figures of a publication: a table of texts, with where they come from and what is to be said of them."""
+    """Published figures: a table of texts, with its source and a note."""
 
     title: str
     source: str
@@ -124,7 +124,7 @@ class Published:
 
 @dataclass(frozen=True)
 class RunPlan:
-    """One run that is to be done: an input, a level of every factor, and a seed."""
+    """One planned run: an input, a level of each factor, and a seed."""
 
     instance: LabInstance
     levels: Mapping[str, Level]
@@ -133,22 +133,22 @@ class RunPlan:
 
     @property
     def label(self) -> str:
-        """What people are told of it."""
+        """Label for messages."""
         return ", ".join([self.instance.name, *(level.name for level in self.levels.values()), f"seed {self.seed}"])
 
 
 @dataclass(frozen=True)
 class Description:
-    """An experiment as its file describes it.
+    """An experiment as described by its file.
 
     Attributes
     ----------
     command
-        What every run does: ``solve``, ``optimize``, or the command of a process.
+        Command of every run: ``solve``, ``optimize``, or the command of a process.
     new_process
-        Whether each run is a process of its own, so that the time of its start counts.
+        Whether each run is a new process, so that its start-up time counts.
     cores
-        The factor whose levels are numbers of threads; those beyond the machine's cores are not run. Empty for none.
+        Factor whose levels are numbers of threads; levels above the machine's cores are skipped. Empty for none.
     """
 
     name: str
@@ -167,26 +167,26 @@ class Description:
     new_process: bool = False
     cores: str = ""
     reduced: bool = False
-    #: Whether `leafcut lab run` knows it by its name.
+    #: Whether `leafcut lab run` lists it by name.
     listed: bool = True
-    #: The short form, as the file has it.
+    #: The table of the short form, as in the file.
     short: Mapping[str, Any] = field(default_factory=dict, repr=False)
 
     @property
     def key(self) -> str:
-        """The name under which its runs are kept; the short form has another one."""
+        """Name under which its runs are stored; the short form has a separate one."""
         return f"{self.name} (reduced)" if self.reduced else self.name
 
     def response(self, name: str) -> Response:
-        """Return one of its responses."""
+        """Return a response by name."""
         return next(one for one in self.responses if one.name == name)
 
     def factor(self, name: str) -> Factor:
-        """Return one of its factors."""
+        """Return a factor by name."""
         return next(one for one in self.factors if one.name == name)
 
     def runs(self) -> Iterator[RunPlan]:
-        """Yield every run: for each seed all that differ in nothing else, so that an early end leaves whole rounds."""
+        """Yield all runs seed by seed, so that an early end leaves complete rounds."""
         for seed in self.seeds:
             for instance in self.instances:
                 for levels in itertools.product(*(factor.levels for factor in self.factors)):
@@ -198,7 +198,7 @@ class Description:
 
     @property
     def n_runs(self) -> int:
-        """How many runs there are."""
+        """Number of runs."""
         count = len(self.seeds) * len(self.instances)
         for factor in self.factors:
             count *= len(factor.levels)

@@ -1,4 +1,4 @@
-"""A table of the file that describes an experiment: takes what is of the right type, and refuses what is not."""
+"""A table of an experiment file, with type-checked access."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from leafcut.errors import OptionError, nearest
 
 
 def word_of(value: Any) -> str:
-    """Return a level or a figure as people write it."""
+    """Return a level or a figure as text."""
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def number_of(value: Any) -> float | None:
-    """Return a number, None where a value is none."""
+    """Return a number, None if the value is not a number."""
     return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
 
 
 @dataclass(frozen=True)
 class DescriptionTable:
-    """A table of the file, and where it stands: takes what is of the right type and refuses what is not."""
+    """A table of the file and its path in it; each access checks the type."""
 
     content: Mapping[str, Any]
     experiment: str
@@ -29,21 +29,21 @@ class DescriptionTable:
 
     @property
     def name(self) -> str:
-        """The last part of where it stands."""
+        """The last part of the path."""
         return self.place.rpartition(".")[2]
 
     def wrong(self, words: str) -> OptionError:
-        """Return the refusal of what is wrong here."""
+        """Return an error that names the experiment and the table."""
         return OptionError(f"experiment '{self.experiment}'{f', [{self.place}]' if self.place else ''}: {words}")
 
     def check(self, known: set[str]) -> None:
-        """Refuse keys that are not known."""
+        """Refuse unknown keys."""
         for key in self.content:
             if key not in known:
                 raise self.wrong(f"unknown key '{key}'{nearest(key, sorted(known))}")
 
     def text(self, key: str, default: str | None = None) -> str:
-        """Return a text; without a default there must be one."""
+        """Return a text; without a default, the key is required."""
         value = self.content.get(key, default)
         if not isinstance(value, str):
             raise self.wrong(f"{key}: a text is needed" + ("" if value is None else f", not {value!r}"))
@@ -71,7 +71,7 @@ class DescriptionTable:
         return [word_of(one) for one in value]
 
     def table(self, key: str) -> dict[str, Any]:
-        """Return a table as it is."""
+        """Return a table unchanged."""
         value = self.content.get(key, {})
         if not isinstance(value, dict):
             raise self.wrong(f"{key}: a table is needed")
@@ -86,11 +86,11 @@ class DescriptionTable:
         return found
 
     def tables(self, key: str) -> list[DescriptionTable]:
-        """Return the tables of a table, in their order."""
+        """Return the tables of a table, in order."""
         return [DescriptionTable(one, self.experiment, f"{key}.{name}") for name, one in self.dicts(key).items()]
 
     def list_of_tables(self, key: str) -> list[DescriptionTable]:
-        """Return the tables of a list of them."""
+        """Return the tables of a list of tables."""
         value = self.content.get(key, [])
         if not isinstance(value, list) or any(not isinstance(one, dict) for one in value):
             raise self.wrong(f"{key}: tables [[{key}]] are needed")

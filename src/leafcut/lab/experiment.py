@@ -23,12 +23,12 @@ from leafcut.options.condition import Conditions
 from leafcut.processes import registry
 from leafcut.processes.settings import collect
 
-#: Most runs of each algorithm, and most points of the curve of a run.
+#: Maximum number of runs per algorithm, and of points per curve.
 MOST_RUNS, MOST_POINTS = 1000, 300
-#: So many points have the curves of all runs together, but each of them the least: a page draws them all.
+#: Maximum number of points of all curves together (a page draws them all); minimum per curve.
 _ALL_POINTS, _LEAST_POINTS = 20_000, 10
 
-#: What can be compared: all that has a name of its own and seeks a tour.
+#: Algorithms that can be compared: all with a name of their own that search a tour.
 COMPARED = tuple(name for name in ALGORITHM_TITLES if name not in ("auto", "none"))
 
 
@@ -43,7 +43,7 @@ class Repetition:
     nodes
         int32[k]: the tour.
     curve
-        (iteration, seconds, cost) whenever the best tour became shorter; iteration 0 is the tour that it began with.
+        (iteration, seconds, cost) at each improvement of the best tour; iteration 0 is the initial tour.
     """
 
     algorithm: str
@@ -57,16 +57,16 @@ class Repetition:
 
 @dataclass(frozen=True, eq=False)
 class Experiment:
-    """What came of all runs.
+    """Results of all runs.
 
     Attributes
     ----------
     repetitions
-        Algorithm by algorithm, seed by seed.
+        By algorithm, then by seed.
     lower_bound
-        No tour is shorter; None where there is none.
+        Lower bound of the tour cost; None if there is none.
     stopped
-        Whether a person ended it before all runs were done.
+        Whether the user stopped it before all runs were finished.
     """
 
     part: Part
@@ -81,7 +81,7 @@ class Experiment:
 
     @property
     def best(self) -> Repetition:
-        """The first of the runs with the shortest tour."""
+        """The first run with the shortest tour."""
         return min(self.repetitions, key=lambda one: one.cost)
 
     def of(self, algorithm: str) -> tuple[Repetition, ...]:
@@ -90,7 +90,7 @@ class Experiment:
 
 
 def check_experiment(algorithms: Sequence[str], runs: int) -> None:
-    """Raise `OptionError` where an experiment cannot be meant."""
+    """Raise `OptionError` for no or unknown algorithms, or an invalid number of runs."""
     if not algorithms:
         raise OptionError("choose at least one algorithm to compare")
     for name in algorithms:
@@ -110,17 +110,18 @@ def run_experiment(
     observe: Observer | None = None,
     cancelled: threading.Event | None = None,
 ) -> Experiment:
-    """Run each algorithm `runs` times on a map, with seeds that count up from the option ``seed``.
+    """Run each algorithm `runs` times on a map, with seeds counted up from the option ``seed``.
 
-    `options` are those of `api.solve`; each algorithm gets those that mean something to it. Seeds are the same for
-    all algorithms. When `cancelled` is set, the run that goes on is left out, unless it is the first.
+    `options` are those of `api.solve`; each algorithm gets the ones that it uses. All algorithms use the same seeds.
+    When
+    `cancelled` is set, the current run is dropped, unless it is the first.
 
     Raises
     ------
     OptionError
-        The experiment cannot be meant, or an option.
+        The algorithms, the number of runs or an option is invalid.
     SolveError
-        An algorithm cannot do this map.
+        An algorithm cannot solve this map.
     """
     check_experiment(algorithms, runs)
     ended = cancelled or threading.Event()
@@ -146,7 +147,7 @@ def run_experiment(
 
 
 def options_for(algorithm: str, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options of a run of one algorithm: none of others, and no bound, which is sought once for all."""
+    """Return the options of a run of one algorithm: no unused ones, and no bound, which is computed once for all."""
     used = registry.work("solve").used()
     kept = {name: value for name, value in options.items() if _fits(used.get(name, ()), algorithm)}
     if kept.get("target_gap") is None:
@@ -159,7 +160,7 @@ def _fits(needs: Conditions, algorithm: str) -> bool:
 
 
 def _tell(progress: OnProgress | None, what: str, number: int, runs: int) -> OnProgress | None:
-    """Return what a run tells its progress to: its name, and the share of all runs that is done."""
+    """Return a progress callback that adds the name of the run and converts to the share of all runs."""
     if progress is None:
         return None
 
@@ -175,10 +176,10 @@ def _repetition(algorithm: str, seed: int, found: Solution, study: Study, most: 
 
 
 def curve_of(found: Solution, study: Study, most: int) -> Iterator[tuple[int, float, float]]:
-    """Yield (iteration, seconds, cost) whenever the best tour became shorter, in so many points; then the end."""
+    """Yield (iteration, seconds, cost) at each improvement, thinned to about `most` points, and at the end."""
     begun, cost = found.history[0]
     points, rows = [(0, begun, cost)], study.iterations()
-    # Of a map with sets of points a search may know the lengths through their middles alone.
+    # For a map with sets of points, a search may only know the lengths through the centres.
     known = bool(rows) and math.isclose(rows[-1].shortest, found.cost, rel_tol=1e-9)
     for row in rows if known else ():
         if row.shortest < points[-1][2]:
@@ -188,7 +189,7 @@ def curve_of(found: Solution, study: Study, most: int) -> Iterator[tuple[int, fl
 
 
 def _bound(part: Part, best: Solution | None, options: Mapping[str, Any], ended: threading.Event) -> float | None:
-    """Return the lower bound of the map, unless none is wanted."""
+    """Return the lower bound of the map, unless ``bound`` is off."""
     if best is None or options.get("bound") is False:
         return None
     from leafcut.order.certificate import certify

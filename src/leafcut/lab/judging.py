@@ -1,4 +1,4 @@
-"""What an experiment found: each analysis of its description as sentences, tables and charts."""
+"""Evaluate an experiment: each analysis of its description as sentences, tables and charts."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from leafcut.lab.description import TIMES, Analysis, Response
 from leafcut.lab.results import MOST_CHARTS, ReportBlock, Results, Table, number, or_dash, p_words, way_of
 from leafcut.lab.statistics import OneWay, Pair, crossed, interval, one_way, pareto_front, trend
 
-#: Figures of a cell that differ by less than this share are the same.
+#: Relative tolerance for equal figures of a cell.
 _ALIKE = 1e-3
 
 
 def judged(results: Results) -> list[ReportBlock]:
-    """Return a block for every analysis; of one that cannot be done yet, the line that says why."""
+    """Return a block for each analysis, or the reason why it cannot be done yet."""
     blocks = []
     for analysis in results.description.analyses:
         response = results.description.response(analysis.response)
@@ -29,7 +29,7 @@ def judged(results: Results) -> list[ReportBlock]:
 
 
 def _once(results: Results, analysis: Analysis, response: Response) -> Results:
-    """Return the runs without those that only repeat others: threads change the time of a search, not its answer."""
+    """Drop runs that only repeat others: threads change the time of a search, not its result."""
     cores = results.description.cores
     if not cores or cores in analysis.factors or response.path in TIMES:
         return results
@@ -219,7 +219,7 @@ def _speedup(results: Results, analysis: Analysis, response: Response) -> Report
 
 
 def _trend(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
-    """Return whether a figure, or the gain over the level `base`, grows with the size of the instance."""
+    """Report whether a figure, or the gain over the level `base`, grows with the size of the instance."""
     of = results.description
     sizes = {one.name: one.facts["size"] for one in of.instances if "size" in one.facts}
     factor = of.factor(analysis.factors[0])
@@ -236,7 +236,7 @@ def _trend(results: Results, analysis: Analysis, response: Response) -> ReportBl
                 rows.append(
                     (rest[0], f"{sizes[rest[0]]:g}", name, number(base), number(fmean(values)), f"{gain:.2f} %")
                 )
-    # Whatever else is varied, an instance counts once: its gains are not independent of each other.
+    # An instance counts once, whatever else varies: its gains are not independent of each other.
     for name, points in gains.items():
         of_one: dict[str, list[float]] = {}
         for instance, _, gain in points:
@@ -277,7 +277,7 @@ def _trend_words(sizes: Sequence[float], gains: Sequence[float], alpha: float) -
 
 
 def _projection(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
-    """Return what one piece saves, times the pieces: nothing else changes from one to the next."""
+    """Multiply the saving per piece by the batch size; nothing else changes between pieces."""
     (factor,) = (results.description.factor(name) for name in analysis.factors)
     rows = []
     for rest, groups in results.groups(response.name, factor.name).items():

@@ -1,4 +1,4 @@
-"""Finds the description of an experiment, and reads it from its TOML file."""
+"""Find and read the TOML description of an experiment."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ from leafcut.processes.base import Work
 from leafcut.processes.job import machine_of
 from leafcut.processes.settings import collect, placed_in, why_unused
 
-#: What comes with leafcut.
+#: Experiments that come with leafcut.
 _SHIPPED = resources.files("leafcut.lab") / "shipped"
 
 
 def shipped_names() -> list[str]:
-    """Return the names of the experiments that come with leafcut, without reading them."""
+    """Return the names of the included experiments, without reading them."""
     return sorted(file.name.removesuffix(".toml") for file in _SHIPPED.iterdir() if file.name.endswith(".toml"))
 
 
 def shipped() -> dict[str, str]:
-    """Return the experiments that come with leafcut: name → title."""
+    """Return the included experiments: name → title."""
     return {name: load(name).title for name in shipped_names()}
 
 
@@ -52,9 +52,9 @@ def load(name: str | Path) -> Description:
     Raises
     ------
     OptionError
-        There is none of this name.
+        The name is unknown.
     DataError
-        The file is not TOML, or cannot be meant; with what is wrong in it.
+        The file is not TOML, or its content is invalid.
     ReadError
         The file cannot be read.
     """
@@ -77,14 +77,14 @@ def load(name: str | Path) -> Description:
 
 
 def described(content: Mapping[str, Any], name: str, folder: Path | None) -> Description:
-    """Return the experiment that a TOML text describes; files that it names are sought from `folder`.
+    """Return the experiment in a parsed TOML file; its files are relative to `folder`.
 
-    Without a folder they are those that come with leafcut.
+    Without a folder, they are those included with leafcut.
 
     Raises
     ------
     OptionError
-        A key or a name in it is unknown, a value of another type, or there is nothing to run.
+        A key or a name is unknown, a value has the wrong type, or there is nothing to run.
     """
     folder = folder if folder is not None else Path(str(resources.files("leafcut.lab") / "parts"))
     table = DescriptionTable(content, name, "")
@@ -204,7 +204,7 @@ def _analysis(table: DescriptionTable, of: Description) -> Analysis:
 
 
 def _fact(table: DescriptionTable, of: Description) -> str:
-    """Return the known figure of instances that a comparison is held against; empty for none."""
+    """Return the known figure that is the reference of a comparison; empty for none."""
     fact, known = table.text("fact", ""), {name for one in of.instances for name in one.facts}
     if fact and (table.text("kind") != "compare" or table.text("base", "")):
         raise table.wrong("fact: a comparison takes it, in place of a base")
@@ -223,7 +223,7 @@ def _published(table: DescriptionTable) -> Published:
 
 
 def _seeds(table: DescriptionTable) -> tuple[int, ...]:
-    """Return the seeds: those listed, or 1 to a number of them."""
+    """Return the seeds: a list, or 1 to a given number."""
     given = table.content.get("seeds", 1)
     listed = list(range(1, given + 1)) if type(given) is int and 0 < given <= MOST_SEEDS else given
     if not isinstance(listed, list) or not listed or any(type(one) is not int or one < 0 for one in listed):
@@ -234,7 +234,7 @@ def _seeds(table: DescriptionTable) -> tuple[int, ...]:
 
 
 def _chosen(of: Sequence[Any], names: Sequence[str], table: DescriptionTable, what: str) -> tuple[Any, ...]:
-    """Return those of some named things that are wanted; all, where none is named."""
+    """Return the named items, or all items if no name is given."""
     known = [one.name for one in of]
     for name in names:
         if name not in known:
@@ -243,7 +243,7 @@ def _chosen(of: Sequence[Any], names: Sequence[str], table: DescriptionTable, wh
 
 
 def _placed(folder: Path, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return options with their files sought from a folder; what is no option is refused later, with its run."""
+    """Return options with file paths relative to a folder; unknown options are refused later, with their run."""
     try:
         return placed_in(folder, options)
     except OptionError:
@@ -251,13 +251,13 @@ def _placed(folder: Path, options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _short(table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-    """Return the table of the reduced form with the files of its options sought from a folder."""
+    """Return the table of the reduced form with file paths relative to a folder."""
     tables = {name: table[name] for name in ("options", "instance_options") if isinstance(table.get(name), dict)}
     return {**table, **{name: _placed(folder, options) for name, options in tables.items()}}
 
 
 def _check_options(made: Description) -> None:
-    """Refuse options that do not exist, have a value that cannot be, or are used by nothing that the command does."""
+    """Refuse options that are unknown, have an invalid value, or are not used by the command."""
     used = _work(made.command)
     seen = set()
     for run in made.runs():
@@ -279,19 +279,19 @@ def _check_options(made: Description) -> None:
 
 
 def _work(command: str) -> Work | None:
-    """Return the kind of work that a command does; None where its input decides."""
+    """Return the kind of work of a command; None if its input decides."""
     if command == SOLVE:
         return registry.work(SOLVE)
     return next((one for one in registry.processes() if one.command == command), None)
 
 
 def in_short(of: Description) -> Description:
-    """Return the short form: fewer inputs, levels and seeds, less work in each run.
+    """Return the short form: fewer inputs, levels and seeds, and less work per run.
 
     Raises
     ------
     OptionError
-        The file has none.
+        The file has no short form.
     """
     if not of.short:
         raise OptionError(f"experiment '{of.name}' has no reduced form: its file has no table [reduced]")

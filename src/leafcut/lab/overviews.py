@@ -1,4 +1,4 @@
-"""What a report shows of any experiment: every cell with its spread, and how the searches went."""
+"""Parts of every experiment report: each cell with its spread, and the convergence of the searches."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from leafcut.lab.results import MOST_CHARTS, ReportBlock, Results, Table, number
 from leafcut.lab.statistics import interval
 from leafcut.lab.store import Row
 
-#: A target is within so many percent of the best that any run found, the least of which half of all runs come to.
+#: Candidate targets, percent above the best result; the smallest that half of all runs reach is used.
 _TARGETS = (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 
 
 def overview(results: Results) -> ReportBlock:
-    """Return every cell with its runs and the figures of each response."""
+    """Return every cell with its number of runs and the figures of each response."""
     of = results.description
     columns = ["Instance", *(one.title for one in of.factors), "Runs"]
     for response in of.responses:
@@ -37,7 +37,7 @@ def overview(results: Results) -> ReportBlock:
 
 
 def searches(results: Results) -> ReportBlock | None:
-    """Return how the searches went, and when they came to a target; None where no run tells."""
+    """Return convergence and time-to-target charts; None if no run has a curve."""
     curves: dict[str, dict[str, list[Row]]] = {}
     for row in results.rows:
         if len(row.curve) > 1:

@@ -1,4 +1,4 @@
-"""An experiment on a part of one's own: what may be compared there, and the description that compares it."""
+"""An experiment on the user's own part: the possible comparisons, and their description."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from leafcut.lab.description import (
 from leafcut.lab.experiment import COMPARED
 from leafcut.processes.settings import group_of
 
-#: Its name, under which its runs are kept: those of different parts differ by what the files hold.
+#: Name under which its runs are stored; runs of different parts differ by the hash of the file.
 OWN_PART = "open_part"
 
 _TIME = Response("time", "Time of the computer", "s", PROCESSOR)
@@ -33,7 +33,7 @@ _USUAL_RESPONSES = (_PROGRAM, Response("travel", "Travel", "mm", "after.travel_m
 
 
 def what_differs(command: str) -> tuple[str, tuple[str, ...]]:
-    """Return the option that ways of a command differ in, and its values: strategies of pockets, else algorithms."""
+    """Return the option that is compared for a command, and its values: pocket strategies, or algorithms."""
     if command == "pocket":
         choices = group_of("strategy").specs()["strategy"].all_choices
         return "strategy", tuple(name for name in choices if name != "auto")
@@ -41,30 +41,30 @@ def what_differs(command: str) -> tuple[str, tuple[str, ...]]:
 
 
 def responses_of(command: str) -> tuple[Response, ...]:
-    """Return what is measured of a command; the first is what it is for."""
+    """Return the responses of a command; the first is its objective."""
     return _RESPONSES.get(command, _USUAL_RESPONSES)
 
 
 def compare_on(
     name: str, source: str, command: str, options: Mapping[str, Any], ways: Sequence[str], runs: int
 ) -> Description:
-    """Return the experiment that does a part in several ways, each with as many seeds.
+    """Return an experiment that runs a part with several values of an option, each with the same seeds.
 
-    Options that only some ways have are left out: each way has its own as recommended.
+    Options that only some of these values use are dropped: each runs with its recommended settings.
 
     Parameters
     ----------
     name, source
-        What a person calls the part, and where it is.
+        Displayed name of the part, and its file or source.
     command
-        What is done: ``solve``, ``optimize``, or the command of a process.
+        Command of the runs: ``solve``, ``optimize``, or the command of a process.
     ways
         Values of `what_differs`.
 
     Raises
     ------
     OptionError
-        No way is chosen or an unknown one, or the number of runs is out of range.
+        Fewer than two values are chosen, one is unknown, or the number of runs is out of range.
     """
     option, known = what_differs(command)
     for way in ways:

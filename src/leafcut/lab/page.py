@@ -1,4 +1,4 @@
-"""The report of an experiment: one HTML page that needs nothing else, and its runs as CSV."""
+"""The report of an experiment: a self-contained HTML page, and its runs as CSV."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from leafcut.lab.overviews import overview, searches
 from leafcut.lab.results import ReportBlock, Results, number
 from leafcut.lab.store import Row
 
-#: What the extra brings.
+#: Packages of the extra ``lab``.
 _NEEDED = ("scipy", "pandas", "statsmodels", "scikit_posthocs", "matplotlib")
 
 
 def write_page(
     description: Description, rows: Sequence[Row], wanted: int, left_out: int = 0, before: Sequence[ReportBlock] = ()
 ) -> str:
-    """Return the page of an experiment from its runs so far; `wanted` runs would be all of them on this machine.
+    """Return the page of an experiment from the runs so far; `wanted` is the number of runs on this machine.
 
-    The blocks `before` stand before its own.
+    The blocks in `before` come first.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def write_page(
 
 
 def rows_as_csv(description: Description, rows: Sequence[Row]) -> str:
-    """Return a row for every run, with what it measured, where and when."""
+    """Return one row per run: its responses, machine and time."""
     factors, responses = [one.name for one in description.factors], [one.name for one in description.responses]
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -117,7 +117,7 @@ def _state(description: Description, results: Results, rows: Sequence[Row], want
 
 
 def circumstances(rows: Sequence[Row]) -> list[str]:
-    """Return where, when and by what the runs were done."""
+    """Return machines, versions and dates of the runs in words."""
     if not rows:
         return []
     machines = sorted({row.machine for row in rows})

@@ -1,4 +1,4 @@
-"""The finished runs of an experiment by cell, and the tables and words in which a report says them."""
+"""The finished runs of an experiment by cell, and the tables and text blocks of a report."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from leafcut.lab.description import Description
 from leafcut.lab.store import Row
 
-#: Of more instances than this, only the first have charts of their own.
+#: Maximum number of instances with their own charts.
 MOST_CHARTS = 8
 
 DesignCell = tuple[str, ...]
@@ -17,7 +17,7 @@ DesignCell = tuple[str, ...]
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of texts under headings; the first `texts` columns are words, the others numbers."""
+    """Rows of texts under headings; the first `texts` columns are text, the others numbers."""
 
     columns: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
@@ -27,7 +27,7 @@ class Table:
 
 @dataclass(frozen=True)
 class ReportBlock:
-    """One part of a report: a heading, what is said, tables, and charts as SVG."""
+    """One section of a report: heading, sentences, tables, and charts as SVG."""
 
     title: str
     words: tuple[str, ...] = ()
@@ -37,14 +37,14 @@ class ReportBlock:
 
 @dataclass(frozen=True)
 class Results:
-    """The finished runs of an experiment, by cell: an instance and a level of each factor."""
+    """The finished runs of an experiment by cell: an instance and a level of each factor."""
 
     description: Description
     rows: tuple[Row, ...]
 
     @classmethod
     def of(cls, description: Description, rows: Iterable[Row]) -> Results:
-        """Return those rows that are runs of the description as it is now, none of which failed."""
+        """Keep the rows that match the current description and did not fail."""
         instances = {one.name for one in description.instances}
         levels = {one.name: {level.name for level in one.levels} for one in description.factors}
         kept = [
@@ -60,7 +60,7 @@ class Results:
         for row in sorted(self.rows, key=lambda one: one.seed):
             value = row.responses.get(response)
             if value is not None and math.isfinite(value):
-                found[self.cell(row)].append(float(f"{value:.12g}"))  # not the last digits of a sum
+                found[self.cell(row)].append(float(f"{value:.12g}"))  # rounded, without the last digits of a sum
         return {cell: values for cell, values in found.items() if values}
 
     def cells(self) -> Iterator[DesignCell]:
@@ -74,7 +74,7 @@ class Results:
         return (row.instance, *(row.levels[one.name] for one in self.description.factors))
 
     def groups(self, response: str, factor: str) -> dict[DesignCell, dict[str, list[float]]]:
-        """Return the figures by level of a factor, for each combination of all else."""
+        """Return the figures by level of a factor, for each combination of the other factors."""
         place = 1 + [one.name for one in self.description.factors].index(factor)
         found: dict[DesignCell, dict[str, list[float]]] = {}
         for cell, values in self.figures(response).items():
@@ -83,13 +83,13 @@ class Results:
 
 
 def way_of(description: Description, cell: DesignCell) -> str:
-    """Return the name of a way: its levels, without the instance; a number stands behind what it is of."""
+    """Return the name of a variant: its levels, without the instance; numbers follow the title of their factor."""
     levels = zip(description.factors, cell[1:], strict=True)
     return ", ".join(f"{one.title} {level}" if one.numeric else level for one, level in levels) or "runs"
 
 
 def number(value: float) -> str:
-    """Return a figure with five digits that count."""
+    """Return a figure with five significant digits."""
     if not math.isfinite(value):
         return "∞" if value > 0 else "–"
     if value == 0.0:
@@ -101,12 +101,12 @@ def number(value: float) -> str:
 
 
 def or_dash(value: float | None) -> str:
-    """Return a figure, or a dash where there is none."""
+    """Return a figure, or a dash for None."""
     return "–" if value is None else number(value)
 
 
 def p_words(p: float | None, name: str = "p ") -> str:
-    """Return a probability in words; a `name` stands before it."""
+    """Return a p value in words, after `name`."""
     if p is None:
         return "–"
     if p < 0.001:

@@ -1,4 +1,4 @@
-"""`run`: does the runs of an experiment that are not done yet, and keeps each as soon as it is over."""
+"""`run`: do the missing runs of an experiment, and store each when it is finished."""
 
 from __future__ import annotations
 
@@ -31,22 +31,22 @@ from leafcut.order.executors import WatchedExecutor, run_tasks
 from leafcut.processes import registry
 from leafcut.read.format import Source
 
-#: Most points of the curve that is kept of a run.
+#: Maximum number of stored points per curve.
 MOST_POINTS = 300
-#: What a run in a process of its own may take at most, s.
+#: Time limit of a run in a new process, s.
 _LONGEST_PROCESS = 3600.0
-#: The packages whose versions stand with every run.
+#: Packages whose versions are recorded with every run.
 _PACKAGES = ("numpy", "numba")
 
 
 @dataclass(frozen=True)
 class RunTask:
-    """A run as it can be sent to another process or machine: all in it is plain.
+    """A run as plain data, so that it can be sent to another process or machine.
 
     Attributes
     ----------
     input
-        The name of an example or a random map, or a file that was read already.
+        Name of an example or a random map, or a file already read.
     """
 
     key: str
@@ -59,7 +59,7 @@ class RunTask:
 
 @dataclass(frozen=True)
 class Answer:
-    """What came of a task, and where and when it was done; `failed` is the line of a refusal."""
+    """The result of a task, with its machine and time; `failed` is the error message."""
 
     responses: Mapping[str, float | None] = field(default_factory=dict)
     curve: tuple[tuple[int, float, float], ...] = ()
@@ -70,15 +70,15 @@ class Answer:
     load: float | None = None
 
 
-#: Does tasks, and yields each with its answer as it is over, in any order.
+#: Runs tasks, and yields each with its answer when finished, in any order.
 Performer = Callable[[Iterable[RunTask]], Iterator[tuple[RunTask, Answer]]]
 
 
 @dataclass(frozen=True)
 class Ran:
-    """How a call of `run` went: runs of the experiment, those that it did, those that failed, and those left out.
+    """Summary of a call of `run`: runs of the experiment, runs stored, runs done now, failures, and skipped runs.
 
-    `left_out` are runs that this machine cannot do, with more threads than it has cores.
+    `left_out` counts runs that need more threads than this machine has cores.
     """
 
     runs: int
@@ -98,23 +98,23 @@ def run(
     cancelled: threading.Event | None = None,
     mixed: bool = False,
 ) -> Ran:
-    """Do the runs of an experiment that the results do not have yet; one that failed before is done again.
+    """Do the runs of an experiment that are not stored yet; failed runs are repeated.
 
-    Each is kept as soon as it is over. When `cancelled` is set, or on an interrupt, what goes on is left out.
+    Each is stored when it is finished. When `cancelled` is set, or on an interrupt, unfinished runs are dropped.
 
     Parameters
     ----------
     performer
-        Does the runs; without one, they are done here one after the other.
+        Executes the runs; by default they run here, one after the other.
     mixed
-        Whether runs of this version may stand beside those of another version of leafcut.
+        Whether runs of this version may be combined with those of another version of leafcut.
 
     Raises
     ------
     OptionError
-        The results have runs of another version of leafcut, and are not to be mixed.
+        No run fits this machine; or there are results of another version of leafcut, and `mixed` is not set.
     ReadError, OutputError
-        An input cannot be read, or the results cannot be written. What was kept stays.
+        An input cannot be read, or the results cannot be written. Stored runs are kept.
     """
     plans = [plan for plan in description.runs() if can_run(description, plan)]
     left_out = description.n_runs - len(plans)
@@ -148,9 +148,9 @@ def run(
 
 
 def rows_of(description: Description, store: Store) -> list[Row]:
-    """Return the rows of the runs of an experiment as it is described now, in their order.
+    """Return the rows of the runs of an experiment as it is described now, in order.
 
-    Runs with other options or other inputs than those of today are left out, and so is a failure that was mended.
+    Runs with outdated options or inputs are left out.
 
     Raises
     ------
@@ -164,16 +164,16 @@ def rows_of(description: Description, store: Store) -> list[Row]:
 
 
 def can_run(description: Description, plan: RunPlan) -> bool:
-    """Whether this machine has as many cores as a run asks threads."""
+    """Whether this machine has a core for each thread of a run."""
     return not description.cores or (plan.levels[description.cores].value or 0) <= _cores()
 
 
 def task_of(description: Description, plan: RunPlan, inputs: Mapping[str, tuple[str | Source, str]]) -> RunTask:
-    """Return a run as a task; `inputs` are the instances as they were read, with the hash of each."""
+    """Return a run as a task; `inputs` are the instances that were read, with their hashes."""
     source, sha = inputs[plan.instance.name]
     responses = {one.name: (one.path, one.scale) for one in description.responses}
     levels = {name: level.name for name, level in plan.levels.items()}
-    # A file that an option names counts by what is in it, wherever it lies.
+    # A file named by an option is identified by its content, not its path.
     options = {name: _by_content(value) for name, value in plan.options.items()}
     content: dict[str, Any] = {"input": sha, "instance": plan.instance.name, "levels": levels, "options": options}
     content |= {"responses": responses, "new_process": description.new_process}
@@ -182,7 +182,7 @@ def task_of(description: Description, plan: RunPlan, inputs: Mapping[str, tuple[
 
 
 def perform(task: RunTask, cancelled: threading.Event | None = None) -> Answer:
-    """Do one run; what it refuses is told in its answer."""
+    """Do one run; an error is returned in the answer."""
     began, load = datetime.now(UTC).isoformat(timespec="seconds"), _load()
     place = Answer(began=began, load=load, versions=_versions(), machine=_machine())
     try:
@@ -198,12 +198,12 @@ def perform(task: RunTask, cancelled: threading.Event | None = None) -> Answer:
 
 
 def on_executor(executor: WatchedExecutor, ended: threading.Event) -> Performer:
-    """Return what does runs on an executor, each of them once; a run whose workers died again and again has failed.
+    """Return a performer that does each run once on an executor. A run fails if its workers die repeatedly.
 
     Raises
     ------
     OptionError
-        It does several runs at once in one process, of which the time of the processor cannot be told apart.
+        The executor does several runs at once in one process, so that processor times cannot be separated.
     """
     if executor.together > 1:
         raise OptionError(
@@ -219,7 +219,7 @@ def on_executor(executor: WatchedExecutor, ended: threading.Event) -> Performer:
 
 
 def _here(tasks: Iterable[RunTask], ended: threading.Event) -> Iterator[tuple[RunTask, Answer]]:
-    """Do tasks here, one after the other; one that is cut short is not answered."""
+    """Do tasks here, one after the other; a cancelled one yields no answer."""
     for task in tasks:
         answer = perform(task, ended)
         if ended.is_set():
@@ -230,7 +230,7 @@ def _here(tasks: Iterable[RunTask], ended: threading.Event) -> Iterator[tuple[Ru
 def _answer(
     task: RunTask, cancelled: threading.Event | None
 ) -> tuple[dict[str, Any], tuple[tuple[int, float, float], ...]]:
-    """Return what the command answers with ``--json``, and how the search of a map went."""
+    """Return the ``--json`` answer of the command, and the convergence curve for a map."""
     from leafcut.report.json_answer import as_json, solved_as_json
 
     if task.command == SOLVE:
@@ -246,7 +246,7 @@ def _answer(
 
 
 def _warm_up(task: RunTask) -> None:
-    """Let what is compiled be ready before the clock runs: the first run of a kind in this process is done twice."""
+    """Compile before timing: the first run of a kind in this process is done twice."""
     way = (task.command, str(task.options.get("algorithm")), str(task.options.get("strategy")))
     if way not in _warm():
         _warm().add(way)
@@ -255,12 +255,12 @@ def _warm_up(task: RunTask) -> None:
 
 @cache
 def _warm() -> set[tuple[str, str, str]]:
-    """Return the kinds of runs that this process did already."""
+    """Return the kinds of runs that this process has already done."""
     return set()
 
 
 def _in_new_process(task: RunTask) -> dict[str, Any]:
-    """Return the answer of the command in a process of its own."""
+    """Return the answer of the command in a new process."""
     words = [task.command, str(task.input), "--json", "--no-defaults"]
     for name, value in task.options.items():
         if isinstance(value, bool):
@@ -282,7 +282,7 @@ def _in_new_process(task: RunTask) -> dict[str, Any]:
 
 
 def _figure(answer: Mapping[str, Any], path: str, scale: float) -> float | None:
-    """Return the number at a path of keys and places in lists; None where there is none."""
+    """Return the number at a path of keys and list indices; None if there is none."""
     found: Any = answer
     for word in path.split("."):
         if isinstance(found, Mapping):
@@ -295,8 +295,8 @@ def _figure(answer: Mapping[str, Any], path: str, scale: float) -> float | None:
 
 
 def _input(command: str, instance: LabInstance) -> tuple[str | Source, str]:
-    """Return an input, read once where it is a file, and the hash of its bytes, or of the name of what is none."""
-    if command == "nest":  # a list of drawings, which it reads itself
+    """Return an input, with files read once, and the hash of its bytes or its name."""
+    if command == "nest":  # a list of drawings, which the command reads itself
         from leafcut.files.whole_files import check_is_there
 
         check_is_there(f"instance {instance.name}", Path(instance.input))
@@ -308,7 +308,7 @@ def _input(command: str, instance: LabInstance) -> tuple[str | Source, str]:
 
 
 def _by_content(value: Any) -> Any:
-    """Return the hash of a file's bytes for the path of one, any other value as it is."""
+    """Return the hash of the content if the value is a path of a file, otherwise the value."""
     if not isinstance(value, str) or not Path(value).is_absolute() or not Path(value).is_file():
         return value
     return hashlib.sha256(Path(value).read_bytes()).hexdigest()
@@ -339,7 +339,7 @@ def _load() -> float | None:
 
 
 def _processor() -> float:
-    """Return the seconds of the processor that this process and those that it started and ended took."""
+    """Return the processor time of this process and its finished children, s."""
     times = os.times()
     return times.user + times.system + times.children_user + times.children_system
 
@@ -351,7 +351,7 @@ def _versions() -> dict[str, str]:
 
 @cache
 def _machine() -> str:
-    """Return the processor, its cores that can be used, and the system."""
+    """Return the processor model, the usable cores, and the operating system."""
     model = platform.processor() or platform.machine()
     about = Path("/proc/cpuinfo")
     if about.is_file():

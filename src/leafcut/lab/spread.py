@@ -1,4 +1,4 @@
-"""How the results of several runs are spread: mean, standard deviation, quartiles, and what lies far outside."""
+"""Spread of the results of several runs: mean, standard deviation, quartiles, outliers."""
 
 from __future__ import annotations
 
@@ -7,24 +7,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
-#: So many times the distance between the quartiles a value may lie outside them before it is an outlier (Tukey 1977).
+#: Distance from the quartiles beyond which a value is an outlier, in interquartile ranges (Tukey 1977).
 WHISKER = 1.5
 
 
 @dataclass(frozen=True)
 class Spread:
-    """Numbers of which the least is the best.
+    """Statistics of numbers of which the smallest is the best.
 
     Attributes
     ----------
     deviation
-        The standard deviation of a sample, with n - 1; None of one number alone.
+        Sample standard deviation (n - 1); None for a single number.
     lower, median, upper
-        Quartiles, between two numbers in proportion (NumPy's `linear`, Python's `inclusive`).
+        Quartiles, linearly interpolated (NumPy's `linear`, Python's `inclusive`).
     low, high
-        The least and the largest number that is no outlier.
+        Smallest and largest number that is not an outlier.
     outliers
-        Numbers further than `WHISKER` times the distance of the quartiles from them.
+        Numbers farther than `WHISKER` interquartile ranges from the quartiles.
     """
 
     count: int

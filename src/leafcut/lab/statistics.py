@@ -1,9 +1,8 @@
-"""What the figures of an experiment prove: analysis of variance, comparisons by ranks, trends.
+"""Statistical tests for the figures of an experiment: analysis of variance, rank comparisons, trends.
 
-The tests are those of scipy, statsmodels and scikit-posthocs.
-
-A figure here is a number of any unit; groups are told by the names of levels. Where the least is the best does not
-matter to a test, so none of them knows it.
+The tests are those of scipy, statsmodels and scikit-posthocs. A figure is a number of any unit; groups are identified
+by
+the names of levels. No test depends on whether small figures are better.
 """
 
 from __future__ import annotations
@@ -20,25 +19,25 @@ from leafcut.errors import OptionError
 
 Groups = Mapping[str, Sequence[float]]
 
-#: The least that a group needs for a variance, and a comparison by ranks for a meaning.
+#: Minimum size of a group for a variance, and minimum number of blocks for a rank comparison.
 LEAST_OF_A_GROUP, LEAST_OF_PAIRS = 2, 5
 _RESAMPLES = 5000
 
 
 @dataclass(frozen=True)
 class Pair:
-    """Two groups compared.
+    """Comparison of two groups.
 
     Attributes
     ----------
     difference
-        Mean (of ranks: Hodges–Lehmann median) of the first less that of the second.
+        Mean of the first minus that of the second; for ranks, the Hodges–Lehmann median.
     low, high
-        Ends of the interval of the difference, at the level of the test; None where there is none.
+        Confidence interval of the difference, at the level of the test; None if not available.
     p
-        Probability of a difference at least as large by chance, after correction where the test has one.
+        Probability of a difference at least as large by chance, corrected if the test has a correction.
     effect
-        Of ranks: matched-pairs rank-biserial correlation, -1 to 1; None else.
+        For ranks: matched-pairs rank-biserial correlation, -1 to 1; otherwise None.
     """
 
     first: str
@@ -52,24 +51,24 @@ class Pair:
 
 @dataclass(frozen=True)
 class OneWay:
-    """Analysis of variance of one factor, completely random design.
+    """Analysis of variance of one factor, completely randomised design.
 
     Attributes
     ----------
     f, p, f_critical
-        Ratio of the mean squares between and within, its probability by chance, and what it must exceed at `alpha`.
+        Ratio of the mean squares between and within groups, its p value, and its critical value at `alpha`.
     lsd
-        Least significant difference of two means at `alpha` (Fisher); of groups of one size, else None.
+        Fisher's least significant difference of two means at `alpha`; None for groups of different sizes.
     fisher, tukey
-        Pairs by LSD, uncorrected, and by Tukey's honest difference.
+        Pairs by LSD, uncorrected, and by Tukey's honest significant difference.
     letters
-        Level → letters: levels that share one do not differ by Tukey.
+        Level → letters: levels that share a letter do not differ by Tukey's test.
     normal_p, equal_p
-        Residual checks: Shapiro–Wilk of the residuals, Brown–Forsythe of the variances; None where they cannot be done.
+        Residual checks: Shapiro–Wilk of the residuals, Brown–Forsythe of the variances; None if not possible.
     welch_p, kruskal_p
-        The same question without equal variances, and by ranks.
+        The same question without equal variances (Welch), and by ranks (Kruskal–Wallis).
     eta_squared, omega_squared
-        Share of the variance that the factor explains, in this sample and as estimated of all.
+        Share of the variance explained by the factor, in the sample and as a population estimate.
     """
 
     means: Mapping[str, float]
@@ -94,13 +93,13 @@ class OneWay:
 
     @property
     def residuals_doubtful(self) -> bool:
-        """Whether a check of the residuals fails at `alpha`, so that the tests without those assumptions count."""
+        """Whether a residual check fails at `alpha`, so that the tests without those assumptions apply."""
         return any(p is not None and p < self.alpha for p in (self.normal_p, self.equal_p))
 
 
 @dataclass(frozen=True)
 class Effect:
-    """A row of the analysis of two crossed factors: sum of squares, degrees of freedom, F, p, partial η²."""
+    """A row of the two-way analysis of variance: sum of squares, degrees of freedom, F, p, partial η²."""
 
     name: str
     squares: float
@@ -112,18 +111,18 @@ class Effect:
 
 @dataclass(frozen=True)
 class Ranked:
-    """Ways compared by ranks over blocks, each of which every way has.
+    """Rank comparison of treatments over blocks; every treatment occurs in each block.
 
     Attributes
     ----------
     blocks
-        How many there are.
+        Number of blocks.
     mean_ranks
-        Way → mean rank, 1 the least figure.
+        Treatment → mean rank; rank 1 is the smallest figure.
     statistic, p, kendall_w
-        Friedman's test and the agreement of the blocks, 0 to 1; None of two ways alone.
+        Friedman's test, and Kendall's coefficient of concordance, 0 to 1; None for only two treatments.
     pairs
-        Every two ways by Wilcoxon's signed ranks, p after Holm's correction.
+        All pairs by Wilcoxon's signed-rank test, p after Holm's correction.
     """
 
     blocks: int
@@ -136,7 +135,7 @@ class Ranked:
 
 @dataclass(frozen=True)
 class Trend:
-    """Whether one number grows with another: Kendall's τ-b, Spearman's ρ, Theil and Sen's slope with its interval."""
+    """Trend of one number over another: Kendall's τ-b, Spearman's ρ, Theil–Sen slope with its interval."""
 
     n: int
     tau: float
@@ -149,14 +148,14 @@ class Trend:
 
 
 def one_way(groups: Groups, alpha: float = 0.05) -> OneWay:
-    """Return the analysis of variance of groups, with comparisons of every two means and residual checks.
+    """Return the analysis of variance of groups, with all pairwise comparisons and residual checks.
 
     Source: Montgomery, *Design and Analysis of Experiments*, chapter 3 (F, LSD, Tukey, model adequacy).
 
     Raises
     ------
     OptionError
-        There are fewer than two groups, a group has fewer than two figures, or no figure differs from another.
+        There are fewer than two groups, a group has fewer than two figures, or all figures are equal.
     """
     from scipy import stats
 
@@ -200,15 +199,16 @@ def one_way(groups: Groups, alpha: float = 0.05) -> OneWay:
 
 
 def crossed(rows: Sequence[tuple[str, str, float]], names: tuple[str, str]) -> tuple[Effect, ...]:
-    """Return the analysis of two crossed factors with their interaction, and what is left (type II sums of squares).
+    """Return the two-way analysis of variance with interaction and residual (type II sums of squares).
 
-    `rows` are (level of the first, level of the second, figure). Without repetition of a cell no interaction can be
-    told from chance; then it is left out.
+    `rows` are (level of the first factor, level of the second, figure). Without repeated cells, the interaction cannot
+    be
+    separated from chance and is left out.
 
     Raises
     ------
     OptionError
-        A factor has one level alone, a combination has no figure, or there are too few.
+        A factor has only one level, a combination has no figure, or all figures are equal.
     """
     import pandas
     from statsmodels.formula.api import ols
@@ -239,15 +239,16 @@ def crossed(rows: Sequence[tuple[str, str, float]], names: tuple[str, str]) -> t
 
 
 def ranked(ways: Groups, alpha: float = 0.05) -> Ranked:
-    """Return a comparison of ways by ranks; the figures of each are those of the same blocks in the same order.
+    """Return a rank comparison; the figures of all treatments belong to the same blocks in the same order.
 
-    Friedman over all ways, Wilcoxon's signed ranks for every two with Holm's correction (Demšar 2006, section 3.2;
-    García and Herrera 2008). The difference is the Hodges–Lehmann median of the pairs, with a bootstrap interval.
+    Friedman's test over all, Wilcoxon's signed-rank test for pairs with Holm's correction (Demšar 2006, section 3.2;
+    García
+    and Herrera 2008). The difference is the Hodges–Lehmann median of the pairs, with a bootstrap interval.
 
     Raises
     ------
     OptionError
-        There are fewer than two ways, or too few blocks.
+        There are fewer than two treatments, or too few blocks.
     """
     from scipy import stats
 
@@ -270,12 +271,12 @@ def ranked(ways: Groups, alpha: float = 0.05) -> Ranked:
 
 
 def trend(x: Sequence[float], y: Sequence[float], alpha: float = 0.05) -> Trend:
-    """Return whether `y` grows with `x`, two-sided.
+    """Return the trend of `y` over `x`, two-sided.
 
     Raises
     ------
     OptionError
-        There are fewer than four points, or one of both is the same everywhere.
+        There are fewer than four points, or all `x` or all `y` are equal.
     """
     from scipy import stats
 
@@ -290,7 +291,7 @@ def trend(x: Sequence[float], y: Sequence[float], alpha: float = 0.05) -> Trend:
 
 
 def interval(values: Sequence[float], alpha: float = 0.05) -> tuple[float, float]:
-    """Return the bootstrap interval of the mean (bias-corrected and accelerated); of equal figures it is those."""
+    """Return the bootstrap interval of the mean (bias-corrected and accelerated); it is empty for equal figures."""
     from scipy import stats
 
     array = np.asarray(values, dtype=np.float64)
@@ -303,7 +304,7 @@ def interval(values: Sequence[float], alpha: float = 0.05) -> tuple[float, float
 
 
 def pareto_front(points: Sequence[tuple[float, float]]) -> list[int]:
-    """Return the places of the points that no other one is at least as small as in both, and smaller in one."""
+    """Return the indices of the Pareto-optimal points, both figures minimised."""
     return [
         k for k, (x, y) in enumerate(points)
         if not any(a <= x and b <= y and (a < x or b < y) for a, b in points)
@@ -348,13 +349,13 @@ def _fisher(
 def _tukey(
     values: Mapping[str, NDArray[np.float64]], alpha: float, ms: float
 ) -> tuple[tuple[Pair, ...], dict[str, str]]:
-    """Return Tukey's (of unequal groups Kramer's) comparison of every two means, and the letters."""
+    """Return Tukey's pairwise comparison of means (Tukey–Kramer for unequal groups), and the letters."""
     import pandas
     from scikit_posthocs import compact_letter_display
     from scipy import stats
 
     names = list(values)
-    if ms == 0.0:  # no figure differs from another of its group
+    if ms == 0.0:  # no variation within any group
         means = [float(values[name][0]) for name in names]
         p_values = np.array([[1.0 if a == b else 0.0 for b in means] for a in means])
         low = high = np.subtract.outer(means, means)
@@ -396,13 +397,13 @@ def _signed_ranks(a: str, b: str, x: NDArray[np.float64], y: NDArray[np.float64]
 
 
 def _hodges_lehmann(differences: NDArray[np.float64]) -> float:
-    """Return the median of the means of every two differences, each with itself too (Hodges and Lehmann 1963)."""
+    """Return the median of the means of all pairs of differences, self-pairs included (Hodges and Lehmann 1963)."""
     i, j = np.triu_indices(len(differences))
     return float(np.median((differences[i] + differences[j]) / 2.0))
 
 
 def _holm(pairs: Sequence[Pair]) -> tuple[Pair, ...]:
-    """Return the pairs with Holm's step-down correction of their p (Holm 1979)."""
+    """Return the pairs with Holm's step-down correction of p (Holm 1979)."""
     from dataclasses import replace
 
     from statsmodels.stats.multitest import multipletests

@@ -1,4 +1,4 @@
-"""The results of experiments: one SQLite file with a row for every run, which outlives any interruption."""
+"""Results of experiments in an SQLite file, one row per run, safe against interruption."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from leafcut.errors import LeafcutError, ReadError, shown
 from leafcut.files.schemas import RESULTS, check_schema
 from leafcut.files.whole_files import OutputError
 
-#: What tells that a file is one of results: an SQLite file says to whom it belongs ("leaf").
+#: SQLite application id of a results file ("leaf").
 _OWNER = 0x6C656166
-#: So long another program that writes the file is waited for, s.
+#: Time to wait for another program that writes the file, s.
 _PATIENCE = 10.0
 
 _TABLE = """
@@ -44,18 +44,18 @@ create table run (
 
 @dataclass(frozen=True)
 class Row:
-    """One run that is over.
+    """A finished run.
 
     Attributes
     ----------
     failed
-        The line that refused it, or empty.
+        Error message, or empty.
     responses
-        Name → figure; None where the answer has none.
+        Name → figure; None if the answer lacks it.
     curve
-        (iteration, seconds, cost) whenever the best tour became shorter; empty where the command tells none.
+        (iteration, seconds, cost) at each improvement of the best tour; empty if the command reports none.
     load
-        Processes that waited for a core when it began, for each core.
+        Processes that waited for a core at the start, per core.
     """
 
     key: str
@@ -76,22 +76,22 @@ class Row:
 
 
 def key_of(experiment: str, command: str, content: Mapping[str, Any]) -> str:
-    """Return the key of a run: the hash of all that its answer depends on but the version of leafcut."""
+    """Return the key of a run: the hash of everything that its answer depends on, except the version of leafcut."""
     text = json.dumps([experiment, command, content], sort_keys=True, separators=(",", ":"), default=str)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 class Store:
-    """The results file; open it with ``with``.
+    """The results file, a context manager.
 
-    Every row is on the disk when `add` returns: SQLite takes back what was begun when a program or a machine dies.
+    Every row is on disk when `add` returns; SQLite rolls back incomplete writes after a crash.
 
     Raises
     ------
     ReadError, DataError
-        The file is not a results file, is damaged, or has a schema that this leafcut does not read. It stays unchanged.
+        The file is not a results file, is damaged, or has a schema that this version cannot read. It stays unchanged.
     OutputError
-        It cannot be written, or another program writes it; what it holds stays.
+        It cannot be written, or another program is writing it; stored rows are kept.
     """
 
     def __init__(self, path: str | Path, *, read_only: bool = False) -> None:
@@ -144,7 +144,7 @@ class Store:
                 self._data.execute("commit")
 
     def add(self, row: Row) -> None:
-        """Keep a run; one that failed before is replaced."""
+        """Store a run; a failed one is replaced."""
         values = (
             row.key, row.experiment, row.instance, json.dumps(dict(row.levels)), row.seed,
             json.dumps(dict(row.options), default=str), row.input_sha256, row.failed, json.dumps(dict(row.responses)),
@@ -162,7 +162,7 @@ class Store:
             return [_row(one) for one in found]
 
     def counts(self) -> dict[str, int]:
-        """Return how many runs each experiment has here."""
+        """Return the number of successful runs of each experiment."""
         with self._refused():
             return dict(
                 self._data.execute("select experiment, count(*) from run where failed = '' group by experiment")
@@ -170,7 +170,7 @@ class Store:
 
     @contextmanager
     def _refused(self) -> Iterator[None]:
-        """Turn what SQLite and the system refuse into one line."""
+        """Convert errors of SQLite and the system to one-line errors."""
         try:
             yield
         except (sqlite3.Error, OSError, ValueError) as problem:

@@ -14,7 +14,7 @@ from leafcut.model.study import Iteration
 
 
 def experiment_as_json(found: Experiment) -> dict[str, Any]:
-    """Return the answer of an experiment; lengths are in the unit of the map's own rule of distance."""
+    """Return the results of an experiment as JSON data; lengths are in the unit of the map's metric."""
     part = found.part
     return {
         "instance": part.name,
@@ -28,7 +28,7 @@ def experiment_as_json(found: Experiment) -> dict[str, Any]:
 
 
 def curves_as_json(found: Experiment) -> list[dict[str, Any]]:
-    """Return how every run went, for charts: algorithm, seed, and points (iteration, seconds, length)."""
+    """Return the convergence of every run, for charts: algorithm, seed, and points (iteration, seconds, length)."""
     return [
         {"algorithm": one.algorithm, "seed": one.seed, "points": [list(point) for point in one.curve]}
         for one in found.repetitions
@@ -36,13 +36,13 @@ def curves_as_json(found: Experiment) -> list[dict[str, Any]]:
 
 
 def runs_as_csv(found: Experiment) -> str:
-    """Return a row for every run."""
+    """Return one row per run."""
     rows = [list(_plain(one).values()) for one in found.repetitions]
     return _csv(_plain(found.repetitions[0]), rows)
 
 
 def summary_as_csv(found: Experiment) -> str:
-    """Return a row for every algorithm."""
+    """Return one row per algorithm."""
     rows = [
         {name: value for name, value in _summary(algorithm, found.of(algorithm)).items() if name != "outliers"}
         for algorithm in found.algorithms
@@ -51,7 +51,7 @@ def summary_as_csv(found: Experiment) -> str:
 
 
 def iterations_as_csv(rows: Sequence[Iteration]) -> str:
-    """Return a row for every iteration of one search."""
+    """Return one row per iteration of a search."""
     return _csv(Iteration._fields, rows)
 
 
@@ -66,7 +66,7 @@ def _plain(one: Repetition) -> dict[str, Any]:
 
 
 def _summary(algorithm: str, repetitions: Sequence[Repetition]) -> dict[str, Any]:
-    """Return the spread of the lengths of an algorithm, and the means of what it took."""
+    """Return the spread of the lengths of an algorithm, and its mean iterations and seconds."""
     lengths = asdict(Spread.of(one.cost for one in repetitions))
     return {
         "algorithm": algorithm,

@@ -1,8 +1,8 @@
-"""`tune`: parameters of an algorithm for a class of parts, sought on some of them and judged on the others.
+"""`tune`: tune the parameters of an algorithm on some parts of a class, and evaluate them on the others.
 
 The search is optuna's tree-structured Parzen estimator (Bergstra et al., Algorithms for Hyper-Parameter Optimization,
-NIPS 2011). It draws the same trials from the same seed and the same costs, so after an interruption it is played again
-over the runs that the results have already, and goes on behind them.
+NIPS 2011). It draws the same trials from the same seed and costs. After an interruption it is therefore replayed over
+the stored runs and then continues.
 """
 
 from __future__ import annotations
@@ -34,19 +34,22 @@ from leafcut.processes.settings import group_of
 if TYPE_CHECKING:
     from optuna.trial import Trial
 
-#: So many trials, seeds and inputs one search may have.
+#: Maximum number of trials, seeds and inputs.
 MOST_TRIALS, MOST_SEEDS, MOST_INPUTS = 10_000, 100, 1000
-#: So many inputs are needed: two to learn from, one to judge by.
+#: Minimum number of inputs: two for training, one for evaluation.
 LEAST_INPUTS = 3
-#: The factor and its levels: what the parameters are called.
+#: Names of the factor and its levels.
 FACTOR, DEFAULTS, TUNED = "parameters", "defaults", "tuned"
-#: Seeds of the runs that judge begin here: none of the search is among them.
+#: First seed of the evaluation runs; the search uses none of these.
 _FRESH = 10_001
 
 
 @dataclass(frozen=True)
 class Range:
-    """Where a parameter is sought; `log`: evenly in its logarithm; `paced`: with more of it an iteration does more."""
+    """Search range of a parameter.
+
+    `log`: uniform in the logarithm. `paced`: a larger value means more work per iteration.
+    """
 
     name: str
     low: float
@@ -68,7 +71,7 @@ _FIREFLIES = (
     Range("attractiveness", 1.0, 80.0, log=True, paced=True),
     Range("absorption", 1e-4, 1.0, log=True),
 )
-#: What is sought for each algorithm: all that its authors leave open, about where they looked.
+#: Search ranges per algorithm: the parameters that its authors leave open, around the values that they tried.
 RANGES: Mapping[str, tuple[Range, ...]] = {
     **dict.fromkeys(ANT_ALGORITHMS, _ANTS),
     "acs": (*_ANTS, Range("greedy_probability", 0.0, 0.99)),
@@ -78,20 +81,20 @@ RANGES: Mapping[str, tuple[Range, ...]] = {
 
 @dataclass(frozen=True)
 class TuningTask:
-    """What is to be tuned, and for what.
+    """The tuning problem.
 
     Attributes
     ----------
     command
-        What each run does: ``solve``, ``optimize``, or the command of a process.
+        Command of each run: ``solve``, ``optimize``, or the command of a process.
     inputs
-        Files, examples or random maps, all of the class.
+        Files, examples or random maps of one class.
     options
-        Options of every run, among them its budget: `iterations` or `time_limit`.
+        Options of every run, including its budget: `iterations` or `time_limit`.
     trials, seeds
-        How many sets of parameters are tried, each on every input to learn from with so many seeds.
+        Number of parameter sets, and number of seeds per training input.
     hold_out
-        The share of the inputs that the search never sees.
+        Share of the inputs that are kept for evaluation.
     """
 
     algorithm: str
@@ -125,17 +128,17 @@ class TuningTask:
 
     @property
     def ranges(self) -> tuple[Range, ...]:
-        """What is sought: without a time limit nothing of which more does more in each iteration."""
+        """Ranges to search; without a time limit, only parameters that do not change the work per iteration."""
         timed = self.options.get("time_limit") is not None
         return tuple(one for one in RANGES[self.algorithm] if timed or not one.paced)
 
     @property
     def response(self) -> Response:
-        """What is to be small."""
+        """The response to minimise."""
         return responses_of(self.command)[0]
 
     def split(self) -> tuple[list[LabInstance], list[LabInstance]]:
-        """Return what is learnt from and what judges, drawn by the seed; both in the order in which they are given."""
+        """Return training and evaluation inputs, drawn by the seed, both in the given order."""
         number_held = min(max(round(self.hold_out * len(self.inputs)), 1), len(self.inputs) - 2)
         held = set(random.Random(self.seed).sample(range(len(self.inputs)), number_held))
         names = _names(self.inputs)
@@ -145,7 +148,7 @@ class TuningTask:
 
 @dataclass(frozen=True)
 class TrialResult:
-    """One set of parameters and its mean cost, as a part of that of the defaults; None where it was refused."""
+    """One parameter set and its mean cost relative to the defaults; None if it was refused."""
 
     parameters: Mapping[str, float | int]
     cost: float | None
@@ -153,16 +156,16 @@ class TrialResult:
 
 @dataclass(frozen=True)
 class Tuned:
-    """What came of a search.
+    """Result of a tuning.
 
     Attributes
     ----------
     parameters
-        The best set; empty where nothing was better than the defaults.
+        The best set; empty if none was better than the defaults.
     judging, rows
-        The experiment on the inputs that the search did not see, and its runs; none without a set.
+        The experiment on the evaluation inputs and its runs; no runs without a set.
     change
-        Mean change of the cost there, a share: −0.02 is 2 % less.
+        Mean relative change of the cost there: −0.02 is 2 % less.
     """
 
     task: TuningTask
@@ -186,12 +189,12 @@ class Tuned:
 
 
 def command_of(process: str) -> str:
-    """Return what a run does for the word of ``--process``: one of the processes, ``solve`` for maps, or ``auto``.
+    """Return the command for a value of ``--process``: a process, ``solve`` for maps, or ``auto``.
 
     Raises
     ------
     OptionError
-        There is none of that name.
+        The process is unknown.
     """
     if process == SOLVE:
         return SOLVE
@@ -208,7 +211,7 @@ def tune(
     cancelled: threading.Event | None = None,
     mixed: bool = False,
 ) -> Tuned:
-    """Seek parameters on some of the inputs, and judge the best set on the others; what is done is never repeated.
+    """Search parameters on some inputs, and evaluate the best set on the others; stored runs are not repeated.
 
     `performer`, `progress`, `cancelled` and `mixed` are those of `lab.running.run`.
 
@@ -217,7 +220,7 @@ def tune(
     LeafcutError
         The extra ``lab`` is not installed.
     OptionError, ReadError, OutputError
-        As `run`; or the defaults themselves are refused on an input.
+        As for `run`; or the defaults themselves are refused on an input.
     """
     if find_spec("optuna") is None:
         raise LeafcutError("tuning needs the package optuna: pip install 'leafcut[lab]'")
@@ -229,7 +232,7 @@ def tune(
         return rows_of(description, store)
 
     learnt, held = task.split()
-    # So much of all the work is a trial; the judging counts as trials of its own.
+    # Share of one trial in the progress; base runs and evaluation count as three trials.
     width = 1.0 / (task.trials + 3)
     base = _costs(runs_of(_description(task, learnt, {DEFAULTS: {}}, 1), 0.0, width), task, strict=True)
     trials: list[TrialResult] = []
@@ -262,7 +265,7 @@ def tune(
 def _search(
     task: TuningTask, tried: Callable[[Mapping[str, float | int]], float | None], ended: threading.Event
 ) -> None:
-    """Try sets of parameters, each drawn from what the ones before it cost."""
+    """Try parameter sets, each drawn from the costs of the previous trials."""
     import optuna
 
     optuna.logging.set_verbosity(optuna.logging.WARNING)
@@ -279,7 +282,7 @@ def _search(
 
 
 def _drawn(trial: Trial, one: Range) -> float | int:
-    """Return a value with three digits that count: it is a setting that a person reads."""
+    """Return a value with three significant digits, readable as a setting."""
     if one.whole:
         return int(trial.suggest_int(one.name, int(one.low), int(one.high), log=one.log))
     return float(f"{trial.suggest_float(one.name, one.low, one.high, log=one.log):.3g}")
@@ -288,7 +291,7 @@ def _drawn(trial: Trial, one: Range) -> float | int:
 def _description(
     task: TuningTask, instances: Sequence[LabInstance], sets: Mapping[str, Mapping[str, float | int]], first: int
 ) -> Description:
-    """Return the experiment that does inputs with sets of parameters, each with the same seeds from `first` on."""
+    """Return an experiment that runs inputs with parameter sets, with seeds counted up from `first`."""
     levels = tuple(Level(name, dict(parameters)) for name, parameters in sets.items())
     return Description(
         name=f"tune_{task.algorithm}",
@@ -308,7 +311,7 @@ def _description(
 
 
 def _costs(rows: Sequence[Row], task: TuningTask, *, strict: bool = False) -> dict[tuple[str, int], float]:
-    """Return the cost of each run that was not refused, by input and seed."""
+    """Return the cost of each successful run, by input and seed."""
     found = {(row.instance, row.seed): row.responses.get(task.response.name) for row in rows if not row.failed}
     costs = {key: value for key, value in found.items() if value is not None and value > 0.0}
     for row in rows:
@@ -320,7 +323,7 @@ def _costs(rows: Sequence[Row], task: TuningTask, *, strict: bool = False) -> di
 
 
 def _change(rows: Sequence[Row], task: TuningTask) -> float | None:
-    """Return the mean change over the inputs, of the mean over the seeds of each; None without runs of both sets."""
+    """Return the mean relative change over the inputs, each the mean of its seeds; None without runs of both sets."""
     sides = [_costs([row for row in rows if row.levels[FACTOR] == name], task) for name in (DEFAULTS, TUNED)]
     both = sides[0].keys() & sides[1].keys()
     names = dict.fromkeys(name for name, _ in sorted(both))
@@ -329,7 +332,7 @@ def _change(rows: Sequence[Row], task: TuningTask) -> float | None:
 
 
 def search_block(tuned: Tuned) -> ReportBlock:
-    """Return what the report tells of the search: the set that was found, how it came down, and every trial."""
+    """Return the report section of the search: the best set, the convergence, and all trials."""
     from leafcut.lab import charts
 
     task = tuned.task
@@ -366,7 +369,7 @@ def search_block(tuned: Tuned) -> ReportBlock:
 
 
 def options_text(tuned: Tuned) -> str:
-    """Return the set as a file for ``--options``, which says what it was measured to be worth."""
+    """Return the set as a file for ``--options``, with a comment on its measured gain."""
     lines = [f"# Parameters of {tuned.task.algorithm}, tuned by leafcut {__version__}: {tuned.words()}.", OPTIONS.line]
     tables: dict[str, list[str]] = {"solve": [f'algorithm = "{tuned.task.algorithm}"']}
     for name, value in tuned.parameters.items():
@@ -383,13 +386,13 @@ def _usual(name: str) -> str:
 
 
 def _names(inputs: Sequence[str]) -> list[str]:
-    """Return a name for each input: that of its file, with a number where several files have one name."""
+    """Return the file name of each input, with a number for duplicates."""
     names = [one if ":" in one else Path(one).name for one in inputs]
     return [f"{name} ({k + 1})" if names.count(name) > 1 else name for k, name in enumerate(names)]
 
 
 def _within(progress: OnProgress, share: float, width: float) -> OnProgress:
-    """Return a progress that tells of a part of all the work."""
+    """Return a progress callback for a part of all work."""
 
     def tell(now: Progress) -> None:
         progress(replace(now, share=min(share + width * now.share, 1.0)))
