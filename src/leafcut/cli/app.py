@@ -44,7 +44,7 @@ REPLACED = {
     "warm-up": "leafcut install kernels",
     "cutting-data": "leafcut tools speeds",
 }
-#: Words that are no commands, and what to type instead.
+#: Words that are not commands, and the command to type instead.
 _MEANT = {
     "help": "leafcut --help, or leafcut COMMAND --help",
     "mill": "leafcut pocket DRAWING, or leafcut reorder PROGRAM",
@@ -63,7 +63,7 @@ _MAIN = {
     "solve": ("algorithm", "preset", "time_limit", "seed", "target_gap", "threads"),
     "speeds": ("material", "tools", "holes", "depth", "thickness", "machine", "shop_rate"),
 }
-#: Defaults of `tools speeds` that are not those of drilling.
+#: Defaults of `tools speeds` that differ from those of drilling.
 _HELPS_OF_SPEEDS = {
     "material": ("", "must be given"),
     "tools": ("", "one drill per diameter of the drawing, or --tool-diameter"),
@@ -106,14 +106,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and leave with its exit status (`STATUSES`)."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a terminal without "→" shows "?", it does not stop the work
+            stream.reconfigure(errors="replace")  # a terminal without "→" shows "?" instead of raising an error
     warnings.formatwarning = _warning_line  # type: ignore[assignment]
     status = run(sys.argv[1:] if arguments is None else list(arguments))
     sys.exit(status)
 
 
 def _warning_line(message: Warning | str, *_: object) -> str:
-    """Return a warning as one line, without the place in the source that Python adds."""
+    """Return a warning as one line, without the source location that Python adds."""
     return f"leafcut: {message}\n"
 
 
@@ -124,7 +124,7 @@ def run(arguments: Sequence[str]) -> int:
     except KeyboardInterrupt:
         return _refused(arguments, "interrupted; nothing was written", REFUSED)
     except BrokenPipeError:
-        # The reader of our output has closed it; keep Python from complaining at exit.
+        # The reader of our output has closed it; prevent Python's message at exit.
         with suppress(OSError):
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
@@ -144,12 +144,12 @@ def _answered(arguments: Sequence[str]) -> int:
 
 
 def _with_command(arguments: Sequence[str]) -> list[str]:
-    """Return the words with the command `optimize` before a file that stands in the place of a command.
+    """Return the words with the command `optimize` inserted if the first word is a file.
 
     Raises
     ------
     OptionError
-        The command is one of an earlier version, or of other programs.
+        The command is from an earlier version or from another program.
     """
     words = [*arguments]
     first = words[0] if words else ""
@@ -164,13 +164,13 @@ def _with_command(arguments: Sequence[str]) -> list[str]:
 
 
 def _command_names() -> list[str]:
-    """Return the names of all commands, but not of those that have a command before them, such as `lab run`."""
+    """Return the names of all commands, without subcommands such as `lab run`."""
     working = [name for name in _working_names() if " " not in name]
     return [*working, *_SIMPLE, *GROUPS]
 
 
 def _told(problem: CycloptsError, command: str) -> str:
-    """Return what a person is told of a command line that the parser refuses."""
+    """Return the message for a command line that the parser refuses."""
     works = _working_command(command)[1] if command in _working_names() else []
 
     def why(flag: str, name: str) -> str:
@@ -184,7 +184,7 @@ def _told(problem: CycloptsError, command: str) -> str:
 
 
 def _refused(arguments: Sequence[str], line: str, status: int) -> int:
-    """Print why nothing was done: one line, and with --json also an object, unless the program goes to that output."""
+    """Print an error line; with --json also an object, unless the program goes to standard output."""
     program = re.search(r"(^| )(-o|--output)[ =]-( |$)", " ".join(arguments))
     if "--json" in arguments and not program:
         print_json({"error": printable(line)})
@@ -192,9 +192,9 @@ def _refused(arguments: Sequence[str], line: str, status: int) -> int:
 
 
 def app(arguments: Sequence[str] = ()) -> App:
-    """Return the application with its commands; flags are made from the option groups.
+    """Return the application with its commands; flags are generated from the option groups.
 
-    Of a command line only the flags of its command are made: there are many. Without one, those of all commands.
+    With a command line, only the flags of its command are generated, to save time. Without one, all are.
     """
     made = App(
         name="leafcut",
@@ -235,7 +235,7 @@ def app(arguments: Sequence[str] = ()) -> App:
 
 
 def _add(made: App, name: str, command: Callable[..., int], help: str | None = None, end: str = "") -> None:
-    """Add a command, such as ``drill`` or ``lab run``; `end` is the last line of its help."""
+    """Add a command, such as ``drill`` or ``lab run``; `end` is the epilogue of its help."""
     *parent, last = name.split()
     parent_app = made[parent[0]] if parent else made
     shown: dict[str, Any] = {} if parent else {"group": _GROUP_OF.get(name, _MAKE), "show": name != "filter"}
@@ -248,9 +248,9 @@ def _working_names() -> tuple[str, ...]:
 
 
 def _working_command(name: str) -> tuple[Callable[..., int], Sequence[Work], dict[str, Any]]:
-    """Return a command with options of the option groups. Of the processes only its own is loaded.
+    """Return a command with options of the option groups. Only the module of this command is loaded.
 
-    Its function, the kinds of work whose options it has, and further arguments of `command_of`.
+    The result is the function, the kinds of work whose options it has, and further arguments of `command_of`.
     """
     if name in ("optimize", "filter"):
         works = [one for one in registry.processes() if one.reads]
@@ -284,7 +284,7 @@ def _making_command(process: Process) -> tuple[Callable[..., int], Sequence[Work
 
 
 def _helps_of(process: Process) -> dict[str, tuple[str, str]]:
-    """Return help texts and defaults of a process that differ from those of the options, such as its machine."""
+    """Return help texts and defaults of a process that differ from the options' own, such as its machine."""
     return {**process.helps, "machine": ("", process.usual(Settings()).machine.machine)}
 
 

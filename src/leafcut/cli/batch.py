@@ -37,13 +37,13 @@ class BatchRow:
     Attributes
     ----------
     state
-        `WRITTEN`, `REFUSED`, or `SIMULATED` where no program is to be written.
+        `WRITTEN`, `REFUSED`, or `SIMULATED` if no program is to be written.
     before_s, after_s
         Machine time of the usual order, or of the given program, and of the new program; "" if unknown.
     issues
         Number of issues except notes; `worst` is the severity of the worst.
     line
-        Why the input was refused.
+        Reason of a refusal.
     key, program_sha256
         Hash of input, options and version, and hash of the program.
     """
@@ -68,7 +68,7 @@ class BatchTask:
     Attributes
     ----------
     source
-        The input, already read: a worker on another machine needs no file of this one.
+        The input, already read: a worker on another machine needs no file of this machine.
     target, report
         Files to write; "" for none.
     """
@@ -83,7 +83,7 @@ class BatchTask:
 
 @dataclass(frozen=True)
 class BatchResult:
-    """What a task returns: row, issues, bytes of the program, report page, and the answer as for ``--json``."""
+    """The result of a task: row, issues, bytes of the program, report page, and the answer as for ``--json``."""
 
     row: BatchRow
     data: bytes = b""
@@ -92,7 +92,7 @@ class BatchResult:
     issues: tuple[Issue, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
-        """Return the answer of this input among those of several."""
+        """Return the JSON answer of this input in a list of several."""
         if self.row.state == REFUSED:
             return {"input": self.row.input, "error": self.row.line, "status": 1}
         if self.answer is None:  # finished by an earlier run
@@ -112,7 +112,7 @@ def run_batch(
     refused: Callable[[str], None] = lambda line: None,
     beside: Iterable[BatchRow] = (),
 ) -> list[BatchResult]:
-    """Make a program of each input; return the results in the order of the inputs.
+    """Generate a program for each input; return the results in the order of the inputs.
 
     Parameters
     ----------
@@ -125,16 +125,16 @@ def run_batch(
     folder
         Folder of the table and the report of all inputs; None: no table, and no input is skipped.
     refused
-        Receives one line for each refused input.
+        Called with one line for each refused input.
     beside
-        Rows of other inputs that table and report list as well.
+        Rows of other inputs to include in the table and the report.
 
     Raises
     ------
     OutputError
         The folder cannot be written.
     ExecutorError
-        The cluster is gone. Finished inputs stay finished.
+        The cluster is lost. Finished inputs are kept.
     """
     known = read_table(Path(folder) / TABLE) if folder else {}
     asked = _asked(given)
@@ -180,7 +180,7 @@ def _done(
     tasks: Iterable[tuple[str, str, str, str]], given: Mapping[str, Any], executor: WatchedExecutor | None,
     progress: OnProgress | None,
 ) -> Iterator[tuple[BatchTask, Any]]:  # fmt: skip
-    """Yield each task with its result or error; an input is read when its task begins: few are in memory."""
+    """Yield each task with its result or error. An input is read when its task starts, so that few are in memory."""
     made = (BatchTask(name, target, page, key, read_source(name)[1], given) for name, target, page, key in tasks)
     if executor is not None:
         yield from run_tasks(executor, do, made)
@@ -190,7 +190,7 @@ def _done(
 
 
 def do(task: BatchTask, progress: OnProgress | None = None) -> BatchResult:
-    """Return the result of a task; the row has the line of a refusal, as errors may not travel between machines."""
+    """Return the result of a task. A refusal is stored as a line, because exceptions may not be transferable."""
     from leafcut.processes.registry import report_of
     from leafcut.report.json_answer import as_json
     from leafcut.report.page import write_page
@@ -265,7 +265,7 @@ def sha_of(path: Path) -> str:
         return ""
 
 
-# -- the table ------------------------------------------------------------------------------------------------------
+# -- table -----------------------------------------------------------------------------------------------------------
 
 
 _NAMES = [field.name for field in fields(BatchRow)]
@@ -284,7 +284,7 @@ def _write_table(table: Path, rows: Iterable[BatchRow]) -> None:
 
 
 def _append(table: Path, row: BatchRow) -> None:
-    """Add a line at once: what is over stays, also when this program is killed."""
+    """Append a row at once, so that it survives if this program is killed."""
     line = _as_csv([row]).split("\n", 1)[1]
     try:
         with table.open("a", encoding="utf-8", newline="") as file:
@@ -294,12 +294,12 @@ def _append(table: Path, row: BatchRow) -> None:
 
 
 def read_table(table: Path) -> dict[str, BatchRow]:
-    """Return the rows of an earlier batch in this folder, by input; a line that was cut short is none.
+    """Return the rows of an earlier batch in this folder, by input; an incomplete line is ignored.
 
     Raises
     ------
     OutputError
-        There is a table of another kind.
+        The file is a different table.
     """
     if not table.is_file():
         return {}

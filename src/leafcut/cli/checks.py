@@ -116,7 +116,7 @@ def stock(
     as_json: Json = False,
     options: dict[str, Any],
 ) -> int:
-    """Show what a program cuts from its stock: volume, depth, time in the air, rapids and holders that meet it."""
+    """Show what a program cuts from its stock: volume, depth, air-cutting time, collisions of rapids and holders."""
     from leafcut import api
     from leafcut.files.whole_files import check_output, write_bytes
     from leafcut.report.stock_report import as_file, check_name, print_stock, stock_as_json

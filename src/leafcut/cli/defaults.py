@@ -1,4 +1,4 @@
-"""The command `leafcut defaults`: the user's own defaults, and where the value of each option comes from."""
+"""The command `leafcut defaults`: the user's own defaults, and the source of each option's value."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Flags of the command line, made from the option groups."""
+"""Flags of the command line, generated from the option groups."""
 
 from __future__ import annotations
 
@@ -35,8 +35,7 @@ class Time(str):
     __slots__ = ()
 
 
-#: Types that the help shows by their names, by unit or kind of an option. All of them are texts that `option_spec`
-#: reads.
+#: Types whose names the help shows, by unit or kind of an option. All are texts that `option_spec` parses.
 _SHOWN = {"s": Time, "path": File, "text": Name, "names": Name} | {
     key: type(name, (str,), {"__slots__": ()})
     for key, name in {
@@ -47,12 +46,12 @@ _SHOWN = {"s": Time, "path": File, "text": Name, "names": Name} | {
 }  # fmt: skip
 
 
-#: Parameters of functions that the help shows with all options only.
+#: Parameters that the help shows only with --help-all.
 _SELDOM = ("options_file", "no_defaults", "watch", "every", "executor", "workers")
 
 
 def switch(*names: str, help: str) -> Parameter:
-    """Return the parameter of a flag that takes no value."""
+    """Return the parameter of a flag without a value."""
     return Parameter(name=names, negative="", show_default=False, help=help)
 
 
@@ -84,9 +83,9 @@ def command_of(
     help
         Replaces the docstring of the function.
     helps
-        Returns help texts and default words that replace those of options; "" keeps that of the option.
+        Returns help texts and default words that replace those of the options; "" keeps the original.
     all_shown
-        Show the other options in the help as well; else only the main ones, if there are any.
+        Show all options in the help; otherwise only the main ones, if there are any.
     """
     fixed = fixed or {}
     own = [
@@ -124,7 +123,7 @@ def command_of(
 
 
 def _plain(value: Any) -> Any:
-    """Return a value of a flag without the type that the help shows: worker processes cannot unpickle that type.
+    """Convert a value from the displayed type to a plain one, because worker processes cannot unpickle that type.
 
     A list may be given by several flags.
     """
@@ -134,7 +133,7 @@ def _plain(value: Any) -> Any:
 
 
 def _unseen(parameter: inspect.Parameter) -> inspect.Parameter:
-    """Return a parameter that the help does not show."""
+    """Return a parameter that is hidden in the help."""
     return parameter.replace(annotation=Annotated[parameter.annotation, Parameter(show=False)])
 
 
@@ -154,7 +153,7 @@ def usage_of(name: str, command: Callable[..., int]) -> str:
 
 
 def _group(group: type[OptionGroup], place: int, name: str, first: Sequence[str]) -> Group:
-    """Return the part of the help that a flag stands in."""
+    """Return the section of the help for a flag."""
     if name in first:
         return Group("Main options", sort_key=9)
     return Group(f"More: {group.title}" if first else group.title, sort_key=10 + place)

@@ -1,4 +1,4 @@
-"""The commands `leafcut install …`: add-ons of other programs, completion of shells, compiled kernels."""
+"""The commands `leafcut install …`: add-ons for other programs, shell completion, compiled kernels."""
 
 from __future__ import annotations
 
@@ -18,8 +18,9 @@ from leafcut.files.whole_files import OutputError
 
 SHELLS = ("bash", "zsh", "fish")
 
-#: The script of zsh defines a function. A file of $fpath is called by its own name, so it has to call the function;
-#: where it is read by a start file, it has to say what the function is for.
+#: The zsh script defines a function. A file in $fpath is called by its own name and must call the function; a start
+#: file
+#: must register it for the command.
 _ZSH_END = """
 if [[ $zsh_eval_context[-1] == loadautofunc || $funcstack[1] == _leafcut ]]; then
   _cyclopts_leafcut "$@"
@@ -40,7 +41,7 @@ def install_addon(
     *,
     as_json: Json = False,
 ) -> int:
-    """Write the files of an add-on with which another program uses leafcut: Inkscape, FreeCAD."""
+    """Write the files of an add-on that lets another program use leafcut: Inkscape, FreeCAD."""
     from leafcut.addons import ADDONS, write_addon
 
     if name is None:
@@ -76,7 +77,7 @@ def install_completion(
     whole = app()
     type_for_shell(whole)
     script = whole.generate_completion(prog_name="leafcut", shell=shell)  # type: ignore[arg-type]
-    # Where bash knows nothing better it completes files, as it does elsewhere: --machine my.toml.
+    # Where bash has no better completion it completes files: --machine my.toml.
     script = script.replace("\ncomplete -F ", "\ncomplete -o default -F ")
     script += _ZSH_END if shell == "zsh" else ""
     if print_only:
@@ -111,7 +112,7 @@ def install_kernels(*, as_json: Json = False) -> int:
 
 
 def _choices() -> dict[str, Sequence[str]]:
-    """Return what arguments may be, by their names, where that is known."""
+    """Return the choices of arguments, by argument name, if known."""
     from leafcut.gcode.dialects import dialect_list
     from leafcut.processes import registry
     from leafcut.processes.settings import all_options
@@ -124,9 +125,9 @@ def _choices() -> dict[str, Sequence[str]]:
 
 
 def type_for_shell(app: App, choices: Mapping[str, Sequence[str]] | None = None) -> None:
-    """Say by types what a shell may complete: the choices of an option, and files wherever a text may stand.
+    """Annotate arguments for completion: choices of an option, and files for any other text.
 
-    The command line itself takes texts, and says what is wrong with them in its own words.
+    The command line itself takes plain texts, and reports errors in its own words.
     """
     choices = _choices() if choices is None else choices
     for name in app:
@@ -143,7 +144,7 @@ def type_for_shell(app: App, choices: Mapping[str, Sequence[str]] | None = None)
 
 
 def _stand_in(signature: inspect.Signature) -> Callable[..., int]:
-    """Return what looks like a command, and is never called."""
+    """Return a function with a command's signature that is never called."""
 
     def command(*_: Any, **__: Any) -> int:
         raise NotImplementedError
@@ -154,7 +155,7 @@ def _stand_in(signature: inspect.Signature) -> Callable[..., int]:
 
 
 def _shell_type(parameter: inspect.Parameter, choices: Sequence[str]) -> Any:
-    """Return the annotation of an argument with choices or files in place of texts."""
+    """Return the annotation of an argument with choices or files instead of texts."""
     kind, *notes = get_args(parameter.annotation) if get_origin(parameter.annotation) is Annotated else (str,)
     instead: Any = Literal[tuple(choices)] if choices else Path
     typed = _with_texts_as(kind, instead)

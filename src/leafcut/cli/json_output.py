@@ -1,4 +1,4 @@
-"""The answers of commands with --json: one JSON object on standard output, with its schema number."""
+"""JSON answers of commands: one object on standard output, with its schema number."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from leafcut.files.schemas import ANSWER, numbered
 
 
 def print_json(answer: Mapping[str, Any]) -> None:
-    """Print the answer of a command as JSON, its schema number first."""
+    """Print the answer of a command as JSON, schema number first."""
     text = json.dumps(numbered(ANSWER, answer), allow_nan=False, indent=2, ensure_ascii=False)
     with suppress(UnicodeError):
-        # If a file name does not fit the locale, Python has its bytes as surrogates: restore the letters.
+        # If a file name does not fit the locale, Python stores its bytes as surrogates: restore the characters.
         text = text.encode("utf-8", "surrogateescape").decode("utf-8")
     try:
         text.encode(sys.stdout.encoding or "ascii")
     except (UnicodeError, LookupError):
-        # Standard output cannot encode all letters: escape them.
+        # Standard output cannot encode all characters: escape them.
         text = json.dumps(json.loads(text), indent=2)
     print(text)

@@ -1,4 +1,4 @@
-"""The command `leafcut lab`: experiments that are listed, run and reported, and parameters that are tuned."""
+"""The command `leafcut lab`: list, run and report experiments, and tune parameters."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from leafcut.options.option_spec import OptionSpec, converted
 if TYPE_CHECKING:
     from leafcut.lab.store import Store
 
-#: Where results are kept unless another file is named.
+#: Default results file.
 RESULTS = "leafcut_lab.sqlite"
-#: Where runs are done unless another executor is named.
+#: Default of --executor: runs in this process.
 HERE = "here"
-#: Iterations of a run of `tune` unless a budget is given.
+#: Iterations per run of `tune` without a budget.
 _USUAL_ITERATIONS = 50
 _HOLD_OUT = OptionSpec("", "share", minimum=0, maximum=1)
 
@@ -52,7 +52,7 @@ _Workers = Annotated[
 
 
 def list_experiments(*, results: _Results = RESULTS, as_json: Json = False) -> int:
-    """List the experiments that come with leafcut, and how many runs of each are done."""
+    """List the experiments that come with leafcut, and the number of finished runs of each."""
     from leafcut.lab.loading import in_short, load, shipped
     from leafcut.lab.store import Store
 
@@ -91,7 +91,7 @@ def run_experiment(
     workers: _Workers = None,
     as_json: Json = False,
 ) -> int:
-    """Do the runs of an experiment that are not done yet; those that are done are never repeated."""
+    """Do the runs of an experiment that are not done yet; finished runs are never repeated."""
     from leafcut.errors import count_of
     from leafcut.lab.running import run
 
@@ -182,7 +182,7 @@ def tune_options(
     workers: _Workers = None,
     as_json: Json = False,
 ) -> int:
-    """Seek the parameters of an algorithm on some inputs, and judge them on the others."""
+    """Tune the parameters of an algorithm on some inputs, and evaluate them on the others."""
     from leafcut.cli.several import expanded, inputs_of
     from leafcut.files.whole_files import check_output, write_together
     from leafcut.lab.page import rows_as_csv, write_page
@@ -223,7 +223,7 @@ def tune_options(
 
 @contextmanager
 def _at_work(results: str, executor: str, workers: int | None) -> Iterator[tuple[Store, dict[str, Any]]]:
-    """Open the results, and yield them with the words of `lab.running.run`; an interrupt is told in one line."""
+    """Open the results, and yield them with arguments of `lab.running.run`; report an interrupt in one line."""
     import threading
 
     from leafcut.lab.running import on_executor

@@ -1,8 +1,8 @@
-"""A filter of LinuxCNC: a drawing is opened in the window of the controller, and becomes a program on its way there.
+"""A filter of LinuxCNC: converts a drawing that is opened in the controller's window to a program.
 
-LinuxCNC runs ``program 'file'`` in a shell, reads G-code from standard output, and from standard error lines
-``FILTER_PROGRESS=nn`` with the percent done; what else stands there it shows when the exit status is not 0. The file of
-its machine is in the environment as ``INI_FILE_NAME``. Source: `filter_program` of AXIS, LinuxCNC 2.9.
+LinuxCNC runs ``program 'file'`` in a shell and reads G-code from standard output. On standard error it reads lines
+``FILTER_PROGRESS=nn`` with the percent done; it shows the other lines if the exit status is not 0. The environment
+variable ``INI_FILE_NAME`` is its machine file. Source: `filter_program` of AXIS, LinuxCNC 2.9.
 """
 
 from __future__ import annotations
@@ -23,22 +23,22 @@ from leafcut.model.outcome import Outcome
 from leafcut.processes import registry
 from leafcut.processes.settings import collect
 
-#: LinuxCNC's name for the file of its machine.
+#: LinuxCNC's variable for its machine file.
 INI_VARIABLE = "INI_FILE_NAME"
 
 
 class FilterProgress:
-    """A progress callback that tells LinuxCNC the percent done, each once and none lower than before."""
+    """Progress callback that reports the percent done to LinuxCNC, only when it increases."""
 
     def __init__(self) -> None:
         self.told = -1
 
     def __call__(self, now: Progress) -> None:
-        """Tell the share done, where it is another percent; the last one is told when the program is there."""
+        """Report the share done as percent, up to 99; 100 is reported when the program is finished."""
         self.tell(min(99, int(100.0 * now.share)))
 
     def tell(self, percent: int) -> None:
-        """Tell a percentage."""
+        """Report a percentage."""
         if percent > self.told:
             self.told = percent
             print(f"FILTER_PROGRESS={percent}", file=sys.stderr, flush=True)
@@ -52,15 +52,16 @@ def run_filter(
     options_file: str | None = None,
     defaults_file: Path | None = None,
 ) -> Outcome:
-    """Return the program of a drawing, or of another program, for the machine on which LinuxCNC runs.
+    """Return the program of a drawing or another program, for the machine on which LinuxCNC runs.
 
-    The arguments are those of `api.optimize`. Where neither an option nor the file of options names a machine, it is
-    that of LinuxCNC; where LinuxCNC did not start this, that of the person's defaults.
+    The arguments are those of `api.optimize`. If neither an option nor the options file names a machine, LinuxCNC's
+    machine
+    is used; if LinuxCNC did not start this process, the machine in the user's defaults.
 
     Raises
     ------
     ReadError, OptionError, PlanError, PostError, VerifyError
-        One line that says what was found and what to do.
+        One line with the problem and the remedy.
     """
     progress = FilterProgress()
     progress.tell(0)
@@ -80,7 +81,7 @@ def run_filter(
 
 @contextmanager
 def _machine_of_linuxcnc(ini: str) -> Iterator[str]:
-    """Give a profile of LinuxCNC's machine, as long as it is needed; "" without a file of it."""
+    """Yield a temporary profile of LinuxCNC's machine; "" without an ini file."""
     if not ini:
         yield ""
         return
@@ -98,10 +99,11 @@ def _machine_of_linuxcnc(ini: str) -> Iterator[str]:
 
 
 def _process(file: str, machine: str) -> str:
-    """Return what ``--process`` says where nobody did: the first work that the file is for and the machine can do.
+    """Return the default of ``--process``: the first process that suits the file and the machine's head.
 
-    So a torch cuts what a spindle drills, and a picture of outlines becomes pockets on a mill. Where there is none, and
-    for programs, the common way finds out or refuses.
+    For example, a torch cuts what a spindle would drill, and an image with outlines becomes pockets on a mill. Without
+    a
+    match, and for programs, the result is ``auto``.
     """
     from leafcut.read.machine import load_machine
     from leafcut.read.registry import read_source
@@ -115,12 +117,12 @@ def _process(file: str, machine: str) -> str:
 
 
 def check_file(words: Sequence[str]) -> str:
-    """Return the one file that a filter is called with.
+    """Return the only file in a filter's arguments.
 
     Raises
     ------
     OptionError, ReadError
-        There is none, there are several, or it is not there.
+        There is not exactly one file, or it does not exist.
     """
     if len(words) != 1:
         raise OptionError(f"filter takes one file, as LinuxCNC calls it; {len(words)} were given")

@@ -1,4 +1,4 @@
-"""The command `leafcut list`: what leafcut knows, and the file of one of it."""
+"""The command `leafcut list`: known machines, materials and so on, and the file of one of them."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ _ROWS: dict[str, Callable[[], Sequence[tuple[str, str]]]] = {
     "machines": _machines, "materials": _materials, "dialects": _dialects, "formats": _formats,
     "algorithms": _algorithms, "plugins": _plugins,
 }  # fmt: skip
-#: Kinds with files: the key of the file in the JSON answer, and the function that returns name and text of a file.
+#: Kinds with files: the key of the file in the JSON answer, and the function that returns its name and text.
 _FILES: dict[str, tuple[str, Callable[[str], tuple[str, str]]]] = {
     "machines": ("profile", _machine), "materials": ("material", _material), "dialects": ("dialect", _dialect),
 }  # fmt: skip

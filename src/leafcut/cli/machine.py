@@ -1,4 +1,4 @@
-"""The commands `leafcut machine` and `leafcut tools`: profiles and libraries from what a shop has already."""
+"""The commands `leafcut machine` and `leafcut tools import`: create profiles and libraries from existing files."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def import_machine(
     units: _Units = None,
     as_json: Json = False,
 ) -> int:
-    """Make a machine profile from the settings of its controller; each value is told with where it comes from."""
+    """Make a machine profile from the settings of its controller; each value is shown with its source."""
     from leafcut.files.whole_files import StandardInput
     from leafcut.read.controllers.importing import imported, read_settings, settings_text
 
@@ -63,7 +63,7 @@ def import_machine(
     _check_output(output, [name])
     if port is not None:
         kind, text = _asked(port, baud, kind)
-        name = f"{kind}-board"  # a port such as ttyUSB0 names no machine
+        name = f"{kind}-board"  # a port such as ttyUSB0 does not name a machine
     elif name is None:
         raise OptionError("machine import needs FILE, or --port")
     elif name == DASH:
@@ -124,8 +124,9 @@ def new_machine(
 ) -> int:
     """Make a machine profile by a few questions, for controllers that have no file of settings (Haas, Centroid …).
 
-    On a terminal what is not given by a flag or by --answers is asked, with a likely answer; elsewhere the likely one
-    is taken, and told.
+    On a terminal, values that are not given by a flag or by --answers are asked, with a suggestion. Otherwise the
+    suggestion
+    is used, and shown.
     """
     from leafcut.read.controllers.questions import answers_of, questioned
 
@@ -159,7 +160,7 @@ def new_machine(
 
 
 def _ask(question: str, likely: str) -> str:
-    """Ask a person on the terminal; where the answers end, so does the asking."""
+    """Ask the user on the terminal; stop at the end of the input."""
     print(f"{question}{f' [{likely}]' if likely else ''}: ", end="", file=sys.stderr, flush=True)
     line = sys.stdin.readline()
     if not line:
@@ -193,7 +194,7 @@ def check_machine(
     ] = None,
     as_json: Json = False,
 ) -> int:
-    """Compare leafcut's times with a stop-watch; by several programs, fit accelerations and the corner value."""
+    """Compare leafcut's times with a stop-watch; with several programs, fit accelerations and the corner value."""
     from leafcut import api
     from leafcut.files.whole_files import write_whole
     from leafcut.report.fit_report import fit_as_json, print_fit
@@ -244,7 +245,7 @@ def _pairs(programs: Sequence[str], measured: Sequence[str], times: str | None) 
     Raises
     ------
     OptionError
-        There are more programs than times, or fewer; a time is none; or they are given twice.
+        The numbers of programs and times differ, a time is invalid, or both a table and programs are given.
     """
     from leafcut.read.time_table import parse_clock, read_times
 
@@ -353,7 +354,7 @@ def _as_answer(made: ImportedMachine, output: str | None) -> Mapping[str, Any]:
 
 
 def _print_profile(made: ImportedMachine) -> None:
-    """Print the values of a profile, each with its key and its origin; those that were assumed last."""
+    """Print the values of a profile, each with its key and source; assumed values come last."""
     from rich.console import Console
     from rich.table import Table
 

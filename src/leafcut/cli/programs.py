@@ -163,7 +163,7 @@ def _without_known_note(outcome: Outcome) -> Outcome:
 
 
 def _check_one_file(given: Mapping[str, Any], several: str) -> None:
-    """Refuse options that name one file to write where there are several programs."""
+    """Refuse options that name a single output file if there are several programs."""
     for _, name, spec in all_options():
         if spec.is_output and given.get(name):
             raise OptionError(f"{flag_name(name)}: names one file but {several}; run them one by one")
@@ -184,7 +184,7 @@ def _optimize_each(
     inputs: list[str], output: str | None, report: str | None, given: dict[str, Any], executor: str | None,
     workers: int | None, *, dry_run: bool, as_json: bool, quiet: bool,
 ) -> int:  # fmt: skip
-    """Make a program of each of several inputs; a refused one does not stop the others."""
+    """Generate a program for each of several inputs; a refused one does not stop the others."""
     from leafcut import api
     from leafcut.cli.batch import run_batch
     from leafcut.order.executors import open_executor
@@ -248,7 +248,7 @@ def _watch(
     words: Sequence[str], output: str | None, given: Mapping[str, Any], every: str, executor: str | None,
     workers: int | None, *, quiet: bool,
 ) -> int:  # fmt: skip
-    """Make a program of each drawing or program that is added to a folder or changed there, until Ctrl-C."""
+    """Generate a program for each drawing or program that is added to a folder or changed there, until Ctrl-C."""
     from leafcut.cli.watch_folder import FolderWatch
     from leafcut.order.executors import open_executor
     from leafcut.report.wording import count, time_words
@@ -274,7 +274,7 @@ def _watch(
         numbers["refused"] += 1
         _print_refusal(line)
 
-    # An input that is being processed at Ctrl-C is done again when the folder is watched again.
+    # An input that is being processed at Ctrl-C is repeated when the folder is watched again.
     with suppress(KeyboardInterrupt), open_executor(executor or "threads", workers or 1) as opened:
         watch = FolderWatch(Path(words[0]), Path(output), given, opened, written, refused)
         watch.check()
@@ -295,8 +295,9 @@ def filter_program(
 ) -> int:
     """Write the program of a file to standard output, as a filter of LinuxCNC: a drawing opens in its own window.
 
-    The machine is that of LinuxCNC, by its .ini, unless --machine or --options names one. A line in [FILTER] of the
-    .ini calls it: dxf = leafcut filter --thickness 6
+    The machine is LinuxCNC's, from its .ini, unless --machine or --options names one. A line in [FILTER] of the .ini
+    calls
+    it: dxf = leafcut filter --thickness 6
     """
     from leafcut.cli.linuxcnc_filter import check_file, run_filter
 
@@ -318,12 +319,14 @@ def filter_program(
 
 
 def _sheets_beside(parts: Sequence[str]) -> str | None:
-    """Return the default file of nested sheets: beside the first part, under its name; None if there is no part.
+    """Return the default file of nested sheets: in the folder of the first part, with its name.
+
+    None if the first part is missing.
 
     Raises
     ------
     OutputError
-        It cannot be written, or leafcut did not write the file of that name, or one that may be a numbered sheet of it.
+        It cannot be written, or this file or one of its numbered sheets was not written by leafcut.
     """
     from leafcut.read.nest_list import file_and_quantity
 

@@ -1,4 +1,4 @@
-"""What a person sees while waiting: a bar on a terminal, one line elsewhere; always on standard error."""
+"""Progress on standard error: a bar on a terminal, otherwise a single line."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, Self
 
 from leafcut.model.heartbeat import Progress
 
-#: A run that is over before this shows no bar.
+#: Time before a bar is shown, s.
 QUIET_SECONDS = 0.5
 
 
@@ -21,12 +21,12 @@ class Reporter:
         self.task: Any = None
         self.quiet = quiet
         self.began = time.perf_counter()
-        #: When a share of the work was first told of, and that share: compiling does not count.
+        #: Time and share of the first report: compiling does not count.
         self.origin: tuple[float, float] | None = None
         self.terminal = sys.stderr.isatty()
 
     def __call__(self, now: Progress) -> None:
-        """Show what is being done, the cost so far, its gap to the lower bound, the share done and the time left."""
+        """Show the current step, the cost, the gap to the lower bound, the share done and the time left."""
         if self.quiet:
             return
         if now.step.startswith("compiling"):
@@ -41,7 +41,7 @@ class Reporter:
         self.bar.update(self.task, completed=100.0 * now.share, description=words, left=self._left(now.share))
 
     def _left(self, share: float) -> str:
-        """Return how long the rest takes if it goes on as it did; empty while that is not known."""
+        """Return the estimated time left at the current rate; empty if unknown."""
         now = time.perf_counter()
         if self.origin is None or not 0.0 < self.origin[1] <= share:
             self.origin = (now, share)

@@ -1,4 +1,4 @@
-"""The command `leafcut send`: a program goes to a GRBL or Marlin board over its serial port."""
+"""The command `leafcut send`: send a program to a GRBL or Marlin board over its serial port."""
 
 from __future__ import annotations
 
@@ -98,10 +98,11 @@ def send(
         switch("--quiet", "-q", help="no progress, no summary; warnings only"),
     ] = False,
 ) -> int:
-    """Send a program to a GRBL or Marlin board, after checking it against the machine as it stands.
+    """Send a program to a GRBL or Marlin board, after checking it against the machine's current state.
 
-    While it runs, keys hold it, stop it and change the feed. Whatever happens, the machine is stopped, and how to go on
-    is told.
+    While it runs, keys hold it, stop it and change the feed. After any failure the machine is stopped, and the option
+    to
+    resume is shown.
     """
     from leafcut.files.whole_files import check_output
     from leafcut.sender.firmware import speaker_of
@@ -158,7 +159,7 @@ def _check_wishes(
 
 
 def _ready(talk: Conversation, job: SendJob, *, unhomed: bool, quiet: bool) -> tuple[Facts, SendJob]:
-    """Return what the controller says of itself, and the job with its times, after all that is checked."""
+    """Return the facts of the controller and the job with its times, after all checks."""
     from leafcut.sender.checking import check_program, check_ready
     from leafcut.sender.job import issues_to_tell
 
@@ -175,7 +176,7 @@ def _ready(talk: Conversation, job: SendJob, *, unhomed: bool, quiet: bool) -> t
 def _steps(
     job: SendJob, facts: Facts, from_hole: int | None, from_line: int | None, *, quiet: bool
 ) -> Sequence[SentStep]:
-    """Return what is sent: all, or the rest from a hole or a line on."""
+    """Return the steps to send: all, or the rest from a hole or a line on."""
     from leafcut.sender.resuming import rest_of
 
     line, steps, tool = rest_of(job, facts, from_hole, from_line)
@@ -241,14 +242,14 @@ def _press(run: SendRun, key: str) -> None:
 
 
 class _Shown:
-    """The line of progress on a terminal, and the questions at a pause."""
+    """The progress line on a terminal, and the prompts at a pause."""
 
     def __init__(self, job: SendJob, *, quiet: bool) -> None:
         self.job, self.width = job, 0
         self.on = not quiet and sys.stderr.isatty()
 
     def show(self, view: RunView) -> None:
-        """Write the line anew."""
+        """Rewrite the progress line."""
         from leafcut.sender.told import progress_in_words
 
         if not self.on:
@@ -259,13 +260,13 @@ class _Shown:
         self.width = len(line)
 
     def clear(self) -> None:
-        """Leave the line as it is."""
+        """End the progress line and leave it on the screen."""
         if self.width:
             print(file=sys.stderr)
             self.width = 0
 
     def ask(self, keys: Keys, pause: Pause, said: Sequence[str]) -> str | None:
-        """Ask a person at a pause."""
+        """Ask the operator at a pause."""
         self.clear()
         for line in said:
             print(line, file=sys.stderr)
@@ -302,7 +303,7 @@ def _tell(line: str, *, quiet: bool) -> None:
 
 @contextmanager
 def _logging(name: str | None) -> Iterator[Any]:
-    """Yield what adds a line to the log; nothing without one."""
+    """Yield a function that appends a line to the log; None without a log."""
     if name is None:
         yield None
         return
@@ -324,7 +325,7 @@ def _logging(name: str | None) -> Iterator[Any]:
 
 @contextmanager
 def _terminating() -> Iterator[None]:
-    """Stop the machine, too, when this program is told to end."""
+    """Stop the machine also when this program is terminated."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -334,7 +335,7 @@ def _terminating() -> Iterator[None]:
 
     names = [one for one in ("SIGTERM", "SIGHUP") if hasattr(signal, one)]
     before = {name: signal.signal(getattr(signal, name), interrupt) for name in names}
-    if hasattr(signal, "SIGTSTP"):  # a program that sleeps holds no machine
+    if hasattr(signal, "SIGTSTP"):  # a suspended program cannot hold the machine
         before["SIGTSTP"] = signal.signal(signal.SIGTSTP, signal.SIG_IGN)
     try:
         yield

@@ -1,4 +1,4 @@
-"""Inputs of a command: the files that its words stand for, and the files that are written for them."""
+"""Inputs of a command, expanded from its arguments, and the files to write for them."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from leafcut.files.digests import is_unchanged
 from leafcut.files.whole_files import OutputError, check_output, decoded, same_file
 from leafcut.units import FACTORS
 
-#: The table and the report, beside the programs.
+#: Table and report of a batch.
 TABLE, PAGE = "batch.csv", "batch.html"
-#: Ending of a list of inputs, and its most lines.
+#: Extension of a list of inputs, and the maximum number of inputs.
 LIST, MOST_INPUTS = ".list", 100_000
 #: Units that options may have.
 UNIT_WORDS = frozenset(unit for units in FACTORS.values() for unit in units)
-#: Stands for standard input.
+#: Standard input.
 _DASH = "-"
 
 
 def inputs_of(words: Iterable[str]) -> list[str]:
-    """Return the inputs: a folder stands for its files, and a list (.list) for the inputs on its lines.
+    """Return the inputs: a folder is replaced by its files, a list (.list) by the inputs on its lines.
 
-    Files of a folder are taken if leafcut may read them, by content or extension. Lines of a list that begin with # are
+    Files of a folder are used if leafcut can read them, by content or extension. Lines of a list that start with # are
     comments; relative paths are relative to the list.
 
     Raises
@@ -51,7 +51,7 @@ def inputs_of(words: Iterable[str]) -> list[str]:
 
 
 def _is_input(path: Path) -> bool:
-    """Return whether a file of a folder is an input: one that leafcut reads and did not write."""
+    """Return whether a file in a folder is an input: readable, and not written by leafcut."""
     from leafcut.read.registry import format_name
 
     kind = format_name(path)
@@ -72,18 +72,19 @@ def _listed(path: Path) -> list[str]:
 def expanded(
     words: Sequence[str], command: str, *, folder: str | None = None, joins: bool = False
 ) -> tuple[list[str], bool]:
-    """Return the inputs that are meant, and whether each is done by itself.
+    """Return the inputs, and whether each is processed separately.
 
-    A word with ``*``, ``?`` or ``[`` that is no file stands for the files that fit it, in the order of their names: not
-    every shell looks for them. Several inputs are done by themselves, but for drill files, of which one program is
-    made where the command `joins` them, unless a `folder` is there for several.
+    A word with ``*``, ``?`` or ``[`` that is not a file is replaced by the matching files, sorted by name, because not
+    every
+    shell expands patterns. Several inputs are processed separately, except drill files if the command joins them and no
+    `folder` for several programs is given.
 
     Raises
     ------
     ReadError
-        Nothing fits.
+        No file matches.
     OptionError
-        There is no input, or standard input beside others, or a unit that was meant for an option.
+        There is no input, standard input is combined with others, or a word is the unit of a preceding option.
     """
     inputs: list[str] = []
     pattern = False
@@ -107,23 +108,23 @@ def expanded(
 
 
 def all_drill_files(inputs: Iterable[str]) -> bool:
-    """Return whether inputs may be those of one board."""
+    """Return whether all inputs are drill files, which may belong to one board."""
     from leafcut.read.registry import format_name
 
     return all(format_name(one) == "excellon" for one in inputs)
 
 
 def places_beside(inputs: Sequence[str], names: Sequence[str], every: Iterable[str]) -> list[str]:
-    """Return the file for the program of each input: beside it, or in the working folder for a built-in input.
+    """Return the program file of each input: in its folder, or in the working folder for a built-in input.
 
-    A program that would be one of `every` input gets ``.leafcut`` in its name.
+    A program that would replace one of `every` input gets ``.leafcut`` in its name.
 
     Raises
     ------
     OptionError
-        Two inputs would be written under one name.
+        Two inputs have the same program name.
     OutputError
-        One cannot be written.
+        A file cannot be written.
     """
     targets = []
     known = [Path(one) for one in every]
@@ -139,7 +140,7 @@ def places_beside(inputs: Sequence[str], names: Sequence[str], every: Iterable[s
 
 
 def check_own(target: str | None, inputs: Sequence[str]) -> None:
-    """Refuse to replace a file that leafcut did not write, or that was changed since.
+    """Refuse to replace a file that leafcut did not write or that was changed since.
 
     Raises
     ------
@@ -168,14 +169,14 @@ def _check_names(inputs: Sequence[str], names: Sequence[str]) -> None:
 
 
 def targets_of(inputs: Sequence[str], names: Sequence[str], folder: str | None, flag: str) -> list[str | None]:
-    """Return where each of several inputs is written: in a folder, under its name; None for each without a folder.
+    """Return the output file of each of several inputs in a folder; None for each without a folder.
 
     Raises
     ------
     OptionError
-        The folder is none, or two inputs would be written under one name.
+        The folder does not exist, or two inputs have the same program name.
     OutputError
-        One cannot be written, or is an input.
+        A file cannot be written, or is an input.
     """
     _check_names(inputs, names)
     if folder is None:

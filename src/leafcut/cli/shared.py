@@ -1,4 +1,4 @@
-"""What several commands share: exit statuses, flags, error lines, files."""
+"""Shared by several commands: exit statuses, flags, error lines, files."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from leafcut.files.user_files import DEFAULTS_VARIABLE, defaults_file
 DONE, REFUSED, USAGE, INCOMPLETE = 0, 1, 2, 3
 STATUSES = "Exit status: 0 done; 1 refused; 2 wrong usage; 3 done, but work is missing, which is reported first."
 _WORST_FIRST = ("danger", "missing", "warning")
-#: Of several inputs the status is that of the worst.
+#: For several inputs, the worst status counts; best first.
 _STATUS_ORDER = (DONE, INCOMPLETE, REFUSED, USAGE)
-#: Most warnings that are printed where no summary was asked for.
+#: Maximum number of warnings printed with --quiet.
 MOST_WARNINGS = 10
 
 OptionsFile = Annotated[File | None, Parameter(name="--options", help="a TOML file of options")]
@@ -40,7 +40,7 @@ Quiet = Annotated[bool, switch("--quiet", "-q", help="no progress, no summary; w
 
 
 def failure(problem: Exception) -> tuple[str, int]:
-    """Return what a person is told of an error, in a line, and the exit status."""
+    """Return the error line of an exception, and the exit status."""
     if isinstance(problem, LeafcutError):
         line = "; ".join([str(problem), *getattr(problem, "__notes__", ())])
         wrong_usage = isinstance(problem, OptionError) and not isinstance(problem, DataError)
@@ -54,14 +54,14 @@ def failure(problem: Exception) -> tuple[str, int]:
 
 
 def print_issues(issues: Iterable[Any], place: str = "") -> None:
-    """Say on standard error what matters even to somebody who wants no summary: holes lost, depths assumed."""
+    """Print issues that matter even without a summary: missing holes, assumed depths."""
     from leafcut.model.issue import LIMITS
 
     told = sorted((i for i in issues if i.severity != "note"), key=lambda i: _WORST_FIRST.index(i.severity))
     lines = {f"{place}{issue.severity}: {issue}": issue.code in LIMITS for issue in told}
     most = MOST_WARNINGS
     for line, is_limit in lines.items():
-        # Never fold assumptions.
+        # Never shorten assumptions.
         if is_limit or most > 0:
             print_line(line, DONE)
         most -= not is_limit
@@ -76,14 +76,14 @@ def print_line(line: str, status: int) -> int:
 
 
 def printable(line: str) -> str:
-    """Return a line as it is shown; names of files may hold any character."""
-    line = line.replace(HELD, DASH)  # a word that nobody took for standard input
+    """Return a line without unprintable characters, which file names may contain."""
+    line = line.replace(HELD, DASH)  # a word that was not recognised as standard input
     return "".join(c if c.isprintable() else "?" for c in line)
 
 
 @contextmanager
 def nothing_new_in(output: str | None) -> Iterator[None]:
-    """Let a refusal tell that what an earlier run wrote is still there: it would run on the machine as well."""
+    """Add to an error that the output of an earlier run still exists and would also run on the machine."""
     try:
         yield
     except LeafcutError as problem:
@@ -97,7 +97,7 @@ def nothing_new_in(output: str | None) -> Iterator[None]:
 def each_of(
     noun: str, inputs: Sequence[str], do: Callable[[int, str], tuple[dict[str, Any], int]]
 ) -> tuple[list[dict[str, Any]], int]:
-    """Return the answer of each input with its ``status``, and the worst status; an error is told where it happens."""
+    """Return the answer of each input with its ``status``, and the worst status; errors are printed at once."""
     rows: list[dict[str, Any]] = []
     for number, source in enumerate(inputs):
         try:
@@ -133,7 +133,7 @@ def given_options(options: dict[str, Any]) -> dict[str, Any]:
 
 
 def check_file_name(flag: str, name: str | None) -> None:
-    """Refuse standard output where no program is written."""
+    """Refuse standard output if the output is not a program."""
     if dashed(name) == DASH:
         raise OptionError(f"{flag} -: only a program can go to standard output; name a file")
 
@@ -144,12 +144,12 @@ def dashed(word: Any) -> Any:
 
 
 def defaults_given(left_out: bool) -> Path | None:
-    """Return the file of the person's own defaults, unless they are left out or there is none."""
+    """Return the user's defaults file, unless it is disabled or does not exist."""
     return None if left_out else defaults_file()
 
 
 def write_program(data: bytes) -> None:
-    """Write a program to standard output as it is, whatever the terminal's letters are."""
+    """Write a program to standard output as bytes, independent of the terminal's encoding."""
     sys.stdout.flush()
     sys.stdout.buffer.write(data)
     sys.stdout.buffer.flush()

@@ -1,4 +1,4 @@
-"""Where the value of each option comes from: the person's own defaults, a file of options, or leafcut."""
+"""Source of each option's value: the user's defaults, an options file, or leafcut."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from leafcut.processes import registry
 from leafcut.processes.base import Work
 from leafcut.processes.settings import PlacedOption, collect, placed_options, used_by
 
-#: A file of defaults to begin with: what a shop says once. Each line is an example, and a comment until it is wanted.
+#: Template of a defaults file: the settings of a shop. Each line is a commented example.
 TEMPLATE = f"""\
 # Defaults of this shop. Remove the # in front of a line, and write your own value.
 # The command line goes before --options, and that before this file. Paths are relative to its folder.
@@ -38,22 +38,22 @@ TEMPLATE = f"""\
 # break_through = "0.5mm"
 """
 
-#: Commands that do what the input asks for.
+#: Commands whose kind of work depends on the input.
 _OF_ALL_KINDS = ("optimize", "batch", "filter", "watch")
 
 
 @dataclass(frozen=True)
 class DefaultRow:
-    """One option as it holds where nobody types it.
+    """The value of an option that is not on the command line.
 
     Attributes
     ----------
     option, value
-        The flag, and its value as one types it.
+        The flag, and its value as typed.
     source
-        The file and the line where it was said, ``leafcut``, or leafcut for this kind of work.
+        File and line, ``leafcut``, or leafcut for this kind of work.
     used_by
-        The commands that use it; of one command alone it stays empty.
+        Commands that use it; empty if the rows are those of a single command.
     """
 
     option: str
@@ -63,13 +63,13 @@ class DefaultRow:
 
 
 def shop_defaults(command: str | None, options_file: Path | None, defaults_file: Path | None) -> list[DefaultRow]:
-    """Return all options of a command with where they come from, those that the files say first, or these alone.
+    """Return all options of a command with their sources, those from files first; without a command, only those.
 
     Raises
     ------
     OptionError
-        There is no such command with options, or a file cannot be read, names what is none, or says a value that an
-        option does not take: with the line.
+        The command does not exist or has no options; or a file cannot be read, or has an unknown option or an invalid
+        value, reported with its line.
     """
     said: dict[str, tuple[PlacedOption, Path]] = {}
     for file in filter(None, (defaults_file, options_file)):
@@ -87,11 +87,11 @@ def shop_defaults(command: str | None, options_file: Path | None, defaults_file:
         if name in said:
             source = _place(*said[name])
         rows.append(DefaultRow(flag_name(name), _typed(group, name, spec, value), source))
-    return sorted(rows, key=lambda row: row.source.startswith("leafcut"))  # what was said first
+    return sorted(rows, key=lambda row: row.source.startswith("leafcut"))  # options from files first
 
 
 def as_answer(rows: list[DefaultRow], file: Path | None) -> Mapping[str, Any]:
-    """Return the rows as JSON has them."""
+    """Return the rows as JSON data."""
     return {"file": str(file or ""), "options": [asdict(row) for row in rows]}
 
 
@@ -107,7 +107,7 @@ def _place(one: PlacedOption, file: Path) -> str:
 
 
 def _typed(group: type[OptionGroup], name: str, spec: OptionSpec, value: Any) -> str:
-    """Return a value as one types it; in words where it is what nobody types."""
+    """Return a value as typed; in words if it cannot be typed."""
     if spec.kind == "flag":
         return "on" if value else "off"
     if value == group.defaults()[name] and (spec.default_words or value in (None, ())):
@@ -116,7 +116,7 @@ def _typed(group: type[OptionGroup], name: str, spec: OptionSpec, value: Any) ->
 
 
 def _commands() -> Iterator[tuple[str, Work]]:
-    """Yield the commands that read the defaults, with the work that each does."""
+    """Yield the commands that read the defaults, and their kinds of work."""
     for work in registry.works():
         yield getattr(work, "command", work.name), work
 

@@ -1,4 +1,4 @@
-"""Single keys of a terminal, read beside what else goes on, without waiting for Enter."""
+"""Read single keys of a terminal in the background, without waiting for Enter."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _LOOK_SECONDS = 0.05
 
 
 class Keys:
-    """Calls `pressed` with each key while it is open, from a thread of its own; nothing where there is no terminal."""
+    """Calls `pressed` with each key while it is open, from its own thread; does nothing without a terminal."""
 
     def __init__(self, pressed: Callable[[str], None]) -> None:
         self.pressed = pressed
@@ -24,20 +24,20 @@ class Keys:
         self._before: Any = None
 
     def __enter__(self) -> Keys:
-        """Begin to read."""
+        """Start reading."""
         if self.terminal:
             self._raw()
             threading.Thread(target=self._watch, daemon=True).start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Give the terminal back."""
+        """Restore the terminal."""
         self._closed.set()
         self._cooked()
 
     @contextmanager
     def lines(self) -> Iterator[None]:
-        """Leave the terminal to somebody who reads whole lines."""
+        """Release the terminal so that whole lines can be read."""
         if self.terminal:
             self._cooked()
             self._idle.wait(1.0)
@@ -77,7 +77,7 @@ class Keys:
 
 
 def _key() -> str:
-    """Return a key that was pressed, "" where none was for a moment."""
+    """Return a pressed key, or "" after a short wait."""
     if os.name == "posix":
         import select
 

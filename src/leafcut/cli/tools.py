@@ -1,4 +1,4 @@
-"""The commands of tool libraries: import one of another program, choose speeds."""
+"""The command `leafcut tools speeds`: choose speeds and feeds."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def tool_speeds(
     as_json: Json = False,
     options: dict[str, Any],
 ) -> int:
-    """Choose spindle speeds and feeds: all that no others are better than in time, cost and tool life of a part."""
+    """Choose Pareto-optimal spindle speeds and feeds: time, cost and tool life of a part."""
     from leafcut import api
     from leafcut.report.cutting_data_report import cutting_data_as_json, print_cutting_data
 

@@ -1,4 +1,4 @@
-"""Messages for unusable command lines, in one line; the messages of the parser name its internals."""
+"""One-line messages for invalid command lines; the parser's own messages name its internals."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from leafcut.options.removed import why_removed
 if TYPE_CHECKING:
     from cyclopts import CycloptsError, UnknownOptionError
 
-#: Commands that have commands of their own: their help, and the function of each command.
+#: Commands with subcommands: their help, and the function of each subcommand.
 GROUPS = {
     "machine": (
         "Make a machine profile, and check it with a stop-watch.",
@@ -49,24 +49,24 @@ GROUPS = {
 DASH, HELD = "-", "\0"
 
 
-#: Returns why a command does not take an option, by the flag and the name that it has with other commands.
+#: Returns the reason why a command lacks an option, from the flag and the option's name.
 WhyUnused = Callable[[str, str], str]
 
 
 def refuse_dash(what: str, *words: str | None) -> None:
-    """Refuse standard input where files alone are taken.
+    """Refuse standard input if only files are accepted.
 
     Raises
     ------
     OptionError
-        One of the words is ``-``; `what` is the argument or flag that it was given for.
+        One of the words is ``-``; `what` is its argument or flag.
     """
     if any(word in (DASH, HELD) for word in words):
         raise OptionError(f"{what} -: not taken from standard input; name a file")
 
 
 def command_in(arguments: Sequence[str]) -> str:
-    """Return the command that a command line names, such as ``lab run``; "" for none."""
+    """Return the command in a command line, such as ``lab run``; "" for none."""
     words = [word for word in arguments if not word.startswith("-")][:2]
     return " ".join(words[: 1 + (len(words) > 1 and words[1] in _commands_of(words[0]))])
 
@@ -78,16 +78,16 @@ def _commands_of(group: str) -> Iterable[str]:
 def told(
     problem: CycloptsError, command: str, commands: Iterable[str], options: Mapping[str, OptionSpec], why: WhyUnused
 ) -> str:
-    """Return what a person is told of a command line that the parser refuses.
+    """Return the message for a command line that the parser refuses.
 
     Parameters
     ----------
     command
-        The command that was asked for, "" for none.
+        The requested command, "" for none.
     commands, options
-        All that there are.
+        All commands and all options.
     why
-        Is asked about an option that only other commands have; "" where the command has it too.
+        Returns why an option exists only for other commands; "" if this command has it.
     """
     from cyclopts import (
         CoercionError,
@@ -124,7 +124,7 @@ def told(
 
 
 def _unknown_command(word: str, command: str, commands: Iterable[str]) -> str:
-    """Return what is told of a word that is no command: an option in front of one, or a file without one."""
+    """Return the message for a word that is not a command: an option before a command, or a file without one."""
     if word.startswith("-"):
         near = close_to(word, ["--help", "--version"])
         if near:
@@ -137,7 +137,7 @@ def _unknown_command(word: str, command: str, commands: Iterable[str]) -> str:
 def _unknown_option(
     problem: UnknownOptionError, options: Mapping[str, OptionSpec], why: WhyUnused, help_of: str
 ) -> str:
-    """Return what is told of a flag that the command does not have, though another one may."""
+    """Return the message for a flag that the command lacks, though another may have it."""
     flag = (problem.token.keyword or problem.token.value).partition("=")[0]
     name = flag.removeprefix("--").replace("-", "_")
     positive = name.removeprefix("no_")
@@ -147,7 +147,7 @@ def _unknown_option(
             return reason
     if gone := why_removed(name):
         return gone
-    # Without their dashes: those are alike in all.
+    # Without the dashes, which all flags share.
     names = [one for argument in problem.argument_collection for one in argument.names if one.startswith("-")]
     known = {one.lstrip("-"): one for one in names}
     near = close_to(flag.lstrip("-"), known)

@@ -26,7 +26,7 @@ from leafcut.order.kicks import MANY
 from leafcut.order.solve import solve, warm_up
 from leafcut.order.spanning_tree import ALL_PAIRS
 
-#: Moves that a controller joins to one, and a hole in stock.
+#: Moves that a controller blends into one, and a hole in stock.
 _PROGRAM = b"""G21 G90 G17 G64 P0.1
 T1 M6 (drill D6)
 S1000 M3
@@ -42,7 +42,7 @@ M30
 
 
 def warm_all(tell: Callable[[str], None] = lambda _: None) -> Compilations:
-    """Compile every kernel that is not on disk; `tell` is called once if there is any."""
+    """Compile every kernel that is not cached on disk; `tell` is called once if there is any."""
     with announced(tell) as compilations:
         _order()
         _follow_programs()
@@ -52,7 +52,7 @@ def warm_all(tell: Callable[[str], None] = lambda _: None) -> Compilations:
 
 
 def _order() -> None:
-    """Seek orders in every way: with and without a direction, of few nodes and of many."""
+    """Search orders of every kind: with and without direction, few and many nodes."""
     for n in (40, ALL_PAIRS + 10):
         solve(RoutingProblem.of_points(_places(n)), SolveOptions(iterations=1))
     warm_up(SolveOptions(algorithm="colony"), AcoOptions(), MANY)
@@ -73,12 +73,12 @@ def _order() -> None:
 
 
 def _places(n: int) -> np.ndarray:
-    """Return places float64[n, 2], mm, spread as by chance."""
+    """Return pseudo-random points, float64[n, 2], mm."""
     return np.arange(1.0, n + 1.0)[:, None] * (75.4878, 56.9840) % 100.0
 
 
 def _follow_programs() -> None:
-    """Time a program as two controllers do, and cut with it."""
+    """Time a program on two controllers, and simulate its stock."""
     for machine in ("linuxcnc-mill", "grbl-3018"):
         api.simulate(StandardInput(_PROGRAM), machine=machine)
     api.stock(StandardInput(_PROGRAM), machine="linuxcnc-mill", workpiece="-5,-5,-5,20,10,0", tool_diameter=6)

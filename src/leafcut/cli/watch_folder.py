@@ -1,7 +1,7 @@
-"""A folder that is watched: each drawing or program that is put there, or changed, becomes a program in another folder.
+"""Watch a folder: each drawing or program that is added or changed becomes a program in another folder.
 
-Nothing is done with a file before it is whole. It is looked at again and again, which every kind of disk and share
-allows; messages of the system about changes do not come from all of them. What is done is kept in the table of a batch.
+A file is processed only when it is complete. The folder is polled, which works on every kind of disk and share; change
+notifications of the system do not. Results are stored in the table of a batch.
 """
 
 from __future__ import annotations
@@ -21,23 +21,22 @@ from leafcut.files.whole_files import OutputError, check_output
 from leafcut.order.executors import ExecutorError, WatchedExecutor
 from leafcut.read.registry import format_name
 
-#: A file that ends as its format does is whole when two looks find it the same; one that does not, after so many:
-#: who copies it may only be slow.
+#: Polls without a change after which a file is complete: if it ends as its format does, and otherwise (a slow copy).
 _LOOKS, _LOOKS_WITHOUT_END = 2, 10
-#: What files of a format end with, where all of them do.
+#: Common end of all files of a format.
 _ENDS = {"dxf": b"EOF", "svg": b"</svg>"}
-#: So much of the end of a file is read, bytes.
+#: Bytes read at the end of a file.
 _TAIL = 64
-#: Files that programs write beside others for a while.
+#: Extensions of temporary files.
 _PASSING = (".tmp", ".part", ".partial", ".crdownload", ".bak", ".swp", ".lock")
 
-#: What tells one state of a file from another: size, time of change, and number on its disk.
+#: Identifies the state of a file: size, modification time, and inode.
 _Signature = tuple[int, int, int]
 
 
 @dataclass
 class _Seen:
-    """A file as it was at the last look, since how many looks, and the state that was worked on."""
+    """State of a file at the last poll, number of polls in this state, and the last state that was processed."""
 
     signature: _Signature
     looks: int = 1
@@ -46,13 +45,13 @@ class _Seen:
 
 @dataclass
 class FolderLook:
-    """Finds in a folder the files that are new or changed, and whole."""
+    """Finds new or changed files in a folder that are complete."""
 
     folder: Path
     seen: dict[Path, _Seen] = field(default_factory=dict)
 
     def ready(self) -> list[Path]:
-        """Look once; return the files that are whole now and were not returned in this state before.
+        """Poll once; return the files that are complete and were not returned in this state before.
 
         Raises
         ------
@@ -77,7 +76,7 @@ class FolderLook:
         return ready
 
     def again(self, path: Path) -> None:
-        """Have a file found ready once more."""
+        """Return a file again at the next poll."""
         if path in self.seen:
             self.seen[path].done = None
 
@@ -87,18 +86,18 @@ class FolderLook:
             if name.startswith((".", "~")) or name.endswith("~") or path.suffix.lower() in _PASSING:
                 continue
             try:
-                # A link may lead anywhere: what others put into the folder is read from it alone.
+                # A link may lead out of the folder; read only files in it.
                 if path.is_symlink() or not path.is_file():
                     continue
                 state = path.stat()
-            except OSError:  # it went away
+            except OSError:  # the file was removed
                 continue
             if state.st_size and name not in (TABLE, PAGE):
                 yield path, (state.st_size, state.st_mtime_ns, state.st_ino)
 
 
 def _ends(path: Path) -> bool:
-    """Return whether a file ends as all of its format do; of other formats nothing is known."""
+    """Return whether a file ends as its format requires; True for formats without a common end."""
     end = _ENDS.get(path.suffix.lower().removeprefix("."))
     if end is None:
         return True
@@ -112,18 +111,18 @@ def _ends(path: Path) -> bool:
 
 @dataclass
 class FolderWatch:
-    """Makes programs of what comes into a folder, until it is stopped.
+    """Generates programs for the files of a folder, until it is stopped.
 
     Attributes
     ----------
     folder, output
-        Where drawings come, and where programs go; not the same.
+        Folder of drawings and folder of programs; must differ.
     given
-        What `api.optimize` is given with each.
+        Arguments of `api.optimize` for each.
     written
-        Told the row of each program that was written.
+        Called with the row of each written program.
     refused
-        Told a line for each input that is refused, and for what hinders the work.
+        Called with a line for each refused input, and for each obstacle.
     """
 
     folder: Path
@@ -137,12 +136,12 @@ class FolderWatch:
     hindered: str = ""
 
     def check(self) -> None:
-        """Refuse folders and options with which nothing can be done, before anything is.
+        """Refuse invalid folders and options before anything is processed.
 
         Raises
         ------
         OptionError, OutputError
-            Names what is wrong.
+            Names the problem.
         """
         for what, folder in (("the folder to watch", self.folder), ("-o", self.output)):
             if not folder.is_dir():
@@ -154,12 +153,12 @@ class FolderWatch:
         self.earlier = read_table(self.output / TABLE)
 
     def run(self, seconds: float, sleep: Callable[[float], None] = time.sleep) -> None:
-        """Look at the folder every so many seconds, for ever; Ctrl-C ends it.
+        """Poll the folder every `seconds`, until Ctrl-C.
 
         Raises
         ------
         ExecutorError
-            A cluster is gone.
+            A cluster is lost.
         """
         look = FolderLook(self.folder)
         while True:
@@ -167,7 +166,7 @@ class FolderWatch:
             sleep(seconds)
 
     def step(self, look: FolderLook) -> None:
-        """Look once, and do what is ready."""
+        """Poll once, and process the files that are ready."""
         if not self.output.is_dir():
             self._hinder(f"{self.output}: the folder for programs is not there; it is tried again")
             return
@@ -178,7 +177,7 @@ class FolderWatch:
             self._hinder(f"{self.folder}: cannot be read ({problem.strerror}); it is looked at again")
             return
         if before - set(look.seen):
-            # Another one may have had the name that a program of one of these wants.
+            # Another file may have been refused because a removed file had its program name.
             for name in [name for name, row in self.rows.items() if not row.program]:
                 look.again(Path(name))
         inputs = [str(path) for path in ready if self._is_possible(path, look)]
@@ -208,13 +207,13 @@ class FolderWatch:
             self._keep(result.row)
 
     def _hinder(self, line: str) -> None:
-        """Tell what hinders the work, once and not at every look."""
+        """Report an obstacle, once and not at every poll."""
         if line != self.hindered:
             self.hindered = line
             self.refused(line)
 
     def _is_possible(self, path: Path, look: FolderLook) -> bool:
-        """Return whether the program of a file has a name of its own; else it is refused."""
+        """Return whether the program of a file has a unique name; otherwise refuse the file."""
         try:
             name = api.output_name(str(path), **self.given)
             for other, row in self.rows.items():
@@ -225,13 +224,17 @@ class FolderWatch:
             self.refused(with_source(str(path), str(problem)))
             self._keep(BatchRow(str(path), "", REFUSED, line=str(problem)))
             return False
-        # The name is taken as soon as it is known: another one of this look may want it, too.
+        # Reserve the name at once, because another file of this poll may want it too.
         if str(path) not in self.rows or self.rows[str(path)].program != name:
             self.rows[str(path)] = BatchRow(str(path), name, REFUSED)
         return True
 
     def _keep(self, row: BatchRow) -> None:
-        """Keep the row of an input; a program of an earlier state of it is not left to be mistaken for the new one."""
+        """Store the row of an input.
+
+        If the new state is refused, delete the program of an earlier state, which could be mistaken for the new
+        program.
+        """
         before = self.earlier.get(row.input)
         self.rows[row.input] = row
         if row.state == WRITTEN:
