@@ -15,19 +15,19 @@ if TYPE_CHECKING:
 WIDTH, HEIGHT = 480.0, 230.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 58.0, 10.0, 12.0, 40.0
 _MOST_POINTS = 600
-# What was gained is no more than this part of the cost: nothing to be seen.
+# Minimum share of the cost that was gained for a visible curve.
 _FLAT = 1e-5
-#: Seconds spread over more than this factor are drawn on a logarithmic axis.
+#: Ratio of times from which the time axis is logarithmic.
 _LOG_FROM = 20.0
 _LINE_HEIGHT = 14.0
-#: Room for the words at the end of the curve.
+#: Space for the label at the end of the curve.
 _WORDS = 110.0
 _EMPTY = 1e-9
-#: Room over and under what is drawn, in parts of it; the words of the lower bound stand under its line.
+#: Vertical margins as a share of the range; the label of the lower bound is below its line.
 _MARGIN = 0.08
 _ROOM_UNDER_BOUND = 0.14
 
-#: Kinds of time in the order they are stacked, with their words.
+#: Kinds of time in stacking order, with their names.
 TIME_KINDS = {
     "rapid": "rapids",
     "feed": "cutting",
@@ -39,7 +39,7 @@ TIME_KINDS = {
 
 @dataclass(frozen=True)
 class _Axes:
-    """Seconds and costs to user units; seconds by their logarithm when `log`."""
+    """Maps seconds and costs to user units; `log` makes the time axis logarithmic."""
 
     seconds: tuple[float, float]
     costs: tuple[float, float]
@@ -57,9 +57,9 @@ class _Axes:
 
 
 def convergence(solution: Solution, nearest: float | None, words: str) -> str:
-    """Return the chart of the best cost against seconds, or an empty text when nothing was improved.
+    """Return the chart of the best cost over time, or an empty text if nothing was improved.
 
-    `nearest` is the cost of the nearest neighbour order in the solution's unit if it is known: a dashed line.
+    `nearest` is the cost of the nearest neighbour order in the solution's unit, drawn as a dashed line if known.
     """
     history = [(max(s, 0.0), c) for s, c in solution.history if math.isfinite(s) and math.isfinite(c)]
     if len(history) < 2 or history[0][1] - history[-1][1] <= _FLAT * abs(history[0][1]):
@@ -85,7 +85,7 @@ def convergence(solution: Solution, nearest: float | None, words: str) -> str:
 
 
 def _thinned(history: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Return at most `_MOST_POINTS` points, the first and the last among them."""
+    """Return at most `_MOST_POINTS` points, including the first and the last."""
     if len(history) <= _MOST_POINTS:
         return history
     last = len(history) - 1
@@ -104,14 +104,14 @@ def _axes(history: list[tuple[float, float]], costs: list[float], total: float, 
 
 
 def _shown_unit(unit: str, largest: float) -> tuple[float, str]:
-    """Return the factor and the name of the unit that the axis of costs is marked in."""
+    """Return the factor and the name of the unit of the cost axis."""
     if unit == "mm":
         return (0.001, "m") if largest >= 10_000 else (1.0, "mm")
     return (1.0 / 60.0, "min") if largest >= 600 else (1.0, "s")
 
 
 def _grid(axes: _Axes, factor: float, unit: str) -> str:
-    """Return faint lines at round costs, ticks at round seconds, and what the axes mean."""
+    """Return grid lines at round costs, ticks at round seconds, and the axis labels."""
     bottom = HEIGHT - _BOTTOM
     low, high = (c * factor for c in axes.costs)
     step = nice_step(high - low, 4)
@@ -144,18 +144,18 @@ def _second_ticks(axes: _Axes) -> list[tuple[float, str]]:
         return [(v, tick_words(v, step)) for v in ticks(low, high, step)]
     powers = range(math.ceil(math.log10(low) - _EMPTY), math.floor(math.log10(high) + _EMPTY) + 1)
     marks = [(10.0**p, f"{10.0**p:.{max(0, -p)}f}") for p in powers]
-    # Less than two whole powers of ten on the axis: its ends say more.
+    # Fewer than two powers of ten on the axis: mark its ends instead.
     return marks if len(marks) > 1 else [(v, f"{v:.2g}") for v in (low, high)]
 
 
 def _curve(axes: _Axes, history: list[tuple[float, float]], unit: str) -> str:
-    """Return the best cost as a staircase to the end of the search, its end marked with the cost."""
+    """Return the best cost as a staircase, with its end marked and labelled."""
     points = [(axes.x(s), axes.y(c)) for s, c in history]
     (x, y), *rest = points
     words = [f"M{short(x)} {short(y)}", *(f"H{short(px)}V{short(py)}" for px, py in rest)]
     end_x, end_y = WIDTH - _RIGHT, points[-1][1]
     words.append(f"H{short(end_x)}")
-    # The cost only falls, so above the curve there is room: over the highest step that the words stand over.
+    # The cost only falls, so there is space above the curve: place the label above the highest step in its width.
     over = [py for (_, py), (next_x, _) in zip(points, [*rest, (end_x, end_y)], strict=True) if next_x > end_x - _WORDS]
     label_y = min([end_y, *over]) - 8
     label_y = label_y if label_y > _TOP + 4 else end_y + 16
@@ -170,7 +170,7 @@ def _level(axes: _Axes, name: str, level: float) -> str:
 
 
 def _level_words(axes: _Axes, levels: dict[str, float], unit: str) -> list[str]:
-    """Return each level's name and cost, just under its line, or over it at the foot of the chart."""
+    """Return the name and cost of each level, below its line, or above it at the bottom of the chart."""
     words = []
     for name, level in levels.items():
         y = axes.y(level)
@@ -181,7 +181,7 @@ def _level_words(axes: _Axes, levels: dict[str, float], unit: str) -> list[str]:
 
 
 def stacked_bar(times: dict[str, float], longest: float) -> str:
-    """Return one bar of times by kind, its full width being `longest` seconds."""
+    """Return a stacked bar of times by kind; its full width is `longest` seconds."""
     x, parts = 0.0, []
     for kind in TIME_KINDS:
         width = 100.0 * max(times.get(kind, 0.0), 0.0) / longest if longest > 0 else 0.0
@@ -192,7 +192,7 @@ def stacked_bar(times: dict[str, float], longest: float) -> str:
 
 
 def bar(part: float, kind: str = "plain") -> str:
-    """Return a bar that fills `part` (0 to 1) of its width."""
+    """Return a bar filled to `part` (0 to 1)."""
     part = min(max(part, 0.0), 1.0) if math.isfinite(part) else 0.0
     track = element("rect", x=0.0, y=0.0, width=100.0, height=10.0, class_="track")
     fill = element("rect", x=0.0, y=0.0, width=100.0 * part, height=10.0, class_=f"fill {kind}")

@@ -1,4 +1,4 @@
-"""Speeds and feeds for a terminal, and as plain values."""
+"""Speeds and feeds for the terminal and as JSON."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from leafcut.model.cutting_front import CuttingData, CuttingPoint, ToolFront
 
 _MM_PER_M = 1000.0
-#: What each objective is called.
+#: Label of the best point per objective.
 _BEST = {"time": "quickest", "cost": "cheapest", "life": "longest life"}
 
 
@@ -69,7 +69,7 @@ def _point_as_json(point: CuttingPoint) -> dict[str, float]:
 
 
 def print_cutting_data(found: CuttingData, save: str | None, plot: str | None, console: Console) -> None:
-    """Print of every tool the quickest, the cheapest and the longest-lived speed and feed, and the library's own."""
+    """Print for each tool the quickest, cheapest and longest-lived speed and feed, and the library's own."""
     from rich.table import Table
 
     def say(words: str, style: str = "") -> None:
@@ -110,7 +110,7 @@ def print_cutting_data(found: CuttingData, save: str | None, plot: str | None, c
 
 
 def _shown(one: ToolFront) -> dict[str, CuttingPoint]:
-    """Return the points that are shown of a front, the quickest first, then the library's own."""
+    """Return the points of a front to show, quickest first, and the library's own point."""
     points = one.points
     shown = {
         "quickest": min(points, key=lambda p: (p.time, p.cost)),
@@ -120,7 +120,7 @@ def _shown(one: ToolFront) -> dict[str, CuttingPoint]:
     return shown | ({"as given": one.given} if one.given else {})
 
 
-#: What stands in the lines of a tool's table.
+#: Row names of a tool's table.
 _NAMES = (
     "spindle speed", "feed rate", "cutting speed", "chip", "time of a part", "cost of a part", "tool life",
     "worn tools", "power", "torque", "thrust",

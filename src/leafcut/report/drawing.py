@@ -1,4 +1,4 @@
-"""The drawing of a path over its holes: one scene for both paths, so that they can be compared at a glance."""
+"""Drawing of a path over its holes: one scene for both paths, so that they can be compared at a glance."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 
 #: Maximum number of numbered stops; with more, the colour of the path shows the order.
 MOST_NUMBERS = 120
-#: Number of colours of the ramp along a path, of colours of tools, and of styles in which the tool colours repeat
-#: (solid, hollow, dashed, dotted).
+#: Number of colours of the ramp along a path, number of tool colours, and number of styles in which the tool colours
+#: repeat (solid, hollow, dashed, dotted).
 RAMP = 24
 TOOL_COLOURS = 8
 TOOL_MANNERS = 3
 
-# Minimum drawn size of holes, user units: among few holes, and among many.
+# Minimum drawn size of holes, user units: with few holes, and with many.
 _SMALLEST_OF_FEW = 3.6
 _SMALLEST_HOLE = 1.6
 #: Drawn size of a hole of unknown diameter: share of the mean spacing, and maximum, user units.
@@ -41,7 +41,7 @@ _MOST_GROUPS = 64
 #: Stops of cuts are numbered up to this number, or with this spacing, user units.
 _FEW_NUMBERS = 24
 _ROOM_FOR_NUMBERS = 20.0
-#: Rapids are shown up to this distance beyond the work, as a share of its size: a far park position stays outside.
+#: Rapids are shown up to this distance beyond the work, as a share of its size; a far park position stays outside.
 _BEYOND = 0.3
 
 
@@ -56,11 +56,11 @@ class Dots:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Data that all drawings of an outcome share.
+    """Data shared by all drawings of an outcome.
 
     `tools` are the tool numbers in the order of use; a hole has the colour of its last tool (-1: no tool). `slots` are
     (tool, width, centre line) in user units. `numbered`: stops have numbers. `enlarged`: some holes are drawn too
-    large; `unsized`: some diameters are unknown. `extent` is the size of the work in mm; `edge` are the lines of the
+    large; `unsized`: some diameters are unknown. `extent` is the size of the work in mm; `edge` holds the lines of the
     edge of the plate in user units, float64[k, 2, 2]. `missing` are the issues of missing work.
     """
 
@@ -98,7 +98,7 @@ def build_scene(outcome: Outcome) -> Scene:
     for operation in outcome.operations:
         order = list(operation.holes)
         (of_slot if operation.slots else of_hole)[order] = tools.index(operation.tool.number)
-        if not operation.slots:  # a bare point becomes as wide as its drill
+        if not operation.slots:  # a bare point gets the diameter of its drill
             diameters[order] = np.where(diameters[order] > 0, diameters[order], operation.tool.diameter)
     numbered = max(len(before.stops), len(after.stops)) <= MOST_NUMBERS
     if len(after.cuts) and len(after.stops) > _FEW_NUMBERS:
@@ -156,8 +156,8 @@ def _apart(places: NDArray[np.float64]) -> float:
 
 
 def _dots(points: NDArray[np.float64], sizes: NDArray[np.float64], tools: NDArray[np.int64]) -> tuple[Dots, ...]:
-    """Return the holes grouped by tool and size, the largest first so that no hole hides a smaller one."""
-    if len(np.unique(sizes)) > _MOST_GROUPS:  # as good as any size: steps of 5 %
+    """Return the holes grouped by tool and size, largest first, so that no hole hides a smaller one."""
+    if len(np.unique(sizes)) > _MOST_GROUPS:  # too many sizes: round them to steps of 5 %
         sizes = 1.05 ** np.rint(np.log(sizes) / math.log(1.05))
     keys, group = np.unique(np.stack([-sizes, tools], axis=1), axis=0, return_inverse=True)
     group = group.reshape(-1)
@@ -165,7 +165,7 @@ def _dots(points: NDArray[np.float64], sizes: NDArray[np.float64], tools: NDArra
 
 
 def tool_class(scene: Scene, tool: int) -> str:
-    """Return the CSS class of a tool's colour: neutral when there is only one, and ``idle`` where none works."""
+    """Return the CSS class of a tool's colour: neutral for a single tool, ``idle`` for no tool."""
     if tool < 0:
         return "idle"
     if len(scene.tools) == 1:
@@ -177,8 +177,9 @@ def tool_class(scene: Scene, tool: int) -> str:
 def drawing(scene: Scene, which: Which, words: str, *, holes: str = "", size: bool = False) -> str:
     """Return the drawing of the path ``before`` or ``after`` as an SVG element with `words` as its title.
 
-    The holes are drawn in this SVG under the id `holes` if it is given as ``"=name"``, and taken from another SVG of
-    the page if it is ``"#name"``, so that a page holds a hundred thousand holes once. `size` states width and height.
+    `holes` given as ``"=name"`` draws the holes in this SVG with that id; ``"#name"`` takes them from another SVG of
+    the
+    page, so that a page holds a hundred thousand holes once. `size` adds width and height.
     """
     frame, path = scene.frame, scene.before if which == "before" else scene.after
     drawn = element("use", href=holes) if holes.startswith("#") else _holes(scene, holes.removeprefix("="))
@@ -218,7 +219,7 @@ def _holes(scene: Scene, name: str) -> str:
 
 
 def _rapids(scene: Scene, path: Trace) -> str:
-    """Return the rapids: in one colour where stops are numbered, else in a ramp of colours from first to last."""
+    """Return the rapids: in one colour if stops are numbered, otherwise in a colour ramp from first to last."""
     segments = scene.frame.place(path.rapids)
     width = 1.25 if len(segments) <= 400 else 0.9 if len(segments) <= 4000 else 0.55
     if scene.numbered:
@@ -230,7 +231,7 @@ def _rapids(scene: Scene, path: Trace) -> str:
 
 
 def cut_tools(scene: Scene) -> dict[int, int]:
-    """Return the tools that cut, by number: which colour each has. One colour for all if only one tool works."""
+    """Return the colour index of each cutting tool by tool number; empty for a single tool."""
     if len(scene.tools) < 2:
         return {}
     cutting = set(np.unique(scene.after.cut_tool).tolist())
@@ -238,12 +239,12 @@ def cut_tools(scene: Scene) -> dict[int, int]:
 
 
 def _cuts(scene: Scene, path: Trace) -> str:
-    """Return the cuts, thinner where there are many; of several tools each in its colour."""
+    """Return the cuts, thinner if there are many, in the colours of their tools."""
     if not len(path.cuts):
         return ""
     segments, colours = scene.frame.place(path.cuts), cut_tools(scene)
     length = float(np.hypot(*(segments[:, 1] - segments[:, 0]).T).sum())
-    # So that what is cut with a small step-over stays a pattern of lines.
+    # Keep cuts with a small step-over visible as separate lines.
     width = float(np.clip(0.25 * scene.frame.width * scene.frame.height / max(length, 1.0), 0.9, 2.6)) * STEPS
     lines = []
     for number in [*colours, None]:
@@ -255,7 +256,7 @@ def _cuts(scene: Scene, path: Trace) -> str:
 
 
 def _ends(scene: Scene, path: Trace) -> list[str]:
-    """Return the marks of the first and the last stop, and numbers where there are few enough of them."""
+    """Return the marks of the first and last stop, and numbers if there are few enough stops."""
     if not len(path.stops):
         return []
     visits: dict[tuple[float, float], list[str]] = {}
@@ -275,9 +276,9 @@ def _ends(scene: Scene, path: Trace) -> list[str]:
 
 
 def _numbers(scene: Scene, path: Trace, stops: NDArray[np.float64], words: list[str]) -> str:
-    """Return the numbers of the stops, each where it covers the least.
+    """Return the numbers of the stops, placed where they cover the least.
 
-    `stops` is float64[k, 4]: x, y, the radius that is kept free, and the radius of the hole.
+    `stops` is float64[k, 4]: x, y, the radius to keep clear, and the radius of the hole.
     """
     frame, font = scene.frame, _font(stops[:, :2])
     lines = np.concatenate([frame.place(np.concatenate([path.rapids, path.cuts])), scene.edge])
@@ -288,7 +289,7 @@ def _numbers(scene: Scene, path: Trace, stops: NDArray[np.float64], words: list[
 
 
 def _radii(scene: Scene, places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the drawn radius of the largest hole at each place, 0 where there is none (a slot's end)."""
+    """Return the drawn radius of the largest hole at each place, 0 without a hole (the end of a slot)."""
     sizes: dict[tuple[int, int], float] = {}
     for x, y, radius in scene.discs.tolist():
         key = (round(x * STEPS), round(y * STEPS))
@@ -297,7 +298,7 @@ def _radii(scene: Scene, places: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _font(places: NDArray[np.float64]) -> float:
-    """Return a size of the numbers that suits the usual distance from a hole to the next one."""
+    """Return a font size that suits the median distance between holes."""
     if len(places) < 2:
         return 11.0
     apart = np.hypot(*(places[:, None, :] - places[None, :, :]).transpose(2, 0, 1))
@@ -306,7 +307,7 @@ def _font(places: NDArray[np.float64]) -> float:
 
 
 def _marks(scene: Scene, places: NDArray[np.float64], radii: NDArray[np.float64], last: int) -> list[str]:
-    """Return a ring around the first stop and a square around the last one; `radii` grow where they stand."""
+    """Return a ring around the first stop and a square around the last; enlarges their `radii`."""
     radii[0] = ring = max(radii[0] + 3.0, 4.5)
     (x0, y0), (x1, y1) = places[[0, last]].tolist()
     half = max(radii[last] + 3.0, 4.5)

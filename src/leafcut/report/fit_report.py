@@ -1,4 +1,4 @@
-"""What is told of times beside a stop-watch: each program before and after the fit, and what the fit is worth."""
+"""Report of the comparison with a stop-watch: each program before and after the fit, and the quality of the fit."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     from leafcut.model.simulation import Simulation
     from leafcut.timing.fitting import Fitted
 
-#: A tool change that takes this part of a program is told: its time is the profile's, and may be the error.
+#: Share of tool changes in a program from which they are reported: their time, from the profile, may be wrong.
 _MUCH = 0.1
 
 
 def print_fit(fitted: Fitted, found: Sequence[Simulation], measured: Sequence[float], console: Console) -> None:
-    """Print the times of all programs, and what was fitted."""
+    """Print the times of all programs, and the fitted values."""
     is_fitted = fitted.acceleration is not None or fitted.corner is not None
     table = Table("Program", box=None, pad_edge=False)
     for head in ("Measured", "leafcut", "Off", *(("Fitted", "Off") if is_fitted else ())):
@@ -36,7 +36,7 @@ def print_fit(fitted: Fitted, found: Sequence[Simulation], measured: Sequence[fl
 
 
 def fit_lines(fitted: Fitted, found: Sequence[Simulation], measured: Sequence[float]) -> list[str]:
-    """Return what there is to say of a fit beside its table."""
+    """Return the lines below the table of a fit."""
     lines = []
     if len(measured) > 1:
         lines.append(
@@ -64,7 +64,7 @@ def fit_lines(fitted: Fitted, found: Sequence[Simulation], measured: Sequence[fl
 
 
 def fit_as_json(fitted: Fitted, found: Sequence[Simulation], measured: Sequence[float], written: str) -> dict[str, Any]:
-    """Return the same as plain values."""
+    """Return the fit as JSON data."""
     programs = [
         {"program": one.program, "measured_s": seconds, "before_s": float(before), "after_s": float(after)}
         for one, seconds, before, after in zip(found, measured, fitted.before, fitted.after, strict=True)

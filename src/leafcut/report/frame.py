@@ -1,4 +1,4 @@
-"""The frame of a drawing: which millimetres are shown, at what scale, with axes and a scale bar."""
+"""The frame of a drawing: its range in mm and scale, with axes and a scale bar."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from leafcut.report.svg import element, nice_step, short, text, text_within, tick_words, ticks, title
 
-#: Width of a drawing in user units; about the width of a column on a desk's screen, in pixels. A part that is much
-#: wider than high takes both columns.
+#: Width of a drawing in user units, about the width of a column on a screen in pixels. A part much wider than high uses
+#: both columns.
 WIDTH = 480.0
 WIDE = 960.0
 _WIDE_FROM = 2.4
@@ -25,9 +25,9 @@ _WIDEST_NUMBERS = 120.0
 
 @dataclass(frozen=True)
 class Frame:
-    """A window on the part: millimetres (y up) to user units (y down).
+    """A window on the part: maps mm (y up) to user units (y down).
 
-    `low` and `high` are its corners in mm, `scale` user units per mm, `left` the room for the numbers of the y axis,
+    `low` and `high` are its corners in mm, `scale` user units per mm, `left` the space for the numbers of the y axis,
     `width` and `height` the size of the window in user units.
     """
 
@@ -40,9 +40,9 @@ class Frame:
 
     @classmethod
     def around(cls, low: tuple[float, float], high: tuple[float, float], wide_from: float = _WIDE_FROM) -> Frame:
-        """Return the frame that shows everything between two corners, with a margin.
+        """Return the frame around two corners, with a margin.
 
-        What is more than `wide_from` times as wide as high takes both columns.
+        A frame more than `wide_from` times as wide as high uses both columns.
         """
         span = max(high[0] - low[0], high[1] - low[1])
         margin = _MARGIN * span if span > 0 else 10.0
@@ -54,19 +54,19 @@ class Frame:
         width = (WIDE if spans[0] > wide_from * spans[1] else WIDTH) - left - _RIGHT
         height = min(max(width * spans[1] / spans[0], _SMALLEST_HEIGHT), _LARGEST_HEIGHT)
         scale = min(width / spans[0], height / spans[1])
-        # The window is filled to its edges: what the part does not need is empty plate around it.
+        # Fill the window to its edges; the rest is empty plate around the part.
         low = (middle[0] - width / scale / 2, middle[1] - height / scale / 2)
         high = (middle[0] + width / scale / 2, middle[1] + height / scale / 2)
         return cls(low, high, scale, left, width, height)
 
     @property
     def size(self) -> tuple[float, float]:
-        """Width and height of the whole drawing, axes included, user units."""
+        """Width and height of the whole drawing with its axes, user units."""
         return (self.left + self.width + _RIGHT, _TOP + self.height + _BOTTOM)
 
     @property
     def wide(self) -> bool:
-        """True for a drawing that wants the whole width of a page."""
+        """True for a drawing that needs the whole width of a page."""
         return self.width > WIDTH
 
     def place(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -87,13 +87,13 @@ class Frame:
         Parameters
         ----------
         words
-            Its title.
+            Title.
         window
-            A name for the area of the frame, to which what lies inside may be clipped.
+            Id of the clip path of the frame.
         kind
-            Its classes.
+            CSS classes.
         size
-            Whether it stands alone, and has to say how large it is.
+            Whether the SVG stands alone and needs its size.
         """
         (width, height), (x, y) = self.size, self.origin
         edge = element("rect", x=0.0, y=0.0, width=self.width, height=self.height)
@@ -136,7 +136,7 @@ class Frame:
         return f"rotate(-90 {short(x)} {short(y)})"
 
     def _bar(self, step: float) -> str:
-        """Return a bar as long as one tick step, with its length: it stays true when the page is scaled or printed."""
+        """Return a scale bar of one tick step with its length; it stays true when the page is scaled or printed."""
         length = step * self.scale
         x, y = self.left + self.width - length, _TOP + self.height + 33
         path = f"M{short(x)} {short(y - 3)}v6m0 -3h{short(length)}m0 -3v6"

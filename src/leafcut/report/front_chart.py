@@ -1,4 +1,4 @@
-"""The fronts of time, cost and tool life as a picture: of every tool, and where on the machine they lie."""
+"""Chart of the fronts of time, cost and tool life per tool, and their speeds and feeds on the machine."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ if TYPE_CHECKING:
     from leafcut.geometry.arrays import Point
     from leafcut.model.cutting_front import CuttingData, CuttingPoint, ToolFront
 
-#: A panel with its margins, and the head over the two of a tool, in user units.
+#: Size of a panel, the header of a tool's two panels, and margins, user units.
 _WIDE, _HIGH, _HEAD = 430.0, 290.0, 46.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 62.0, 16.0, 14.0, 44.0
 _FOOT = 58.0
-#: Room around what is drawn, in parts of it.
+#: Margin around the data, as a share of its range.
 _MARGIN = 0.07
 _MOST_POINTS = 600
-#: What lies farther from the front than this many times its own spread is not drawn.
+#: Points farther from the front than this multiple of its range are not drawn.
 _FAR = 2.0
-#: Where names stand beside their marks, the best first: to the right or not, and how far down; how far off.
+#: Positions of labels beside their marks, best first (on the right or not, vertical shift); distance and letter width.
 _BESIDE = tuple((right, float(up)) for up in (0, -13, 13, -26, 26) for right in (True, False))
 _OFF, _LETTER = 11.0, 6.3
 _SECONDS_PER_HOUR = 3600.0
@@ -47,7 +47,7 @@ svg.front { background: var(--page); }
 
 
 def check_name(file: str | Path | None) -> None:
-    """Refuse a name that is not that of a picture of lines.
+    """Refuse a file that is not SVG.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def check_name(file: str | Path | None) -> None:
 _Box = tuple[float, float, float, float]
 
 
-#: What the axes of the panels show.
+#: Values on the axes of the panels.
 _SHOWN: tuple[Callable[[CuttingPoint], float], ...] = (
     lambda point: point.time,
     lambda point: point.cost,
@@ -75,7 +75,7 @@ _SHOWN: tuple[Callable[[CuttingPoint], float], ...] = (
 
 @dataclass(frozen=True)
 class _Axis:
-    """Numbers to user units along one side of a panel."""
+    """Maps numbers to user units along one side of a panel."""
 
     low: float
     high: float
@@ -84,17 +84,17 @@ class _Axis:
 
     @classmethod
     def over(cls, values: Sequence[float], begin: float, end: float) -> _Axis:
-        """Return an axis with room around some values, which are not negative."""
+        """Return an axis with a margin around some non-negative values."""
         low, high = min(values), max(values)
         room = _MARGIN * ((high - low) or abs(high) or 1.0)
         return cls(max(low - room, 0.0), high + room, begin, end)
 
     def at(self, value: float) -> float:
-        """Return where a number lies."""
+        """Return the position of a number."""
         return self.begin + (value - self.low) / (self.high - self.low) * (self.end - self.begin)
 
     def marks(self) -> list[tuple[float, str]]:
-        """Return round numbers on the axis with their words."""
+        """Return round numbers on the axis with their labels."""
         step = nice_step(self.high - self.low, 5)
         return [(value, tick_words(value, step)) for value in ticks(self.low, self.high, step)]
 
@@ -102,8 +102,9 @@ class _Axis:
 def front_svg(found: CuttingData) -> str:
     """Return the fronts of all tools as a stand-alone SVG, two panels for each.
 
-    On the left what one part costs against how long it takes; on the right which spindle speeds and feed rates these
-    are. The colour is the tool's life, violet for the shortest and teal for the longest.
+    On the left the cost of one part over its time; on the right the spindle speeds and feed rates. The colour is the
+    tool's
+    life, violet for the shortest and teal for the longest.
     """
     lives = [point.life for one in found.tools for point in one.points]
     shade = _shade(min(lives), max(lives))
@@ -133,7 +134,7 @@ def front_svg(found: CuttingData) -> str:
 
 
 def _shade(shortest: float, longest: float) -> Callable[[float], int]:
-    """Return what gives a life its colour: the number of a class of the ramp."""
+    """Return a function from tool life to colour class of the ramp (logarithmic)."""
     span = math.log(longest / shortest) if longest > shortest else 1.0
     return lambda life: round((RAMP - 1) * math.log(life / shortest) / span)
 
@@ -165,7 +166,7 @@ def _unit(points: Sequence[CuttingPoint]) -> tuple[float, str]:
 
 
 def _thinned(points: tuple[CuttingPoint, ...], chosen: int) -> list[CuttingPoint]:
-    """Return some of the points, the ends and the chosen one among them."""
+    """Return some of the points, including the ends and the chosen point."""
     last = len(points) - 1
     if last < _MOST_POINTS:
         return list(points)
@@ -177,7 +178,7 @@ def _panel(
     one: ToolFront, points: list[CuttingPoint], shade: Callable[[float], int], left: float,
     across: Callable[[CuttingPoint], float], up: Callable[[CuttingPoint], float], names: tuple[str, str],
 ) -> str:  # fmt: skip
-    """Return one panel: axes, the front, the best of each objective, and what was given."""
+    """Return one panel: axes, front, best point of each objective, and the given point."""
     begin, end = left + _LEFT, left + _WIDE - _RIGHT
     bottom, top = _HEAD + _HIGH - _BOTTOM, _HEAD + _TOP
     own = _own(one)
@@ -212,7 +213,7 @@ def _panel(
 
 
 def _own(one: ToolFront) -> CuttingPoint | None:
-    """Return what was given, unless it is far from the front: that would be left no room."""
+    """Return the given point, unless it is so far away that the front would be squeezed."""
     if one.given is None:
         return None
     for of in _SHOWN:
@@ -224,7 +225,7 @@ def _own(one: ToolFront) -> CuttingPoint | None:
 
 
 def _dots(points: list[CuttingPoint], place: Callable[[CuttingPoint], Point], shade: Callable[[float], int]) -> str:
-    """Return the points, in one path of each colour."""
+    """Return the points, one path per colour."""
     by_colour: dict[int, list[str]] = {}
     for point in points:
         px, py = place(point)
@@ -234,7 +235,7 @@ def _dots(points: list[CuttingPoint], place: Callable[[CuttingPoint], Point], sh
 
 @dataclass(frozen=True)
 class _Frame:
-    """The inside of a panel, in user units."""
+    """The inside of a panel, user units."""
 
     left: float
     right: float
@@ -242,12 +243,12 @@ class _Frame:
     bottom: float
 
     def leaves(self, box: _Box) -> bool:
-        """Return whether a box is not all inside."""
+        """Return whether a box is partly outside."""
         return box[0] < self.left or box[2] > self.right or box[1] < self.top or box[3] > self.bottom
 
 
 def _marks(one: ToolFront, dots: list[Point], place: Callable[[CuttingPoint], Point], frame: _Frame) -> str:
-    """Return the quickest, the cheapest and the longest-lived point, and what was given, with their names."""
+    """Return the quickest, cheapest and longest-lived point, and the given point, with labels."""
     points = one.points
     named = {
         "quickest": place(min(points, key=lambda p: (p.time, p.cost))),
@@ -279,7 +280,7 @@ def _around(place: Point) -> _Box:
 
 
 def _label(words: str, at: Point, dots: list[Point], boxes: list[_Box], frame: _Frame) -> tuple[_Box, str]:
-    """Return a name beside its mark, where it hides the least: the box that it fills, and the text."""
+    """Return the label of a mark where it hides the least: its box and its text."""
     wide = _LETTER * len(words)
     best: tuple[float, _Box, str] | None = None
     for number, (right, up) in enumerate(_BESIDE):
@@ -300,7 +301,7 @@ def _diamond(x: float, y: float) -> str:
 
 
 def _legend(shortest: float, longest: float, top: float, own: bool) -> str:
-    """Return what the colours and the marks are."""
+    """Return the legend of colours and marks."""
     begin, wide = 16.0 + 110.0, 180.0
     y = top + 20
     step = wide / (RAMP - 1)

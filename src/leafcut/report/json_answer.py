@@ -1,4 +1,4 @@
-"""The answers of the commands with ``--json``: plain values, with the keys that scripts rely on."""
+"""JSON answers of the commands: plain values, with the keys that scripts rely on."""
 
 from __future__ import annotations
 
@@ -20,11 +20,13 @@ if TYPE_CHECKING:
 
 
 def as_json(report: PathReport[Any]) -> dict[str, Any]:
-    """Return the outcome as a dict of lists, dicts, texts and finite numbers; what is not known is None.
+    """Return the outcome as a dict of lists, dicts, texts and finite numbers; unknown values are None.
 
-    Lengths are in mm, times in s, feeds in mm/min. `lower_bound` is in the unit of the objective, s or mm,
-    and of the travel between holes: the sum over the operations, each from where the one before it ended.
-    `gap_percent` is how far at most the travel is above it.
+    Lengths are in mm, times in s, feeds in mm/min. `lower_bound` is in the unit of the objective, s or mm, for the
+    travel
+    between holes: the sum over the operations, each starting at the end of the previous one. `gap_percent` is the
+    maximum
+    excess of the travel over it.
     """
     outcome = report.outcome
     gap = plain_number(outcome.gap)
@@ -64,14 +66,14 @@ def as_json(report: PathReport[Any]) -> dict[str, Any]:
 
 
 def _put(answer: dict[str, Any], key: Sequence[str], value: Any) -> None:
-    """Put a value into an answer at its place."""
+    """Set a value in a nested answer."""
     for name in key[:-1]:
         answer = answer.setdefault(name, {})
     answer[key[-1]] = plain_number(value) if isinstance(value, float) else value
 
 
 def solved_as_json(solved: Solved) -> dict[str, Any]:
-    """Return the answer of `leafcut solve --json`: lengths are in the unit of the map's own rule of distance."""
+    """Return the answer of `leafcut solve --json`: lengths are in the unit of the map's metric."""
     part, solution, gap = solved.part, solved.solution, solved.gap
     grouped = {} if part.grouping is None else {"clusters": part.grouping.n_clusters}
     return {
@@ -114,7 +116,7 @@ def simulation_as_json(found: Simulation) -> dict[str, Any]:
 
 
 def verification_as_json(proof: Certificate) -> dict[str, Any]:
-    """Return the answer of `leafcut verify --json`: the proof, each difference with its line of words."""
+    """Return the answer of `leafcut verify --json`: the proof, each difference with its message."""
     answer = certificate_as_json(proof)
     for row, difference in zip(answer["differences"], proof.differences, strict=True):
         row["words"] = str(difference)
@@ -122,7 +124,7 @@ def verification_as_json(proof: Certificate) -> dict[str, Any]:
 
 
 def certificate_as_json(proof: Certificate) -> dict[str, Any]:
-    """Return a proof as plain values, as the answer of `optimize` has it."""
+    """Return a proof as plain values, as in the answer of `optimize`."""
     return {
         "same": proof.same,
         "differences": [
@@ -144,7 +146,7 @@ def issues_as_json(issues: Iterable[Issue]) -> list[dict[str, str]]:
 
 
 def missing_as_json(issues: Iterable[Issue]) -> list[dict[str, Any]]:
-    """Return missing work as plain values: what, how many, where (mm, in the program's coordinates), and why."""
+    """Return missing work as plain values: kind, count, places (mm, program coordinates), and reason."""
     return [
         {
             "what": i.missing.what,
@@ -160,7 +162,7 @@ def missing_as_json(issues: Iterable[Issue]) -> list[dict[str, Any]]:
 
 
 def _defaults(told: tuple[str, ...]) -> dict[str, list[str]]:
-    """Return what an answer tells of the person's defaults: nothing where none of them is used."""
+    """Return the user's defaults that were used; empty if there are none."""
     return {"defaults": list(told)} if told else {}
 
 
@@ -175,7 +177,7 @@ def _measure(measure: Measure) -> dict[str, float | None]:
 def _tool(operation: OperationOutcome, beam: bool) -> dict[str, Any]:
     """Return one operation's tool; a tool with two operations (holes and slots) has two entries.
 
-    `staying` is how many of its holes are drilled in their old places, where there are such. A `beam` has a power.
+    `staying` is the number of its holes that keep their old places. A `beam` has a power.
     """
     tool = operation.tool
     return {

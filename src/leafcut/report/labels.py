@@ -1,4 +1,4 @@
-"""Where the number of a hole is written: beside it, off other holes and numbers and, where it can be, off paths."""
+"""Place the numbers of holes: beside them, clear of other holes and numbers and, if possible, of paths."""
 
 from __future__ import annotations
 
@@ -7,25 +7,25 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-#: Width of a digit and height of a capital, in font sizes, of the usual sans-serif faces.
+#: Width of a digit and height of a capital, in font sizes, for common sans-serif fonts.
 DIGIT_WIDTH = 0.56
 CAP_HEIGHT = 0.72
 
-#: What a place costs: worse by far to cover another number than a hole, and a hole than a line.
+#: Penalties: covering another number is far worse than a hole, and a hole worse than a line.
 _OUTSIDE = _ON_NUMBER = 1000.0
 _ON_HOLE = 60.0
 _ON_LINE = 4.0
 _WORST_ACCEPTED = 999.0
 _GAP = 1.2
 
-#: Directions around the hole (y down), the most usual first.
+#: Directions around the hole (y down), preferred first.
 _DIRECTIONS = ((1, -1), (-1, -1), (1, 1), (-1, 1), (1, 0), (-1, 0), (0, -1), (0, 1))
 _DIAGONAL = 0.72
 
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """What numbers should not cover, in user units (y down).
+    """Objects that numbers should not cover, in user units (y down).
 
     `holes` float64[n, 3]: x, y, radius. `lines` float64[m, 2, 2]. `size`: width and height of the drawing.
     """
@@ -38,10 +38,11 @@ class Surroundings:
 def place_labels(
     stops: NDArray[np.float64], words: list[str], font: float, around: Surroundings
 ) -> list[tuple[float, float] | None]:
-    """Return the middle of each number, in user units, or None where every place would cover another number.
+    """Return the centre of each number, in user units, or None if every position would cover another number.
 
-    `stops` is float64[n, 4]: x, y, the radius that is kept free around, and that of the hole, inside which a number is
-    written when the hole is large enough.
+    `stops` is float64[n, 4]: x, y, the radius to keep clear, and the radius of the hole. A number is placed inside a
+    hole
+    that is large enough.
     """
     placed: list[NDArray[np.float64]] = []
     centres: list[tuple[float, float] | None] = []
@@ -62,7 +63,7 @@ def place_labels(
 def _candidates(
     centre: tuple[float, float], free: float, hole: float, half: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the middles to try, float64[k, 2]: inside the hole if it is large enough, then around it."""
+    """Return candidate centres, float64[k, 2]: inside the hole if it is large enough, then around it."""
     (x, y), reach = centre, free + _GAP
     around = []
     for dx, dy in _DIRECTIONS:
@@ -98,7 +99,7 @@ def _costs(
 
 
 def crossing(lines: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return which segments, float64[m, 2, 2], pass through the box from `low` to `high`: bool[m] (slab test)."""
+    """Return which segments, float64[m, 2, 2], intersect the box from `low` to `high`: bool[m] (slab test)."""
     if not len(lines):
         return np.zeros(0, dtype=bool)
     start, along = lines[:, 0], lines[:, 1] - lines[:, 0]

@@ -1,4 +1,4 @@
-"""Which line of a program does which row of the toolpath that it was written from."""
+"""Map rows of a planned toolpath to lines of the program written from it."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from numpy.typing import NDArray
 from leafcut.model.cycles import expand
 from leafcut.model.toolpath import Kind, Toolpath
 
-#: Places in a program are rounded: half a ten-thousandth of an inch at worst, and once more where they add up.
+#: Tolerance of rounded positions, mm: half of 0.0001 inch at worst, and again where they add up.
 _ROUNDING = 0.01
-#: So many rows of the program may stand between two rows of the plan that belong to lines.
+#: Maximum number of program rows between two matched rows of the plan.
 _AHEAD = 40
 _SMALLEST_MOVE = 1e-9
 _RAPIDS = (Kind.RAPID, Kind.MACHINE)
 
 
 def written_lines(planned: Toolpath, written: Toolpath) -> NDArray[np.int32]:
-    """Return the line of every row of a plan without canned cycles, int32[n], from 1; 0 where there is none.
+    """Return the line of every row of a plan without canned cycles, int32[n], from 1; 0 for none.
 
-    `written` is the program read back: its moves are found by kind and by where they end, in their order. What a
-    controller does without a word of the program (a torch that goes down and pierces) has the line of what comes next.
+    `written` is the program read back. Its moves are matched in order, by kind and end. Actions without a word in the
+    program (a torch that descends and pierces) get the line of the next row.
     """
     written = expand(written)
     ours, theirs = _moving(planned), _moving(written)
@@ -33,21 +33,21 @@ def written_lines(planned: Toolpath, written: Toolpath) -> NDArray[np.int32]:
 
 
 def _moving(path: Toolpath) -> NDArray[np.int64]:
-    """Return the rows that go anywhere, as far as that is known."""
+    """Return the rows that move, as far as known."""
     before = path.before
     moves = (path.kind <= Kind.ARC_CCW) | (path.kind == Kind.MACHINE)
-    # A row that states an axis for the first time moves, too.
+    # A row that gives an axis its first position also counts.
     same = (np.abs(path.end - before) <= _SMALLEST_MOVE) | np.isnan(path.end)
     return np.flatnonzero(moves & ~same.all(axis=1))
 
 
 def _marks(path: Toolpath, rows: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Return by what a move is known again, float64[k, 4]: rapid or not, and where it ends."""
+    """Return the features for matching moves, float64[k, 4]: rapid or not, and the end."""
     return np.column_stack([np.isin(path.kind[rows], _RAPIDS), path.end[rows]])
 
 
 def _equal(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return which of two rows of marks may be the same; what is not known is as good as any."""
+    """Return which rows of features may be equal; unknown values match anything."""
     near = (np.abs(a - b) <= _ROUNDING) | np.isnan(a) | np.isnan(b)
     return np.asarray(near.all(axis=-1))
 
@@ -67,7 +67,7 @@ def _aligned(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.int64
 
 
 def _filled(line: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return the lines with the next one where there is none, and the last one at the end."""
+    """Fill missing lines with the next line, and at the end with the last."""
     rows = np.flatnonzero(line)
     if not len(rows):
         return line

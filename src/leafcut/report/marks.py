@@ -1,4 +1,4 @@
-"""Marks over the paths of a drawing: heads of arrows, the first place and the last one."""
+"""Marks over the paths of a drawing: arrow heads, first and last place."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from leafcut.report.svg import element, short, text
 _MOST_ARROWS = 28
 _SHORTEST_ARROWED = 22.0
 _ARROW = 4.2
-#: Heads of arrows are no nearer to each other than this.
+#: Minimum distance of arrow heads, user units.
 _ARROWS_APART = 13.0
 _GOLDEN = 0.618034
-#: Room for a word beside a mark; nearer to the right edge it stands on the left.
+#: Space for a word beside a mark; nearer to the right edge, the word is on the left.
 _WORD = 50.0
 
 
@@ -30,7 +30,7 @@ def arrow_heads(segments: NDArray[np.float64], reach: float = _ARROW) -> str:
     if not len(long):
         return ""
     if len(long) > _MOST_ARROWS:
-        # One from each stretch, not always at the same place of it: rows of a grid would put them all in one column.
+        # One from each section, at varying positions: in the rows of a grid, a fixed position would align all heads.
         spread = np.arange(_MOST_ARROWS) + np.arange(_MOST_ARROWS) * _GOLDEN % 1.0
         long = long[(spread * len(long) / _MOST_ARROWS).astype(np.int64)]
     heads: list[str] = []
@@ -45,7 +45,7 @@ def arrow_heads(segments: NDArray[np.float64], reach: float = _ARROW) -> str:
 
 
 def head(middle: tuple[float, float], along: tuple[float, float], reach: float) -> str:
-    """Return path data of the head of an arrow: its middle, its direction as a unit vector, and half its length."""
+    """Return path data of an arrow head from its centre, unit direction, and half its length."""
     (mx, my), (dx, dy) = middle, along
     wings = [(mx + s * dy * reach * 0.62 - dx * reach, my - s * dx * reach * 0.62 - dy * reach) for s in (1, -1)]
     tip = (mx + dx * reach, my + dy * reach)
@@ -55,9 +55,9 @@ def head(middle: tuple[float, float], along: tuple[float, float], reach: float) 
 def end_marks(
     first: tuple[float, float, float], last: tuple[float, float, float], size: tuple[float, ...]
 ) -> list[str]:
-    """Return a ring round the first place and a square round the last one, each x, y and how far from it, user units.
+    """Return a ring around the first place and a square around the last, each as x, y and radius, user units.
 
-    `size` are width and height of the drawing if the words "start" and "end" are to stand beside them, else nothing.
+    `size` is width and height of the drawing to add the words "start" and "end", otherwise empty.
     """
     (x0, y0, ring), (x1, y1, half) = first, last
     square = f"M{short(x1 - half)} {short(y1 - half)}h{short(2 * half)}v{short(2 * half)}h{short(-2 * half)}z"
@@ -69,12 +69,12 @@ def end_marks(
 
 
 def word_side(x: float, width: float) -> float:
-    """Return on which side of a mark at x its word stands: 1 on the right, -1 on the left."""
+    """Return the side of a mark at x for its word: 1 right, -1 left."""
     return -1.0 if x > width - _WORD else 1.0
 
 
 def _word(word: str, x: float, y: float, reach: float, width: float, height: float) -> str:
-    """Return a word beside a mark, on the side where there is room."""
+    """Return a word beside a mark, on the side with space."""
     side = word_side(x, width)
     y = min(max(y, 8.0), height - 8.0)
     return text(

@@ -1,4 +1,4 @@
-"""Missing work in drawings: hatched in red over what is drawn, or a cross where no outline is known."""
+"""Missing work in drawings: red hatching, or a cross if no outline is known."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ if TYPE_CHECKING:
     from leafcut.model.issue import Issue, MissingWork
     from leafcut.report.frame import Frame
 
-#: Distance of the lines of the hatch, and half the size of a cross, user units.
+#: Distance of hatch lines, and half the size of a cross, user units.
 _HATCH, _CROSS = 6.0, 4.5
-#: Chords leave arcs by this, user units.
+#: Chord error of arcs, user units.
 _CHORDS = 0.06
-#: No more places are marked; the issue counts them all.
+#: Maximum number of marked places; the issue counts them all.
 _MOST = 2_000
-#: No area has more lines.
+#: Maximum number of hatch lines per area.
 _MOST_LINES = 300
 
 
 def missing_points(issues: Iterable[Issue]) -> Points:
-    """Return places that a drawing of missing work needs room for, float64[n, 2], mm."""
+    """Return the points that a drawing of missing work must include, float64[n, 2], mm."""
     points: list[tuple[float, float]] = []
     for issue in issues:
         if issue.missing is not None:
@@ -60,7 +60,7 @@ def _of_work(frame: Frame, work: MissingWork, why: str) -> str:
 
 
 def _hatch(ring: Points) -> str:
-    """Return path data of lines at 45 degrees within a ring, user units."""
+    """Return path data of 45° lines within a ring, user units."""
     area = shapely.make_valid(shapely.Polygon(ring))
     x0, y0, x1, y1 = shapely.bounds(area).tolist()
     first = _HATCH * math.ceil((x0 + y0) / _HATCH)

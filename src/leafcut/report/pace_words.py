@@ -12,7 +12,7 @@ from leafcut.units import SECONDS_PER_MINUTE
 if TYPE_CHECKING:
     from leafcut.model.pace_change import FeedLimit, PaceChange, ToolPace
 
-#: How each limit of feeds is called, its unit for people, and how many of these one of ours is.
+#: Name, displayed unit and conversion factor of each feed limit.
 _LIMITS = {
     "power": ("power", "kW", 0.001),
     "torque": ("torque", "N·m", 0.001),
@@ -58,7 +58,7 @@ def _tool_words(tool: ToolPace) -> str:
 
 
 def _limit_words(limit: FeedLimit) -> str:
-    """Return what a limit was asked for before and after: "power 1.2 → 0.9 kW, at most 0.9"."""
+    """Return the value of a limit before and after: "power 1.2 → 0.9 kW, at most 0.9"."""
     words, unit, scale = _LIMITS[limit.name]
     before, after, most = (f"{scale * value:.3g}" for value in limit[1:])
     return f"{words} {before} → {after} {unit}, at most {most}"

@@ -1,4 +1,4 @@
-"""The report page: one HTML file with everything inside, and drawings as files of their own."""
+"""The report page as one self-contained HTML file, and drawings as separate files."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ if TYPE_CHECKING:
     from leafcut.model.outcome import Which
     from leafcut.report.path_report import PathReport
 
-#: An option of the command line as messages name it.
+#: A command-line option in a message.
 _FLAG = re.compile(r"(?<![\w-])--[a-z][a-z-]*[a-z]")
-#: Heights of the stock that differ by less are the same, mm.
+#: Tolerance for equal heights of the stock, mm.
 _TOLERANCE = 0.01
-#: Colours of a picture of the stock: more would only make the page larger.
+#: Colours of a picture of the stock; more would only enlarge the page.
 _COLOURS = 160
 
 
 def write_page(report: PathReport[Any]) -> str:
-    """Return the report as one HTML page that needs nothing else: no script, no request, styles and pictures inside.
+    """Return the report as one self-contained HTML page: no script, no request, styles and pictures inside.
 
-    Everything from files is escaped by the template or by `svg.element`; a content security policy lets nothing run.
+    Everything from files is escaped by the template or by `svg.element`; a content security policy blocks all scripts.
     """
     from markupsafe import Markup, escape
 
@@ -44,7 +44,7 @@ def write_page(report: PathReport[Any]) -> str:
 
 
 def _whole_flags(html: str) -> str:
-    """Return escaped text with every option in it kept on one line: a line would break behind its dashes."""
+    """Return escaped text with its options marked unbreakable: browsers would break them after the dashes."""
     return _FLAG.sub(r'<span class="flag">\g<0></span>', html)
 
 
@@ -54,7 +54,7 @@ def path_svg(report: PathReport[Any], which: Which) -> str:
 
 
 def _own_css(report: PathReport[Any]) -> str:
-    """Return the styles of what only this kind of work has."""
+    """Return the additional styles of this kind of work."""
     return style_sheet(f"{report.template}.css", report.package) if report.package != "leafcut.report" else ""
 
 
@@ -63,7 +63,7 @@ def _hash(css: str) -> str:
 
 
 def _content(report: PathReport[Any]) -> dict[str, Any]:
-    """Return the content of the page that every process has."""
+    """Return the content of the page that all processes share."""
     outcome, facts, savings = report.outcome, report.facts, report.savings()
     return {
         "name": clean(outcome.part.name),
@@ -102,9 +102,9 @@ def _content(report: PathReport[Any]) -> dict[str, Any]:
 
 
 def stock_pictures(report: PathReport[Any]) -> dict[str, Any] | None:
-    """Return what a page shows of the stock; None where it is not known.
+    """Return the page content for the stock; None if it is unknown.
 
-    That is ``pictures``, (title, address of the picture, size) of each, and ``same``, whether they differ, in words.
+    ``pictures`` lists (title, data URL, size); ``same`` states whether they differ.
     """
     from leafcut.material.same_stock import stock_differences
     from leafcut.material.solid import solid_of
@@ -127,13 +127,13 @@ def stock_pictures(report: PathReport[Any]) -> dict[str, Any] | None:
 
 
 def _picture(title: str, solid: Solid, *, ways: bool = False) -> tuple[str, str, str]:
-    """Return a title, the address of the picture with the ways between the cuts or without, and the size."""
+    """Return title, data URL and size of a picture, optionally with the travel moves."""
     from PIL import Image
 
     from leafcut.report.stock_picture import OverStock, stock_png
 
     x, y = solid.origin
-    field = replace(solid.after, x=solid.after.x + x, y=solid.after.y + y)  # with the program's coordinates at its axes
+    field = replace(solid.after, x=solid.after.x + x, y=solid.after.y + y)  # in program coordinates, for the axes
     over = None
     if ways:
         lines = solid.moves.ends[solid.moves.rapid][:, [0, 1, 3, 4]] + (x, y, x, y)

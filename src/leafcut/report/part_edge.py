@@ -1,4 +1,4 @@
-"""The edge of a plate in drawings: how much of it is shown beside what is worked."""
+"""The edge of a plate in drawings, clipped to the surroundings of the work."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from leafcut.geometry.polyline import Polyline
 if TYPE_CHECKING:
     from leafcut.model.part import Part
 
-#: Lines are shown so far beyond the work, in parts of its size: the frame of a sheet of paper stays out of sight.
+#: Maximum distance of shown lines from the work, as a share of its size; hides the frame of a drawing sheet.
 _BEYOND = 1.0
 _LEAST = 10.0
 _TOLERANCE = 0.05
 
 
 def near_edge(part: Part, low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the corners of the boxes around those lines of the edge that lie near the work, float64[k, 2], mm.
+    """Return the bounding-box corners of the edge contours near the work, float64[k, 2], mm.
 
     `low` and `high` are the corners of the work.
     """
@@ -30,12 +30,12 @@ def near_edge(part: Part, low: NDArray[np.float64], high: NDArray[np.float64]) -
 
 
 def edge_segments(part: Part) -> NDArray[np.float64]:
-    """Return the edge in straight segments, float64[k, 2, 2], mm."""
+    """Return the edge as straight segments, float64[k, 2, 2], mm."""
     return np.concatenate([np.zeros((0, 2, 2)), *(path_segments(contour.path) for contour in part.edge)])
 
 
 def path_segments(path: Polyline) -> NDArray[np.float64]:
-    """Return a path in straight segments, float64[k, 2, 2], mm."""
+    """Return a path as straight segments, float64[k, 2, 2], mm."""
     points = path.flattened(_TOLERANCE)
     if path.closed:
         points = np.vstack([points, points[:1]])

@@ -1,4 +1,4 @@
-"""Facts and pictures of work along one path: of holes and slots, of a program. Other processes start from it."""
+"""Facts and pictures of work along one path: holes and slots, or a program. Base class for other processes."""
 
 from __future__ import annotations
 
@@ -32,18 +32,18 @@ D = TypeVar("D")
 
 
 class PathReport(Generic[D]):
-    """Facts and pictures of an outcome whose work is drawn as paths over holes; other processes override parts of it.
+    """Facts and pictures of an outcome drawn as paths over holes; other processes override parts of it.
 
     Attributes
     ----------
     came_in
         Origin of the order before: ``drawing``, ``plan`` file or ``program``.
     proof, found
-        Kind of proof, for the badge of the page; finding of the proof, for the summary.
+        Kind of proof, for the badge of the page; result of the proof, for the summary.
     ordered
         Whether there was anything to order.
     package, template
-        Package and name of the page's template; a package of a process has a style sheet of that name as well.
+        Package and name of the page's template; the package of a process also has a style sheet of that name.
     travel
         Heading of the lengths between the cuts.
     cleared
@@ -69,7 +69,7 @@ class PathReport(Generic[D]):
         return self.outcome.before, self.outcome.nearest, self.outcome.after
 
     def orders(self) -> list[tuple[str, Measure]]:
-        """Return the known orders by name, the first and the written one included."""
+        """Return the known orders by name, from the original to the written order."""
         measures = zip(self.order_names(), self.stated(), strict=True)
         return [(name, measure) for name, measure in measures if measure is not None]
 
@@ -81,7 +81,7 @@ class PathReport(Generic[D]):
 
     @cached_property
     def facts(self) -> list[Fact]:
-        """All facts of the outcome, those of the title first."""
+        """All facts of the outcome, title facts first."""
         bound = self.bound_words()
         return [
             *(self._counts or self.counts()),
@@ -102,17 +102,17 @@ class PathReport(Generic[D]):
         ]
 
     def own_facts(self) -> list[Fact]:
-        """Return the facts of this process alone."""
+        """Return the facts specific to this process."""
         return self.savings()
 
     def savings(self) -> list[Fact]:
-        """Return the facts of time that was saved by other means than the order."""
+        """Return the facts of time saved by other means than the order."""
         return []
 
     def bound_words(self) -> str:
         """Return the certain gap of the orders: ``travel time at most 1.24 % above the least possible``; "" for none.
 
-        With several tools it says that each tool's path was taken from where the tool before it ended.
+        With several tools, it states that each tool's path starts at the end of the previous tool's.
         """
         outcome = self.outcome
         if outcome.gap is None:
@@ -151,8 +151,9 @@ class PathReport(Generic[D]):
     def nearest_cost(self) -> float | None:
         """Return the cost of the nearest neighbour order in the solver's unit, or None if it is unknown.
 
-        Two orders of the same work differ by their travel alone, so the difference of the measures is the difference
-        of the costs. With several operations the measures say nothing about one of them.
+        Two orders of the same work differ only by their travel, so the difference of the measures is the difference of
+        the
+        costs. With several operations, the measures do not separate them.
         """
         outcome = self.outcome
         if len(outcome.operations) != 1 or outcome.nearest is None:
@@ -186,11 +187,11 @@ class PathReport(Generic[D]):
         }
 
     def saved(self) -> views.PageRow:
-        """Return the large figure and the words around it."""
+        """Return the headline figure of the savings and its text."""
         return views.saved(self.outcome, self.came_in, self.bound_words())
 
     def staying(self) -> list[str]:
-        """Return the work that keeps its place, and why; nothing of a drawing does."""
+        """Return the work that keeps its place, with the reason; empty for drawings."""
         return []
 
     def size(self, scene: Scene) -> str:
@@ -199,7 +200,7 @@ class PathReport(Generic[D]):
         return f"{x1 - x0:.4g} × {y1 - y0:.4g} mm between centres"
 
     def drawing(self, which: Which) -> str:
-        """Return a path as a drawing in SVG that stands alone but for its styles."""
+        """Return a path as stand-alone SVG without styles."""
         return drawing(build_scene(self.outcome), which, self._path_words(which), size=True)
 
     def ways(self) -> Iterator[tuple[str, Toolpath]]:
@@ -207,7 +208,7 @@ class PathReport(Generic[D]):
         yield from ()
 
     def norms(self) -> str:
-        """Return norms of time and consumption as a table, CSV; "" for work that has none."""
+        """Return time and consumption per part as CSV; "" for work without such a table."""
         return ""
 
     def plan(self, which: Which) -> CutPlan | None:
@@ -228,8 +229,8 @@ class PathReport(Generic[D]):
 
 
 def _legend(outcome: Outcome, scene: Scene) -> dict[str, Any]:
-    """Return what the drawings show; only what is there is explained."""
-    # A hole's colour is that of its last tool, so a tool that is always followed by another one colours nothing.
+    """Return the legend entries that occur in the drawings."""
+    # A hole has the colour of its last tool; a tool that is always followed by another has no holes in its colour.
     shown = {d.tool for d in scene.dots} | {tool for tool, _, _ in scene.slots}
     cutting = cut_tools(scene)
     shown |= set(cutting.values())
@@ -251,6 +252,6 @@ def _legend(outcome: Outcome, scene: Scene) -> dict[str, Any]:
 
 
 def _tool_words(outcome: Outcome, number: int) -> str:
-    """Return ``T1 drill Ø6.35, 70 holes and 2 slots``, a tool's operations taken together."""
+    """Return ``T1 drill Ø6.35, 70 holes and 2 slots``, all operations of a tool combined."""
     mine = [o for o in outcome.operations if o.tool.number == number]
     return f"{views.tool_words(mine[0].tool)}, {' and '.join(views.work_words(o) for o in mine[:3])}"

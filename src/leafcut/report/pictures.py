@@ -1,4 +1,4 @@
-"""Pictures of results that have no report page: a program's path, a tour, a nest, and what is left of a stock."""
+"""Pictures of results without a report page: the path of a program, a tour, a nest, the remaining stock."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from leafcut.report.wording import clean, count
 if TYPE_CHECKING:
     from leafcut.material.stock_cut import StockCut
 
-#: Sheets of a nest that are drawn: more would be too small to see.
+#: Maximum number of drawn sheets of a nest; more would be too small to see.
 MOST_SHEETS = 6
 #: Distance between two sheets, as a share of the width of the first.
 _APART = 0.06
@@ -57,7 +57,7 @@ def nest_picture(outcome: NestOutcome) -> str:
 
 
 def stock_picture(found: StockCut) -> str:
-    """Return what is left of a stock, from above and coloured by depth, as a stand-alone SVG with a PNG inside."""
+    """Return the remaining stock from above, coloured by depth, as a stand-alone SVG with an embedded PNG."""
     from PIL import Image
 
     from leafcut.report.stock_picture import stock_png

@@ -1,4 +1,4 @@
-"""What a toolpath looks like from above: rapids, cuts, and the places where the tool goes down."""
+"""Plan view of a toolpath: rapids, cuts, and plunge positions."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ class Trace:
     Attributes
     ----------
     rapids, cuts
-        float64[n, 2, 2]: straight segments (from, to) in order; arcs are cut into short ones.
+        float64[n, 2, 2]: straight segments (from, to) in order; arcs are split into short segments.
     stops
-        float64[k, 2]: where the tool begins to work after a way, in order.
+        float64[k, 2]: positions where the tool starts to work after a travel move, in order.
     cut_tool
-        int64[n]: the number of the tool of every segment of `cuts`, 0 before the first change.
+        int64[n]: tool number of each segment of `cuts`, 0 before the first tool change.
     """
 
     rapids: NDArray[np.float64]
@@ -37,24 +37,24 @@ class Trace:
 
     @property
     def work(self) -> NDArray[np.float64]:
-        """Every place where something is made, float64[m, 2], mm."""
+        """Every position where material is cut, float64[m, 2], mm."""
         return np.concatenate([self.cuts.reshape(-1, 2), self.stops])
 
     @property
     def points(self) -> NDArray[np.float64]:
-        """Every place of the trace, float64[m, 2], mm."""
+        """Every position of the trace, float64[m, 2], mm."""
         return np.concatenate([self.rapids.reshape(-1, 2), self.cuts.reshape(-1, 2), self.stops])
 
 
 def trace(path: Toolpath, beam: bool = False) -> Trace:
-    """Return the toolpath seen from above; moves from or to a place that is not known are left out.
+    """Return the toolpath seen from above, without moves from or to an unknown position.
 
-    What a `beam` does at feed while it is switched off is shown among the rapids.
+    Feed moves of a `beam` that is off count as rapids.
     """
     machine = (path.kind == Kind.MACHINE) & np.isfinite(path.end[:, :2]).any(axis=1)
     rows = np.flatnonzero(np.isin(path.kind, [*_RAPIDS, *_ARCS, Kind.FEED]) | machine)
     kind, end = path.kind[rows], path.end[rows].copy()
-    end[machine[rows]] = np.nan  # machine coordinates say nothing about the place on the part
+    end[machine[rows]] = np.nan  # the position on the part is unknown in machine coordinates
     start = np.concatenate([np.full((1, 3), np.nan), end])[: len(end)]
     known = np.isfinite(start[:, :2]).all(axis=1) & np.isfinite(end[:, :2]).all(axis=1)
     moved = known & (np.abs(end[:, :2] - start[:, :2]) > _SMALLEST_MOVE).any(axis=1)
@@ -76,14 +76,14 @@ def trace(path: Toolpath, beam: bool = False) -> Trace:
 
 
 def spindle_speed(path: Toolpath) -> NDArray[np.float64]:
-    """Return the speed (of a beam: the power) at every row; 1 throughout where the path never states one."""
+    """Return the speed (for a beam: the power) at every row; 1 throughout if the path never sets one."""
     if not (path.value[path.kind == Kind.SPINDLE] != 0.0).any():
         return np.ones(len(path))
     return path.latest(Kind.SPINDLE, path.value)
 
 
 def stop_rows(drills: NDArray[np.bool_], feeds: NDArray[np.bool_], travels: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the rows of drills, and of the first cut after each travel: the pecks that follow are one stop."""
+    """Return the rows of drill cycles and of the first cut after each travel; pecks belong to one stop."""
     down = np.flatnonzero(drills | feeds)
     travelled = np.concatenate([[True], np.diff(travels[down]) > 0])[: len(down)]
     rows: NDArray[np.int64] = down[drills[down] | travelled]
@@ -95,7 +95,7 @@ def _arc_segments(path: Toolpath, row: int) -> NDArray[np.float64]:
     arc = path.arcs[int(path.ref[row])]
     first, second, normal = plane_axes(arc.plane)
     radius, begin, sweep = arc_sweep(path, row)
-    if abs(sweep) > math.tau:  # the turns of a helix lie on top of each other: one is drawn, and the rest of a turn
+    if abs(sweep) > math.tau:  # the turns of a helix overlap: draw one full turn and the remainder
         sweep = math.fmod(sweep, math.tau) + math.copysign(math.tau, sweep)
     parts = np.linspace(0.0, 1.0, 1 + max(2, math.ceil(abs(sweep) / math.tau * _STEPS_PER_TURN)))
     points = np.empty((len(parts), 3))

@@ -1,4 +1,4 @@
-"""A toolpath row by row as it is run: what every row does, where the tool is after it, and when."""
+"""A toolpath row by row in the order of execution: action, tool position and time."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
     from leafcut.model.measure import Measure
     from leafcut.model.outcome import Outcome, Which
 
-#: Chords of an arc that does not lie flat: seen from above it is no arc of a circle.
+#: Chords of an arc that is not in the XY plane, and so is not circular when seen from above.
 _CHORDS = 24
 _SMALLEST_MOVE = 1e-9
 
 
 class Doing(IntEnum):
-    """What a row does, seen from above."""
+    """The action of a row, seen from above."""
 
     RAPID = 0
     CUT = 1
@@ -37,30 +37,30 @@ class Doing(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class Playback:
-    """Rows in the order in which they are run, canned cycles written out; mm, s, mm/s.
+    """Rows in the order of execution, with canned cycles expanded; mm, s, mm/s.
 
     Attributes
     ----------
     doing
-        uint8[n] of `Doing`; ``DARK`` is a move at feed of a beam that is switched off.
+        uint8[n] of `Doing`; ``DARK`` is a feed move of a beam that is off.
     place
-        float64[n, 3]: where the tool is after the row, NaN for what is not known.
+        float64[n, 3]: tool position after the row, NaN for unknown coordinates.
     seconds
-        float64[n]: their sum is the machine time of the toolpath.
+        float64[n]: sums to the machine time of the toolpath.
     line
-        int32[n]: line of the program, from 1; 0 where no program is known.
+        int32[n]: line of the program, from 1; 0 if no program is known.
     source
-        int32[n]: row of the toolpath that it was made of.
+        int32[n]: source row of the toolpath.
     of
-        int64[n]: row of the toolpath with its cycles written out.
+        int64[n]: row of the toolpath with expanded cycles.
     feed, tool
-        float64[n], 0 for what has none; int32[n], 0 before the first tool.
+        float64[n], 0 for rows without feed; int32[n], 0 before the first tool.
     arc_row
-        int64[k]: the rows that are arcs.
+        int64[k]: rows that are arcs.
     arc
         float64[k, 5]: centre x and y, radius, mm; start angle and signed sweep, rad. A sweep may be several turns.
     stops
-        int64[m]: the rows with which the tool begins to work after a way; it is then where the row before left it.
+        int64[m]: rows at which the tool starts to work after a travel move; it is then at the end of the previous row.
     """
 
     doing: NDArray[np.uint8]
@@ -77,14 +77,14 @@ class Playback:
 
 
 def outcome_playback(outcome: Outcome, which: Which) -> Playback:
-    """Return how the path before or after is run on the outcome's machine.
+    """Return the playback of the path before or after on the outcome's machine.
 
-    A path that was planned and written has the lines of the program.
+    A planned path that was written gets the lines of the program.
 
     Raises
     ------
     PlanError
-        The cycles come to more moves than can be meant.
+        The expanded cycles have too many moves.
     """
     beam = outcome.process in BEAMS
     if which == "before":
@@ -99,15 +99,15 @@ def playback(
     written: Toolpath | None = None,
     measured: Measure | None = None,
 ) -> Playback:
-    """Return how a toolpath is run; what a `beam` does at feed while it is switched off is ``DARK``.
+    """Return the playback of a toolpath; feed moves of a `beam` that is off are ``DARK``.
 
-    `written` is the program that was written from a planned path, read back: the lines are its then. With `measured`,
-    the seconds add up to its time.
+    `written` is the program written from a planned path, read back; it supplies the line numbers. With `measured`, the
+    seconds sum to its time.
 
     Raises
     ------
     PlanError
-        The cycles come to more moves than can be meant.
+        The expanded cycles have too many moves.
     """
     from leafcut.timing.grbl import SentLines
     from leafcut.timing.toolpath import clock
@@ -144,7 +144,7 @@ def playback(
 
 
 def _last_place(path: Toolpath, before: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return where the tool is after the last row, float64[0 or 1, 3]."""
+    """Return the tool position after the last row, float64[0 or 1, 3]."""
     if not len(path):
         return before
     end = path.end[-1:]
@@ -166,7 +166,7 @@ def _doing(path: Toolpath, beam: bool) -> NDArray[np.uint8]:
 
 
 def _arcs(path: Toolpath, before: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return the rows of the flat arcs that are known, and their centres, radii, starts and sweeps."""
+    """Return the rows of known arcs in the XY plane: row, centre, radius, start angle and sweep."""
     from leafcut.timing.turns import turns_of
 
     turns = turns_of(path)
@@ -179,7 +179,7 @@ def _arcs(path: Toolpath, before: NDArray[np.float64]) -> tuple[NDArray[np.int64
 
 
 def _with_chords(whole: Playback, path: Toolpath, before: NDArray[np.float64]) -> Playback:
-    """Return the rows with arcs that do not lie flat, or are dark, as chords, which share their time."""
+    """Replace arcs that are not in the XY plane, or are dark, by chords that share their time."""
     unflat = (path.kind == Kind.ARC_CW) | (path.kind == Kind.ARC_CCW)
     unflat[whole.arc_row] = False
     upright = np.flatnonzero(unflat)

@@ -1,4 +1,4 @@
-"""The answers about several inputs of one command: one table on the terminal, one object as JSON."""
+"""Answers for several inputs of one command: one table on the terminal, one JSON object."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-#: The worst first.
+#: Worst first.
 _SEVERITIES = ("danger", "missing", "warning")
 
 
@@ -23,7 +23,7 @@ def several_as_json(rows: Sequence[dict[str, Any]], status: int) -> dict[str, An
 def print_programs(
     rows: Sequence[tuple[Mapping[str, Any], dict[str, Any]]], folder: str | None, console: Console
 ) -> None:
-    """Print the result of each of several inputs, and where the programs are.
+    """Print the result of each of several inputs, and the location of the programs.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def print_programs(
 
 
 def print_simulated(rows: Sequence[dict[str, Any]], console: Console) -> None:
-    """Print how long several programs run, and what is dangerous in them."""
+    """Print the times and the dangers of several programs."""
     table = _table("program", "time", "rapid", "feed", "issues")
     total = 0.0
     for row in rows:
@@ -84,7 +84,7 @@ def print_simulated(rows: Sequence[dict[str, Any]], console: Console) -> None:
 
 
 def _defaults(done: Sequence[dict[str, Any]]) -> list[str]:
-    """Return what was used of the person's own defaults: each once, as inputs of several kinds use others."""
+    """Return the user's defaults that were used, each once: inputs of different kinds use different ones."""
     told = dict.fromkeys(words for row in done for words in row.get("defaults", ()))
     return [f"defaults  {', '.join(told)}"] if told else []
 
@@ -107,9 +107,9 @@ def _add(table: Table, name: str, cells: Iterable[str], last: str, style: str) -
 
 
 def _worst(issues: Iterable[dict[str, str]], missing: int = 0) -> str:
-    """Return how many issues there are of the worst kind: ``2 dangers``; empty where there are notes alone.
+    """Return the number of issues of the worst severity: ``2 dangers``; empty if there are only notes.
 
-    Of missing work it is how much there is.
+    For missing work, it is the amount missing.
     """
     kinds = [issue["severity"] for issue in issues]
     worst = next((kind for kind in _SEVERITIES if kind in kinds), "")
@@ -119,7 +119,7 @@ def _worst(issues: Iterable[dict[str, str]], missing: int = 0) -> str:
 
 
 def _print(table: Table, lines: Sequence[str], rows: Sequence[dict[str, Any]], console: Console, noun: str) -> None:
-    """Print what is dangerous or missing first, then the table, then the rest."""
+    """Print dangers and missing work, then the table, then the rest."""
     from rich.text import Text
 
     console.print("")
@@ -146,7 +146,7 @@ def _print(table: Table, lines: Sequence[str], rows: Sequence[dict[str, Any]], c
 
 
 def batch_page(rows: Sequence[Mapping[str, Any]], version: str) -> str:
-    """Return the page of a batch; `rows` are those of its table, by name."""
+    """Return the page of a batch; `rows` are those of its table, as dicts."""
     from leafcut.report.styles import drawing_css, page_templates, style_sheet
 
     done = [row for row in rows if row["state"] == "written"]

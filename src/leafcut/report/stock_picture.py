@@ -1,4 +1,4 @@
-"""A height field as a picture: seen from above, coloured by depth, with its walls in shadow, axes and a scale."""
+"""A height field as a picture: seen from above, coloured by depth, with shaded walls, axes and a scale."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from leafcut.material.height_field import HeightField
     from leafcut.report.styles import RGB
 
-#: From the top of the stock to its deepest place: lightness falls steadily, readable with any colour vision, and stays
-#: light enough for shadows.
+#: From the top of the stock to its deepest point. Lightness falls steadily, so that it is readable with any colour
+#: vision, and stays light enough for shadows.
 DEPTHS: tuple[RGB, ...] = (
     (240, 241, 237),
     (184, 219, 200),
@@ -39,14 +39,14 @@ _MOST = 2 * LONGER
 LEFT, RIGHT, TOP, BOTTOM = 96, 190, 30, 76
 #: Maximum length of the scale, and the minimum for which the page has room, pixels.
 _SCALE, _LEAST_SCALE = 460, 220
-#: How strongly slopes are shaded, and places below others near them: at most, so wide, and at which share of the depth.
+#: Strength of slope shading; strength of shadows, their radius (share of the size) and depth (share) at full strength.
 _SHADE, _SHADOW, _NEAR, _FULL = 0.4, 0.45, 0.012, 0.35
 _SIZE, _TICK = 22, 8
 #: Cells of this many pixels or more would show stairs along slanting walls; smoothing over this many cells hides them.
 _STAIRS, _SOFT = 1.5, 0.6
-#: Distance of round numbers of the scale from its ends, and their usual distance, pixels.
+#: Distance of round numbers from the ends of the scale, and their usual distance, pixels.
 _APART, _NUMBER = 30, 70
-#: Steps of the colours.
+#: Number of colours.
 _STEPS = 1024
 
 
@@ -171,7 +171,7 @@ def _draw_ways(picture: Picture, field: HeightField, ways: NDArray[np.float64]) 
 
 
 def _draw_axes(draw: Any, font: Any, field: HeightField, size: tuple[int, int]) -> None:
-    """Draw ticks with round coordinates along the lower and the left side."""
+    """Draw ticks with round coordinates along the bottom and left sides."""
     width, height = size
     rows, columns = field.heights.shape
     low_x, low_y = field.x - 0.5 * field.cell, field.y - 0.5 * field.cell
@@ -188,7 +188,7 @@ def _draw_axes(draw: Any, font: Any, field: HeightField, size: tuple[int, int]) 
 
 
 def _words(value: float, step: float) -> str:
-    """Return a tick's number; the font has no minus but the hyphen."""
+    """Return a tick's number; the font has only the hyphen for minus."""
     return tick_words(value, step).replace("−", "-")
 
 
@@ -207,7 +207,7 @@ def _draw_scale(
     for row, colour in enumerate(_ramp(max(length, 2)).astype(int).tolist()):
         draw.line((x, y + row, x + 26, y + row), fill=tuple(colour))
     draw.rectangle((x - 1, y - 1, x + 27, y + length), outline=_EDGE)
-    # The numbers of two decimals say where the colours are, as long as there are hundredths between them.
+    # Two decimals suffice as long as the range has enough hundredths.
     decimals = 2 if top - bottom >= 0.2 else 3
     for height in (top, *_between(top, bottom, length), bottom):
         share = (top - height) / (top - bottom)

@@ -1,4 +1,4 @@
-"""What a program takes off its stock, for a terminal, as plain values, and as a file."""
+"""Report of the material that a program removes: for the terminal, as JSON, and as a file."""
 
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ if TYPE_CHECKING:
 
     from leafcut.material.stock_cut import StockCut
 
-#: What a file of what is left may be, by its ending.
+#: File formats of the remaining stock.
 _FILES = (".png", ".stl")
 _MM3_PER_CM3 = 1000.0
 _BYTES_PER_MB = 1e6
-#: So many places that differ are told one by one.
+#: Maximum number of differing places listed.
 _MOST_PLACES = 10
 
 
 def check_name(output: str | None) -> None:
-    """Refuse a file that is neither a picture nor a solid, by its name.
+    """Refuse a file that is neither a picture nor a solid.
 
     Raises
     ------
     OptionError
-        It ends otherwise.
+        The extension is unknown.
     """
     if output is not None and Path(output).suffix.lower() not in _FILES:
         raise OptionError(f"--output: '{Path(output).name}' is neither a picture (.png) nor a solid (.stl)")
 
 
 def as_file(found: StockCut, output: str) -> bytes:
-    """Return what is left as a file of the kind that its name says."""
+    """Return the remaining stock in the format of the file's extension."""
     if output.lower().endswith(".png"):
         from leafcut.report.stock_picture import stock_png
 
@@ -89,7 +89,7 @@ def stock_as_json(found: StockCut, output: str | None = None) -> dict[str, Any]:
 
 
 def print_stock(found: StockCut, output: str | None, console: Console) -> None:
-    """Print what every tool takes off, how long it is fed in the air, and what is dangerous."""
+    """Print the material removed by each tool, its time in the air, and dangers."""
     from rich.table import Table
 
     for issue in found.issues:
@@ -127,7 +127,7 @@ def print_stock(found: StockCut, output: str | None, console: Console) -> None:
 
 
 def _compared(found: StockCut) -> list[str]:
-    """Return whether the other program leaves the same, in lines."""
+    """Return the comparison with the other program, in lines."""
     if found.same_as is None:
         return []
     if not found.differences:

@@ -1,4 +1,4 @@
-"""Styles and templates of pages and drawings: the ramp of colours along a path, style sheets inside, Jinja."""
+"""Styles and templates of pages and drawings: colour ramp along a path, style sheets, Jinja."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ if TYPE_CHECKING:
 
 RGB = tuple[int, int, int]
 
-#: From the first move to the last: violet, blue, teal. Told apart with any colour vision, because lightness changes
-#: with hue; none of them is near the orange of cuts. The light one keeps a contrast of 3 to white.
+#: From the first move to the last: violet, blue, teal. Distinguishable with any colour vision, because lightness
+#: changes
+#: with hue, and none is close to the orange of cuts. The light ramp keeps a contrast of 3 to white.
 _LIGHT: tuple[RGB, ...] = ((82, 18, 122), (31, 98, 192), (16, 150, 140))
 _DARK: tuple[RGB, ...] = ((176, 120, 235), (106, 165, 255), (120, 235, 210))
 
@@ -28,7 +29,7 @@ def ramp_colour(stops: tuple[RGB, ...], part: float) -> str:
 
 
 def ramp_css() -> str:
-    """Return the rules of the classes r0 … of a ramp, for light and for dark."""
+    """Return the CSS rules of the ramp classes r0 …, for light and dark mode."""
 
     def rules(stops: tuple[RGB, ...]) -> str:
         colours = (ramp_colour(stops, i / (RAMP - 1)) for i in range(RAMP))
@@ -38,12 +39,12 @@ def ramp_css() -> str:
 
 
 def style_sheet(name: str, package: str = "leafcut.report") -> str:
-    """Return a style sheet that is shipped in a package."""
+    """Return a style sheet from a package."""
     return (files(package) / name).read_text(encoding="utf-8")
 
 
 def page_templates(*packages: str) -> Environment:
-    """Return the templates of packages: all values are escaped, except those with the filter ``drawn``."""
+    """Return the templates of packages. All values are escaped, except with the filter ``drawn``."""
     from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
     from markupsafe import Markup
 
@@ -54,11 +55,11 @@ def page_templates(*packages: str) -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    # Our own drawings and style sheets are escaped already; they are marked here, and nowhere else.
+    # Our own drawings and style sheets are already escaped; this is the only place that marks them.
     environment.filters["drawn"] = Markup
     return environment
 
 
 def drawing_css() -> str:
-    """Return all that a drawing needs to look right alone."""
+    """Return the styles of a stand-alone drawing."""
     return style_sheet("drawing.css") + ramp_css()

@@ -1,4 +1,4 @@
-"""The summary on the terminal: what there was, what there is now, and whether to trust it."""
+"""The summary on the terminal: before, after, and whether to trust it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 #: Maximum number of different issues, besides those of motion and machine; the report page has all.
 MOST_ISSUES = 12
 MOST_CHARACTERS = 219
-#: A table of more columns is set closer.
+#: Tables with more columns have narrower spacing.
 _FEW_COLUMNS = 5
 _WORST = (Severity.DANGER, Severity.MISSING)
 
@@ -124,7 +124,7 @@ def _issues(outcome: Outcome) -> Table:
         number = f"{group.number:,} × " if group.number > 1 else ""
         place = f" ({group.place})" if group.place else ""
         words = Text.assemble((number, "dim"), group.message, (place, "dim"))
-        # The end of a message states the remedy, so only messages of more than three lines are cut.
+        # The end of a message states the remedy, so only messages of more than three lines are truncated.
         words.truncate(MOST_CHARACTERS, overflow="ellipsis")
         table.add_row(Text(group.code, style), words)
     rest = sum(group.number for group in folded)

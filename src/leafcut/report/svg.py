@@ -1,4 +1,4 @@
-"""SVG as text: elements with every attribute escaped, and path data that stays small for a hundred thousand points."""
+"""SVG as text: elements with escaped attributes, and compact path data for a hundred thousand points."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 from leafcut.report.wording import clean
 
-#: Path data is written in whole steps of 1/32 of a user unit: finer than a screen, on paper as well, and short.
+#: Steps of path data per user unit: finer than a screen or paper shows, and short.
 STEPS = 32
 
 
 def element(tag: str, *children: str, **attributes: str | float | None) -> str:
-    """Return ``<tag attributes>children</tag>``; children are SVG already, attributes are escaped here.
+    """Return ``<tag attributes>children</tag>``; children are already SVG, attributes are escaped here.
 
-    A trailing underscore is dropped from an attribute's name and the others become hyphens; None leaves it out.
+    A trailing underscore of an attribute's name is dropped, others become hyphens; None omits the attribute.
     """
     words = [tag]
     for name, value in attributes.items():
@@ -33,24 +33,24 @@ def text(words: str, x: float, y: float, **attributes: str | float | None) -> st
 
 
 def text_within(words: str, x: float, y: float, width: float) -> str:
-    """Return a text whose middle is at x, or as near as it fits into a drawing so wide (digits of 11 units)."""
+    """Return a text centred at x, or as near as it fits into a drawing of this width (digits of 11 units)."""
     half = 3.6 * len(words)
     return text(words, min(x, width - half), y, text_anchor="middle")
 
 
 def title(words: str) -> str:
-    """Return the title of a drawing: what a reader who cannot see it is told."""
+    """Return the accessible title of a drawing."""
     return element("title", escape(clean(words)))
 
 
 def styled(svg: str, css: str) -> str:
-    """Return a drawing with its styles inside, as the text of a file."""
+    """Return a drawing with embedded styles, as the text of a file."""
     head, end_of_title, rest = svg.partition("</title>")
     return f"{head}{end_of_title}{element('style', css)}{rest}\n"
 
 
 def short(value: float) -> str:
-    """Return a finite number with two decimals at most, without trailing zeros."""
+    """Return a finite number with at most two decimals, without trailing zeros."""
     words = f"{value:.2f}".rstrip("0").rstrip(".")
     return "0" if words == "-0" else words
 
@@ -58,7 +58,7 @@ def short(value: float) -> str:
 def lines_data(segments: NDArray[np.float64]) -> str:
     """Return path data of straight segments, float64[n, 2, 2] in user units, in `STEPS`.
 
-    A segment that begins where the one before ended continues its line. Relative numbers, rounded from absolute
+    A segment that starts at the end of the previous one continues its line. Relative numbers come from rounded absolute
     ones, so that errors do not add up.
     """
     if not len(segments):
@@ -78,8 +78,9 @@ def lines_data(segments: NDArray[np.float64]) -> str:
 def dots_data(points: NDArray[np.float64]) -> str:
     """Return path data of one dot per point, float64[n, 2] in user units, in `STEPS`.
 
-    A dot is a line of no length (``h0``): with round ends and the right stroke width it is a disc, and it costs ten
-    characters where a circle element costs fifty.
+    A dot is a line of length 0 (``h0``): with round caps and the right stroke width it is a disc, in ten characters
+    instead
+    of fifty for a circle element.
     """
     rows = np.rint(points * STEPS).astype(np.int64)
     moves = np.diff(rows, axis=0, prepend=np.zeros((1, 2), dtype=np.int64))
@@ -91,22 +92,22 @@ def _pair(x: int, y: int) -> str:
 
 
 def in_steps(*children: str) -> str:
-    """Return a group in which path data of `STEPS` fits the drawing around it."""
+    """Return a group that scales path data in `STEPS` to user units."""
     return element("g", *children, transform=f"scale({1 / STEPS:g})")
 
 
 def nice_step(span: float, count: int) -> float:
-    """Return the distance of ticks, 1, 2 or 5 times a power of ten, that gives about `count` of them over `span`."""
+    """Return a tick distance, 1, 2 or 5 times a power of ten, that gives about `count` ticks over `span`."""
     if not span > 0:
         return 1.0
     rough = span / count
     power = 10.0 ** math.floor(math.log10(rough))
-    # A little less than asked is better than a lot more: 2 for 2.6, not 5.
+    # Prefer a slightly smaller step to a much larger one: 2 for 2.6, not 5.
     return next(power * f for f in (1.0, 2.0, 5.0, 10.0) if power * f >= 0.75 * rough)
 
 
 def ticks(low: float, high: float, step: float) -> list[float]:
-    """Return the multiples of `step` between `low` and `high`, a hundred at most."""
+    """Return the multiples of `step` between `low` and `high`, at most a hundred."""
     first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
     return [i * step for i in range(first, min(last, first + 100) + 1)]
 

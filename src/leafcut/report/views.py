@@ -1,4 +1,4 @@
-"""The rows and words of the report page, ready to be set: the template only lays them out."""
+"""Rows and words of the report page; the template only arranges them."""
 
 from __future__ import annotations
 
@@ -37,18 +37,18 @@ if TYPE_CHECKING:
 
 PageRow = dict[str, Any]
 
-#: What the order that was found is called.
+#: Name of the new order.
 OURS = "leafcut"
 
 MOST_ISSUE_ROWS = 200
 MOST_WORKER_ROWS = 128
 MOST_TOOL_ROWS = 100
 MOST_SEARCHES = 12
-#: A program of fewer lines is shown whole, of a longer one the first `HEAD_LINES`.
+#: A program with fewer lines is shown whole, a longer one by its first `HEAD_LINES`.
 WHOLE_PROGRAM_LINES = 2000
 HEAD_LINES = 200
 
-#: What a program of a laser or plasma spends its time with.
+#: Names of times for a laser or plasma program.
 _TIMES_OF_BEAMS = {"feed": "feed moves", "spindle": "beam on, off"}
 _KIND_WORDS = {
     "centre-drill": "centre drill",
@@ -60,7 +60,7 @@ _KIND_WORDS = {
 
 
 def cards(outcome: Outcome, measures: Sequence[tuple[str, Measure]]) -> list[PageRow]:
-    """Return orders by name, the first the one that time is saved against and the last ours, as a page's head shows."""
+    """Return the orders by name as cards; the first is the reference of the savings, the last is ours."""
     longest, last = max(measure.time_s for _, measure in measures), len(measures) - 1
     return [
         {
@@ -77,7 +77,7 @@ def cards(outcome: Outcome, measures: Sequence[tuple[str, Measure]]) -> list[Pag
 
 
 def saved(outcome: Outcome, came_in: str, bound: str) -> PageRow:
-    """Return the large figure and the words around it; `bound` is the certain gap of the order, in words."""
+    """Return the headline figure of the savings and its text; `bound` is the certain gap of the order, in words."""
     seconds = outcome.before.time_s - outcome.after.time_s
     worse = seconds < 0
     percent = f"{percent_words(abs(outcome.saved_percent))} {'more' if worse else 'less'} machine time"
@@ -101,7 +101,7 @@ def times(outcome: Outcome, measures: Sequence[tuple[str, Measure]]) -> PageRow:
 
 
 def stacked(kinds: Mapping[str, str], rows: Sequence[tuple[str, dict[str, float], str]]) -> PageRow:
-    """Return rows of seconds by kind as stacked bars of one scale: the name of each row, its seconds, and its total."""
+    """Return rows of seconds by kind as stacked bars of one scale: name, seconds and total of each row."""
     longest = max(sum(seconds.values()) for _, seconds, _ in rows)
     return {
         "kinds": [{"class": k.replace("_", "-"), "words": words} for k, words in kinds.items()],
@@ -119,7 +119,7 @@ def stacked(kinds: Mapping[str, str], rows: Sequence[tuple[str, dict[str, float]
 
 
 def tools_say(outcome: Outcome) -> PageRow:
-    """Return what is known of any tool: columns that say nothing are left out."""
+    """Return which columns of the tool table have content."""
     rows = outcome.operations[:MOST_TOOL_ROWS]
     return {
         "diameter": any(o.tool.diameter > 0 for o in rows),
@@ -148,12 +148,12 @@ def tools(outcome: Outcome, scene: Scene) -> list[PageRow]:
 
 
 def number_of(tool: Tool) -> str:
-    """Return ``T3``; nothing for a tool that a program has in the spindle without saying its number."""
+    """Return ``T3``; "" for a tool without a number in the program."""
     return f"T{tool.number}" if tool.number else ""
 
 
 def tool_words(tool: Tool) -> str:
-    """Return ``T3 drill Ø6.35``; of a tool in a program, which does not say how wide it is, ``T3 drill``."""
+    """Return ``T3 drill Ø6.35``, or ``T3 drill`` without a known diameter."""
     return clean(tool.label if tool.diameter > 0 else f"{number_of(tool)} {tool.name or tool.kind.value}".strip())
 
 
@@ -168,7 +168,7 @@ def work_words(operation: OperationOutcome) -> str:
 
 
 def searches(outcome: Outcome, name_of: Callable[[int], str], nearest_cost: float | None) -> list[PageRow]:
-    """Return how each operation's order was found: words, and the chart where there is a history.
+    """Return the search of each operation in words, with a chart if there is a history.
 
     `nearest_cost` is the cost of the nearest neighbour order, drawn as a line.
     """
@@ -199,9 +199,9 @@ def searches(outcome: Outcome, name_of: Callable[[int], str], nearest_cost: floa
 
 
 def workers(outcome: Outcome) -> PageRow:
-    """Return one row per worker and operation, with bars of ants and seconds, and how many rows were left out.
+    """Return one row per worker and operation with bars of ants and seconds, and the number of omitted rows.
 
-    A worker without an ant has none: where the best order of all was found at once, there was nothing left to search.
+    Workers without ants are omitted: the optimum was found before they had anything to search.
     """
     every = [
         (o, w) for o in outcome.operations if o.solution.algorithm != "exact" for w in o.solution.workers if w.ants > 0
@@ -226,7 +226,7 @@ def workers(outcome: Outcome) -> PageRow:
 
 
 def issues(outcome: Outcome) -> PageRow:
-    """Return the groups of issues, and the issues themselves up to `MOST_ISSUE_ROWS`, the worst first."""
+    """Return the groups of issues, and the issues themselves up to `MOST_ISSUE_ROWS`, worst first."""
     ordered = sorted(outcome.issues, key=lambda i: (SEVERITIES.index(i.severity), i.code))
     rows = [
         {
@@ -245,7 +245,7 @@ def issues(outcome: Outcome) -> PageRow:
 
 
 def program(outcome: Outcome) -> PageRow:
-    """Return the program's text, whole or its head, and what it is called."""
+    """Return the program's text, whole or its first lines, and its caption."""
     lines = clean_lines(outcome.text)
     whole = len(lines) < WHOLE_PROGRAM_LINES
     shown = lines if whole else lines[:HEAD_LINES]

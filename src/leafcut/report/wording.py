@@ -1,4 +1,4 @@
-"""Words and numbers for people: text from strangers made harmless, figures as they are read in a shop."""
+"""Words and numbers for people: sanitised text from files, figures as read in a shop."""
 
 from __future__ import annotations
 
@@ -20,42 +20,42 @@ if TYPE_CHECKING:
     from leafcut.model.outcome import Outcome
 
 NO_VALUE = "–"
-#: A smaller gap is none: the path is the best there is.
+#: Gap below which a path counts as optimal.
 LEAST_GAP = 1e-4
-#: Of a search that ended by `order.stop.Thrift`.
+#: Reason of a search that ended by `order.stop.Thrift`.
 SPARED = "more search would take longer than it saves"
 MINUS = "−"
 
-#: Unicode categories that print nothing and may mislead: controls, direction overrides, surrogates, private use.
+#: Unicode categories that are unprintable and may mislead: controls, direction overrides, surrogates, private use.
 _UNPRINTABLE = frozenset({"Cc", "Cf", "Cs", "Co", "Zl", "Zp"})
 
 
 class Said(str):
-    """Words that remember how they were made, so that a page in another language can say them: see `said`."""
+    """Text that keeps its template and values, so that a page in another language can translate it; see `said`."""
 
     template: str
     values: dict[str, str]
 
 
 def said(template: str, **values: str) -> Said:
-    """Return a template with values in their places."""
+    """Return a template filled with values."""
     words = Said(template.format(**values))
     words.template, words.values = template, values
     return words
 
 
 def clean(text: str) -> str:
-    """Return one line in which whatever does not print (escape sequences, direction marks) is ``�``."""
+    """Return one line with unprintable characters (escape sequences, direction marks) replaced by ``�``."""
     return "".join("�" if unicodedata.category(c) in _UNPRINTABLE else c for c in text)
 
 
 def clean_lines(text: str) -> list[str]:
-    """Return the lines of a text, each made harmless by `clean`."""
+    """Return the lines of a text, each sanitised by `clean`."""
     return [clean(line.replace("\t", "    ")) for line in text.splitlines()]
 
 
 def plain_number(value: float | None) -> float | None:
-    """Return a number that JSON can say, else None (JSON has no NaN and no infinity)."""
+    """Return a finite number, otherwise None (JSON has no NaN or infinity)."""
     return float(value) if value is not None and math.isfinite(value) else None
 
 
@@ -65,14 +65,14 @@ def count(number: int, noun: str) -> str:
 
 
 def time_words(seconds: float) -> str:
-    """Return a time as `format_time` has it, with a true minus sign; a dash for what is not a number."""
+    """Return a time as `format_time` does, with a true minus sign; a dash for NaN."""
     if not math.isfinite(seconds):
         return NO_VALUE
     return (MINUS if seconds < 0 else "") + format_time(abs(seconds))
 
 
 def clock(seconds: float) -> str:
-    """Return a time as a work sheet has it: ``1:02:07``, hours, minutes and whole seconds."""
+    """Return a time as on a work sheet: ``1:02:07``, hours, minutes and whole seconds."""
     hours, minutes, rest = clock_parts(seconds)
     return f"{hours}:{minutes:02d}:{rest:02d}"
 
@@ -84,12 +84,12 @@ def clock_parts(seconds: float) -> tuple[int, int, int]:
 
 
 def length_words(mm: float) -> str:
-    """Return a length as `format_length` has it; a dash for what is not a number."""
+    """Return a length as `format_length` does; a dash for NaN."""
     return format_length(mm) if math.isfinite(mm) else NO_VALUE
 
 
 def cost_words(cost: float, unit: str) -> str:
-    """Return a solver's cost in its unit, ``s`` or ``mm``, to four digits, so that close costs can be told apart."""
+    """Return a solver's cost in its unit, ``s`` or ``mm``, with four digits, to distinguish close costs."""
     if not math.isfinite(cost):
         return NO_VALUE
     if unit == "mm":
@@ -106,12 +106,12 @@ def percent_words(percent: float | None, places: int = 1) -> str:
 
 
 def share_words(percent: float) -> str:
-    """Return a share: two decimals below one percent, so that 0 means none."""
+    """Return a share, with two decimals below one percent, so that 0 means none."""
     return percent_words(percent, 2 if abs(percent) < 1.0 else 1)
 
 
 def area_words(area: float) -> str:
-    """Return an area in mm², whole from 100 on."""
+    """Return an area in mm², as a whole number from 100 on."""
     return f"{area:,.0f} mm²" if area >= 100.0 else f"{area:.3g} mm²"
 
 
@@ -121,16 +121,16 @@ def angle_words(degrees: float) -> str:
 
 
 def money_words(cost: float) -> str:
-    """Return a cost in the unit of the rates: ``12.40``, a small one with three decimals."""
+    """Return a cost in the unit of the rates: ``12.40``, small ones with three decimals."""
     return f"{cost:,.{2 if cost >= 0.995 else 3}f}"
 
 
 def _gauge_words(mm: float) -> str:
-    """Return a length with the digits of a gauge if it is short."""
+    """Return a length, with two decimals below 10 mm."""
     return f"{mm:.2f} mm" if abs(mm) < 10.0 else length_words(mm)
 
 
-#: Figure of a number by its unit.
+#: Formatter of a number by unit.
 _FIGURES: dict[str, Callable[[float], str]] = {
     "s": time_words,
     "mm": _gauge_words,
@@ -142,7 +142,7 @@ _FIGURES: dict[str, Callable[[float], str]] = {
 
 
 def figure(fact: Fact) -> str:
-    """Return the value of a fact as a page sets it; "" for rows of values and for none."""
+    """Return the value of a fact as text; "" for rows of values and for none."""
     if isinstance(fact.value, int | float):
         if not math.isfinite(fact.value):
             return NO_VALUE
@@ -151,24 +151,24 @@ def figure(fact: Fact) -> str:
 
 
 def line(fact: Fact) -> str:
-    """Return a fact in one line: its figure and its sentence."""
+    """Return a fact in one line: figure and sentence."""
     return ", ".join(filter(None, (figure(fact), fact.sentence)))
 
 
 def title_words(facts: Iterable[Fact]) -> str:
-    """Return the facts of the title in one line: ``70 holes · 3 tools``."""
+    """Return the title facts in one line: ``70 holes · 3 tools``."""
     return " · ".join(fact.sentence for fact in facts if fact.sentence and not fact.name)
 
 
 def heading(name: str) -> str:
-    """Return the name of a fact at the start of a line: ``time of a sheet``, ``T1``."""
+    """Return the name of a fact for the start of a line, in lower case unless it is an abbreviation (``T1``)."""
     return name[:1].lower() + name[1:] if name[1:2].islower() else name
 
 
 def at_most_words(fraction: float, unit: str) -> str:
-    """Return ``at most 1.24 % above the shortest possible`` for a gap; ``the least`` where time counts.
+    """Return ``at most 1.24 % above the shortest possible`` for a gap; ``the least`` for times.
 
-    The figure is rounded up: less would not be certain.
+    The figure is rounded up, because a smaller one would not be certain.
     """
     possible = "the least possible" if unit == "s" else "the shortest possible"
     hundredths = math.ceil(1e4 * fraction - 1e-3)
@@ -176,7 +176,7 @@ def at_most_words(fraction: float, unit: str) -> str:
 
 
 def gap_lines(length: float, optimum: float | None, bound: float | None) -> list[str]:
-    """Return what is known of how good a tour is, a line each: against the best known length, and for certain."""
+    """Return the quality of a tour, one line each: against the best known length, and the certain gap."""
     lines = []
     if optimum is not None:
         above = percent_words(100.0 * (length / optimum - 1.0), 3)
@@ -188,7 +188,7 @@ def gap_lines(length: float, optimum: float | None, bound: float | None) -> list
 
 
 def number_words(value: float) -> str:
-    """Return a feed or a speed with no more digits than a panel shows; a dash for none."""
+    """Return a feed or a speed with as many digits as a panel shows; a dash for none."""
     if not math.isfinite(value) or value <= 0:
         return NO_VALUE
     return f"{value:,.0f}" if value >= 100 else f"{value:.3g}"
@@ -200,23 +200,23 @@ def feed_mm_min(feed: float) -> float:
 
 
 def saved_percent(outcome: Outcome, measure: Measure) -> float:
-    """Return the machine time that a measure saves against the order that the work came in, percent."""
+    """Return the machine time that a measure saves against the original order, percent."""
     before = outcome.before.time_s
     return 100.0 * (1.0 - measure.time_s / before) if before > 0 else 0.0
 
 
 def algorithm_words(outcome: Outcome) -> str:
-    """Return the algorithms of all operations, each once, the one with the most holes first."""
+    """Return the algorithms of all operations, each once; the algorithm with the most holes first."""
     by_size = sorted(outcome.operations, key=lambda o: -len(o.hole_order))
     return ", ".join(dict.fromkeys(o.solution.algorithm for o in by_size))
 
 
-#: Less compiling is not worth a word, s.
+#: Compile time from which it is mentioned, s.
 COMPILED = 0.1
 
 
 def method_words(outcome: Outcome) -> str:
-    """Return how the order was sought, for how long, and why no longer where that was too little to gain."""
+    """Return algorithm, seed and time of the search, and whether it stopped because more search would not pay off."""
     words = f"{clean(algorithm_words(outcome))}, seed {outcome.seed}, {time_words(outcome.seconds)}"
     if outcome.compile_seconds >= COMPILED:
         words += f" and {time_words(outcome.compile_seconds)} of compiling"
@@ -224,24 +224,24 @@ def method_words(outcome: Outcome) -> str:
 
 
 def was_spared(solution: Solution) -> bool:
-    """Return whether a search ended as it was not worth it any more, before the best path was known."""
+    """Return whether a search was stopped because it no longer paid off, before the optimum was known."""
     return solution.spared and (solution.gap is None or solution.gap > LEAST_GAP)
 
 
 def tool_count(outcome: Outcome) -> int:
-    """Return how many different tools work."""
+    """Return the number of different tools."""
     return len({o.tool.number for o in outcome.operations})
 
 
-#: Codes of what a program does by itself: dangers, and limits of the machine.
+#: Codes of motion issues: dangers, and limits of the machine.
 MOTION = "L8"
-#: The worst first.
+#: Worst first.
 SEVERITIES = (Severity.DANGER, Severity.MISSING, Severity.WARNING, Severity.NOTE)
 
 
 @dataclass(frozen=True)
 class IssueGroup:
-    """Issues of one kind: how many, and the first of them."""
+    """Issues of one kind: their number, and the first of them."""
 
     code: str
     severity: Severity
@@ -251,18 +251,18 @@ class IssueGroup:
 
 
 def limits(issues: Iterable[Issue]) -> list[tuple[str, str]]:
-    """Return what belongs beside the word "verified", as pairs of name and text: assumptions, and places not cut.
+    """Return the limits of the verification, as pairs of name and text: assumptions, and places that are not cut.
 
-    All of them: an assumption that is folded into "and 3 more" is taken for a fact.
+    All are listed, because a hidden assumption would be taken for a fact.
     """
     groups = [group for group in group_issues(issues, by_message=True) if group.code in LIMITS]
     return [(LIMITS[g.code], g.message + (f" ({g.place})" if g.place else "")) for g in groups]
 
 
 def group_issues(issues: Iterable[Issue], *, by_message: bool = False) -> list[IssueGroup]:
-    """Return the issues grouped by code, or by what they say, then as they came.
+    """Return the issues grouped by code, or by message, in order of appearance.
 
-    The worst come first, among them those of the motion and the machine, then by code.
+    The worst come first; within a severity, issues of motion and machine, then by code.
     """
     first: dict[tuple[str, Severity, str], Issue] = {}
     numbers: Counter[tuple[str, Severity, str]] = Counter()
