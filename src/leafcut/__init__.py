@@ -1,6 +1,4 @@
-"""leafcut: the shortest-time, verified CNC program for a drawing or for another CAM's code.
-
-import leafcut
+"""leafcut: verified CNC programs with minimum machine time, from a drawing or from another CAM's program.
 
 outcome = leafcut.drill("plate.dxf", "plate.nc", machine="haas-vf2", thickness="0.25in")
 print(f"{outcome.before.time_s:.1f} s became {outcome.after.time_s:.1f} s")
@@ -91,7 +89,7 @@ if TYPE_CHECKING:
 else:
 
     def __getattr__(name):
-        """Return a public name from its module: `import leafcut` itself loads nothing else."""
+        """Return a public name from its module, so that `import leafcut` loads nothing else."""
         if name not in _HOMES:
             raise AttributeError(f"module 'leafcut' has no attribute '{name}'")
         from importlib import import_module

@@ -1,4 +1,4 @@
-"""`leafcut`, and `python -m leafcut`: the command line; the version is said without importing it."""
+"""`leafcut` and `python -m leafcut`: the command line. The version is printed without importing it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from leafcut._version import __version__
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line and leave with its exit status."""
+    """Run the command line and exit with its status."""
     words = sys.argv[1:] if arguments is None else arguments
     if list(words) == ["--version"]:
         print(__version__)

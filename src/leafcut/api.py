@@ -1,6 +1,6 @@
-"""The functions of the library. They find the process in the registry and run it; they know no process by name.
+"""The functions of the library. They look up the process in the registry and run it, without naming any process.
 
-Packages are imported where they are used, so that the import of leafcut stays quick.
+Packages are imported where they are used, so that importing leafcut stays fast.
 """
 
 from __future__ import annotations
@@ -79,13 +79,13 @@ def optimize(
         Files to write: the program and the report page. Without them nothing is written.
     process
         ``drill``, ``cut`` or ``pocket`` for a drawing; ``drill``, ``mill``, ``laser`` or ``plasma`` for a program.
-        ``auto`` chooses by the file, and makes pockets of a picture.
+        ``auto`` chooses by the file, and makes pockets from a picture.
     options_file
         TOML file of options.
     defaults_file
         TOML file of options that apply where neither the call nor `options_file` sets them.
     progress
-        Receives a `Progress` when a step begins and while it runs. It must be quick. If it raises, the work ends.
+        Called with a `Progress` when a step starts and while it runs. It must be quick. If it raises, the work ends.
     observe
         Called by the searches between their steps; see `leafcut.model.snapshot`.
     cancelled
@@ -145,9 +145,8 @@ def drill(
 ) -> ProgramResult:
     """Return a verified program that drills the holes of a drawing, of drill files or of a point map.
 
-    `source` and `output` are those of `optimize`. `keywords` are those of `optimize`, except `process`, with the
-    options of drilling. An option that drilling does not use is refused. The same holds for `cut`, `pocket` and
-    `reorder`.
+    `source` and `output` are as in `optimize`. `keywords` are those of `optimize` except `process`, with the options of
+    drilling. An option that drilling does not use is refused. The same holds for `cut`, `pocket` and `reorder`.
     """
     return optimize(source, output, process="drill", **keywords)
 
@@ -174,12 +173,12 @@ def reorder(
 
 
 def _files(*names: str | None) -> list[str]:
-    """Return the names of machines and dialects that are paths of files."""
+    """Return the names of machines and dialects that are file paths."""
     return [name for name in names if name and name.lower().endswith(".toml")]
 
 
 def _named(*sources: Input | None) -> list[str]:
-    """Return the names of inputs that are files, or may be."""
+    """Return the names of inputs that are or may be files."""
     return [str(one) for one in sources if one is not None and not isinstance(one, StandardInput)]
 
 
@@ -196,7 +195,7 @@ def _collected(
     file: str | Path | None = None,
     defaults: str | Path | None = None,
 ) -> Settings:
-    """Return the settings of a run of a kind of work, or of what ``--process`` asks for."""
+    """Return the settings of a run for a kind of work, or for a value of ``--process``."""
     check_is_there("--options", Path(file) if file else None)
     work = registry.of_command(process) if isinstance(process, str) else process
     own = work.options if work else None
@@ -210,19 +209,19 @@ def _settings(
     defaults: str | Path | None = None,
     input_kind: str = "",
 ) -> Settings:
-    """Return the settings of a kind of work; an option that it does not use is refused."""
+    """Return the settings of a kind of work; unused options are refused."""
     asked = registry.work(work)
     return settings_for(_collected(asked, options, file, defaults), asked, input_kind)
 
 
 def _usual(settings: Settings, word: str) -> Settings:
-    """Return the settings with what the process that is asked for takes where nobody said anything."""
+    """Return the settings with the defaults of the requested process."""
     asked = registry.of_drawings(word)
     return asked.usual(settings) if asked else settings
 
 
 def _work(run: Job, sources: Sequence[Input], asked: str) -> tuple[Process, Outcome[Any]]:
-    """Do what is to be done with an input of its kind, with the options that it uses; others are refused."""
+    """Run the process that suits the inputs; options that it does not use are refused."""
     from leafcut.read.registry import read_source
 
     registry.check_asked(asked)
@@ -237,7 +236,7 @@ def _work(run: Job, sources: Sequence[Input], asked: str) -> tuple[Process, Outc
 
 @contextmanager
 def _telling_defaults(settings: Settings) -> Iterator[None]:
-    """Let a refusal tell which of the options that it names were not typed, but are of the person's own defaults."""
+    """Add to an error which of its options come from the user's defaults file."""
     try:
         yield
     except LeafcutError as problem:
@@ -298,7 +297,7 @@ def read_part(source: Input, options: ReadOptions | None = None) -> Part:
     Raises
     ------
     ReadError
-        The file cannot be read, holds no holes, or, with `options.strict`, needed anything skipped or repaired.
+        The file cannot be read or has no holes, or, with `options.strict`, something was skipped or repaired.
     """
     from leafcut.read import read
 
@@ -316,7 +315,7 @@ def solve(
 ) -> TourResult:
     """Return a short closed tour through the points of a map, by the distance rule of TSPLIB if the file has one.
 
-    If the map has sets of points, the tour visits one point of each set and keeps the given precedence.
+    If the map has sets of points, the tour visits one point of each set and respects the given precedence.
 
     Parameters
     ----------
@@ -347,7 +346,7 @@ def _tour(
 
     problem = problem_of_map(part)
     step = f"solving {part.name}"
-    looking_for(progress, step)  # what was read before may have been ended anywhere; a search may not
+    looking_for(progress, step)  # the reader may be cancelled anywhere, the search only between steps
     tell = passing_on(progress, step)
     with announced(lambda words: progress(Progress(words)) if progress else None):
         solution = solve.solve(
@@ -378,7 +377,7 @@ def simulate(
     program
         A G-code program.
     dialect
-        Its dialect, by name or TOML file; without it that of the machine.
+        Its dialect, by name or TOML file; by default the machine's.
     options
         Options by their names: ``machine="grbl-3018", units="in"``.
 
@@ -525,9 +524,9 @@ def verify(
     original, new
         G-code programs.
     dialect
-        Dialect of both, by name or TOML file; without it that of the machine.
+        Dialect of both, by name or TOML file; by default the machine's.
     allow_reverse
-        Accept open cuts of constant depth that run from the other end.
+        Accept open cuts of constant depth that run in the opposite direction.
 
     `defaults_file` and `progress` are those of `optimize`.
     """
@@ -546,14 +545,14 @@ def output_name(
     defaults_file: str | Path | None = None,
     **options: Any,
 ) -> str:
-    """Return the name of the program of an input among those of several inputs: a program keeps its own.
+    """Return the file name of the program of an input; a program keeps its name.
 
-    That of a drawing ends as programs of the dialect do in which `optimize` would write it.
+    For a drawing, the extension is that of the dialect in which `optimize` would write.
 
     Raises
     ------
     OptionError
-        An option, or the machine, is refused whatever the input is.
+        An option or the machine is invalid for any input.
     """
     from leafcut.read.registry import format_name
 
@@ -565,14 +564,14 @@ def output_name(
 
 
 def algorithms() -> dict[str, str]:
-    """Return the algorithms that order the work, each with what it is; of a broken plug-in with its error."""
+    """Return the algorithms that order the work, each with its title, or with its error for a broken plug-in."""
     from leafcut.order.algorithms import algorithm_titles
 
     return algorithm_titles()
 
 
 def plugins() -> list[tuple[str, str]]:
-    """Return what installed packages add, by kind and name, each with what it is or why it cannot be used."""
+    """Return the additions of installed packages, by kind and name, each with its description or error."""
     from leafcut.gcode.dialects import DIALECTS
     from leafcut.order.algorithms import PACKAGED as ALGORITHMS
     from leafcut.read.machine import MACHINES
@@ -583,7 +582,7 @@ def plugins() -> list[tuple[str, str]]:
 
 
 def default_machine(work: str) -> str:
-    """Return the machine that a kind of work, by the name of its process, takes where none is named."""
+    """Return the default machine of a kind of work, by the name of its process."""
     return (registry.process(work).usual(Settings()) if work in registry.names() else Settings()).machine.machine
 
 
@@ -594,7 +593,7 @@ def dialect_of(options: Mapping[str, Any], process: str = "auto") -> str:
 
 
 def program_extension(dialect_name: str) -> str:
-    """Return what the names of a dialect's programs end in, with the dot; a dialect may be the path of its file."""
+    """Return the file extension of a dialect's programs, with the dot; a dialect may be the path of its file."""
     from leafcut.gcode.dialects import dialect
 
     return dialect(dialect_name).extension

@@ -1,17 +1,17 @@
-"""Every error that leafcut raises on purpose, in one tree.
+"""All errors that leafcut raises on purpose, in one tree.
 
     LeafcutError
-    ├── ReadError      a file cannot be read, or what it says cannot be meant
+    ├── ReadError      a file cannot be read, or its content is invalid
     ├── OptionError    an option is wrong (also a ValueError)
     │   └── DataError  a tool library, material, machine or dialect is invalid, or a document has an unknown schema
-    ├── PlanError      the part cannot be made as asked
-    ├── SolveError     a routing problem cannot be solved as asked
-    ├── PostError      the toolpath cannot be said in this controller's words
-    ├── VerifyError    what was written is not what was planned, or is not safe
+    ├── PlanError      the part cannot be made as requested
+    ├── SolveError     a routing problem cannot be solved as requested
+    ├── PostError      the toolpath cannot be written in this controller's dialect
+    ├── VerifyError    the written program differs from the plan, or is not safe
     └── SendError      a program cannot be sent to a machine, or its run was ended
 
-A message says what was found, what was expected and what to do; it is one line. What it quotes of a file is cut here
-(`brief`), whoever wrote it, and here the exceptions of other libraries become a `ReadError` (`parsing`).
+A message is one line: the problem, the expectation and the remedy. Quotations from files are shortened here (`brief`),
+and exceptions of other libraries become a `ReadError` (`parsing`).
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-#: What somebody else wrote is quoted up to here; names of files are not cut.
+#: Maximum length of a quotation from a file; file names are not shortened.
 LONGEST_QUOTE = 60
-#: And no message is longer than this.
+#: Maximum length of a message.
 LONGEST_MESSAGE = 1000
 
 _QUOTED = re.compile(rf"(?<!\w)'([^']{{{LONGEST_QUOTE + 1},}})'(?!\w)")
-#: The folders of a path are words of their own; a backslash is a letter like others where folders are not parted by it.
+#: Path components count as separate words; a backslash is an ordinary character where it is not a separator.
 _UNBROKEN = re.compile(rf"[^\s{re.escape(os.sep + (os.altsep or ''))}]{{{LONGEST_QUOTE + 3},}}")
 
 
 def shown(text: str, limit: int = LONGEST_QUOTE) -> str:
-    """Return text from a file as it may stand in a message: one line, printable, not too long.
+    """Return text from a file for a message: one line, printable, limited in length.
 
-    With a larger `limit`, for what another library says of a file, every word in it is cut as a quotation is.
+    With a larger `limit`, for messages of other libraries, every word in it is shortened like a quotation.
     """
     words = text[: 10 * limit].split()
     line = " ".join(w if len(w) <= LONGEST_QUOTE else f"{w[: LONGEST_QUOTE - 1]}…" for w in words)
@@ -45,7 +45,7 @@ def shown(text: str, limit: int = LONGEST_QUOTE) -> str:
 
 
 def brief(message: str) -> str:
-    """Return a message with every quotation in it cut, and every word that is too long for one."""
+    """Return a message with shortened quotations and long words."""
     if len(message) <= LONGEST_QUOTE:
         return message
     line = message[: 10 * LONGEST_MESSAGE]
@@ -69,7 +69,7 @@ class LeafcutError(Exception):
         super().__init__(brief(message))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Come from another process as it was, whatever an error is made of: else a pool takes its worker for dead."""
+        """Make the exception picklable whatever its arguments; otherwise a process pool would lose its worker."""
         return _as_it_was, (type(self), self.args, self.__dict__)
 
 
@@ -81,7 +81,7 @@ def _as_it_was(kind: type[LeafcutError], args: tuple[Any, ...], state: dict[str,
 
 
 class ReadError(LeafcutError):
-    """A file cannot be read; says which, at which line where that is known, and why."""
+    """A file cannot be read; the message names the file, the line if known, and the reason."""
 
     def __init__(self, file: str | Path, reason: str, line: int | None = None) -> None:
         self.file = str(file)
@@ -89,7 +89,7 @@ class ReadError(LeafcutError):
         self.reason = brief(reason)
         place = self.file if line is None else f"{self.file}:{line}"
         super().__init__()
-        self.args = (f"{place}: {self.reason}",)  # the name of a file is never cut
+        self.args = (f"{place}: {self.reason}",)  # file names are never shortened
 
 
 class OptionError(LeafcutError, ValueError):
@@ -108,13 +108,13 @@ class PlanError(LeafcutError):
 
 
 class SolveError(LeafcutError):
-    """A routing problem cannot be solved as asked."""
+    """A routing problem cannot be solved as requested."""
 
 
 class PostError(LeafcutError):
-    """The toolpath needs a word that this controller does not have, or a program cannot be put into an order.
+    """The toolpath needs a word that this controller lacks, or the order of a program cannot be applied.
 
-    `section` is the number of the section, from 0, that the order is of; None where it is about all.
+    `section` is the number of the section, from 0, that the order belongs to; None if it concerns all.
     """
 
     def __init__(self, message: str, section: int | None = None) -> None:
@@ -127,14 +127,14 @@ class VerifyError(LeafcutError):
 
 
 class SendError(LeafcutError):
-    """A program is not sent to a machine, or its run was ended: says why, and what the machine does now."""
+    """A program is not sent to a machine, or its run was ended; the message states why and the machine's state."""
 
 
 @contextmanager
 def parsing(file: str | Path, what: str, line: int | None = None) -> Iterator[None]:
-    """Turn whatever a parser from elsewhere raises on a damaged file into a `ReadError`.
+    """Convert any exception of a third-party parser on a damaged file to a `ReadError`.
 
-    `what` says what is wrong, in words: ``"the drawing could not be read"``.
+    `what` is the problem in words: ``"the drawing could not be read"``.
     """
     try:
         yield
@@ -148,12 +148,12 @@ def parsing(file: str | Path, what: str, line: int | None = None) -> Iterator[No
 
 
 def close_to(name: str, known: Iterable[str]) -> str:
-    """Return the known name that `name` was most likely meant to be, "" where none is near.
+    """Return the known name that `name` was most likely meant to be, "" if none is close.
 
-    A name that begins with `name`, or has it as a word, comes before names that are spelled alike: `tools` for `tool`,
-    and `spindle-speed` for `speed`, not `seed`.
+    A name that starts with `name`, or contains it as a word, precedes similar spellings: `tools` for `tool`, and
+    `spindle-speed` for `speed`, not `seed`.
     """
-    from difflib import get_close_matches  # start-up: seldom asked for
+    from difflib import get_close_matches  # start-up time: seldom needed
 
     name = name.lower()
     lower = {one.lower(): one for one in known}
@@ -165,9 +165,9 @@ def close_to(name: str, known: Iterable[str]) -> str:
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """Return ``"; did you mean 'x'?"`` for the known name closest to `name`, or the list of what there is.
+    """Return ``"; did you mean 'x'?"`` for the known name closest to `name`, or the list of known names.
 
-    The end of an error message about an unknown name, the same everywhere.
+    This is the end of every error message about an unknown name.
     """
     known = list(known)
     near = close_to(name, known)

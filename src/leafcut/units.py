@@ -1,6 +1,6 @@
-"""Units, converted once at the edge: inside leafcut there are millimetres, seconds, mm/s and radians.
+"""Units, converted once at the interface: internally millimetres, seconds, mm/s and radians.
 
-Spindle speed alone stays in revolutions per minute (`*_rpm`), as every panel and every S word has it. Forces are
+Only the spindle speed is in revolutions per minute (`*_rpm`), as on every panel and in every S word. Forces are
 newtons, torques N·mm, powers watts, strengths N/mm² and densities kg/m³.
 """
 
@@ -14,10 +14,10 @@ from leafcut.errors import OptionError
 
 MM_PER_INCH = 25.4
 SECONDS_PER_MINUTE = 60.0
-#: The pound as a force.
+#: One pound-force, N.
 NEWTON_PER_POUND = 4.4482216152605
 
-#: Millimetres in one of each unit of length that leafcut reads.
+#: Millimetres per unit of length that leafcut reads.
 MM_PER_UNIT = {
     "mm": 1.0,
     "cm": 10.0,
@@ -35,7 +35,7 @@ MM_PER_UNIT = {
     "ft": 12 * MM_PER_INCH,
 }
 
-#: Factor to the inner unit, by the kind of quantity an option holds.
+#: Factor to the internal unit, by the kind of quantity of an option.
 FACTORS: dict[str, dict[str, float]] = {
     "mm": MM_PER_UNIT,
     "s": {"s": 1.0, "ms": 0.001, "min": 60.0, "m": 60.0, "h": 3600.0},
@@ -84,7 +84,7 @@ FACTORS: dict[str, dict[str, float]] = {
     "kg/m³": {"kg/m³": 1.0, "kg/m3": 1.0, "g/cm³": 1000.0, "g/cm3": 1000.0},
 }
 
-#: What a bare number means where a person writes it: shop units, not inner ones.
+#: Unit of a bare number in user input: shop units, not internal units.
 BARE_UNIT = {
     "mm": "mm",
     "s": "s",
@@ -102,21 +102,21 @@ BARE_UNIT = {
 
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*\Z")
 
-#: A fraction as on a rule or a drill index: ``1/4``, ``1 1/2`` and ``1-1/2``, with what stands after it.
+#: A fraction as on a ruler or a drill index, ``1/4``, ``1 1/2`` and ``1-1/2``, and the text after it.
 _FRACTION = re.compile(r"\s*([-+]?)(?:(\d{1,9})(?:\s+|-))?(\d{1,9})/(\d{1,9})(?![\d./,])\s*(.*?)\s*\Z")
-#: What looks like a fraction and may be none: a digit or a point before a slash, and a digit, a point or a sign after.
+#: Resembles a fraction: a digit or a point before a slash, and a digit, a point or a sign after it.
 _LIKE_FRACTION = re.compile(r"[\d.]\s*/\s*[-+.]?\d")
 
 _COMMA = re.compile(r"\s*([-+]?\d+),(\d+)(?![\d.])([^,]*)\Z")
 
 
 def with_point(text: str) -> str:
-    """Return the text of a number with a point in the place of a decimal comma: ``6,5 mm`` is ``6.5 mm``.
+    """Return the text of a number with a point instead of a decimal comma: ``6,5 mm`` becomes ``6.5 mm``.
 
     Raises
     ------
     OptionError
-        There is more than one comma, or one that may stand between thousands: ``1,250``.
+        There is more than one comma, or the comma may separate thousands: ``1,250``.
     """
     if "," not in text:
         return text
@@ -130,12 +130,11 @@ def with_point(text: str) -> str:
 
 
 def parse_quantity(value: str | float, unit: str) -> float:
-    """Return `value` in the inner `unit` (a key of `FACTORS`).
+    """Return `value` in the internal `unit` (a key of `FACTORS`).
 
-    A number is taken to be in the inner unit already. A text may carry its own unit ("3mm", "0.1in", "90 ipm",
-    "118deg"); a text without one is in the unit a person would mean (`BARE_UNIT`: feeds in mm/min, angles in degrees).
-    A comma is taken for a point where it cannot be anything else (`with_point`). A fraction is a number, too, as on a
-    rule: "1/4in", "3/8\"", "1 1/2in" and "1-1/2in".
+    A number is already in the internal unit. A text may have its own unit ("3mm", "0.1in", "90 ipm", "118deg");
+    without, it is in the shop unit (`BARE_UNIT`: feeds in mm/min, angles in degrees). A comma is read as a decimal
+    point if it can mean nothing else (`with_point`). Fractions are allowed: "1/4in", "3/8\"", "1 1/2in" and "1-1/2in".
 
     Raises
     ------
@@ -149,7 +148,7 @@ def parse_quantity(value: str | float, unit: str) -> float:
     else:
         number, word = _split(value, unit)
         known = FACTORS[unit]
-        # "M" and "m" are different in physics, but nobody writes "MM" for anything else than millimetres.
+        # "M" and "m" are different in physics, but "MM" can only mean millimetres.
         factor_found = known.get(word or BARE_UNIT[unit], known.get(word.lower()))
         if factor_found is None:
             raise OptionError(f"unknown unit '{word}' in '{value}'; choose one of {', '.join(known)}")
@@ -160,7 +159,7 @@ def parse_quantity(value: str | float, unit: str) -> float:
 
 
 def _split(text: str, unit: str) -> tuple[float, str]:
-    """Return the number of a text, and the word behind it."""
+    """Return the number of a text, and the word after it."""
     fraction = _FRACTION.match(text)
     # "3000 1/min" is a number with a unit: no digit follows the slash.
     if fraction is not None:
@@ -180,25 +179,25 @@ def _split(text: str, unit: str) -> tuple[float, str]:
 
 
 def with_unit(text: str, unit: str) -> str:
-    """Return the text of a quantity with the unit that it has where it says none: ``800`` is ``800 mm/min``.
+    """Return the text of a quantity, with the shop unit added if it has none: ``800`` becomes ``800 mm/min``.
 
     Raises
     ------
     OptionError
-        It is no number.
+        It is not a number.
     """
     number, word = _split(text, unit)
     return text.strip() if word or not math.isfinite(number) else f"{text.strip()} {BARE_UNIT[unit]}"
 
 
 def parse_point(value: str | tuple[float, ...], unit: str = "mm") -> tuple[float, ...]:
-    """Return the numbers of ``"x,y"`` or ``"x,y,z"``, each with an optional unit, in the inner `unit`."""
+    """Return the numbers of ``"x,y"`` or ``"x,y,z"``, each with an optional unit, in the internal `unit`."""
     parts: list[str] | tuple[float, ...] = value.split(",") if isinstance(value, str) else value
     return tuple(parse_quantity(part, unit) for part in parts)
 
 
 def format_time(seconds: float) -> str:
-    """Return seconds as a person reads them: ``8.42 s``, ``3 min 05 s``, ``1 h 02 min``."""
+    """Return seconds in readable form: ``8.42 s``, ``3 min 05 s``, ``1 h 02 min``."""
     if seconds < 60:
         return f"{seconds:.2f} s" if seconds < 10 else f"{seconds:.1f} s"
     minutes, rest = divmod(round(seconds), 60)
@@ -214,17 +213,17 @@ def fixed(value: float, decimals: int) -> str:
 
 
 def format_length(mm: float) -> str:
-    """Return millimetres as a person reads them: ``412.3 mm``, ``12.41 m``."""
+    """Return millimetres in readable form: ``412.3 mm``, ``12.41 m``."""
     return f"{mm:.1f} mm" if abs(mm) < 1000 else f"{mm / 1000:.2f} m"
 
 
 def parse_angles(words: Sequence[str], where: str) -> tuple[float, ...] | None:
-    """Return angles in rad, once each, from words in degrees; None for the one word ``free``.
+    """Return distinct angles in rad from words in degrees; None for the single word ``free``.
 
     Raises
     ------
     OptionError
-        A word is no angle; `where` names what was asked for.
+        A word is not an angle; `where` names the option.
     """
     if tuple(words) == ("free",):
         return None

@@ -1,6 +1,6 @@
-"""Add-ons for other programs, as files that those read from a folder of theirs; `leafcut install addon` writes them.
+"""Add-ons for other programs, as files that those programs load; `leafcut install addon` writes them.
 
-They run in the Python of the other program, which has no leafcut: they call it as a program.
+They run in the Python of the other program, which has no leafcut, so they call leafcut as a program.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from pathlib import Path
 from leafcut.errors import OptionError, nearest
 from leafcut.files.whole_files import OutputError, check_output, write_together
 
-#: How an add-on calls leafcut where nobody told it; this line is written anew when it is installed.
+#: Default call of leafcut in an add-on; replaced during the installation.
 _CALL = 'LEAFCUT = ["leafcut"]'
 
 
 @dataclass(frozen=True)
 class Addon:
-    """Files for another program: its name, what they do, and what to do with them."""
+    """Files for another program: name, purpose, files, and the next step for the user."""
 
     name: str
     help: str
@@ -49,14 +49,14 @@ ADDONS = {
 def write_addon(name: str, folder: str | Path) -> list[Path]:
     """Write the files of an add-on into a folder, all or none; return their paths.
 
-    They call the leafcut that writes them, by its own Python. Those of an earlier leafcut are replaced.
+    They call this leafcut, through its own Python. Files of an earlier leafcut are replaced.
 
     Raises
     ------
     OptionError
-        There is no such add-on.
+        The add-on does not exist.
     OutputError
-        The folder is none, a file cannot be written, or has a name of theirs and is not of leafcut.
+        The folder does not exist, a file cannot be written, or a file of the same name is not from leafcut.
     """
     if name not in ADDONS:
         raise OptionError(f"unknown add-on '{name}'{nearest(name, ADDONS)}")

@@ -19,8 +19,7 @@ from leafcut.files.whole_files import OutputError
 SHELLS = ("bash", "zsh", "fish")
 
 #: The zsh script defines a function. A file in $fpath is called by its own name and must call the function; a start
-#: file
-#: must register it for the command.
+#: file must register it for the command.
 _ZSH_END = """
 if [[ $zsh_eval_context[-1] == loadautofunc || $funcstack[1] == _leafcut ]]; then
   _cyclopts_leafcut "$@"

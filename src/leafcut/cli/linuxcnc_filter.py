@@ -55,8 +55,7 @@ def run_filter(
     """Return the program of a drawing or another program, for the machine on which LinuxCNC runs.
 
     The arguments are those of `api.optimize`. If neither an option nor the options file names a machine, LinuxCNC's
-    machine
-    is used; if LinuxCNC did not start this process, the machine in the user's defaults.
+    machine is used; if LinuxCNC did not start this process, the machine in the user's defaults.
 
     Raises
     ------
@@ -102,8 +101,7 @@ def _process(file: str, machine: str) -> str:
     """Return the default of ``--process``: the first process that suits the file and the machine's head.
 
     For example, a torch cuts what a spindle would drill, and an image with outlines becomes pockets on a mill. Without
-    a
-    match, and for programs, the result is ``auto``.
+    a match, and for programs, the result is ``auto``.
     """
     from leafcut.read.machine import load_machine
     from leafcut.read.registry import read_source

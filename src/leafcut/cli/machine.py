@@ -125,8 +125,7 @@ def new_machine(
     """Make a machine profile by a few questions, for controllers that have no file of settings (Haas, Centroid …).
 
     On a terminal, values that are not given by a flag or by --answers are asked, with a suggestion. Otherwise the
-    suggestion
-    is used, and shown.
+    suggestion is used, and shown.
     """
     from leafcut.read.controllers.questions import answers_of, questioned
 

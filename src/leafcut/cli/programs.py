@@ -296,8 +296,7 @@ def filter_program(
     """Write the program of a file to standard output, as a filter of LinuxCNC: a drawing opens in its own window.
 
     The machine is LinuxCNC's, from its .ini, unless --machine or --options names one. A line in [FILTER] of the .ini
-    calls
-    it: dxf = leafcut filter --thickness 6
+    calls it: dxf = leafcut filter --thickness 6
     """
     from leafcut.cli.linuxcnc_filter import check_file, run_filter
 

@@ -101,8 +101,7 @@ def send(
     """Send a program to a GRBL or Marlin board, after checking it against the machine's current state.
 
     While it runs, keys hold it, stop it and change the feed. After any failure the machine is stopped, and the option
-    to
-    resume is shown.
+    to resume is shown.
     """
     from leafcut.files.whole_files import check_output
     from leafcut.sender.firmware import speaker_of

@@ -75,9 +75,8 @@ def expanded(
     """Return the inputs, and whether each is processed separately.
 
     A word with ``*``, ``?`` or ``[`` that is not a file is replaced by the matching files, sorted by name, because not
-    every
-    shell expands patterns. Several inputs are processed separately, except drill files if the command joins them and no
-    `folder` for several programs is given.
+    every shell expands patterns. Several inputs are processed separately, except drill files if the command joins them
+    and no `folder` for several programs is given.
 
     Raises
     ------

@@ -1,1 +1,1 @@
-"""Whole files, schema numbers, plug-ins, and the files of the user."""
+"""Atomic file output, schema numbers, plug-ins, and the user's files."""

@@ -1,4 +1,4 @@
-"""Digest of a program or drawing in its header: it shows whether anyone has changed it since leafcut wrote it."""
+"""Digest in the header of a program or drawing: shows whether it was changed since leafcut wrote it."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ _DIGITS = 16
 #: Line of a header; `signed` fills in the digits.
 DIGEST_LINE = f"leafcut digest {'0' * _DIGITS}"
 _PLACE = re.compile(rf"(leafcut digest )([0-9]{{{_DIGITS}}})", re.IGNORECASE)
-#: The digest stands in the first characters of a program.
+#: The digest is within this many characters from the start.
 _HEADER = 20_000
 
 
 def signed(text: str) -> str:
-    """Return a program with its digest in the line of its header; one without that line as it is."""
+    """Return a program with its digest in the header; unchanged without a digest line."""
     place = _PLACE.search(text, 0, _HEADER)
     if place is None:
         return text
@@ -24,7 +24,7 @@ def signed(text: str) -> str:
 
 
 def is_unchanged(text: str) -> bool:
-    """Return whether a program or drawing has a digest and is as leafcut wrote it."""
+    """Return whether a program or drawing has a digest and is unchanged since leafcut wrote it."""
     return _PLACE.search(text, 0, _HEADER) is not None and signed(text) == text
 
 

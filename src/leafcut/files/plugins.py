@@ -49,7 +49,7 @@ class PluginKind(Generic[T]):
     noun, group
         Its name, and the group of its entry points: ``machine``, ``leafcut.machines``.
     built_in
-        Returns the names that leafcut itself has; no plug-in replaces them.
+        Returns the names of leafcut itself; no plug-in replaces them.
     take
         Converts the name and the object of an entry point to the object that leafcut uses. May raise anything.
     line
@@ -72,7 +72,7 @@ class PluginKind(Generic[T]):
         return tuple(name for name in named if name not in own)
 
     def load(self, name: str) -> T:
-        """Return the object of a plug-in; the name is one of `names`.
+        """Return the object of a plug-in; the name is from `names`.
 
         Raises
         ------
@@ -102,7 +102,7 @@ class PluginKind(Generic[T]):
 
 @cache
 def _plugins(kind: PluginKind[T], name: str, path: tuple[str, ...]) -> tuple[Plugin[T], ...]:
-    """Return the plug-ins of a name; a plug-in whose unique names another one has too is returned with an error."""
+    """Return the plug-ins of a name; if another plug-in has one of its unique names, it has an error."""
     found, claims = _by_name(kind, name, path), kind.claims
     if claims is None or len(found) != 1 or found[0].adds is None:
         return found
@@ -179,9 +179,9 @@ def _package(entry: EntryPoint) -> str:
 
 @cache
 def _entries(path: tuple[str, ...]) -> tuple[EntryPoint, ...]:
-    """Return the entry points of all our groups, in the order of group and name, of the packages on a search path.
+    """Return the entry points of all our groups in the packages on a search path, by group and name.
 
-    If a package is there twice, the first counts, as in an import.
+    If a package occurs twice, the first counts, as in an import.
     """
     if not any(_names_ours(folder) for folder in path):
         return ()  # importing their reader takes longer than most commands
@@ -199,7 +199,7 @@ def _entries(path: tuple[str, ...]) -> tuple[EntryPoint, ...]:
 
 
 def _names_ours(folder: str) -> bool:
-    """Return whether a package in a folder of the search path may have an entry point of one of our groups."""
+    """Return whether a package in a folder of the search path may have an entry point of our groups."""
     return any(f"[{_OURS}".encode() in _content(told) for told in Path(folder).glob("*-info/entry_points.txt"))
 
 

@@ -1,6 +1,6 @@
-"""Schema numbers: which version of its format a document has, and which versions this leafcut reads.
+"""Schema numbers: the format version of a document, and the versions that this leafcut reads.
 
-docs/schemas.md lists the documents and states how long an old schema is read.
+docs/schemas.md lists the documents and states how long an old schema is supported.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ class Schema:
     Attributes
     ----------
     title
-        The name of the kind in messages.
+        Name of the kind in messages.
     current
-        The schema that leafcut writes. A document without a number has it.
+        The schema that leafcut writes; also that of a document without a number.
     oldest
         The oldest schema that leafcut still reads.
     key
-        The key of the number in a document.
+        Key of the number in a document.
     """
 
     title: str
@@ -63,7 +63,7 @@ SCHEMAS = (
 
 
 def numbered(schema: Schema, document: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a document with its schema number first. A number that it has already stays."""
+    """Return a document with its schema number first. An existing number is kept."""
     return {schema.key: schema.current, **document}
 
 

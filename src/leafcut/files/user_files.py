@@ -1,6 +1,6 @@
-"""Files of the person's own: shop defaults, and which machine was told what already.
+"""The user's files: shop defaults, and a record of the hints already shown.
 
-Nothing here is needed: without a home, or where nothing may be written, leafcut runs as if the files were not there.
+They are optional: without a home folder or write access, leafcut runs as if the files did not exist.
 """
 
 from __future__ import annotations
@@ -13,19 +13,19 @@ from pathlib import Path
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files.whole_files import write_whole
 
-#: Names the file of defaults in place of the usual one; empty for none.
+#: Environment variable with the path of the defaults file; empty for none.
 DEFAULTS_VARIABLE = "LEAFCUT_DEFAULTS"
-#: So many are remembered, the last ones; their file is no larger than this.
+#: Maximum number of remembered hints (the latest), and maximum size of their file, bytes.
 _MOST_REMEMBERED, _LARGEST = 500, 1_000_000
 
 
 def defaults_file() -> Path | None:
-    """Return the file of the person's defaults, or None where there is none.
+    """Return the user's defaults file, or None if there is none.
 
     Raises
     ------
     OptionError
-        `DEFAULTS_VARIABLE` names a file that is not there.
+        `DEFAULTS_VARIABLE` names a file that does not exist.
     """
     named = os.environ.get(DEFAULTS_VARIABLE)
     if named is not None:
@@ -40,13 +40,13 @@ def defaults_file() -> Path | None:
 
 
 def usual_defaults_file() -> Path | None:
-    """Return where the file of the person's defaults is looked for, whether it is there or not; None without a home."""
+    """Return the standard path of the user's defaults file, existing or not; None without a home folder."""
     folder = _folder("XDG_CONFIG_HOME", ".config", "APPDATA", "Roaming")
     return None if folder is None else folder / "defaults.toml"
 
 
 def has_defaults() -> bool:
-    """Return whether the command line runs with defaults of the person's own, unless it is told not to."""
+    """Return whether the command line uses a defaults file, unless it is disabled."""
     try:
         return defaults_file() is not None
     except OptionError:
@@ -54,7 +54,7 @@ def has_defaults() -> bool:
 
 
 def first_time(what: str) -> bool:
-    """Return whether something is told for the first time, and remember it as far as that is possible."""
+    """Return whether a hint is shown for the first time, and record it if possible."""
     folder = _folder("XDG_STATE_HOME", ".local/state", "LOCALAPPDATA", "Local")
     if folder is None:
         return True
@@ -69,7 +69,7 @@ def first_time(what: str) -> bool:
 
 
 def _told(file: Path) -> list[str]:
-    """Return what was told; a file that cannot be read, or that is none of ours, says nothing."""
+    """Return the recorded hints; none if the file is unreadable or invalid."""
     try:
         with file.open("rb") as stream:
             found = json.loads(stream.read(_LARGEST))
@@ -79,10 +79,10 @@ def _told(file: Path) -> list[str]:
 
 
 def _folder(variable: str, usual: str, windows: str, windows_usual: str) -> Path | None:
-    """Return leafcut's folder of one kind as the XDG base directory specification has it; None without a home."""
+    """Return leafcut's folder of one kind by the XDG base directory specification; None without a home folder."""
     name, under = (windows, f"AppData/{windows_usual}") if os.name == "nt" else (variable, usual)
     base = os.environ.get(name)
-    if base and Path(base).is_absolute():  # the specification: others are left out of account
+    if base and Path(base).is_absolute():  # the specification: ignore relative paths
         return Path(base) / "leafcut"
     try:
         home = Path.home()

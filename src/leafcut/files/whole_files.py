@@ -1,4 +1,4 @@
-"""Files: programs read within bounds; outputs written whole or not at all, and never over an input."""
+"""File access: programs are read within size limits; outputs are written atomically and never replace an input."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from typing import Any, Protocol
 from leafcut.errors import DataError, LeafcutError, OptionError, ReadError, shown
 from leafcut.files.schemas import Schema, check_schema
 
-#: Programs larger than this are refused: the largest seen in the field are a tenth of it.
+#: Maximum size of a program, bytes; ten times the largest seen in the field.
 LARGEST_PROGRAM = 512 * 1024 * 1024
-#: Options, machine profiles and tool libraries are some kilobytes; more than this is another kind of file.
+#: Maximum size of a TOML file, bytes; real ones have some kilobytes.
 LARGEST_TOML = 1_000_000
 
 
@@ -30,7 +30,7 @@ class OutputError(LeafcutError):
 
 @dataclass(frozen=True)
 class StandardInput:
-    """What came through standard input: taken wherever a drawing or a program is, under this name."""
+    """Data from standard input, accepted wherever a drawing or a program is."""
 
     data: bytes
 
@@ -39,12 +39,12 @@ class StandardInput:
 
     @classmethod
     def read(cls) -> StandardInput:
-        """Return all that comes, within the bounds of a file.
+        """Return all of standard input, within the size limit of a file.
 
         Raises
         ------
         ReadError
-            Nothing comes, or more than any file may have.
+            It is empty or too large.
         """
         try:
             data = sys.stdin.buffer.read(LARGEST_PROGRAM + 1) if sys.stdin is not None else b""
@@ -58,22 +58,20 @@ class StandardInput:
 
 
 class Loaded(Protocol):
-    """What was read already: its bytes; as a text it is its name."""
+    """Data already read; its text form is its name."""
 
     @property
     def data(self) -> bytes:
-        """All of them."""
+        """All bytes."""
 
 
 def read_program(source: str | Path | Loaded) -> str:
-    """Return the text of a G-code program; bytes that are not UTF-8 are taken as Latin-1, as old controllers have it.
-
-    What was read already is not read again.
+    """Return the text of a G-code program; bytes that are not UTF-8 are decoded as Latin-1, as on old controllers.
 
     Raises
     ------
     ReadError
-        The file cannot be read, is empty, or is larger than any program.
+        The file cannot be read, is empty, or is too large for a program.
     """
     data = _bytes_of(Path(source)) if isinstance(source, str | Path) else source.data
     check_is_text(str(source), data)
@@ -81,9 +79,9 @@ def read_program(source: str | Path | Loaded) -> str:
 
 
 def decoded(data: bytes) -> tuple[str, str]:
-    """Return bytes as text, its line ends as they are, and the encoding that gives the same bytes again.
+    """Return bytes as text with unchanged line endings, and the encoding that restores the bytes.
 
-    What is not UTF-8 is taken as Latin-1. A mark that says UTF-8 is no part of the text.
+    Bytes that are not UTF-8 are decoded as Latin-1. A UTF-8 byte order mark is not part of the text.
     """
     try:
         encoding = "utf-8-sig" if data.startswith(codecs.BOM_UTF8) else "utf-8"
@@ -93,12 +91,12 @@ def decoded(data: bytes) -> tuple[str, str]:
 
 
 def check_is_text(source: str, data: bytes) -> None:
-    """Refuse a program that is no text, or one in which every letter takes two bytes.
+    """Refuse a binary file or UTF-16 text.
 
     Raises
     ------
     ReadError
-        It has a zero byte.
+        It contains a zero byte.
     """
     if b"\0" in data:
         wide = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
@@ -120,7 +118,7 @@ def _bytes_of(path: Path) -> bytes:
 
 
 def check_is_there(flag: str, path: Path | None) -> None:
-    """Refuse a file that an option names and that is not there, or is a folder, before anything is done.
+    """Refuse an option's file that does not exist or is a folder, before any work.
 
     Raises
     ------
@@ -130,7 +128,7 @@ def check_is_there(flag: str, path: Path | None) -> None:
     try:
         found = path is None or path.exists()
     except OSError:
-        return  # what keeps it from being read is told where that is done
+        return  # the reader reports other problems
     if path is not None and (not found or path.is_dir()):
         if str(path) == "-":
             raise OptionError(f"{flag} -: not taken from standard input; name a file")
@@ -144,7 +142,7 @@ def read_toml(path: Path, schema: Schema) -> dict[str, Any]:
     Raises
     ------
     OptionError
-        There is no such file.
+        The file does not exist.
     DataError
         The file cannot be read, is too large, is not TOML, or has a schema that this leafcut does not read.
     """
@@ -152,12 +150,12 @@ def read_toml(path: Path, schema: Schema) -> dict[str, Any]:
 
 
 def toml_bytes(path: Path) -> bytes:
-    """Return what a TOML file holds.
+    """Return the content of a TOML file.
 
     Raises
     ------
     OptionError
-        There is no such file.
+        The file does not exist.
     DataError
         It cannot be read, or is too large.
     """
@@ -199,9 +197,9 @@ def parse_toml(content: bytes, source: str, schema: Schema) -> dict[str, Any]:
 
 
 def line_of(toml: str, section: str, name: str = "") -> int | None:
-    """Return the line of a TOML text in which a key of a table stands, or the table begins where there is no `name`.
+    """Return the line of a key in a table of a TOML text, or of the table's header without a `name`.
 
-    Found by a plain look at the lines; None where it is not seen there.
+    Uses a simple line scan; None if not found.
     """
     here = ""
     for number, line in enumerate(toml.splitlines(), 1):
@@ -221,7 +219,7 @@ def line_of(toml: str, section: str, name: str = "") -> int | None:
 
 
 def _check_wholes(value: Any) -> None:
-    """Refuse whole numbers of more than 64 bits, as TOML has it (1.0.0, "Integer"): no float can hold the largest."""
+    """Refuse integers of more than 64 bits (TOML 1.0.0, "Integer"): the largest exceed a float."""
     if isinstance(value, dict | list):
         for inner in value.values() if isinstance(value, dict) else value:
             _check_wholes(inner)
@@ -230,7 +228,7 @@ def _check_wholes(value: Any) -> None:
 
 
 def check_output(target: str | Path | None, inputs: Iterable[str | Path | None]) -> None:
-    """Raise `OutputError` when `target` cannot be written, or is one of `inputs`; before any work is done."""
+    """Raise `OutputError` if `target` cannot be written or is one of `inputs`, before any work."""
     if target is None:
         return
     path = Path(target)
@@ -252,14 +250,14 @@ def check_output(target: str | Path | None, inputs: Iterable[str | Path | None])
 
 
 def same_file(a: Path, b: Path) -> bool:
-    """Return whether two paths name one file, also if it is not there."""
+    """Return whether two paths name the same file, existing or not."""
     if a.exists() and b.exists():
         return a.samefile(b)
     return os.path.realpath(a) == os.path.realpath(b)
 
 
 def write_whole(target: str | Path, text: str, *, encoding: str = "utf-8", newline: str = "\n") -> None:
-    """Write `text` to a file that appears whole or not at all: a temporary file beside it takes its name at the end.
+    """Write `text` to a file atomically: a temporary file in the same folder is renamed at the end.
 
     Raises
     ------
@@ -270,7 +268,7 @@ def write_whole(target: str | Path, text: str, *, encoding: str = "utf-8", newli
 
 
 def write_bytes(target: str | Path, data: bytes) -> None:
-    """Write `data` to a file as `write_whole` does a text.
+    """Write `data` to a file like `write_whole`.
 
     Raises
     ------
@@ -283,24 +281,24 @@ def write_bytes(target: str | Path, data: bytes) -> None:
 def write_together(
     texts: Mapping[str, str], *, encoding: str = "utf-8", newline: str = "\n", encodings: Mapping[str, str] = _ALIKE
 ) -> None:
-    """Write several files that belong together: each whole, and all of them or none.
+    """Write several related files atomically, all or none.
 
-    The first is what the others are about. None takes its name before all of them are on the disk; then what stood
-    under the names of the others goes, the first takes its name, and the others take theirs. So where a run is killed
-    between any two steps there is the old first file or the new one, and beside it nothing that is about the other one.
-    Where one cannot take its name, all get back what they held. What a run that was killed left beside them is removed.
+    The first file is the main one; the others describe it. All are written under temporary names first. Then the
+    previous versions of the others are removed, the first is renamed, and the others are renamed. If the process is
+    killed in between, the old or the new first file exists, and never with files that describe the other version. If a
+    rename fails, all files get their previous contents. Temporary files of killed runs are removed.
 
     Parameters
     ----------
     encodings
-        Of those files that have another one.
+        Encodings of files that differ from `encoding`.
 
     Raises
     ------
     OutputError
-        One of them cannot be written.
+        A file cannot be written.
     """
-    import tempfile  # start-up: a job that writes to standard output needs none
+    import tempfile  # start-up time: not needed when writing to standard output
 
     temporary: dict[Path, Path] = {}
     before: dict[Path, Path | None] = {}
@@ -308,7 +306,7 @@ def write_together(
     target = encoding_of = ""
     try:
         for target, text in texts.items():
-            path = Path(os.path.realpath(target))  # a link keeps pointing to the file that it names
+            path = Path(os.path.realpath(target))  # a link keeps its target
             _remove_left_over(path)
             encoding_of = encodings.get(target, encoding)
             with tempfile.NamedTemporaryFile(
@@ -344,7 +342,7 @@ def write_together(
 
 
 def _prefix(path: Path) -> str:
-    """Return what temporary files beside a file begin with; the number of the process that writes them follows."""
+    """Return the common prefix of temporary files for a file; the number of the writing process follows."""
     return f".{path.name}.leafcut-"
 
 
@@ -353,8 +351,8 @@ def _own_prefix(path: Path) -> str:
 
 
 def _remove_left_over(path: Path) -> None:
-    """Remove what runs that were killed left beside a file, and nothing of those that are still writing."""
-    import glob  # start-up, as above
+    """Remove temporary files of killed processes, but not of running ones."""
+    import glob  # start-up time, as above
 
     for left in path.parent.glob(f"{glob.escape(_prefix(path))}*-*"):
         process = left.name.removeprefix(_prefix(path)).partition("-")[0]
@@ -364,7 +362,7 @@ def _remove_left_over(path: Path) -> None:
 
 
 def _runs(process: int) -> bool:
-    if os.name == "nt":  # there a signal of 0 would end it
+    if os.name == "nt":  # signal 0 would end the process there
         return process == os.getpid()
     try:
         os.kill(process, 0)
@@ -376,19 +374,19 @@ def _runs(process: int) -> bool:
 
 
 def _kept(path: Path) -> Path | None:
-    """Return another name of what a file holds now, to take it back; None where there is none."""
+    """Return another name of the file's current content, for restoring it; None if the file does not exist."""
     if not path.exists():
         return None
     other = path.with_name(f"{_own_prefix(path)}before-{os.urandom(4).hex()}")
     try:
         os.link(path, other)
-    except OSError:  # not every disk has links
+    except OSError:  # not every file system has links
         other.write_bytes(path.read_bytes())
     return other
 
 
 def _take_back(before: Mapping[Path, Path | None]) -> None:
-    """Give files back what they held, the first of them first and none beside it that is about another one."""
+    """Restore the previous contents after a failed write: remove the other files, then restore in order."""
     for path in list(before)[1:]:
         with suppress(OSError):
             path.unlink()
@@ -398,7 +396,7 @@ def _take_back(before: Mapping[Path, Path | None]) -> None:
 
 
 def _sync(paths: Iterable[Path]) -> None:
-    """Have the names of files on the disk, where the system can."""
+    """Flush the directory entries to disk, if the system can."""
     for folder in {path.parent for path in paths}:
         with suppress(OSError):
             number = os.open(folder, os.O_RDONLY)
@@ -409,7 +407,7 @@ def _sync(paths: Iterable[Path]) -> None:
 
 
 def _mode(path: Path) -> int:
-    """Return the permissions the file has, or those that a new one gets."""
+    """Return the permissions of a file, or the defaults of a new file."""
     if path.exists():
         return path.stat().st_mode & 0o777
     mask = os.umask(0)

@@ -113,8 +113,7 @@ def run_experiment(
     """Run each algorithm `runs` times on a map, with seeds counted up from the option ``seed``.
 
     `options` are those of `api.solve`; each algorithm gets the ones that it uses. All algorithms use the same seeds.
-    When
-    `cancelled` is set, the current run is dropped, unless it is the first.
+    When `cancelled` is set, the current run is dropped, unless it is the first.
 
     Raises
     ------

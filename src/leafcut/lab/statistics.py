@@ -1,8 +1,7 @@
 """Statistical tests for the figures of an experiment: analysis of variance, rank comparisons, trends.
 
 The tests are those of scipy, statsmodels and scikit-posthocs. A figure is a number of any unit; groups are identified
-by
-the names of levels. No test depends on whether small figures are better.
+by the names of levels. No test depends on whether small figures are better.
 """
 
 from __future__ import annotations
@@ -202,8 +201,7 @@ def crossed(rows: Sequence[tuple[str, str, float]], names: tuple[str, str]) -> t
     """Return the two-way analysis of variance with interaction and residual (type II sums of squares).
 
     `rows` are (level of the first factor, level of the second, figure). Without repeated cells, the interaction cannot
-    be
-    separated from chance and is left out.
+    be separated from chance and is left out.
 
     Raises
     ------
@@ -242,8 +240,7 @@ def ranked(ways: Groups, alpha: float = 0.05) -> Ranked:
     """Return a rank comparison; the figures of all treatments belong to the same blocks in the same order.
 
     Friedman's test over all, Wilcoxon's signed-rank test for pairs with Holm's correction (Demšar 2006, section 3.2;
-    García
-    and Herrera 2008). The difference is the Hodges–Lehmann median of the pairs, with a bootstrap interval.
+    García and Herrera 2008). The difference is the Hodges–Lehmann median of the pairs, with a bootstrap interval.
 
     Raises
     ------

@@ -1,1 +1,1 @@
-"""Posts: a `Toolpath` in a controller's own words."""
+"""Post-processors: write a `Toolpath` in the dialect of a controller."""

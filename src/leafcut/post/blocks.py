@@ -1,4 +1,4 @@
-"""The text of a program in the making: blocks with line numbers, and the memory of what has been said."""
+"""Text of a program under construction: blocks with line numbers, and a memory of modal words."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _LAST_NUMBER = 99_990
 
 
 class Blocks:
-    """Collects lines. Words that are modal are left out while they still hold."""
+    """Collects lines. Modal words are omitted while they are still active."""
 
     def __init__(self, dialect: Dialect, numbered: bool) -> None:
         self.lines: list[str] = []
@@ -23,7 +23,7 @@ class Blocks:
         self._said: dict[str, str] = {}
 
     def say(self, *words: str) -> None:
-        """Write one block; empty words are left out, and so is a block without words."""
+        """Write one block; empty words are omitted, and so is an empty block."""
         said = [word for word in words if word]
         if self._dialect.one_command:
             commands = [word for word in said if word[0] in "GM"]
@@ -43,12 +43,12 @@ class Blocks:
         self.lines.append(text)
 
     def comment(self, text: str) -> None:
-        """Write a text as one or more lines of comment."""
+        """Write a text as one or more comment lines."""
         dialect = self._dialect
         self.lines += comment_lines(text, dialect.max_line, dialect.uppercase_comments, dialect.comments)
 
     def modal(self, group: str, word: str) -> str:
-        """Return the word, or nothing when the last word of its group was the same."""
+        """Return the word, or "" if it is already active in its group."""
         repeat = self._dialect.one_command and group == "motion"
         if self._said.get(group) == word and not repeat:
             return ""
@@ -56,6 +56,6 @@ class Blocks:
         return word
 
     def forget(self, groups: Iterable[str]) -> None:
-        """Let the next word of these groups be said in any case."""
+        """Forget the active words of these groups, so that the next ones are written."""
         for group in groups:
             self._said.pop(group, None)

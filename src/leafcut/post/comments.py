@@ -1,4 +1,4 @@
-"""Comments that no controller can take for something else."""
+"""Comments that no controller can misinterpret."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import unicodedata
 
 from leafcut.gcode.saying import is_obeyed
 
-#: What the shop writes that ASCII lacks; ? ! ~ act at once when GRBL receives them, % ends a tape.
+#: ASCII replacements of shop characters; ? ! ~ act at once when GRBL receives them, % ends a tape.
 _PLAIN = str.maketrans(
     {"(": "[", ")": "]", "{": "[", "}": "]", "%": " pct", "?": ".", "!": ".", "~": "-", "×": "x", "–": "-", "—": "-"}
     | {"µ": "u", "μ": "u", "°": " deg", "Ø": "D", "ø": "d", "⌀": "D", "²": "2", "³": "3", "·": ",", "→": "->"}
@@ -27,14 +27,14 @@ def plain_text(text: str) -> str:
     decomposed = unicodedata.normalize("NFKD", text.translate(_PLAIN))
     letters = "".join(c for c in decomposed if not unicodedata.combining(c))
     ascii_text = "".join(c if " " <= c <= "\x7e" else " " if c.isspace() or ord(c) < 32 else "." for c in letters)
-    # QtPlasmaC looks for ";qtplasmac filtered" anywhere in a text.
+    # QtPlasmaC searches for ";qtplasmac filtered" anywhere in a text.
     one_line = re.sub(r";(?=\S)", ",", " ".join(ascii_text.translate(_PLAIN).split()))
     plain = _ACTIVE.sub(r"\1 -", one_line)
     return f"- {plain}" if is_obeyed(plain) or _MATERIAL.match(plain) else plain
 
 
 def comment_lines(text: str, width: int, uppercase: bool = False, style: str = "()") -> list[str]:
-    """Return a text as comments in parentheses, or behind semicolons, none longer than `width` characters."""
+    """Return a text as comments in parentheses or after semicolons, at most `width` characters per line."""
     plain = plain_text(text)
     if uppercase:
         plain = plain.upper()

@@ -1,4 +1,4 @@
-"""What the comments at the top of a program say: where it comes from, how to make it again, what to set up."""
+"""Header comments of a program: its source, options to regenerate it, and set-up."""
 
 from __future__ import annotations
 
@@ -28,12 +28,11 @@ def header_lines(
     part: str = "",
     negative: str = "",
 ) -> list[str]:
-    """Return the lines of the header; `seconds` are the machine times before and after, `beside` says what before was.
+    """Return the lines of the header.
 
-    `part` is the solid or surface that the program was made for, and how it is placed. `negative` names the axes on
-    whose negative side of the zero it is.
-
-    Nothing in it changes from run to run, so that the same seed gives the same bytes.
+    `seconds` are the machine times before and after; `beside` describes the former. `part` is the solid or surface that
+    the program was made for, and its placement. `negative` names the axes on whose negative side the part lies. The
+    header has no date or other changing data, so that the same seed gives the same bytes.
     """
     lines = [f"leafcut {version}", f"source: {source}"]
     if part:
@@ -58,7 +57,7 @@ def header_lines(
 
 
 def _short(length: float) -> str:
-    """Return a length to three decimals, without the zeros at its end."""
+    """Return a length with three decimals, without trailing zeros."""
     return f"{round(length, 3) + 0.0:.3f}".rstrip("0").rstrip(".")
 
 

@@ -1,4 +1,4 @@
-"""Programs in Heidenhain's plain language: drilling, by cycle 200 and straight moves."""
+"""Programs in Heidenhain Klartext: drilling, by cycle 200 and straight moves."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _WIDTH = 70
 
 
 class KlartextWriter(Writer):
-    """Writes row after row; every block has its number, and continues in the next line where it ends in a ~."""
+    """Writes row after row; every block has a number, and a ~ at its end continues it on the next line."""
 
     _blocks: list[str]
     _speeds: dict[int, float]
@@ -28,7 +28,7 @@ class KlartextWriter(Writer):
         """Return the whole text."""
         self._blocks = [f"BEGIN PGM {_NAME} MM"]
         low, high = self.path.extents
-        # A blank has some size: what is drilled at one place has none.
+        # A blank must have a size, even if all holes are at one place.
         for corner, values, room in (("0.1 Z", low, -1.0), ("0.2", high, 1.0)):
             words = [f"{axis}{self._length(v + room)}" for axis, v in zip("XYZ", values, strict=True)]
             self._blocks.append(" ".join([f"BLK FORM {corner}", *words]))
@@ -67,7 +67,7 @@ class KlartextWriter(Writer):
         return signed("".join(f"{number} {block}\n" for number, block in enumerate(self._blocks)))
 
     def _speeds_of_tools(self) -> dict[int, float]:
-        """Return the speed of the tool that is called in each row TOOL: that of the spindle's next turn."""
+        """Return the speed for each TOOL row: that of the next spindle start."""
         speeds: dict[int, float] = {}
         tool = -1
         for number, row in enumerate(self.path):

@@ -1,4 +1,4 @@
-"""The writer of G-code: row after row of a toolpath in a controller's words; other languages are built on it."""
+"""The writer of G-code: row after row of a toolpath in a controller's dialect; base class for other languages."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from leafcut.post.words import coolant_words, cycle_words, dwell_word, has_cycle
 
 
 class Writer:
-    """Writes row after row, and remembers what the controller knows."""
+    """Writes row after row, and tracks the state of the controller."""
 
-    #: What ends a modal cycle.
+    #: Word that ends a modal cycle.
     end_of_cycle = "G80"
 
     def __init__(
@@ -40,10 +40,10 @@ class Writer:
         self.preselect_tool = preselect_tool
         self.numbers = NumberFormat(options.output_units == "inch", decimals, dialect.point_required)
         self.out = Blocks(dialect, options.line_numbers)
-        # Texts of where the tool is, and the same in mm; None and NaN where that is not known.
+        # Written coordinates of the tool, and the same in mm; None and NaN if unknown.
         self.place: list[str | None] = [None, None, None]
         self.position = [math.nan, math.nan, math.nan]
-        # Whether X and Y may move; whether the tool is at a height of the machine; the length offset still to take up.
+        # Whether X and Y may move; whether the tool is at a machine height; the length offset still to be activated.
         self.safe = self.at_machine_height = False
         self.pending_offset: int | None = None
         self.cycle: DrillCycle | None = None
@@ -52,7 +52,7 @@ class Writer:
         self.spinning = False
         self.ended = False
         self.next_kind = Kind.END
-        #: The tools of the changes that are still to come, but for the first one.
+        #: Tools of the remaining changes, without the first.
         self.tools = iter(path.ref[path.kind == Kind.TOOL][1:].tolist())
 
     def program(self, header: Sequence[str]) -> str:
@@ -76,7 +76,7 @@ class Writer:
         return signed("\n".join(self.out.lines) + "\n")
 
     def _writing(self) -> dict[Kind, Callable[[Motion], None]]:
-        """Return what writes the rows of each kind."""
+        """Return the method that writes the rows of each kind."""
         return {
             Kind.RAPID: self._rapid,
             Kind.FEED: self._feed,
@@ -94,7 +94,7 @@ class Writer:
             Kind.END: self._end,
         }
 
-    # -- the head ----------------------------------------------------------------------------------------------------
+    # -- head --------------------------------------------------------------------------------------------------------
 
     def _begin(self, header: Sequence[str]) -> None:
         dialect, lines = self.dialect, self.out.lines
@@ -169,7 +169,7 @@ class Writer:
         self._arrive(row)
 
     def _check_chord(self, row: Motion, axes: tuple[int, int, int]) -> None:
-        """Refuse an arc so short, or so nearly round, that rounding would turn it into its opposite."""
+        """Refuse an arc so short, or so close to a full circle, that rounding would turn it into its opposite."""
         steps = [abs(row.end[a] - self.position[a]) / self.numbers.resolution for a in axes[:2]]
         if max(steps) < 1e-6:
             return
@@ -189,7 +189,7 @@ class Writer:
         return not math.isnan(value) and self.numbers.length(value) != self.place[axis]
 
     def _axes(self, row: Motion, only_z: bool = False) -> list[str]:
-        """Return the axis words of a move; all that are known when none of them changes."""
+        """Return the axis words of a move; all known axes if none changes."""
         if only_z:
             self.out.forget("Z")
             return [self._axis(row, 2)]
@@ -265,11 +265,11 @@ class Writer:
         self._axis(row, 2)
 
     def _can_return(self, cycle: DrillCycle, height: float) -> bool:
-        """Return whether the tool will be at `height` after the cycle; starts a new series where that helps.
+        """Return whether the tool will be at `height` after the cycle; starts a new series if that helps.
 
-        After G99 in the same series the initial plane of G98 is still the height from before the first hole, and how
-        LinuxCNC goes to the next hole depends on it (`DrillCycle.approach_in_series`). A hole to which it would not go
-        at the height where it is starts a series of its own, or is written out.
+        After G99 in the same series, the initial plane of G98 is still the height before the first hole, and LinuxCNC's
+        move to the next hole depends on it (`DrillCycle.approach_in_series`). A hole that it would not approach at the
+        current height starts a new series, or is expanded.
         """
         if self.cycle is not None:
             returns = self._returns(cycle, self.initial, height)
@@ -287,7 +287,7 @@ class Writer:
         return self.numbers.length(cycle.height_after(initial)) == self.numbers.length(height)
 
     def _expand(self, row: Motion, cycle: DrillCycle) -> None:
-        """Write a cycle out in rapids, feeds and dwells."""
+        """Write a cycle as rapids, feeds and dwells."""
         if cycle.name == "G84":
             raise PostError("a tapped hole after which the tool does not return to its R plane or its initial plane")
         self._leave_cycle()
@@ -332,9 +332,9 @@ class Writer:
             if following != row.ref and self.preselect_tool:
                 self.out.say(f"T{following}")
         self.pending_offset = row.ref if self.dialect.length_offset else None
-        # At a height of the machine any tool is clear of the part; elsewhere the new one may be longer.
+        # At a machine height any tool is clear of the part; elsewhere the new tool may be longer.
         self.safe = self.at_machine_height
-        # People start again at a tool: the first move after it says all its words, G0 too.
+        # Operators restart at a tool change: the first move after it repeats all words, including G0.
         self.out.forget(["motion", *"XYZF"])
 
     def _offset(self, row: Motion) -> None:

@@ -1,4 +1,4 @@
-"""Programs in the own language of Siemens controls: MCALL CYCLE81, T="1", D1, SUPA; all else as in G-code."""
+"""Programs in the native language of Siemens controls: MCALL CYCLE81, T="1", D1, SUPA; otherwise G-code."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from leafcut.post.words import has_cycle, peck_text, said_with
 class SinumerikWriter(Writer):
     """Writes row after row.
 
-    Under MCALL every block that moves drills, and so does a block with F alone: F stands before the call, and MCALL
-    alone before anything else.
+    Under MCALL every block with a move drills, and so does a block with only F. Therefore F is written before the call,
+    and MCALL alone before anything else.
     """
 
     end_of_cycle = "MCALL"
@@ -37,7 +37,7 @@ class SinumerikWriter(Writer):
         )
         if not same:
             self._leave_cycle()
-        # A tool below the R plane would go to the hole there: the cycle does not lift it before.
+        # A tool below the R plane would approach the hole there, because the cycle does not lift it first.
         if (
             not has_cycle(cycle, self.dialect)
             or self.numbers.said(self.position[2]) < self.numbers.said(cycle.r_plane)
@@ -97,7 +97,7 @@ class SinumerikWriter(Writer):
         words = ["XYZ"[axis] + self.numbers.length(row.end[axis]) for axis in given]
         self.out.forget(["motion"])
         self.out.say(self.out.modal("motion", "G0"), "SUPA", *words, "D0")
-        # Its length offset is off now: the next move in Z takes it up again.
+        # The length offset is off now; the next move in Z activates it again.
         self.pending_offset = self._tool_now
         for axis in given:
             self.place[axis], self.position[axis] = None, math.nan

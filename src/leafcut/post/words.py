@@ -1,4 +1,4 @@
-"""How this controller says dwells, coolants and canned cycles; the only place where dialects differ in kind."""
+"""Words for dwells, coolants and canned cycles; the only module where dialects differ in kind."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _COOLANT_WORDS = {1: "M7", 2: "M8"}
 
 
 def dwell_word(seconds: float, dialect: Dialect) -> str:
-    """Return the word that lets the machine wait: P or K, in seconds, milliseconds or hundredths."""
+    """Return the word for a dwell: P or K, in seconds, milliseconds or hundredths."""
     if not seconds >= 0.0:
         raise PostError(f"a dwell of {seconds:g} s")
     unit = dialect.dwell_unit
@@ -24,7 +24,7 @@ def dwell_word(seconds: float, dialect: Dialect) -> str:
 
 
 def coolant_words(mode: int, before: int, dialect: Dialect) -> list[str]:
-    """Return the words that change the coolants: bits of `mode` and of what was on `before`, 1 mist, 2 flood.
+    """Return the words that change the coolants from `before` to `mode`; bits: 1 mist, 2 flood.
 
     Raises
     ------
@@ -43,17 +43,17 @@ def coolant_words(mode: int, before: int, dialect: Dialect) -> list[str]:
 
 
 def said_with(cycle: DrillCycle) -> tuple[str, float, float, float, float]:
-    """Return what is said with a cycle's word; G98 and G99 are words of their own."""
+    """Return the words that belong to a cycle; G98 and G99 are separate words."""
     return cycle.name, cycle.r_plane, cycle.bottom, cycle.peck, cycle.dwell
 
 
 def has_cycle(cycle: DrillCycle, dialect: Dialect) -> bool:
-    """Return whether the controller can do this cycle; if not, it is written out.
+    """Return whether the controller has this cycle; otherwise it is expanded.
 
     Raises
     ------
     PostError
-        It is a tap, which cannot be written out, or the cycle lacks a word that it needs.
+        It is a tapping cycle, which cannot be expanded, or the cycle lacks a required word.
     """
     if cycle.name in ("G83", "G73") and not cycle.peck > 0:
         raise PostError(f"{cycle.name} needs the depth of a peck")
@@ -71,25 +71,25 @@ def has_cycle(cycle: DrillCycle, dialect: Dialect) -> bool:
 
 
 def cycle_words(cycle: DrillCycle, numbers: NumberFormat, dialect: Dialect) -> tuple[str, list[str]]:
-    """Return the G word of a cycle, and its other words but X, Y and F."""
+    """Return the G word of a cycle, and its other words except X, Y and F."""
     r_plane, bottom = numbers.length(cycle.r_plane), numbers.length(cycle.bottom)
     if dialect.cycle_words == "fagor":
-        # G82 is G81 with a dwell there: see the sources in fagor8055.toml.
+        # There G82 is G81 with a dwell: see the sources in fagor8055.toml.
         dwelling = [dwell_word(cycle.dwell, dialect)] if cycle.name == "G82" else []
         return ("G81" if dwelling else cycle.name), [f"Z{r_plane}", f"I{bottom}", *dwelling]
     words = [f"Z{bottom}", f"R{r_plane}"]
     if cycle.name in ("G83", "G73"):
         words.append(f"Q{peck_text(cycle, numbers)}")
-    # A tap says that it has no dwell: LinuxCNC would take the one of the last G82.
+    # Tapping states its dwell of 0: LinuxCNC would use the dwell of the last G82.
     if cycle.name == "G82" or (cycle.name == "G84" and "G84" in dialect.dwell_cycles):
         words.append(dwell_word(cycle.dwell, dialect))
     return cycle.name, words
 
 
 def peck_text(cycle: DrillCycle, numbers: NumberFormat) -> str:
-    """Return the text of a peck, rounded so that the hole still takes the same number of pecks.
+    """Return the text of a peck, rounded so that the number of pecks stays the same.
 
-    10 mm in three pecks of 3.3333 mm would otherwise take a fourth one, of 0.001 mm.
+    10 mm in three pecks of 3.3333 mm would otherwise need a fourth peck of 0.001 mm.
     """
     r_plane, bottom = numbers.said(cycle.r_plane), numbers.said(cycle.bottom)
     count = len(peck_depths(cycle))

@@ -1,10 +1,9 @@
-"""The writer: a `Toolpath` in a controller's own words.
+"""Write a `Toolpath` in the dialect of a controller.
 
     write_program(toolpath, dialect("haas"), PostOptions(), header=["plate.dxf"])
 
-It writes the rows of the toolpath, one after the other, and nothing else that moves. It refuses what could break
-something: a move in X or Y while the height of the tool is not known, that is before the first move in Z and after
-every change of tool.
+It writes the rows of the toolpath one after the other, and adds no motion. It refuses dangerous motion: a move in X or
+Y while the tool height is unknown, which is before the first move in Z and after every tool change.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ from leafcut.post.klartext import KlartextWriter
 from leafcut.post.row_writer import Writer
 from leafcut.post.sinumerik import SinumerikWriter
 
-#: By the language of a dialect; any other is G-code.
+#: Writer by language of a dialect; G-code for any other.
 _WRITERS: dict[str, type[Writer]] = {"sinumerik": SinumerikWriter, "klartext": KlartextWriter}
 _NO_NAMES: Mapping[int, str] = MappingProxyType({})
 
@@ -42,26 +41,26 @@ def write_program(
     Parameters
     ----------
     toolpath
-        mm, mm/s, s, rpm; its last row is `Kind.END`. Its numbers are rounded to the decimals of the dialect, so that
-        a place read back differs by half of the last decimal at most. `Kind.OFFSET` rows are not needed: the tool
-        length offset of every tool is taken up with its first move in Z.
+        mm, mm/s, s, rpm; its last row is `Kind.END`. Numbers are rounded to the decimals of the dialect, so that a
+        position read back differs by at most half of the last decimal. `Kind.OFFSET` rows are not needed: the length
+        offset of every tool is activated with its first move in Z.
     options
         Units, line numbers, program number, header and repeated words. The dialect is the argument's.
     header
-        Lines for the comments at the top; the first one names the program. Not written with `options.header` off.
+        Comment lines at the top; the first names the program. Not written with `options.header` off.
     tool_names
-        Written as a comment where the tool is taken up.
+        Written as comments at tool changes.
     spindle_start_s
-        Dwell after a start of the spindle that the toolpath does not follow by a dwell of its own.
+        Dwell after a spindle start that has no dwell of its own in the toolpath.
     rapid_velocity
         Speed of rapids, mm/s, for a dialect whose G0 states it (`Dialect.rapid_feed`); NaN: not stated.
     preselect_tool
-        After each tool change name the next tool (T without M6).
+        After each tool change, name the next tool (T without M6).
 
     Raises
     ------
     PostError
-        The toolpath needs a word that the controller does not have, or would move before its height is known.
+        The toolpath needs a word that the controller lacks, or would move before its height is known.
     """
     check_options(dialect, options)
     writer = _WRITERS.get(dialect.language, Writer)(
@@ -71,7 +70,7 @@ def write_program(
 
 
 def check_options(dialect: Dialect, options: PostOptions) -> None:
-    """Refuse what the controller has no words for.
+    """Refuse options that the controller does not support.
 
     Raises
     ------

@@ -1,1 +1,1 @@
-"""The common parts of every proof: what was written is what was planned, and is safe."""
+"""Common parts of every proof: the written program is what was planned, and is safe."""

@@ -1,4 +1,4 @@
-"""No rapid where there is metal: heights of rapids, and the spindle."""
+"""Check that no rapid meets material: heights of rapids, and the spindle."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath, last_rows
 from leafcut.proof.difference import place, shorten
 
-#: The least height over the surface that counts as clear of it, mm: the smallest R plane that can be asked for.
+#: Minimum height above the surface that counts as clear, mm: the smallest R plane that can be requested.
 LEAST_CLEARANCE = 0.05
 
-#: Room for the rounding of written heights, mm (0.0001 inch is 0.00254 mm).
+#: Tolerance for rounded heights, mm (0.0001 inch is 0.00254 mm).
 _ROOM = 0.002
-#: A tool that is nearer to the middle of a hole than this is over it, mm.
+#: Maximum distance of a tool from the centre of a hole that it is above, mm.
 _SAME_PLACE = 0.01
 
 
@@ -31,20 +31,23 @@ def check_clearance(
     tops: NDArray[np.float64] | None = None,
     level: bool = True,
 ) -> list[Difference]:
-    """Return every move that could crash, with its line and place; nothing when the program is safe by these rules.
+    """Return every move that could crash, with its line and position; empty if the program is safe by these rules.
 
-    1. A rapid in x or y is nowhere lower than `clearance` mm over `surface_z`, and z is known when it is made.
-       After a move to machine z (G53, G28) at or above `safe_z` it is known to be high. No move to machine x or y
-       begins lower, rising or not.
-    2. A rapid does not go down below `surface_z`, but for the return into a hole: over a place where a feed has gone at
-       least as deep since the tool arrived there. Not looked at where an area is `milled`: how low a rapid may go
-       there, what was cut before says (`processes.pocket.proof.pocket`).
-    3. The spindle turns whenever something is cut. A tool change stops it. Of a `torch` instead: it is off in every
-       rapid in x or y; over the sheet with the torch off a feed does no harm.
-    Drilling cycles are taken as the moves that they make. Where holes begin at different heights, `tops` has their
-    places and these heights, float64[n, 3]: the highest is the surface of the first rule, and of the second one
-    everywhere but over a hole. Where the surface is not `level`, how low a rapid in x or y may be is looked at
-    elsewhere (`proof.surface`): the first rule asks only that its height is known.
+    1. A rapid in x or y is nowhere lower than `clearance` mm above `surface_z`, and its z is known. After a move to
+    machine
+       z (G53, G28) at or above `safe_z`, z counts as high. No move to machine x or y starts lower, rising or not.
+    2. A rapid does not descend below `surface_z`, except back into a hole: at a position where a feed has gone at least
+    as
+       deep since the tool arrived. Not checked for `milled` areas, where earlier cuts decide
+       (`processes.pocket.proof.pocket`).
+    3. The spindle turns during every cut. A tool change stops it. For a `torch` instead: it is off in every rapid in x
+    or
+       y; a feed move above the sheet with the torch off is harmless.
+
+    Drilling cycles are checked as the moves that they make. If holes start at different heights, `tops` has their
+    positions and heights, float64[n, 3]: the highest is the surface of the first rule, and of the second everywhere
+    except above a hole. If the surface is not `level`, `proof.surface` checks the height of rapids in x or y; the first
+    rule then only requires that the height is known.
     """
     path = expand(path)
     before = path.before
@@ -66,7 +69,7 @@ DangerCheck = tuple[str, Mask, str]
 
 
 def _surface_under(path: Toolpath, tops: NDArray[np.float64], highest: float) -> NDArray[np.float64]:
-    """Return the surface under the end of every row: that of the hole there, else the highest, mm, float64[n]."""
+    """Return the surface below the end of every row, mm, float64[n]: that of the hole there, otherwise the highest."""
     from scipy.spatial import cKDTree
 
     under = np.full(len(path), highest)
@@ -86,10 +89,10 @@ def height_checks(
     milled: bool,
     under: float | NDArray[np.float64] | None = None,
 ) -> list[DangerCheck]:
-    """Return the first two rules of `check_clearance`: a word or two, the rows that break it, bool[n], and the rule.
+    """Return the checks of the first two rules of `check_clearance`: name, violating rows, bool[n], and the rule.
 
-    `path` has its cycles written out; `before` is where the tool is before every row, float64[n, 3]. `under` is the
-    surface under every row where that is not `surface_z`.
+    `path` has expanded cycles; `before` is the tool position before every row, float64[n, 3]. `under` is the surface
+    below every row if it is not `surface_z`.
     """
     under = surface_z if under is None else under
     rapid = path.kind == Kind.RAPID
@@ -116,12 +119,12 @@ def _said(surface: float | NDArray[np.float64]) -> str:
 
 
 def spindle_check(path: Toolpath, turning: Mask) -> DangerCheck:
-    """Return the third rule of `check_clearance`; `turning` says in which rows the spindle does."""
+    """Return the third rule of `check_clearance`; `turning` marks the rows with a turning spindle."""
     return "spindle off", _cutting(path) & ~turning, "the spindle must turn before a cut"
 
 
 def torch_check(path: Toolpath, before: NDArray[np.float64], burning: Mask) -> DangerCheck:
-    """Return the third rule of `check_clearance` for a torch; `burning` says in which rows it is on."""
+    """Return the third rule of `check_clearance` for a torch; `burning` marks the rows in which it is on."""
     return (
         "torch on in a rapid",
         (path.kind == Kind.RAPID) & _moves_across(path, before) & burning,
@@ -135,14 +138,14 @@ def _difference(path: Toolpath, before: NDArray[np.float64], row: int, what: str
 
 
 def _moves_across(path: Toolpath, before: NDArray[np.float64]) -> Mask:
-    """Return which motions move x or y; the first time that an axis is placed counts as a move."""
+    """Return the motions that move x or y; the first position of an axis counts as a move."""
     moved = np.isfinite(path.end[:, :2]) & ~(path.end[:, :2] == before[:, :2])
     across: Mask = (path.kind <= Kind.ARC_CCW) & moved.any(axis=1)
     return across
 
 
 def _goes_down(path: Toolpath, before: NDArray[np.float64]) -> Mask:
-    """Return which motions lower z; from a height that is not known counts as down."""
+    """Return the motions that lower z; a move from an unknown height counts."""
     down: Mask = np.isfinite(path.end[:, 2]) & ~(path.end[:, 2] >= before[:, 2])
     return down
 
@@ -153,14 +156,14 @@ def _cutting(path: Toolpath) -> Mask:
 
 
 def _spindle_speed(path: Toolpath) -> NDArray[np.float64]:
-    """Return the speed of the spindle at every row: M6 stops it on LinuxCNC and Haas alike."""
+    """Return the spindle speed at every row; M6 stops the spindle, as on LinuxCNC and Haas."""
     row = last_rows((path.kind == Kind.SPINDLE) | (path.kind == Kind.TOOL))
     turning = (row >= 0) & (path.kind[row] == Kind.SPINDLE)
     return np.where(turning, path.value[row], 0.0)
 
 
 def at_machine_height(path: Toolpath, safe_z: float) -> Mask:
-    """Return at which rows z was last placed by a move in machine coordinates to a safe height."""
+    """Return the rows at which z was last set by a move in machine coordinates to a safe height."""
     in_machine = (path.kind == Kind.MACHINE) & np.isfinite(path.end[:, 2])
     in_program = (path.kind <= Kind.ARC_CCW) & np.isfinite(path.end[:, 2])
     row = last_rows(in_machine | in_program)
@@ -169,11 +172,11 @@ def at_machine_height(path: Toolpath, safe_z: float) -> Mask:
 
 
 def _returns(path: Toolpath, before: NDArray[np.float64]) -> Mask:
-    """Return which motions end no deeper than a feed has gone at this x, y since the tool arrived here.
+    """Return the motions that end no deeper than a feed at this x, y since the tool arrived.
 
-    A stop, a change of tool or length offset, and a block that is not understood begin a new stay.
-    A running minimum within each stay: every stay is shifted down by more than the whole range of heights, so that a
-    minimum carried over from an earlier stay is recognised by being too high.
+    A stop, a change of tool or length offset, and a block that is not understood start a new stay. The running minimum
+    is computed per stay: each stay is shifted down by more than the whole range of heights, so that a minimum from an
+    earlier stay is recognised because it is too high.
     """
     arrives = _moves_across(path, before) | (path.kind == Kind.MACHINE)
     other = np.isin(path.kind, [int(k) for k in (Kind.TOOL, Kind.PAUSE, Kind.FOREIGN)])

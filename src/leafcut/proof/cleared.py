@@ -1,4 +1,4 @@
-"""Places that earlier cuts of a program have cleared, so that a rapid may go down there."""
+"""Positions that earlier cuts of a program have cleared, so that a rapid may descend there."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ from leafcut.material.straight_moves import straight_moves
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind, Toolpath
 
-#: Room for the rounding of written heights, mm.
+#: Tolerance for rounded heights, mm.
 _ROOM = 0.002
-#: A tool that is nearer than this to the middle of a cut is on it, mm.
+#: Maximum distance of a tool from the centre line of a cut that it is on, mm.
 _ON = 0.01
-#: A wall is not cut by less than this, mm: chords, rounding, and the polygons that stand for circles.
+#: Minimum overlap with a wall that counts as a cut, mm: chords, rounding, and polygons for circles.
 _GRAZE = 0.02
-#: Segments of a quarter of a circle.
+#: Segments per quarter circle.
 _SEGMENTS = 16
-#: Swept areas that are joined at once.
+#: Number of swept areas joined at a time.
 _AT_ONCE = 6
-#: Most cuts whose areas are joined for one rapid: others clear nothing.
+#: Maximum number of cuts whose areas are joined for one rapid; others clear nothing.
 _MOST_CUTS = 200
-#: Most rapids that are compared with the areas of cuts: others are unchecked.
+#: Maximum number of rapids that are compared with the areas of cuts; others are unchecked.
 _MOST_RAPIDS = 1000
-#: Rapids that are compared with the middles of cuts at once.
+#: Number of rapids compared with centre lines of cuts at a time.
 _RAPIDS_AT_ONCE = 256
 
 
 class _Cuts(NamedTuple):
-    """Straight cuts: ends, float64[n, 4], mm; height at or below which each is, and its row, each [n]."""
+    """Straight cuts: ends, float64[n, 4], mm; upper limit of the height of each, and its row, each [n]."""
 
     ends: NDArray[np.float64]
     z: NDArray[np.float64]
@@ -43,17 +43,17 @@ class _Cuts(NamedTuple):
 
 
 class _Stages(NamedTuple):
-    """Which rows of a path have something in common.
+    """Rows of a path that share a set-up or a tool.
 
     Attributes
     ----------
     setup
-        int64[n, 3]: rows that differ have no places in common: work offset, shifts, stops. At a stop (M0, M1, M60, or
-        a block that is not understood) the part may be turned over, and the tool changed.
+        int64[n, 3]: work offset, shifts, stops. Rows with different values share no positions. At a stop (M0, M1, M60,
+        or a block that is not understood), the part may be turned over and the tool changed.
     stage
-        int64[n]: rises at each stop and each change of tool: the tool stays the same within a stage.
+        int64[n]: increases at each stop and tool change; the tool stays the same within a stage.
     offset
-        int64[n]: length offset; within a stage, another one means other heights.
+        int64[n]: length offset; a different value within a stage means different heights.
     """
 
     setup: NDArray[np.int64]
@@ -62,14 +62,14 @@ class _Stages(NamedTuple):
 
     @classmethod
     def of(cls, path: Toolpath) -> _Stages:
-        """Return those of a path."""
+        """Return the stages of a path."""
         stop = (path.kind == Kind.PAUSE) | (path.kind == Kind.FOREIGN)
         frame, shift = path.latest(Kind.FRAME, path.ref, 540), path.latest(Kind.SHIFT, path.ref)
         stage = np.cumsum(stop | (path.kind == Kind.TOOL))
         return cls(np.column_stack([frame, shift, np.cumsum(stop)]), stage, path.offset)
 
     def comparable(self, earlier: NDArray[np.int64], row: NDArray[np.int64]) -> Mask:
-        """Return which earlier rows have places and heights in common with `row`."""
+        """Return which earlier rows share positions and heights with `row`."""
         other_height = (self.stage[earlier] == self.stage[row]) & (self.offset[earlier] != self.offset[row])
         same: Mask = (self.setup[earlier] == self.setup[row]).all(axis=1) & ~other_height
         return same
@@ -78,16 +78,16 @@ class _Stages(NamedTuple):
 def cleared_before(
     program: Program, rows: NDArray[np.int32], path: Toolpath, down: NDArray[np.int64]
 ) -> tuple[Mask, Mask]:
-    """Return which rapids straight down end where earlier cuts have removed the material, and which are unchecked.
+    """Return which straight-down rapids end where earlier cuts removed the material, and which are unchecked.
 
-    Both are bool[len(down)]. A cut clears its own middle for the same tool, whatever its shape, until the next stop or
-    change of tool. Flat mills clear what they sweep: if the diameters are known from the comments, the tool must fit
-    into the union of these areas.
+    Both are bool[len(down)]. A cut clears its own centre line for the same tool of any shape, until the next stop or
+    tool change. Flat mills clear the area that they sweep: if the diameters are known from the comments, the tool must
+    fit into the union of these areas.
 
     Parameters
     ----------
     rows
-        The row of the program's path that each row of `path`, with its cycles written out, comes from.
+        Source row in the program's path of each row of `path`, which has expanded cycles.
     down
         Rows of these rapids in `path`, ascending.
     """
@@ -150,12 +150,12 @@ def _covered(
     away: NDArray[np.float64],
     width: NDArray[np.float64],
 ) -> bool:
-    """Return whether a tool at a place is inside the areas that cuts sweep with their own radius `width`."""
-    # The polygon contains its circle, and those of the cuts lie inside theirs.
+    """Return whether a tool at a position is inside the areas swept by cuts with their own radius `width`."""
+    # This polygon contains its circle, and those of the cuts lie inside theirs.
     left: BaseGeometry = place.buffer((radius - _GRAZE) / np.cos(0.25 * np.pi / _SEGMENTS), quad_segs=_SEGMENTS)
-    # Nearest first: those that cover most of it, then the rest.
+    # Nearest first: these cover most of it.
     near = near[np.argsort(away, kind="stable")][:_MOST_CUTS]
-    # Most places that are not cleared show it at their edge.
+    # Most uncovered positions are detected at their edge.
     edge: NDArray[Any] = np.asarray(shapely.points(shapely.get_coordinates(left)[:: _SEGMENTS // 4]))
     if not (shapely.distance(edge[:, None], tree.geometries[near]) <= width[near]).any(axis=1).all():
         return False
@@ -169,10 +169,10 @@ def _covered(
 
 
 def _cuts(path: Toolpath) -> _Cuts:
-    """Return the cuts of a path; the ends of a slanting one are places with a height of their own.
+    """Return the cuts of a path; the ends of a slanting cut are points with their own heights.
 
-    Where a cut begins at an unknown place, its end alone counts. What the tool sweeps beside a path that the controller
-    compensates (G41, G42) is unknown.
+    If the start of a cut is unknown, only its end counts. The swept area beside a path that the controller compensates
+    (G41, G42) is unknown.
     """
     moves = straight_moves(path, 0.25 * _GRAZE, np.inf)
     aside = path.latest(Kind.RADIUS, path.ref, 40)[moves.row] != 40
@@ -196,13 +196,13 @@ def _tools(
     stages: _Stages,
     down: NDArray[np.int64],
 ) -> dict[int, Tool]:
-    """Return the tools that the comments describe, by stage, of rapids `down` and of the cuts to compare with them."""
+    """Return the tools described by comments, by stage, for the rapids `down` and the cuts to compare with them."""
     stops = stages.setup[:, 2]
     fed = np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW))
     used = np.union1d(fed[np.isin(stops[fed], stops[down])], down)
     numbers, first = np.unique(stages.stage[used], return_index=True)
     blocks = np.searchsorted(program.first, rows, side="right") - 1
-    # A comment before the last cut of an earlier stage describes the tool of that.
+    # A comment before the last cut of an earlier stage describes that stage's tool.
     earlier = np.searchsorted(stages.stage[fed], numbers) - 1
     since = np.where(earlier >= 0, program.text_line[blocks[fed[earlier]]], 0)
     found = {}

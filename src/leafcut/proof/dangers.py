@@ -1,4 +1,4 @@
-"""What is dangerous in a program that somebody else wrote: one line for each kind, how often, and where first."""
+"""Dangers in a program of unknown origin: one issue per kind, with the number and the first place."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ from leafcut.proof.difference import place
 from leafcut.proof.envelope import check_envelope
 from leafcut.units import fixed
 
-#: Room for the rounding of written heights, mm.
+#: Tolerance for rounded heights, mm.
 _ROOM = 0.002
-#: Chords of arcs lie off them by this at most, mm.
+#: Maximum chord error of arcs, mm.
 _STRAYS = 0.01
-#: S0, as it is written.
+#: S0 as written in a program.
 _NO_SPEED = re.compile(r"S\s*0+(?:\.0*)?(?![\d.])", re.IGNORECASE)
-#: A comment, and a height that a word of the origin states; G52 Z0 only ends what was before it.
+#: A comment, and an explicit height in a word of the origin; G52 Z0 only cancels an earlier shift.
 _COMMENT = re.compile(r"\([^)]*\)|;.*")
 _Z_SHIFT = re.compile(r"Z\s*[-+#\[.\d]", re.IGNORECASE)
 _NO_SHIFT = re.compile(r"G\s*52\b.*Z\s*[-+]?(?:0+\.?0*|\.0+)(?![\d.])", re.IGNORECASE)
-#: By what is wrong: the code, how much it matters, and what it is, of one and of several.
+#: Code, severity, singular and plural by kind of danger.
 _KINDS = {
     "rapid below clearance": ("L801", Severity.DANGER, "rapid below Z0.05", "rapids below Z0.05"),
     "rapid into the part": ("L802", Severity.DANGER, "rapid down into the part", "rapids down into the part"),
@@ -56,19 +56,19 @@ def find_dangers(
     heights: bool = True,
     simulated: Mapping[str, Mask] = MappingProxyType({}),
 ) -> list[Issue]:
-    """Return what is dangerous in a program, and what its machine cannot do; the worst first, one issue for each kind.
+    """Return the dangers of a program and the limits of the machine that it exceeds: worst first, one issue per kind.
 
-    A rapid is taken for one through material where it is below Z0.05, or goes down below Z0 at a place that earlier
-    cuts have not cleared as deep and as wide as its tool.
+    A rapid counts as unsafe if it is below Z0.05, or descends below Z0 where earlier cuts have not cleared its tool's
+    depth and width.
 
     Parameters
     ----------
     process
-        ``drill``, ``mill``, ``laser`` or ``plasma``. A laser's heights and rapids harm nothing.
+        ``drill``, ``mill``, ``laser`` or ``plasma``. Heights and rapids of a laser are harmless.
     heights
-        False: its controller moves Z.
+        False: the controller moves Z.
     simulated
-        By code: the rows of the path, bool[n], whose rapids a simulation of the stock has checked instead.
+        By code: the rows of the path, bool[n], whose rapids were checked by a simulation of the stock instead.
     """
     source = replace(program.path, line=np.arange(len(program.path), dtype=np.int32))
     path = expand(source)
@@ -101,14 +101,14 @@ def find_dangers(
     return sorted(found, key=lambda issue: (RANK[issue.severity], issue.code))
 
 
-#: The order in which issues are told.
+#: Sort order of severities.
 RANK = {Severity.DANGER: 0, Severity.WARNING: 1, Severity.NOTE: 2}
 
 
 def _cleared(
     program: Program, rows: NDArray[np.int32], path: Toolpath, before: NDArray[np.float64], mask: Mask
 ) -> tuple[Mask, Mask]:
-    """Return which rapids straight down end where earlier cuts removed the material, and which are unchecked."""
+    """Return which straight-down rapids end where earlier cuts removed the material, and which are unchecked."""
     cleared, unchecked = np.zeros((2, len(path)), dtype=bool)
     straight = mask & (path.kind == Kind.RAPID) & np.isclose(path.end[:, :2], before[:, :2]).all(axis=1)
     down = np.flatnonzero(straight)
@@ -129,9 +129,9 @@ def _not_compared(path: Toolpath, mask: Mask) -> Issue:
 
 
 def _turning(program: Program, rows: NDArray[np.int32], unknown: bool) -> Mask:
-    """Return in which rows the spindle turns, or the torch burns; `unknown` where only the machine knows.
+    """Return the rows in which the spindle turns, or the torch burns; `unknown` is the value if only the machine knows.
 
-    A change of tool stops it. M3 without an S turns it as fast as it is set; S0 is no speed.
+    A tool change stops the spindle. M3 without an S starts it at the set speed; S0 is no speed.
     """
     kinds = program.path.kind
     block = np.searchsorted(program.first, np.arange(len(kinds)), side="right") - 1
@@ -163,7 +163,7 @@ def _by_hand(issue: Issue) -> Issue:
 
 
 def _surface_unknown(path: Toolpath) -> Iterator[Issue]:
-    """Report that no cut goes below Z0: the surface of the stock is unknown (L814)."""
+    """Report that no cut goes below Z0, so that the surface of the stock is unknown (L814)."""
     cuts = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW) & np.isfinite(path.end[:, 2])
     if not cuts.any() or path.end[cuts, 2].min() < -_ROOM:
         return
@@ -179,9 +179,9 @@ def _surface_unknown(path: Toolpath) -> Iterator[Issue]:
 
 
 def _zero_lowered(program: Program) -> Iterator[Issue]:
-    """Report a Z0 that the program moves down, or by an unknown height, where the height of the tool was known (L816).
+    """Report a Z0 that is moved down, or by an unknown height, while the tool height is known (L816).
 
-    Rapids behind it are compared with the new Z0. What a probe found is no known height; nor is a Z0 that moves up
+    Later rapids are compared with the new Z0. A probed height does not count as known, and a Z0 moved up is not
     dangerous.
     """
     path = program.path
@@ -201,9 +201,9 @@ def _zero_lowered(program: Program) -> Iterator[Issue]:
 
 
 def _not_followed(program: Program) -> Iterator[Issue]:
-    """Yield that the tool moves where it is not known to: neither counted as time and length nor looked at.
+    """Report moves to unknown positions, which are neither timed nor checked.
 
-    Probes are left out: what they find is never known.
+    Probes are left out, because their contact points are never known.
     """
     path = program.path
     lost = (path.kind == Kind.FOREIGN) & (path.ref != STILL) & (path.value == 0.0) & np.isnan(path.end).any(axis=1)
@@ -218,7 +218,7 @@ def _not_followed(program: Program) -> Iterator[Issue]:
 
 
 def _of_machine(path: Toolpath, machine: Machine) -> Iterator[Issue]:
-    """Yield what the machine cannot do, one issue for each kind of it."""
+    """Report exceeded limits of the machine, one issue per kind."""
     numbers: dict[str, int] = {}
     differences = check_envelope(path, machine)
     for difference in differences:

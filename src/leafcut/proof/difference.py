@@ -1,4 +1,4 @@
-"""Differences and places in a person's words, and no more differences than a person reads."""
+"""Differences and positions in words, limited to a readable number."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Motion
 from leafcut.units import fixed
 
-#: A person reads a few; a program that is wrong everywhere must not make a list of a million.
+#: Maximum number of listed differences; a program that is wrong everywhere has a million.
 MOST_LISTED = 50
 
 
 def shorten(differences: list[Difference], found: int | None = None) -> list[Difference]:
-    """Return at most `MOST_LISTED` differences, and one more that says how many there are of `found` in all."""
+    """Return at most `MOST_LISTED` differences, and a last one with the number of the rest of `found`."""
     total = len(differences) if found is None else found
     if total <= MOST_LISTED:
         return differences
@@ -22,7 +22,7 @@ def shorten(differences: list[Difference], found: int | None = None) -> list[Dif
 
 
 def place(x: float, y: float, z: float | None = None) -> str:
-    """Return a place for people: ``X10.000 Y20.000``, ``X10.000 and an unknown Y``, ``an unknown position``."""
+    """Return a position in words: ``X10.000 Y20.000``, ``X10.000 and an unknown Y``, ``an unknown position``."""
     axes = [(axis, value) for axis, value in zip("XYZ", (x, y, z), strict=True) if value is not None]
     known = " ".join(f"{axis}{fixed(value, 3)}" for axis, value in axes if not math.isnan(value))
     unknown = " and ".join(axis for axis, value in axes if math.isnan(value))
@@ -32,7 +32,7 @@ def place(x: float, y: float, z: float | None = None) -> str:
 
 
 def describe(motion: Motion) -> str:
-    """Return what a row does, for people: ``rapid to X1.000 Y2.000 Z3.000``."""
+    """Return a row in words: ``rapid to X1.000 Y2.000 Z3.000``."""
     if motion.kind is Kind.MACHINE:
         axes = " ".join(f"{axis}{fixed(v, 3)}" for axis, v in zip("XYZ", motion.end, strict=True) if not math.isnan(v))
         return f"{_WORDS[motion.kind]} to {axes or place(*motion.end)}"

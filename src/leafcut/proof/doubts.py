@@ -1,4 +1,4 @@
-"""Words of a program that its controller obeys, or does not know, and that are probably a mistake."""
+"""Words of a program that its controller executes, or does not know, and that are probably a mistake."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import BEAMS
 from leafcut.model.toolpath import Kind, Toolpath
 
-#: A dwell of more is probably given in the unit of another controller, s.
+#: Longest plausible dwell, s; a longer one is probably in the unit of another controller.
 _LONG = 60.0
 #: Units of dwells in words, by the unit of the dialect.
 _UNITS = {"s": "seconds", "ms": "milliseconds", "cs": "hundredths of a second"}
 _REMARK = re.compile(r"\([^()]*\)|;.*")
 _CHANGE = re.compile(r"M0*6(?![0-9])", re.IGNORECASE)
-#: Heights that differ by less are the same, mm.
+#: Tolerance for equal heights, mm.
 _SAME = 1e-6
 _TAPS = ("G84", "G74")
 
 
 def find_doubts(program: Program, words: Dialect, process: str) -> list[Issue]:
-    """Return probable mistakes: a spindle backwards or without time to start, long dwells, M6 where it is no word."""
+    """Return probable mistakes: a reversed spindle or one without time to start, long dwells, unsupported M6."""
     if words.language != "g-code":
         return []
     spindle = [] if process in BEAMS else [*_backwards(program), *_restarts(program)]
@@ -41,7 +41,7 @@ def find_doubts(program: Program, words: Dialect, process: str) -> list[Issue]:
 
 
 def _backwards(program: Program) -> Iterator[Issue]:
-    """Yield that a tool cuts with M4. The way up out of a tapped hole is none of these cuts, nor is a tapping cycle."""
+    """Report that a tool cuts with M4, except retracts from tapped holes and tapping cycles."""
     path, turns, cuts = program.path, program.spindle_directions, _cuts(program.path)
     drills = np.flatnonzero(path.kind == Kind.DRILL)
     cuts[drills] = [path.cycles[k].name not in _TAPS for k in path.ref[drills].tolist()]
@@ -52,7 +52,7 @@ def _backwards(program: Program) -> Iterator[Issue]:
 
 
 def _cuts(path: Toolpath) -> Mask:
-    """Return which rows cut: feeds across or down, arcs, cycles."""
+    """Return the rows that cut: feeds sideways or down, arcs, cycles."""
     with np.errstate(invalid="ignore"):
         across = (np.abs(path.end[:, :2] - path.before[:, :2]) > _SAME).any(axis=1)
         down = path.end[:, 2] < path.before[:, 2] - _SAME
@@ -63,9 +63,9 @@ def _cuts(path: Toolpath) -> Mask:
 
 
 def _restarts(program: Program) -> Iterator[Issue]:
-    """Yield that the spindle stops and starts between cuts of one tool, and the next cut follows without a dwell.
+    """Report that the spindle stops and restarts between cuts of one tool, and the next cut follows without a dwell.
 
-    After a tool change the spindle starts in every program; the first start is the operator's to watch.
+    Every program starts the spindle after a tool change, and the operator watches the first start.
     """
     path, on = program.path, program.spindle_directions != 0
     cuts = np.flatnonzero(_cuts(path) & on)
@@ -88,7 +88,7 @@ def _restarts(program: Program) -> Iterator[Issue]:
 
 
 def _long_dwells(program: Program, words: Dialect) -> Iterator[Issue]:
-    """Yield that dwells take more than a minute each: of blocks, and of cycles."""
+    """Report dwells of more than a minute each, in blocks and in cycles."""
     path = program.path
     seconds = np.where(path.kind == Kind.DWELL, path.value, 0.0)
     drills = np.flatnonzero(path.kind == Kind.DRILL)
@@ -105,7 +105,7 @@ def _long_dwells(program: Program, words: Dialect) -> Iterator[Issue]:
 
 
 def _unknown_changes(program: Program, words: Dialect) -> Iterator[Issue]:
-    """Yield that the controller does not know M6."""
+    """Report that the controller does not support M6."""
     if 6 in words.m_codes:
         return
     for line in np.unique(program.path.line[program.path.kind == Kind.TOOL]).tolist():
@@ -119,7 +119,7 @@ def _unknown_changes(program: Program, words: Dialect) -> Iterator[Issue]:
 
 
 def _board_commands(program: Program, words: Dialect) -> Iterator[Issue]:
-    """Yield that the program has a command of GRBL, such as ``$H``, and the controller is another one."""
+    """Report a command of GRBL, such as ``$H``, for another controller."""
     if words.family.startswith("grbl"):
         return
     for number, line in enumerate(program.lines, 1):

@@ -1,4 +1,4 @@
-"""The machine can make it: every place within its travel, every feed and speed within its range."""
+"""Check the limits of the machine: positions within the travel, feeds and speeds within range."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from leafcut.model.machine import Machine
 from leafcut.model.toolpath import MOTIONS, Kind, Toolpath, arc_extremes
 from leafcut.proof.difference import shorten
 
-#: Room for the rounding of written coordinates, mm.
+#: Tolerance for rounded coordinates, mm.
 _ROOM = 0.001
 
 
 def check_envelope(path: Toolpath, machine: Machine, margin: float = 0.0) -> list[Difference]:
-    """Return what `machine` cannot do; nothing when it can do all. One difference for each limit, at the first place.
+    """Return the exceeded limits of `machine`, one difference per limit, at the first position.
 
-    Where the machine's `work_offset` is known, every place in the program, bottoms of holes and bulges of arcs
-    included, must lie inside the travel, `margin` mm away from its ends. Where it is not, all that can be checked is
-    that the job is not larger than the travel. Heights are those of the tool's tip: its length is not known here.
+    If the machine's `work_offset` is known, every position in the program, including hole bottoms and arc bulges, must
+    lie inside the travel, `margin` mm from its ends. Otherwise only the size of the job is compared with the travel.
+    Heights are those of the tool tip, because the tool length is unknown here.
     """
     return shorten([*_places(path, machine, margin), *_feeds(path, machine), *_speeds(path, machine)])
 
 
 def _reached(path: Toolpath) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return every place reached in program coordinates, float64[m, 3], and the row that reaches it, int64[m]."""
+    """Return every position reached in program coordinates, float64[m, 3], and its row, int64[m]."""
     moving = np.flatnonzero(np.isin(path.kind, [int(k) for k in MOTIONS]))
     drills = np.flatnonzero(path.kind == Kind.DRILL)
     places, rows = [path.end[moving]], [moving]
@@ -47,7 +47,7 @@ def _reached(path: Toolpath) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
 def _known_extremes(path: Toolpath, row: int) -> list[tuple[float, float, float]]:
     try:
         return arc_extremes(path, row)
-    except ValueError:  # the arc begins at a place that is not known; the interpreter has said so
+    except ValueError:  # the start of the arc is unknown; the interpreter has reported it
         return []
 
 
@@ -97,7 +97,7 @@ def _feeds(path: Toolpath, machine: Machine) -> list[Difference]:
     feeding = np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.DRILL))
     values = path.value[feeding]
     wrong = []
-    # Feed words are rounded: a feed at the limit may be written a little above it.
+    # Feed words are rounded: a feed at the limit may be written slightly above it.
     for what, out, limit in (
         ("feed too high", values > machine.max_feed * 1.005, f"the machine allows at most {machine.max_feed * 60:.6g}"),
         ("no feed", ~(values > 0), "it must be above 0"),
@@ -112,7 +112,7 @@ def _feeds(path: Toolpath, machine: Machine) -> list[Difference]:
 
 
 def _speeds(path: Toolpath, machine: Machine) -> list[Difference]:
-    # S of a torch or a jet is no speed.
+    # For a torch or a jet, S is not a speed.
     if machine.head not in (Head.SPINDLE, Head.LASER):
         return []
     low, high = machine.spindle_min_rpm, machine.spindle_max_rpm

@@ -1,6 +1,6 @@
-"""Nothing meets what stands on the table: every motion against every named obstacle, with shapes of GEOS.
+"""Check every motion against every named obstacle on the table, with shapes of GEOS.
 
-It shares no geometry with what plans ways round or over them (`leafcut.geometry.zones`).
+It shares no geometry with the code that plans moves around or over them (`leafcut.geometry.zones`).
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, plane_axes
 from leafcut.proof.clearance import at_machine_height
 from leafcut.proof.difference import place, shorten
 
-#: Room for the rounding of written places and heights, mm (0.0001 inch is 0.00254 mm).
+#: Tolerance for rounded positions and heights, mm (0.0001 inch is 0.00254 mm).
 _ROOM = 0.003
-#: An arc is looked at in steps of so much, rad: its chords leave it by less than a ten-thousandth of its radius.
+#: Step of arcs, rad; the chord error is less than a ten-thousandth of the radius.
 _STEP = math.radians(1.5)
 
 
@@ -36,27 +36,26 @@ def check_obstacles(
     safe_z: float = 0.0,
     dogleg: bool = False,
 ) -> list[Difference]:
-    """Return every motion that comes nearer to an obstacle than its tool is wide; nothing when none does.
+    """Return every motion that comes closer to an obstacle than its tool radius; empty if there are none.
 
-    So does every motion on which what is above the flutes of the tool comes into an obstacle, below its height.
+    This includes motions in which a part of the tool above the flutes meets an obstacle below its height.
 
     Parameters
     ----------
     path
-        What a program does; drilling cycles are taken as the moves that they make.
+        The motion of a program; drilling cycles are checked as the moves that they make.
     zones
         float64[k, 4]: x0, y0, x1, y1, mm.
     height
-        At this height or above all may cross, mm, one for all zones or float64[k]; infinite: nothing may anywhere. From
-        a place that is not known a rapid may cross everything; so may what is not understood, or goes to a place of the
-        machine.
+        Minimum crossing height, mm, one for all zones or float64[k]; infinite: no crossing. A rapid from an unknown
+        position may cross everything; so may a block that is not understood, or a move in machine coordinates.
     tool_radii
-        By number, mm; 0 where it is not given. Arcs are arcs; with `dogleg` a rapid is all of the rectangle between its
-        ends.
+        By tool number, mm; 0 if missing. Arcs are checked as arcs; with `dogleg` a rapid covers the whole rectangle
+        between its ends.
     bodies
-        By number what is above the flutes of a tool and wider than it: how far above the tip, and the radius, mm.
+        By tool number, the parts above the flutes that are wider than the tool: height above the tip, and radius, mm.
     safe_z
-        After a move to this height of the machine or above, a tool whose height is not known is up.
+        A tool of unknown height counts as up after a move to this machine height or above.
     """
     sides = np.asarray(zones, dtype=np.float64).reshape(-1, 4).tolist()
     boxes = [shapely.box(left, low, right, high) for left, low, right, high in sides]
@@ -97,7 +96,7 @@ def check_obstacles(
 
 
 def _ways_unknown(path: Toolpath, before: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return where the tool goes sideways and nobody knows on what way, or whither."""
+    """Return the rows in which the tool moves sideways on an unknown path or to an unknown position."""
     end, here = path.end[:, :2], before[:, :2]
     moves = (path.kind >= Kind.RAPID) & (path.kind <= Kind.ARC_CCW)
     sideways = ((end != here) & ~(np.isnan(end) & np.isnan(here))).any(axis=1)
@@ -108,7 +107,7 @@ def _ways_unknown(path: Toolpath, before: NDArray[np.float64]) -> NDArray[np.boo
 
 
 def _shapes(path: Toolpath, before: NDArray[np.float64], rows: NDArray[np.intp], dogleg: bool) -> NDArray[Any]:
-    """Return what each motion goes over, seen from above; from a place that is not known, its end alone."""
+    """Return the area that each motion covers, seen from above; from an unknown position, only its end."""
     end = path.end[rows, :2]
     begin = np.where(np.isnan(before[rows, :2]).any(axis=1, keepdims=True), end, before[rows, :2])
     shapes: NDArray[Any] = np.asarray(shapely.linestrings(np.stack([begin, end], axis=1)))
@@ -124,7 +123,7 @@ def _shapes(path: Toolpath, before: NDArray[np.float64], rows: NDArray[np.intp],
 
 
 def _along_arc(path: Toolpath, before: NDArray[np.float64], row: int) -> NDArray[np.float64]:
-    """Return places along an arc in x and y, float64[n, 2]."""
+    """Return points along an arc in x and y, float64[n, 2]."""
     radius, start, sweep = arc_sweep(path, row)
     arc = path.arcs[int(path.ref[row])]
     first, second, normal = plane_axes(arc.plane)

@@ -1,4 +1,4 @@
-"""The whole proof of a program, before anybody sees it."""
+"""The complete proof of a program before it is released."""
 
 from __future__ import annotations
 
@@ -29,21 +29,21 @@ _COMMENT = re.compile(r"\([^()]*\)|;.*")
 
 
 def read_back(text: str, dialect: Dialect, material_feeds: Mapping[int, float] | None = None) -> Toolpath:
-    """Return what a program does, interpreted as the controller would, whatever modes another program left active.
+    """Return the motion of a program, interpreted as the controller does, whatever modes another program left active.
 
     `material_feeds` are feeds of the controller's table of materials, mm/s, by number (`gcode.interpreter`).
 
     Raises
     ------
     ReadError
-        The text is no program that the controller takes, or a comment in it is one that a controller acts on.
+        The text is not a valid program for the controller, or contains a comment that a controller acts on.
     """
     _refuse_obeyed_comments(text)
     return interpret(text, dialect, left_over=True, material_feeds=material_feeds)
 
 
 def _refuse_obeyed_comments(text: str) -> None:
-    """Refuse comments that stop, run or show something: leafcut writes none, but a name in a header may be one."""
+    """Refuse comments that stop, run or display something: leafcut writes none, but a name in the header may match."""
     for number, line in lines(text):
         if "(" not in line and ";" not in line:
             continue
@@ -56,7 +56,7 @@ def _refuse_obeyed_comments(text: str) -> None:
 
 
 def rounding_of(dialect: Dialect, units: str) -> float:
-    """Return how far a place of a program in `units`, mm or inch, may be from the exact one, mm."""
+    """Return the maximum rounding error of a position in a program in `units`, mm or inch, in mm."""
     half = 0.5 * 10.0**-dialect.decimals_mm
     if units == "inch":
         half = 0.5 * MM_PER_INCH * 10.0**-dialect.decimals_inch
@@ -79,15 +79,17 @@ def check_program(
     surface: NDArray[np.float64] | None = None,
     surface_z: float = 0.0,
 ) -> list[Difference]:
-    """Return all that is wrong with a program that was `read_back`; an empty list is the proof.
+    """Return all errors of a program that was `read_back`; an empty list is the proof.
 
-    It must be the planned toolpath, with the cycles that the controller lacks written out, inside the machine's travel,
+    It must match the planned toolpath, with cycles expanded that the controller lacks, inside the machine's travel,
     above the work and over the keep-out zones, each at its `zone_height` (mm, one for all or float64[k]) or higher.
-    `units` are those of the program, mm or inch: places may differ by half of the last decimal. Of a program that is
-    `milled` the rapids down below the surface are left to `processes.pocket.proof.pocket`. `tops` has the places and
-    the heights of holes that begin at different ones, float64[n, 3]. `surface` has the triangles of what is not flat,
-    float64[n, 3, 3]: every rapid must be clear of them, and of every move what is above the flutes of its tool,
-    `bodies` (`check_surface`), which stay out of the zones, too. `surface_z` is the height of one that is, mm.
+    `units` are those of the program, mm or inch: positions may differ by half of the last decimal.
+
+    For a `milled` program, `processes.pocket.proof.pocket` checks the rapids below the surface. `tops` has the
+    positions and heights of holes that start at different heights, float64[n, 3]. `surface` has the triangles of an
+    uneven surface, float64[n, 3, 3]: every rapid, and for every move the parts of the tool above the flutes (`bodies`),
+    must be clear of them (`check_surface`). `bodies` must also stay out of the zones. `surface_z` is the height of a
+    flat surface, mm.
     """
     differences = compare_motion(
         expand(planned, keep=dialect.cycles),
@@ -121,10 +123,10 @@ def _check_surface(
     tool_radii: Mapping[int, float],
     bodies: Mapping[int, Sequence[tuple[float, float]]],
 ) -> list[Difference]:
-    """Return every motion that meets what is not flat, if anything is."""
+    """Return every motion that meets an uneven surface, if there is one."""
     if surface is None:
         return []
-    from leafcut.proof.surface import check_surface  # start-up: it takes GEOS, and most plates are flat
+    from leafcut.proof.surface import check_surface  # start-up time: needs GEOS, and most plates are flat
 
     return check_surface(written, surface, tool_radii, bodies, dogleg=machine.rapid_style == "dogleg")
 
@@ -137,10 +139,10 @@ def _check_obstacles(
     tool_radii: Mapping[int, float],
     bodies: Mapping[int, Sequence[tuple[float, float]]],
 ) -> list[Difference]:
-    """Return every motion that comes too near to what stands on the table, if anything does."""
+    """Return every motion that comes too close to an obstacle, if there are any."""
     if zones is None or not zones.size:
         return []
-    from leafcut.proof.obstacles import check_obstacles  # start-up: it takes GEOS, and most tables are empty
+    from leafcut.proof.obstacles import check_obstacles  # start-up time: needs GEOS, and most tables are empty
 
     return check_obstacles(
         written,

@@ -1,4 +1,4 @@
-"""Read-back: the text that was written, interpreted again, is the toolpath that was planned, row by row."""
+"""Compare the program, interpreted again, with the planned toolpath, row by row."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from leafcut.model.difference import Difference
 from leafcut.model.toolpath import DrillCycle, Kind, Toolpath, plane_axes
 from leafcut.proof.difference import describe, shorten
 
-#: Part by which a feed may differ: no controller keeps it better, and no part shows it.
+#: Relative tolerance of feeds: no controller keeps a feed more precisely, and no part shows it.
 FEED_PART = 0.005
-#: Feed words have few decimals: half of 1 mm/min, the coarsest that is written, in mm/s.
+#: Absolute tolerance of feeds, mm/s: half of 1 mm/min, the coarsest written.
 FEED_ROUNDING = 0.5 / 60.0 + 1e-6
-#: Dwells are written to a thousandth of a second, speeds to whole revolutions.
+#: Tolerances: dwells are written to a thousandth of a second, speeds to whole revolutions.
 DWELL_ROUNDING = 0.001
 SPEED_ROUNDING = 0.5 + 1e-6
 
@@ -35,20 +35,20 @@ def compare_motion(
     offsets: bool = False,
     feed_rounding: float = FEED_ROUNDING,
 ) -> list[Difference]:
-    """Return where the program read back is not the plan: the same rows in the same order.
+    """Return the differences between the program read back and the plan: the same rows in the same order.
 
-    Places within `tolerance_mm` on every axis; feeds within 0.5 % or `feed_rounding` mm/s; dwells, speeds, tools,
-    coolant and pauses as planned. With `cycles` drilling cycles are compared as cycles (name, R plane, bottom, retract,
-    peck, dwell, feed); without, the written program has none and both are compared move by move. Length offsets are no
-    part of a plan; with `offsets` every tool must have its own taken before it works or z moves. Straight moves of no
-    length count for nothing, since a post need not write them.
+    Positions must agree within `tolerance_mm` per axis, feeds within 0.5 % or `feed_rounding` mm/s, and dwells, speeds,
+    tools, coolant and pauses exactly up to rounding. With `cycles`, drilling cycles are compared as cycles (name, R
+    plane, bottom, retract, peck, dwell, feed); without, the written program has none, and both are compared move by
+    move. Length offsets are not part of a plan; with `offsets`, every tool must have its own active before it works or
+    z moves. Straight moves of length 0 are ignored, because a post may omit them.
 
-    An empty list is the proof. At most some fifty differences are listed; the last one says how many more.
+    An empty list is the proof. At most about fifty differences are listed; the last states the number of the rest.
     """
     wrong = _wrong_offsets(written) if offsets else []
     a, b = (_comparable(path if cycles else expand(path)) for path in (planned, written))
     if not np.array_equal(a.kind, b.kind):
-        # Rounding can make a short move vanish; what stays is still compared in full.
+        # Rounding can make a short move vanish; the remaining rows are still compared in full.
         a, b = (_without_tiny_moves(path, 2.0 * tolerance_mm) for path in (a, b))
     if not np.array_equal(a.kind, b.kind):
         return [*wrong, _first_divergence(a, b, tolerance_mm, feed_rounding)]
@@ -59,7 +59,7 @@ def compare_motion(
 
 
 def _comparable(path: Toolpath) -> Toolpath:
-    """Return the rows that can be compared: no offsets, no straight moves that go nowhere, no reset of a dark torch."""
+    """Return the rows to compare: no offsets, no straight moves of length 0, no reset of an unlit torch."""
     before = path.before
     still = ((path.end == before) | (np.isnan(path.end) & np.isnan(before))).all(axis=1)
     nowhere = still & ((path.kind == Kind.RAPID) | (path.kind == Kind.FEED))
@@ -72,7 +72,7 @@ def _comparable(path: Toolpath) -> Toolpath:
 
 
 def _without_tiny_moves(path: Toolpath, length: float) -> Toolpath:
-    """Return the rows without straight moves that stay within `length` of the last one kept."""
+    """Return the rows without straight moves that stay within `length` of the last kept one."""
     keep: list[int] = []
     last = (math.nan, math.nan, math.nan)
     for row, (kind, end) in enumerate(zip(path.kind.tolist(), path.end.tolist(), strict=True)):
@@ -89,7 +89,7 @@ def _without_tiny_moves(path: Toolpath, length: float) -> Toolpath:
 
 
 def _masks(a: Toolpath, b: Toolpath, tolerance: float, feed_rounding: float) -> list[tuple[str, Mask]]:
-    """Return by kind of difference the rows that differ; `a` and `b` have equal kinds."""
+    """Return the differing rows by kind of difference; `a` and `b` have equal kinds."""
     places = ~_close(a.end, b.end, tolerance) & np.isin(a.kind, _PLACED)[:, None]
     feeding = np.isin(a.kind, _FEEDING)
     feed_room = np.maximum(FEED_PART * np.abs(a.value), feed_rounding)
@@ -111,7 +111,7 @@ def _masks(a: Toolpath, b: Toolpath, tolerance: float, feed_rounding: float) -> 
 
 
 def _close(a: NDArray[np.float64], b: NDArray[np.float64], room: float | NDArray[np.float64]) -> Mask:
-    """Return where two values are equal to within `room`, or both not known."""
+    """Return where two values agree within `room`, or are both unknown."""
     near: Mask = (np.abs(a - b) <= room + 1e-9) | (np.isnan(a) & np.isnan(b))
     return near
 
@@ -123,7 +123,7 @@ def _cycle_masks(a: Toolpath, b: Toolpath, tolerance: float) -> Iterator[tuple[s
     numbers: tuple[tuple[str, Callable[[DrillCycle], float], float], ...] = (
         ("R plane", lambda c: c.r_plane, tolerance),
         ("depth", lambda c: c.bottom, tolerance),
-        # A peck as deep as the hole, or deeper, is one stroke.
+        # A peck as deep as the hole, or deeper, is a single stroke.
         ("peck", lambda c: min(c.peck, c.r_plane - c.bottom) if c.name in ("G83", "G73") else 0.0, tolerance),
         ("cycle dwell", lambda c: c.dwell if c.name in ("G82", "G84") else 0.0, DWELL_ROUNDING),
     )
@@ -179,7 +179,7 @@ _SHOWN: dict[str, Callable[[Toolpath, int], str]] = {
 
 
 def _first_divergence(a: Toolpath, b: Toolpath, tolerance: float, feed_rounding: float) -> Difference:
-    """Return the first row at which two toolpaths of different rows part."""
+    """Return the first row at which two toolpaths with different rows diverge."""
     shorter = min(len(a), len(b))
     kinds = np.flatnonzero(a.kind[:shorter] != b.kind[:shorter])
     same = int(kinds[0]) if len(kinds) else shorter
@@ -197,7 +197,7 @@ def _first_divergence(a: Toolpath, b: Toolpath, tolerance: float, feed_rounding:
 
 
 def _wrong_offsets(path: Toolpath) -> list[Difference]:
-    """Return where a tool works, or z moves, with the length offset of another tool or with none."""
+    """Return the rows where a tool works, or z moves, with the length offset of another tool or none."""
     tool, offset = path.tool, path.offset
     before = path.before[:, 2]
     rises = (path.kind == Kind.RAPID) & np.isfinite(path.end[:, 2]) & ~(path.end[:, 2] == before)

@@ -1,6 +1,6 @@
-"""No rapid meets a surface that is not flat: every one of them against the triangles themselves, with shapes of GEOS.
+"""Check every rapid against the triangles of an uneven surface, with shapes of GEOS.
 
-It shares no geometry with what plans how low ways may be (`leafcut.material.surface`, which looks at tiles).
+It shares no geometry with the code that plans travel heights (`leafcut.material.surface`, which uses tiles).
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.proof.clearance import LEAST_CLEARANCE
 from leafcut.proof.difference import place, shorten
 
-#: Room for the rounding of written places and heights, mm (0.0001 inch is 0.00254 mm).
+#: Tolerance for rounded positions and heights, mm (0.0001 inch is 0.00254 mm).
 _ROOM = 0.003
 _MOVES = [int(kind) for kind in (Kind.RAPID, Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)]
-#: So many moves are looked at together: bounds the memory.
+#: Moves per batch; bounds the memory.
 _AT_ONCE = 500
 
 
@@ -33,22 +33,22 @@ def check_surface(
     *,
     dogleg: bool = False,
 ) -> list[Difference]:
-    """Return every rapid that comes into a surface, or nearer above it than `LEAST_CLEARANCE`; nothing when none does.
+    """Return every rapid that enters a surface, or comes closer above it than `LEAST_CLEARANCE`.
 
-    And every move, at feed too, on which what is above the flutes of the tool meets the surface.
+    This includes every move, also at feed, in which a part of the tool above the flutes meets the surface.
 
     Parameters
     ----------
     path
-        What a program does; drilling cycles are taken as the moves that they make. A rapid straight up or down is in
-        the way of nothing but what stands beside the hole, within the tool's radius; up out of a hole it is free, and
-        back down as far as a tool as wide has been there at feed.
+        The motion of a program; drilling cycles are checked as the moves that they make. A vertical rapid is only
+        checked against the surroundings of the hole within the tool's radius. It is free upwards, and downwards as far
+        as a tool at least as wide has been there at feed.
     triangles
         float64[n, 3, 3], mm.
     tool_radii
-        By number, mm.
+        By tool number, mm.
     bodies
-        By number what is above the flutes of a tool and wider than it: how far above the tip, and the radius, mm.
+        By tool number, the parts above the flutes that are wider than the tool: height above the tip, and radius, mm.
     dogleg
         A rapid may go anywhere in the rectangle between its ends.
     """
@@ -81,7 +81,7 @@ def check_surface(
 
 
 def meets_area(triangles: NDArray[np.float64], area: Any, radius: float, height: float) -> bool:
-    """Return whether some of a surface above a height lies within a radius of an area of the plane, mm."""
+    """Return whether a part of a surface above a height lies within a radius of an area of the plane, mm."""
     high = triangles[triangles[:, :, 2].max(axis=1) > height]
     near = high[shapely.dwithin(shapely.convex_hull(shapely.multipoints(high[:, :, :2])), area, radius)]
     return any(
@@ -91,7 +91,7 @@ def meets_area(triangles: NDArray[np.float64], area: Any, radius: float, height:
 
 
 def _back_in_holes(path: Toolpath, down: NDArray[np.bool_], tool_radii: Mapping[int, float]) -> NDArray[np.bool_]:
-    """Return which rapids straight down end no lower than a feed before them at the same place, of a tool as wide."""
+    """Return which straight-down rapids end no lower than an earlier feed of a tool at least as wide there."""
     back = np.zeros(len(path.end), dtype=bool)
     made: dict[tuple[float, float], list[tuple[float, float]]] = {}
     for row in np.flatnonzero(down & np.isin(path.kind, [int(Kind.RAPID), int(Kind.FEED)])).tolist():
@@ -114,14 +114,14 @@ def _rows_meeting(
     path: Toolpath, before: NDArray[np.float64], rows: NDArray[np.int64], triangles: NDArray[np.float64],
     above: float, radius: NDArray[np.float64], dogleg: bool,
 ) -> list[int]:  # fmt: skip
-    """Return which of some moves have something of a surface higher than so far above the tip, within a radius."""
+    """Return the moves with a part of the surface higher than `above` over the tip, within a radius."""
     if not len(rows):
         return []
     lowest = np.minimum(before[rows, 2], path.end[rows, 2]) + above
     high = triangles[triangles[:, :, 2].max(axis=1) > lowest.min()]
     if not len(high):
         return []
-    # Walls stand upright: seen from above they are lines.
+    # Walls are vertical: seen from above they are lines.
     tree = shapely.STRtree(shapely.convex_hull(shapely.multipoints(high[:, :, :2])))
     found: list[int] = []
     for first in range(0, len(rows), _AT_ONCE):
@@ -138,14 +138,14 @@ def _meeting(
     tree: shapely.STRtree, triangles: NDArray[np.float64], begin: NDArray[np.float64], end: NDArray[np.float64],
     height: NDArray[np.float64], radius: NDArray[np.float64], dogleg: bool,
 ) -> NDArray[np.int64]:  # fmt: skip
-    """Return which of some moves have something of a triangle above their height within their radius."""
+    """Return the moves that have part of a triangle above their height within their radius."""
     shapes: Any
     if dogleg:
         low, high = np.minimum(begin, end), np.maximum(begin, end)
         shapes = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
     else:
         shapes = shapely.linestrings(np.stack([begin[:, :2], end[:, :2]], axis=1))
-    # To GEOS a line without length is near to nothing.
+    # GEOS finds nothing near a line of length 0.
     still = (begin[:, :2] == end[:, :2]).all(axis=1)
     shapes[still] = shapely.points(end[still, :2])
     move, which = tree.query(shapes, predicate="dwithin", distance=radius)
@@ -163,7 +163,7 @@ def _meeting(
 
 
 def _above(triangle: NDArray[np.float64], height: float) -> list[tuple[float, float]]:
-    """Return the corners, seen from above, of the part of a triangle that lies at a height or above."""
+    """Return the corners, seen from above, of the part of a triangle at or above a height."""
     found = []
     for k in range(3):
         (x0, y0, z0), (x1, y1, z1) = triangle[k].tolist(), triangle[(k + 1) % 3].tolist()

@@ -103,8 +103,7 @@ def front_svg(found: CuttingData) -> str:
     """Return the fronts of all tools as a stand-alone SVG, two panels for each.
 
     On the left the cost of one part over its time; on the right the spindle speeds and feed rates. The colour is the
-    tool's
-    life, violet for the shortest and teal for the longest.
+    tool's life, violet for the shortest and teal for the longest.
     """
     lives = [point.life for one in found.tools for point in one.points]
     shade = _shade(min(lives), max(lives))

@@ -41,8 +41,7 @@ def place_labels(
     """Return the centre of each number, in user units, or None if every position would cover another number.
 
     `stops` is float64[n, 4]: x, y, the radius to keep clear, and the radius of the hole. A number is placed inside a
-    hole
-    that is large enough.
+    hole that is large enough.
     """
     placed: list[NDArray[np.float64]] = []
     centres: list[tuple[float, float] | None] = []

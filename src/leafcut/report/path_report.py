@@ -152,8 +152,7 @@ class PathReport(Generic[D]):
         """Return the cost of the nearest neighbour order in the solver's unit, or None if it is unknown.
 
         Two orders of the same work differ only by their travel, so the difference of the measures is the difference of
-        the
-        costs. With several operations, the measures do not separate them.
+        the costs. With several operations, the measures do not separate them.
         """
         outcome = self.outcome
         if len(outcome.operations) != 1 or outcome.nearest is None:

@@ -19,8 +19,7 @@ def stock_stl(field: HeightField) -> tuple[bytes, int]:
     """Return a height field as binary STL, mm, and the decimation step.
 
     The vertices are at the cell centres, so that a reader recovers the heights; outer cells are repeated on the sides
-    of
-    the stock. Walls and a floor close the surface; where the stock is cut through, there is a hole. With more than
+    of the stock. Walls and a floor close the surface; where the stock is cut through, there is a hole. With more than
     `MOST_CELLS` cells, only every second, third … is used.
     """
     step = 1

@@ -13,8 +13,7 @@ if TYPE_CHECKING:
 RGB = tuple[int, int, int]
 
 #: From the first move to the last: violet, blue, teal. Distinguishable with any colour vision, because lightness
-#: changes
-#: with hue, and none is close to the orange of cuts. The light ramp keeps a contrast of 3 to white.
+#: changes with hue, and none is close to the orange of cuts. The light ramp keeps a contrast of 3 to white.
 _LIGHT: tuple[RGB, ...] = ((82, 18, 122), (31, 98, 192), (16, 150, 140))
 _DARK: tuple[RGB, ...] = ((176, 120, 235), (106, 165, 255), (120, 235, 210))
 

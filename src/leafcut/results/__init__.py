@@ -1,5 +1,5 @@
-"""The results of the library: those of the model that also describe, show and save themselves.
+"""Results of the library: subclasses of the model's results that can describe, show and save themselves.
 
-The model knows no report and writes no file, so the methods are in these subclasses; `api` returns them. Each has a
-module, so that a job loads its own result only.
+The model has no reports and writes no files, so these methods are here; `api` returns these classes. Each has its own
+module, so that a job loads only its own result.
 """

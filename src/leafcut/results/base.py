@@ -1,4 +1,4 @@
-"""What all results can do: describe, show and save themselves."""
+"""Common methods of all results: describe, show, save."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from leafcut.files.schemas import ANSWER, numbered
 from leafcut.files.whole_files import OutputError, check_output, write_together
 from leafcut.model.issue import Issue, Severity
 
-#: Dangers and missing work that a notebook shows below the picture.
+#: Maximum number of dangers and missing work listed below the picture in a notebook.
 _MOST_ISSUES = 5
 
-#: Ending of a file's name, "" for any other → what the file holds.
+#: File extension ("" for any other) → content of the file.
 Kinds = dict[str, Callable[[], str | bytes]]
 R = TypeVar("R", bound="Result")
 
 
 @dataclass(frozen=True, repr=False, eq=False, kw_only=True)
 class Result:
-    """What all results can do.
+    """Base class of all results.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Result:
         return "".join(letter if letter.isprintable() else "?" for letter in line)
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows: the picture as an image, which runs no script, and the line of `repr`."""
+        """Return the notebook display: the picture as an image, which runs no script, and the line of `repr`."""
         line, svg = escape(repr(self)), self._picture()
         worst = [issue for issue in self._issues() if issue.severity in (Severity.DANGER, Severity.MISSING)]
         lines = [line, *(escape(f"{issue.severity}: {issue}") for issue in worst[:_MOST_ISSUES])]
@@ -53,12 +53,12 @@ class Result:
         return dict(numbered(ANSWER, self._answer()))
 
     def save(self, path: str | Path) -> None:
-        """Write the result to a file. The ending of its name selects the kind; every result has ``.json``.
+        """Write the result to a file. The extension selects the format; every result supports ``.json``.
 
         Raises
         ------
         OptionError
-            The result has no file of this kind.
+            The result has no such format.
         OutputError
             The file cannot be written, or is one of `inputs`.
         """
@@ -84,11 +84,11 @@ class Result:
         yield str(file), content()
 
     def _endings(self) -> Iterable[str]:
-        """Return the endings of names from which `save` selects."""
+        """Return the extensions that `save` supports."""
         return self._kinds()
 
     def _kinds(self) -> Kinds:
-        """Return the files that `save` can write, each from its content alone."""
+        """Return the formats that `save` can write as a single file."""
         pictured: Kinds = {".svg": self._picture} if "_picture" in vars(type(self)) else {}
         return {".json": lambda: json.dumps(self.to_dict(), indent=2, ensure_ascii=False) + "\n", **pictured}
 
@@ -99,7 +99,7 @@ class Result:
         raise NotImplementedError
 
     def _picture(self) -> str:
-        """Return a stand-alone SVG; "" where there is nothing to see."""
+        """Return a stand-alone SVG; "" if there is no picture."""
         return ""
 
     def _issues(self) -> tuple[Issue, ...]:
@@ -108,6 +108,6 @@ class Result:
 
 
 def of_model(kind: type[R], found: Any, inputs: Iterable[object]) -> R:
-    """Return a result of the model as one of the library; `inputs` are the files that were read, or None."""
+    """Return a result of the model as a result of the library; `inputs` are the files that were read, or None."""
     values = {field.name: getattr(found, field.name) for field in fields(found)}
     return kind(**values, inputs=tuple(dict.fromkeys(str(one) for one in inputs if one is not None)))

@@ -15,7 +15,7 @@ from leafcut.results.base import Result
 
 @dataclass(frozen=True, repr=False, eq=False)
 class NestResult(Result, NestOutcome):
-    """Parts on sheets. `save` writes the best nest as ``.dxf``, several sheets numbered, or ``.svg``."""
+    """Parts on sheets. `save` writes the best nest as ``.dxf`` (several sheets numbered), ``.svg`` or ``.json``."""
 
     def _line(self) -> str:
         best = self.nests[0]

@@ -14,7 +14,7 @@ from leafcut.units import format_time
 
 @dataclass(frozen=True, repr=False, eq=False)
 class ProgramResult(Result, Outcome[Any]):
-    """A program, and the work as it was before and is now. `save` writes the program, ``.html`` or ``.svg``."""
+    """A program, with the work before and after. `save` writes the program, ``.html``, ``.svg`` or ``.json``."""
 
     def _line(self) -> str:
         before, after = format_time(self.before.time_s), format_time(self.after.time_s)

@@ -1,4 +1,4 @@
-"""The stock that a program leaves as a result."""
+"""The remaining stock of a program as a result."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _MM3_PER_CM3 = 1000.0
 
 @dataclass(frozen=True, repr=False, eq=False)
 class StockResult(Result, StockCut):
-    """What a program leaves of its stock. `save` writes ``.png``, ``.stl`` or ``.svg``."""
+    """The stock that a program leaves. `save` writes ``.png``, ``.stl``, ``.svg`` or ``.json``."""
 
     def _line(self) -> str:
         dangers = len(self.rapids) + len(self.collisions)

@@ -13,7 +13,7 @@ from leafcut.results.base import Kinds, Result
 
 @dataclass(frozen=True, repr=False, eq=False)
 class TourResult(Result, Solved):
-    """A map and a tour. `save` writes ``.tour`` (TSPLIB), the points of the map as ``.csv``, or ``.svg``."""
+    """A map and a tour. `save` writes ``.tour`` (TSPLIB), the points of the map as ``.csv``, ``.svg`` or ``.json``."""
 
     def _line(self) -> str:
         gap = "" if self.gap is None else f", gap {100.0 * self.gap:.2f} %"

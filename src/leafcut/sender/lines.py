@@ -53,8 +53,7 @@ def spoken(words: Dialect, *texts: str) -> list[str]:
     """Return lines of our own, such as ``G21 G90 F100``, in a controller's dialect, without words that it lacks.
 
     If the controller takes one command per line, ``F100`` alone becomes ``G1 F100``, which moves nothing; any other
-    word
-    without a command is dropped.
+    word without a command is dropped.
     """
     return [line for text in texts for line in _spoken(words, text)]
 

@@ -106,8 +106,7 @@ class Ending:
         Reason of an early end, in words.
     taken, sent, line
         Last accepted line, last sent line, and current line. If not `sure`, the machine did not report its position,
-        and
-        it was in that line or a later one.
+        and it was in that line or a later one.
     hole
         The hole being drilled or the next one; None if there is none.
     state

@@ -1,1 +1,1 @@
-"""The machine's time: of one move, of travel between nodes, of a whole toolpath."""
+"""Machine time: of a move, of travel between nodes, of a whole toolpath."""

@@ -1,4 +1,4 @@
-"""Moves so short that the controller takes several as one (LinuxCNC: the tolerance of G64 Q, or P without it)."""
+"""Moves so short that the controller merges several into one (LinuxCNC: the tolerance of G64 Q, or P without Q)."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from leafcut.timing.turns import Turns
 
 
 class MovingRows(NamedTuple):
-    """The rows of a toolpath that move: row, displacement (float64[m, 3], mm), arc (-1: straight), feed (mm/s) …
+    """The rows of a toolpath that move the tool, in columns.
 
-    … whether at rapid, how it ends, P and Q of G64 (mm), and whether the machine stands still before the next one.
+    Row, displacement (float64[m, 3], mm), arc index (-1: straight), feed (mm/s), rapid, end mode, P and Q of G64 (mm),
+    and whether the machine stops before the next move.
     """
 
     row: NDArray[np.int64]
@@ -27,15 +28,15 @@ class MovingRows(NamedTuple):
     flushed: NDArray[np.bool_]
 
     def take(self, at: NDArray[np.int64]) -> MovingRows:
-        """Return some of them, or some several times."""
+        """Return selected rows, possibly repeated."""
         return MovingRows(*(column[at] for column in self))  # type: ignore[arg-type]  # each column keeps its type
 
 
 def joined_steps(steps: MovingRows, turns: Turns) -> MovingRows:
-    """Return the same moves with straight feed moves joined, and flat arcs as chords, where G64 allows it.
+    """Return the moves with straight feed moves merged, and shallow arcs replaced by chords, as G64 allows.
 
-    Source: LinuxCNC documentation, G64 ("naive CAM detector", for arcs in the XY plane too); one feed for all of a
-    chord.
+    Source: LinuxCNC documentation, G64 ("naive CAM detector", for arcs in the XY plane too). Merged moves have one
+    feed.
     """
     from leafcut.kernels.chords import merge_chords
 
@@ -56,7 +57,7 @@ def joined_steps(steps: MovingRows, turns: Turns) -> MovingRows:
 
 
 def _flat_arcs_as_chords(steps: MovingRows, turns: Turns) -> MovingRows:
-    """Return the steps with arcs of less than a quarter turn, that bulge less than Q, as two chords."""
+    """Return the moves with arcs of less than a quarter turn and a bulge below Q replaced by two chords."""
     arc, turn = steps.arc, turns.turn
     if not len(turns.row):
         return steps

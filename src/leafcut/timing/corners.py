@@ -1,7 +1,7 @@
-"""Where one move meets the next: how fast the machine goes through, and what its controller does to get round.
+"""Junctions of moves: the speed through a corner, and the controller's motion there.
 
-Here are the terms, and the corners of controllers that only slow down for them: ``round``, the junction deviation of
-feed moves under G64; rapids end in position. GRBL's own corners are part of `kernels.grbl_clock`.
+This module has the terms, and the corners of controllers that only slow down for them: ``round``, the junction
+deviation of feed moves under G64; rapids end in position. GRBL's corners are part of `kernels.grbl_clock`.
 """
 
 from __future__ import annotations
@@ -14,23 +14,23 @@ from leafcut.geometry.arrays import Floats, Mask
 from leafcut.model.machine import Machine
 from leafcut.timing.moves import BLEND, Moves
 
-#: Cosine from which on a bend is none, or a reversal. Source: gnea/grbl 1.1, planner.c.
+#: Cosine limit of a straight continuation, or negative: of a reversal. Source: gnea/grbl 1.1, planner.c.
 _STRAIGHT = 0.999999
 
 
 class Corners(NamedTuple):
-    """What happens after every move; the machine is at rest after the last one.
+    """The junction after every move; the machine is at rest after the last move.
 
     speed
-        mm/s at the junction, at most; 0 = at rest. Where an arc rounds the corner the arc's speed is the limit.
+        Maximum junction speed, mm/s; 0 = rest. Where an arc rounds the corner, the arc's speed is the limit.
     arc_length, arc_speed, arc_acceleration
         The arc fitted into the corner, mm, mm/s, mm/s²; length 0: none.
     trim
-        What the arc takes off both its neighbours, mm.
+        Length that the arc removes from both neighbours, mm.
     held_back
-        Part of the acceleration that both neighbours keep for the bend.
+        Share of the acceleration that both neighbours reserve for the bend.
     overlapped
-        The next move begins while this one brakes, and both have half the acceleration for it.
+        The next move starts while this one decelerates, each with half the acceleration.
     """
 
     speed: Floats
@@ -43,13 +43,13 @@ class Corners(NamedTuple):
 
 
 def plain_corners(speed: Floats) -> Corners:
-    """Return corners that are only slowed down for."""
+    """Return corners with a speed limit only."""
     none = np.zeros(len(speed))
     return Corners(speed, none, none, none, none, none, np.zeros(len(speed), dtype=np.bool_))
 
 
 def deviation_corners(before: Moves, after: Moves, machine: Machine) -> Corners:
-    """Return the corners of a controller that goes through them as if on a circle that passes so near.
+    """Return the corners of a controller that uses the junction deviation.
 
     The circle that touches both moves and stays within δ of the corner allows v² = a δ s / (1 - s), where s is the sine
     of half the angle between them.

@@ -1,8 +1,8 @@
-"""A machine fitted to a stop-watch: how its profile has to change so that measured programs take the time they took.
+"""Fit a machine profile to measured times of programs.
 
-Two of the model's numbers are seldom known, and decide most of what is not feed: the accelerations (one factor for all
+Two parameters are seldom known and determine most of the time that is not feed: the accelerations (one factor for all
 axes here) and the corner value (`Machine.corner_deviation`; LinuxCNC's corners have none). Both are positive, so their
-logarithms are sought, by least squares of the weighted differences of seconds, with steps of Levenberg and Marquardt.
+logarithms are fitted, by weighted least squares of the times with the Levenberg–Marquardt method.
 Source: J. J. Moré, "The Levenberg-Marquardt algorithm: implementation and theory" (1978); standard errors from the
 inverse of JᵀJ: G. A. F. Seber and C. J. Wild, "Nonlinear regression" (1989), section 2.1.
 """
@@ -20,26 +20,26 @@ from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Toolpath
 from leafcut.timing.toolpath import corner_style, measure
 
-#: Error of a stopwatch, s, and of the model, as a fraction of the time. Sources: a hand differs from electronic timing
-#: by about 0.2 s (R. K. Hetzler and others, J. Strength Cond. Res. 22, 2008); the model: docs/results/machine_time.md.
+#: Error of a stopwatch, s, and of the model, as a fraction of the time. Sources: manual and electronic timing differ by
+#: about 0.2 s (R. K. Hetzler and others, J. Strength Cond. Res. 22, 2008); the model: docs/results/machine_time.md.
 HAND_S, MODEL_SHARE = 0.3, 0.005
-#: The accelerations may be so many times those of the profile, or that part of them.
+#: Maximum factor, and inverse of the minimum factor, on the accelerations.
 _WIDEST = 20.0
-#: Between which the corner value is sought, mm.
+#: Search range of the corner value, mm.
 _CORNERS = (1e-4, 2.0)
-#: Standard errors of logarithms up to which a number counts as told by the programs: 95 times of 100 the accelerations
-#: are then within a third, and the corner value, of which profiles know the power of ten at best, within a factor of 2.
+#: Maximum standard errors of the logarithms for a determined parameter. At 95 % confidence the accelerations are then
+#: within a third, and the corner value, whose order of magnitude is all that profiles know, within a factor of 2.
 _KNOWN = {"acceleration": 0.15, "corner": 0.35}
-#: Step for derivatives, of logarithms: far above the rounding of the model, far below what changes it.
+#: Step of the logarithms for derivatives: far above the rounding of the model, small against its changes.
 _STEP = 0.01
 _MOST_STEPS, _SMALLEST = 40, 1e-6
-#: Slopes below this, in weighted seconds, are none.
+#: Minimum slope of a parameter with an effect, weighted seconds.
 _NO_EFFECT = 1e-8
 
 
 @dataclass(frozen=True)
 class Measured:
-    """A program as it runs, and the seconds that it took."""
+    """A program as it runs, and its measured time, s."""
 
     name: str
     path: Toolpath
@@ -48,22 +48,22 @@ class Measured:
 
 @dataclass(frozen=True)
 class Fitted:
-    """What was fitted, and what it is worth.
+    """The result of a fit and its quality.
 
     Attributes
     ----------
     machine
-        With the values that were found; the profile's own where the programs do not tell one.
+        With the fitted values; undetermined parameters keep the profile's values.
     before, after
         The model's seconds of each program, float64[n].
     acceleration, corner
-        The factor on the accelerations, and the corner value, mm; None where it was not fitted.
+        Factor on the accelerations, and corner value, mm; None if not fitted.
     error
-        By name (acceleration, corner) the relative standard error of what was sought; inf where it has no effect.
+        Relative standard error by name (acceleration, corner); inf without effect.
     condition
-        Of the weighted Jacobian of both, by singular values; inf where one has no effect, 1 with one number alone.
+        Condition number of the weighted Jacobian; inf if a parameter has no effect, 1 for a single parameter.
     held
-        Why a number was not fitted, in words, by name.
+        Reason why a parameter was not fitted, by name.
     """
 
     machine: Machine
@@ -77,15 +77,15 @@ class Fitted:
 
 
 def model_seconds(programs: Sequence[Measured], machine: Machine) -> Floats:
-    """Return the model's seconds of programs, float64[n], each from X0 Y0 on."""
+    """Return the model's seconds of programs, float64[n], each starting at X0 Y0."""
     return np.array([measure(one.path, machine, start=(0.0, 0.0)).time_s for one in programs])
 
 
 def fit(programs: Sequence[Measured], machine: Machine) -> Fitted:
-    """Return the machine with accelerations and corner value that come nearest to what was measured.
+    """Return the machine with the accelerations and the corner value that best fit the measured times.
 
-    A number that the programs do not tell apart from the other, or that has no effect on them, keeps its value: the
-    corner value first. One program alone, or none that an acceleration makes longer, fits nothing.
+    A parameter that the programs do not determine, or that has no effect, keeps its value; the corner value is dropped
+    first. A single program, or programs whose time does not depend on the acceleration, fit nothing.
     """
     seconds = np.array([one.seconds for one in programs])
     weight = 1.0 / np.hypot(HAND_S, MODEL_SHARE * seconds)
@@ -112,7 +112,7 @@ def fit(programs: Sequence[Measured], machine: Machine) -> Fitted:
             values = dict(zip(sought, np.exp(found).tolist(), strict=True))
             told = (values.get("acceleration"), values.get("corner"))
             return Fitted(changed, before, after, *told, errors, condition, held)
-        gone = max(unknown or beyond)  # the corner value first: it is the one that matters less
+        gone = max(unknown or beyond)  # drop the corner value first, because it matters less
         held[gone] = _why(now[gone], gone)
         sought = [name for name in sought if name != gone]
     return Fitted(machine, before, before, None, None, errors, condition, held)
@@ -129,7 +129,7 @@ def _why(error: float, name: str) -> str:
 
 
 def _start(machine: Machine, sought: Sequence[str]) -> Floats:
-    """Return the logarithms of what the profile has, float64[p]."""
+    """Return the logarithms of the profile's values, float64[p]."""
     values = {"acceleration": 1.0, "corner": machine.corner_deviation}
     return np.log([values[name] for name in sought])
 
@@ -141,7 +141,7 @@ def _ends(sought: Sequence[str]) -> tuple[Floats, Floats]:
 
 
 def _at_end(found: Floats, sought: Sequence[str]) -> list[str]:
-    """Return the numbers that were only stopped by the end of what is sought."""
+    """Return the parameters at the end of their search range."""
     each = zip(sought, found, *_ends(sought), strict=True)
     return [name for name, value, least, most in each if not least + 1e-9 < value < most - 1e-9]
 
@@ -164,7 +164,7 @@ def _residuals(
 def _least_squares(
     programs: Sequence[Measured], machine: Machine, sought: Sequence[str], seconds: Floats, weight: Floats
 ) -> tuple[Floats, Floats]:
-    """Return the logarithms that were found, float64[p], and the weighted Jacobian there, float64[n, p]."""
+    """Return the fitted logarithms, float64[p], and the weighted Jacobian there, float64[n, p]."""
     low, high = _ends(sought)
 
     def off(logs: Floats) -> Floats:
@@ -201,16 +201,15 @@ def _least_squares(
 
 
 def _errors(jacobian: Floats, sought: Sequence[str], residual: Floats) -> tuple[dict[str, float], float]:
-    """Return the standard error of each logarithm, and the condition of the Jacobian with its columns made alike.
+    """Return the standard error of each logarithm, and the condition number of the Jacobian with normalised columns.
 
-    The spread of what was measured is the larger of what a hand and the model allow (1 here, by the weights) and of
-    what is left over.
+    The variance is the larger of the expected one (1, by the weights) and that of the residuals.
     """
     free = len(residual) - len(sought)
     spread = max(1.0, float(residual @ residual) / free if free > 0 else 1.0)
     size = np.sqrt((jacobian * jacobian).sum(axis=0))
     if np.any(size < _NO_EFFECT):
-        # The others are judged without what has no effect.
+        # Judge the other parameters without the one that has no effect.
         alone = np.where(size < _NO_EFFECT, math.inf, math.sqrt(spread) / np.maximum(size, _NO_EFFECT))
         return dict(zip(sought, alone.tolist(), strict=True)), math.inf
     singular = np.linalg.svd(jacobian / size, compute_uv=False)

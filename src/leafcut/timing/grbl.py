@@ -1,7 +1,7 @@
-"""The seconds of moves on GRBL 1.1, whose planner, buffers and serial line are run as the board does it.
+"""Times of moves on GRBL 1.1, by simulating the board's planner, buffers and serial line.
 
-`kernels.grbl_clock` is the board. Here the rows of a toolpath become what it is sent: lines with so many bytes, moves,
-and what it stops for.
+`kernels.grbl_clock` simulates the board. This module converts the rows of a toolpath to its input: lines of bytes,
+moves, and stops.
 """
 
 from __future__ import annotations
@@ -19,27 +19,27 @@ from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.timing.moves import REST, Moves, changes_power
 
-#: Bytes of GRBL's serial line in a second: 115200 baud, ten bits for a byte (BAUD_RATE, the same on every board).
+#: Bytes per second of GRBL's serial line: 115200 baud, ten bits per byte (BAUD_RATE, the same on every board).
 BYTES_PER_SECOND = 11_520
 
-#: A dwell is a whole number of these, s (DWELL_TIME_STEP).
+#: Step of a dwell, s (DWELL_TIME_STEP).
 DWELL_STEP = 0.05
 
-#: GRBL counts the chords of an arc in 16 bits.
+#: Maximum number of chords of an arc: GRBL counts them in 16 bits.
 MOST_CHORDS = 65535
 
 _COMMENT = re.compile(r"\([^)]*\)|;.*|\s+")
 _WORD = re.compile(r"[A-Z]")
 
-#: Rows that GRBL does not stop for, besides those that change nothing.
+#: Rows at which GRBL does not stop, besides those without effect.
 _FLOWING = (Kind.BLENDING, Kind.TORCH, Kind.HEIGHT, Kind.RADIUS)
 
 
 def stops_of(path: Toolpath, machine: Machine) -> Mask:
-    """Return before which rows the machine must stand, bool[n].
+    """Return the rows before which the machine must stop, bool[n].
 
-    M3, M4, M5, M7, M8 and M9 that change something; an S while the spindle turns, but with a beam only where its block
-    has no move; a dwell, a pause, the end, another origin or length; and whatever is not understood.
+    M3, M4, M5, M7, M8 and M9 with an effect; an S while the spindle turns, but for a beam only if its block has no
+    move; a dwell, a pause, the end, a change of origin or length offset; and blocks that are not understood.
     Source: GRBL 1.1h, gcode.c, spindle_control.c, coolant_control.c, system.c.
     """
     kind = path.kind
@@ -59,9 +59,9 @@ def stops_of(path: Toolpath, machine: Machine) -> Mask:
 
 
 class SentLines(NamedTuple):
-    """The lines of a text as they are sent, without blanks and comments: bytes and words of each, int64[n].
+    """The lines of a text as sent, without blanks and comments: bytes and words of each, int64[n].
 
-    Of rows: what the line has that begins with the row, 0 where none does.
+    By row: the values of the line that starts at the row, otherwise 0.
     """
 
     size: NDArray[np.int64]
@@ -69,7 +69,7 @@ class SentLines(NamedTuple):
 
 
 def sent_lines(text: Iterable[str]) -> SentLines:
-    """Return how long the lines of a program are, from line 1 on."""
+    """Return the size of each line of a program, from line 1 on."""
     sent = [_COMMENT.sub("", line).upper() for line in text]
     size = [len(line) + 1 if line else 0 for line in sent]
     words = [len(_WORD.findall(line)) for line in sent]
@@ -77,9 +77,9 @@ def sent_lines(text: Iterable[str]) -> SentLines:
 
 
 def lines_by_row(path: Toolpath, lines: SentLines | None) -> SentLines:
-    """Return the lines that begin with the rows of a path.
+    """Return the lines that start at the rows of a path.
 
-    Without the text each row is taken as a line of its own as our posts write it, with three decimals.
+    Without the text, each row is one line as written by our posts, with three decimals.
     """
     n = len(path)
     if lines is not None and path.line.any():
@@ -106,18 +106,18 @@ def grbl_seconds(
     lines: SentLines | None = None,
     pace: float = 1.0,
 ) -> Floats:
-    """Return the seconds of every move, float64[m], what is lost at a stop before it included, but no wait.
+    """Return the seconds of every move, float64[m], including the loss at a stop before it, but without dwells.
 
     Parameters
     ----------
     path, delta, moves
-        Rows without canned cycles; what every row moves, float64[n, 3], mm; its moves.
+        Rows without canned cycles; displacement of every row, float64[n, 3], mm; the moves.
     waits
-        For how long the machine stands at every row, float64[n], s.
+        Time that the machine stands at every row, float64[n], s.
     lines
-        The lines of the text, where there is one.
+        The lines of the text, if there is one.
     pace
-        What the serial line and the processor take, of what they take: 0 is a controller that no move waits for.
+        Factor on the times of the serial line and the processor; 0 is an infinitely fast controller.
     """
     from leafcut.kernels.grbl_clock import BEGAN, grbl_clock, new_board
 
@@ -148,7 +148,7 @@ def grbl_seconds(
 
 
 def _arcs(moves: Moves, tolerance: float) -> tuple[NDArray[np.int64], Floats, Floats, Floats, Floats]:
-    """Return how arcs are cut into chords: how many, the angle of one, the vectors of the circle, the rise of one."""
+    """Return the chords of arcs: number, angle per chord, vectors of the circle, and rise per chord."""
     turn = moves.turn
     radius, sweep = turn.radius, turn.sweep
     flat = np.sqrt(np.maximum(tolerance * (2.0 * radius - tolerance), 1e-12))

@@ -1,14 +1,14 @@
 """The corners and arcs of LinuxCNC's trajectory planner, version 2.9.
 
 Facts from its documentation (G61, G61.1, G64; [TRAJ]ARC_BLEND_* in the INI reference) and its source (emc/tp/tp.c,
-blendmath.c, tc.c of the 2.9 branch), said as formulas; checked against the simulated machine
+blendmath.c, tc.c of the 2.9 branch), restated as formulas; checked against the simulated machine
 (`python -m benchmarks machine_time`).
 
-A bend of unit vectors u → w asks, in one servo cycle, for the acceleration (w - u) v / cycle. As long as that is no
-more than the kink ratio (0.1) of every axis, the bend counts as tangent: it is passed at full speed, and both moves
-keep as much of their acceleration back for it. A sharper one may be passed at the speed at which this just holds. Under
-G64 a corner may also be rounded by an arc within the tolerance, or the next move begins while this one brakes, each
-with half the acceleration; the fastest of the three is taken. Between rapid and feed the machine stops.
+A bend from unit vector u to w needs, in one servo cycle, the acceleration (w - u) v / cycle. If this is at most the
+kink ratio (0.1) for every axis, the bend is tangent: it is passed at full speed, and both moves reserve that share of
+their acceleration. A sharper bend may be passed at the speed that just satisfies this limit. Under G64, a corner may
+also be rounded by an arc within the tolerance, or the next move starts while this one decelerates, each with half the
+acceleration. The fastest of the three is used. Between rapid and feed the machine stops.
 """
 
 from __future__ import annotations
@@ -25,29 +25,29 @@ from leafcut.timing.moves import BLEND, REST, Moves
 #: [EMCMOT]SERVO_PERIOD, s, as in nearly all configurations.
 CYCLE = 0.001
 
-#: No move is run in less, s: TP_MIN_SEGMENT_CYCLES cycles.
+#: Minimum duration of a move, s: TP_MIN_SEGMENT_CYCLES cycles.
 SHORTEST = 1.02 * CYCLE
 
-#: Moves that the planner looks ahead: [TRAJ]ARC_BLEND_OPTIMIZATION_DEPTH.
+#: Look-ahead depth, moves: [TRAJ]ARC_BLEND_OPTIMIZATION_DEPTH.
 DEPTH = 50
 
-#: A move shorter than this many cycles before a corner's arc becomes part of it: [TRAJ]ARC_BLEND_GAP_CYCLES.
+#: A move shorter than this many cycles before a corner's arc is merged into it: [TRAJ]ARC_BLEND_GAP_CYCLES.
 GAP_CYCLES = 4
 
-#: Of all acceleration on an arc this much may point inwards; along the arc half is left, the squares make 1.
+#: Maximum share of the acceleration normal to an arc, and the tangential share; their squares sum to 1.
 NORMAL, TANGENTIAL = np.sqrt(3.0) / 2.0, 0.5
 
-#: The path may not deviate from a corner by more than this part of the shorter move, whatever G64 says.
+#: Maximum deviation at a corner as a share of the shorter move, whatever G64 allows.
 _DEVIATION_PART = 0.25
 
-#: Cosine of the turn from which on a corner is a reversal: 178 degrees.
+#: Cosine of the turn from which a corner is a reversal: 178 degrees.
 _REVERSAL = np.cos(np.radians(178.0))
 
 _TINY = 1e-6
 
 
 def linuxcnc_corners(before: Moves, after: Moves, machine: Machine) -> Corners:
-    """Return what the planner does between every move of `before` and the one at the same place of `after`."""
+    """Return the corner between every move of `before` and the corresponding move of `after`."""
     bounds = np.asarray(machine.acceleration)
     kink = 1.0 - machine.acceleration_factor
     cosine = (before.end * after.start).sum(axis=1)
@@ -73,7 +73,7 @@ def linuxcnc_corners(before: Moves, after: Moves, machine: Machine) -> Corners:
         arc_acceleration=np.where(with_arc, TANGENTIAL * corner.acceleration, 0.0),
         trim=np.where(with_arc, corner.trim, 0.0),
         held_back=np.where(freed, 0.0, held_back),
-        # The planner halves the acceleration of a move that may be followed, also where none follows it.
+        # The planner halves the acceleration of a move that may be followed, even if none follows.
         overlapped=overlapped | (before.flushed & (before.mode == BLEND)),
     )
 
@@ -87,7 +87,7 @@ class _CornerArc(NamedTuple):
 
 
 def _corner_arc(before: Moves, after: Moves, machine: Machine, cosine: Floats) -> _CornerArc:
-    """Return the arc that would round each corner; speed 0 where none fits."""
+    """Return the blend arc of each corner; speed 0 if none fits."""
     half_angle = 0.5 * np.arccos(np.clip(-cosine, -1.0, 1.0))
     angle, reach = _reach(before, after, half_angle)
     turn = np.pi - 2.0 * angle
@@ -98,7 +98,7 @@ def _corner_arc(before: Moves, after: Moves, machine: Machine, cosine: Floats) -
     reach = np.minimum(reach, np.cos(angle) * tolerance / (1.0 - np.sin(angle)))
     widest = np.tan(angle) * reach
     speed = np.minimum(np.sqrt(NORMAL * acceleration * widest), _goal(before, after, machine, turn))
-    # As wide as it must be for the speed, or as an overlap of both moves would make it.
+    # As wide as the speed requires, or as an overlap of both moves would be.
     half = 0.5 * acceleration
     overlap_s = np.minimum(np.sqrt(2.0 * half * reach), speed) / half
     radius = np.maximum(speed * speed / (NORMAL * acceleration), np.minimum(overlap_s * speed / turn, widest))
@@ -109,10 +109,10 @@ def _corner_arc(before: Moves, after: Moves, machine: Machine, cosine: Floats) -
 
 
 def _reach(before: Moves, after: Moves, half_angle: Floats) -> tuple[Floats, Floats]:
-    """Return half the angle of each corner, and how much of both moves an arc in it may take, mm.
+    """Return half the angle of each corner, and the length of both moves available to a blend arc, mm.
 
-    Of a straight move, half; of an arc at its end two thirds of its sweep, of one at its beginning a third. An arc that
-    turns the same way as the corner is taken as its chord, which narrows the angle.
+    Half of a straight move; two thirds of the sweep of an arc at its end, one third at its start. An arc that turns in
+    the direction of the corner is replaced by its chord, which narrows the angle.
     """
     angle, reach = half_angle, np.full(len(half_angle), np.inf)
     for move, part, inwards in (
@@ -140,7 +140,7 @@ def _coplanar(before: Moves, after: Moves) -> Mask:
 
 
 def _in_plane(before: Moves, after: Moves, bounds: Floats) -> Floats:
-    """Return how long a vector in the plane of each corner may be, so that no axis is ever above its bound."""
+    """Return the maximum length of a vector in the plane of each corner that keeps every axis within its bound."""
     across = np.cross(before.end, after.start)
     size2 = (across * across).sum(axis=1)
     share = np.sqrt(np.maximum(1.0 - across * across / np.where(size2 > 0, size2, 1.0)[:, None], 0.0))
@@ -149,10 +149,10 @@ def _in_plane(before: Moves, after: Moves, bounds: Floats) -> Floats:
 
 
 def _goal(before: Moves, after: Moves, machine: Machine, turn: Floats) -> Floats:
-    """Return the speed that is wanted on a corner's arc, at most what the axes allow all the way round it."""
+    """Return the requested speed on a corner's arc, limited to the speed that the axes allow along the whole arc."""
     wanted = np.maximum(before.velocity, after.velocity)
     allowed = _in_plane(before, after, np.asarray(machine.rapid_velocity))
-    # Between two straight moves velocity goes along a triangle; its height is allowed too.
+    # Between two straight moves, the velocity vector moves along the side of a triangle; its height is allowed too.
     steepest = np.cos(np.minimum(turn, 0.49 * np.pi))
     first = np.minimum(before.limit, after.limit / steepest)
     second = np.minimum(after.limit, before.limit / steepest)
@@ -163,7 +163,7 @@ def _goal(before: Moves, after: Moves, machine: Machine, turn: Floats) -> Floats
 
 
 def _overlap_speed(before: Moves, after: Moves, half_angle: Floats, kink: float) -> Floats:
-    """Return the mean speed at which an overlap of both moves would begin."""
+    """Return the mean speed at which an overlap of both moves would start."""
     half = [m.acceleration * (1.0 - kink) * 0.5 * np.where(m.turn.radius > 0, TANGENTIAL, 1.0) for m in (before, after)]
     first, second = overlap_speeds(before, after, (half[0], half[1]), half_angle, shortened=0.5)
     return (first + second) / 2.0
@@ -172,9 +172,9 @@ def _overlap_speed(before: Moves, after: Moves, half_angle: Floats, kink: float)
 def overlap_speeds(
     before: Moves, after: Moves, half: tuple[Floats, Floats], half_angle: Floats, shortened: float = 1.0
 ) -> tuple[Floats, Floats]:
-    """Return at which speed of the one move, while it brakes, the other may begin, and which speed that may reach.
+    """Return the speeds of two overlapping moves: of the first when the second starts, and the speed that it reaches.
 
-    `half` are the accelerations of both, `shortened` the part of their lengths that is sure to remain.
+    `half` are the accelerations of both, `shortened` the share of their lengths that certainly remains.
     """
     moves = (before, after)
     reached = [np.minimum(np.sqrt(a * shortened * m.length), m.velocity) for m, a in zip(moves, half, strict=True)]
@@ -187,14 +187,15 @@ def overlap_speeds(
 
 
 def round_limits(moves: Moves, acceleration: Floats) -> tuple[Floats, Floats]:
-    """Return the limits of velocity and of acceleration along moves, given what both directions share.
+    """Return the limits of velocity and acceleration along moves that share the acceleration with the normal.
 
-    On an arc that the axes could run so fast that more than `NORMAL` of the acceleration points inwards, that is the
-    limit, and `TANGENTIAL` is left along it, however slow the feed; on a wider one the rest of the circle is left.
+    If the axes could run an arc so fast that its normal share exceeds `NORMAL`, that is the limit, and `TANGENTIAL`
+    remains along it, even at a low feed. On a wider arc, the rest of the circle remains.
     """
     radius = moves.turn.radius
     is_arc = radius > 0
-    # The radius of a helix is taken as r + h²/r with all of its rise h; by geometry it would be the rise per radian.
+    # The planner takes the radius of a helix as r + h²/r with its total rise h; geometry would give the rise per
+    # radian.
     curvature = radius / (radius * radius + moves.turn.rise * moves.turn.rise + ~is_arc)
     inwards = moves.limit * moves.limit * curvature / acceleration
     tight = inwards > NORMAL

@@ -1,11 +1,12 @@
-"""The seconds of moves that run into each other.
+"""Times of moves with look-ahead.
 
-Every corner has a speed at which it may be passed (`timing.corners`). From the last move to the first, a corner is
-passed no faster than the tool can still slow down for what follows, as far ahead as the controller looks; from the
-first to the last, no faster than it can speed up. Between two corners the velocity is a trapezoid.
+Every corner has a maximum speed (`timing.corners`). In the backward pass, each corner is limited to the speed from
+which the tool can still slow down for the following moves within the look-ahead. In the forward pass, it is limited to
+the speed that the tool can reach. Between two corners the velocity is a trapezoid.
 
-Both passes are running minima. With the sums S of 2 a d up to each corner, v² ≤ w² + 2 a d from corner to corner says
-that v² + S at a corner is the least of w² + S ahead, and v² - S the least of w² - S behind.
+Both passes are running minima. With S, the cumulative sum of 2 a d up to each corner, the condition v² ≤ w² + 2 a d
+between corners means: v² + S is the minimum of w² + S over the corners ahead, and v² - S the minimum of w² - S over the
+corners before.
 """
 
 from __future__ import annotations
@@ -30,17 +31,17 @@ from leafcut.timing.linuxcnc import (
 )
 from leafcut.timing.moves import Moves
 
-#: How far a control looks ahead that says nothing about it: so far that it does not matter.
+#: Look-ahead of a controller that does not specify it; large enough to have no effect.
 _FAR = 500
 
-#: Junctions that are worked on at a time, so that what is needed in between stays in the processor's cache.
+#: Junctions per block, so that intermediate arrays stay in the processor's cache.
 _BLOCK = 1 << 13
 
 
 class Pieces(NamedTuple):
-    """Moves and the arcs in corners, in order: mm, mm/s, mm/s².
+    """Moves and corner arcs, in order: mm, mm/s, mm/s².
 
-    `join` is the limit of speed where a piece meets the next one, `move` the number of the move that it counts to.
+    `join` is the speed limit at the end of a piece, `move` the number of the move to which it belongs.
     """
 
     length: Floats
@@ -51,13 +52,13 @@ class Pieces(NamedTuple):
 
 
 def move_seconds(moves: Moves, machine: Machine, style: str) -> Floats:
-    """Return the seconds of every move, float64[m]; an arc in a corner counts to the move before it.
+    """Return the seconds of every move, float64[m]; an arc in a corner belongs to the move before it.
 
-    `style` is the machine's way with corners: linuxcnc or round. GRBL's moves are `timing.grbl`'s.
+    `style` is the corner style: linuxcnc or round. GRBL's moves are timed in `timing.grbl`.
     """
     if not len(moves):
         return np.zeros(0)
-    # A straight move has no radius and a reversal no width: what is divided by such a 0 is put aside afterwards.
+    # A straight move has radius 0 and a reversal has width 0; the quotients are discarded afterwards.
     with np.errstate(divide="ignore", invalid="ignore"):
         return _seconds(moves, machine, style)
 
@@ -73,13 +74,13 @@ def _seconds(moves: Moves, machine: Machine, style: str) -> Floats:
 
 
 def round_speed(moves: Moves, acceleration: Floats) -> Floats:
-    """Return how fast arcs may be run so that no more than the acceleration points inwards, mm/s."""
+    """Return the speed limit of arcs by their normal acceleration, mm/s."""
     radius = moves.turn.radius
     return np.where(radius > 0, np.sqrt(acceleration * radius), np.inf)
 
 
 def _in_blocks(moves: Moves, machine: Machine, style: str) -> Corners:
-    """Return all corners. The last move is followed by itself, which costs nothing since it is flushed."""
+    """Return all corners. The last move is followed by itself, which has no effect because it is flushed."""
     blocks = []
     for first in range(0, len(moves), _BLOCK):
         before, after = moves[first : first + _BLOCK], moves[first + 1 : first + 1 + _BLOCK]
@@ -100,11 +101,11 @@ def _linuxcnc_seconds(moves: Moves, corners: Corners) -> Floats:
     velocity = np.minimum(moves.velocity, limit)
     length = moves.length - corners.trim - np.append(0.0, corners.trim[:-1])
     with_arc = corners.arc_length > 0
-    # What is left of a move before a corner's arc, and too short to be run by itself, is run as part of the arc.
+    # The rest of a move before a corner's arc, if too short to run separately, is merged into the arc.
     gone = with_arc & (length < GAP_CYCLES * CYCLE * corners.arc_speed)
     arc_length = corners.arc_length + np.where(gone, np.maximum(length, 0.0), 0.0)
     m = len(moves)
-    # Whatever is left of a move, and every arc, takes a little more than a cycle.
+    # The rest of a move, and every arc, takes slightly more than a cycle.
     arc_speed = np.minimum(corners.arc_speed, arc_length / SHORTEST)
     velocity = np.where(length > 0.0, np.minimum(velocity, length / SHORTEST), velocity)
     arcs = (arc_length, arc_speed, corners.arc_acceleration, np.full(m, np.inf), np.arange(m))
@@ -112,7 +113,7 @@ def _linuxcnc_seconds(moves: Moves, corners: Corners) -> Floats:
     both = [np.column_stack([piece, arc]).ravel() for piece, arc in zip(pieces, arcs, strict=True)]
     there = np.column_stack([~gone, with_arc]).ravel()
     seconds = travel_seconds(Pieces(*(column[there] for column in both)), DEPTH, m)
-    # The end of a move is seen in the cycle after it: half a cycle late on average.
+    # The end of a move is detected in the following cycle: half a cycle late on average.
     seconds += np.where((corners.speed == 0) & ~follows, 0.5 * CYCLE, 0.0)
     if follows.any():
         seconds -= _overlaps(moves, follows, velocity, acceleration)
@@ -120,7 +121,7 @@ def _linuxcnc_seconds(moves: Moves, corners: Corners) -> Floats:
 
 
 def _overlaps(moves: Moves, follows: NDArray[np.bool_], velocity: Floats, acceleration: Floats) -> Floats:
-    """Return for how many seconds of every move the next one runs too."""
+    """Return the overlap of every move with the next one, s."""
     saved = np.zeros(len(moves))
     at = np.flatnonzero(follows)
     before, after = (replace(moves[rows], velocity=velocity[rows]) for rows in (at, at + 1))
@@ -131,7 +132,7 @@ def _overlaps(moves: Moves, follows: NDArray[np.bool_], velocity: Floats, accele
 
 
 def travel_seconds(pieces: Pieces, depth: int, n_moves: int | None = None) -> Floats:
-    """Return the seconds of every move, whose pieces follow each other with a look-ahead of `depth` pieces."""
+    """Return the seconds of every move from its pieces, with a look-ahead of `depth` pieces."""
     length, velocity, acceleration = np.maximum(pieces.length, 0.0), pieces.velocity, pieces.acceleration
     limit = np.minimum(pieces.join, velocity)
     limit[:-1] = np.minimum(limit[:-1], velocity[1:])
@@ -155,9 +156,9 @@ def travel_seconds(pieces: Pieces, depth: int, n_moves: int | None = None) -> Fl
 
 
 def _least_ahead(value: Floats, depth: int) -> Floats:
-    """Return the least of every value and the `depth` after it.
+    """Return the minimum of every value and the `depth` values after it.
 
-    By blocks of the window's size: a window is the end of one block and the beginning of the next.
+    In blocks of the window's size: a window is the end of one block and the start of the next.
     Source: M. van Herk, Pattern Recognition Letters 13 (1992); J. Gil and M. Werman, IEEE PAMI 15 (1993).
     """
     window = depth + 1

@@ -1,7 +1,7 @@
-"""The moves of a toolpath in columns: how far, which way, how fast; what look-ahead needs to know of each.
+"""The moves of a toolpath in columns: length, direction, speed, and the data needed for look-ahead.
 
-A move is one straight or round piece that takes time. Rows that do not move the tool are not here, but say where a
-move has to end at rest.
+A move is one straight or round segment that takes time. Rows that do not move the tool are omitted, but mark where a
+move must end at rest.
 """
 
 from __future__ import annotations
@@ -18,23 +18,23 @@ from leafcut.model.toolpath import SPEED_ALONE, Kind, Toolpath
 from leafcut.timing.chords import MovingRows, joined_steps
 from leafcut.timing.turns import AXES, SHORTEST, Turn, Turns
 
-#: How the moves of a row end: at rest, at rest but for tangents (G61), or rounded (G64).
+#: End modes of a move: at rest, exact path with tangent transitions (G61), or blended (G64).
 REST, EXACT, BLEND = 0, 1, 2
 
-#: Rows without a move that the machine does not stop for.
+#: Rows without a move at which the machine does not stop.
 _FLOWING = (Kind.BLENDING, Kind.TORCH, Kind.HEIGHT)
 
 
 @dataclass(frozen=True, eq=False)
 class Moves:
-    """Moves in order: mm, mm/s, mm/s²; one entry a move.
+    """Moves in order: mm, mm/s, mm/s²; one entry per move.
 
     Attributes
     ----------
     row
         Row of the toolpath.
     length, velocity, limit, acceleration
-        `velocity` is what is asked for, at most `limit`: what the axes can do along the move.
+        `velocity` is the requested speed, at most `limit`, the speed that the axes allow along the move.
     start, end
         Unit tangents, float64[m, 3].
     turn
@@ -44,7 +44,7 @@ class Moves:
     mode, tolerance
         `REST`, `EXACT` or `BLEND` after the move; P of G64, 0 without.
     flushed
-        Something else comes before the next move, and the machine stands still for it.
+        The machine stops before the next move for another command.
     """
 
     row: NDArray[np.int64]
@@ -83,13 +83,13 @@ def moves_of(
     Parameters
     ----------
     delta
-        What every row moves, float64[n, 3], mm.
+        Displacement of every row, float64[n, 3], mm.
     turns
         Its arcs.
     mode, tolerance, joining
-        By row: how the move ends, and P and Q of G64 in mm.
+        By row: end mode of the move, and P and Q of G64 in mm.
     cycle_s
-        A controller that plans at this interval lets no move be shorter.
+        Minimum duration of a move: the planning interval of the controller.
     """
     steps = _steps(path, machine, delta, turns, mode, tolerance, joining)
     if np.any((steps.mode == BLEND) & (steps.joining > 0)):
@@ -120,7 +120,7 @@ def _steps(
     tolerance: Floats,
     joining: Floats,
 ) -> MovingRows:
-    """Return the rows that move, and whether anything stands between them."""
+    """Return the rows that move, and whether a stop separates them."""
     arc_of = np.full(len(path), -1, dtype=np.int64)
     arc_of[turns.row[turns.length > 0]] = np.flatnonzero(turns.length > 0)
     rapid = (path.kind == Kind.RAPID) | (path.kind == Kind.MACHINE)
@@ -136,10 +136,9 @@ def _steps(
 
 
 def changes_power(path: Toolpath) -> Mask:
-    """Return which rows only change the power of a beam in the block of a move: no reason to stop in laser mode.
+    """Return the rows that only change the power of a beam in the block of a move: no stop in laser mode.
 
-    M3, M4 and M5 wait for the machine to stand, and so does an S without a move. Source: GRBL 1.1, laser mode ($32=1),
-    gcode.c.
+    M3, M4 and M5 wait for rest, and so does an S without a move. Source: GRBL 1.1, laser mode ($32=1), gcode.c.
     """
     power = (path.kind == Kind.SPINDLE) & (path.ref == SPEED_ALONE)
     moves = np.append(path.kind[1:] <= Kind.ARC_CCW, False)
@@ -169,7 +168,7 @@ def _tangents(turn: Turn, which: NDArray[np.int64], length: Floats) -> tuple[Flo
 
 
 def _round_limits(turns: Turns, which: NDArray[np.int64], machine: Machine) -> tuple[Floats, Floats]:
-    """Return the velocity and the acceleration along helices that the slowest axis of their plane, and rise, allow."""
+    """Return the limits of velocity and acceleration along helices, from the slowest axis in plane and the rise."""
     axes = AXES[turns.plane[which]]
     length = turns.length[which]
     flat = turns.turn.radius[which] * turns.turn.sweep[which]

@@ -1,15 +1,15 @@
-"""The time of one move: from rest, up to speed, and back to rest, with constant acceleration.
+"""The time of a single move from rest to rest with constant acceleration.
 
-Derivation. A move of length d at most velocity v with acceleration a needs v/a seconds and v²/2a millimetres to reach
-v, and the same to stop. If d ≥ v²/a the velocity is reached: d/v seconds at v for all of d, and v/a more for the two
-ramps, on which the mean velocity is half of v: t = d/v + v/a. Else the move turns from speeding up to slowing down
-half way: d/2 = a (t/2)²/2, hence t = 2 √(d/a). Both are equal at d = v²/a.
+Derivation. A move of length d with maximum velocity v and acceleration a needs v/a seconds and v²/2a millimetres to
+reach v, and the same to stop. If d ≥ v²/a, the velocity is reached: d/v seconds at v for the whole length, plus v/a
+because the mean velocity of the two ramps is v/2: t = d/v + v/a. Otherwise the move switches from acceleration to
+deceleration half way: d/2 = a (t/2)²/2, hence t = 2 √(d/a). Both are equal at d = v²/a.
 
-A straight move along a unit vector u keeps axis i within v_i and a_i when v = min v_i/|u_i| and a = min a_i/|u_i|.
-With δ = d u, the two numbers cruise = d/v = max |δ_i|/v_i and ramp = d/a = max |δ_i|/a_i say all:
+A straight move along a unit vector u keeps axis i within v_i and a_i if v = min v_i/|u_i| and a = min a_i/|u_i|.
+With δ = d u, two numbers suffice: cruise = d/v = max |δ_i|/v_i and ramp = d/a = max |δ_i|/a_i, with
 t = cruise + ramp/cruise if cruise² ≥ ramp, else 2 √ramp.
 
-Moves start and end at rest here; speed carried through corners comes with look-ahead.
+Moves start and end at rest here; `timing.lookahead` carries speed through corners.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def trapezoid_time(distance: float, velocity: float, acceleration: float) -> flo
 @overload
 def trapezoid_time(distance: NDArray[np.float64], velocity: Number, acceleration: Number) -> NDArray[np.float64]: ...
 def trapezoid_time(distance: Number, velocity: Number, acceleration: Number) -> Number:
-    """Return the seconds of a move of `distance` ≥ 0 mm from rest to rest, at most `velocity` and `acceleration`.
+    """Return the seconds of a move of `distance` ≥ 0 mm from rest to rest, limited by `velocity` and `acceleration`.
 
     Numbers give a number; arrays broadcast against each other. mm, mm/s, mm/s².
     """
@@ -53,10 +53,10 @@ def move_time(
 ) -> float | NDArray[np.float64]:
     """Return the seconds of straight moves by `delta` (float64[..., 3], mm) from rest to rest.
 
-    Without `feed` the move is a rapid in the machine's style: ``linear`` moves keep every axis within its velocity and
-    acceleration, on a ``dogleg`` machine each axis goes by itself and the slowest decides. With `feed` (mm/s, along the
-    path) the move is straight, and limited by the axes and by `max_feed` as well; a feed that is not positive counts
-    as `max_feed`. `Machine.acceleration_factor` applies to all. A delta that is not known (NaN) costs nothing.
+    Without `feed`, the move is a rapid in the machine's style: ``linear`` moves keep every axis within its velocity and
+    acceleration; on a ``dogleg`` machine each axis moves independently and the slowest decides. With `feed` (mm/s,
+    along the path), the move is straight and limited by the axes and by `max_feed`; a feed that is not positive counts
+    as `max_feed`. `Machine.acceleration_factor` applies to all. An unknown delta (NaN) costs nothing.
     """
     moved = np.abs(np.nan_to_num(np.asarray(delta, dtype=np.float64)))
     cruise = moved / np.asarray(machine.rapid_velocity)

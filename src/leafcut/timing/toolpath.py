@@ -1,4 +1,4 @@
-"""What a whole toolpath costs on a machine: lengths, and seconds by kind of motion."""
+"""The cost of a whole toolpath on a machine: lengths, and seconds by kind of motion."""
 
 from __future__ import annotations
 
@@ -21,39 +21,39 @@ from leafcut.timing.moves import BLEND, EXACT, REST, Moves, moves_of
 from leafcut.timing.profile import move_time
 from leafcut.timing.turns import Turns, turns_of
 
-#: How controllers take corners whose machine does not say it.
+#: Corner style by controller, if the machine does not specify it.
 _STYLES = {"linuxcnc": "linuxcnc", "grbl": "grbl"}
 
-#: A move is late for want of lines if it loses this part of its time.
+#: A move is starved if waiting for lines costs more than this share of its time.
 LATE_PART = 0.1
 
-#: Kinds that say where the tool is without moving it.
+#: Kinds that set the tool position without moving it.
 _RESTATED = [int(k) for k in PLACES if k not in MOTIONS]
 
-#: The work offset that `Machine.work_offset` is about: G54.
+#: The work offset of `Machine.work_offset`: G54.
 _FIRST_FRAME = 540
 
-#: Ends of moves by `ref` of a BLENDING row.
+#: End mode by `ref` of a BLENDING row.
 _MODES = {610: EXACT, 611: REST, 640: BLEND}
 
 
 def corner_style(machine: Machine) -> str:
-    """Return how a machine takes corners: linuxcnc, grbl or round."""
+    """Return the corner style of a machine: linuxcnc, grbl or round."""
     return machine.corners or _STYLES.get(machine.control, "round")
 
 
 @dataclass(frozen=True, eq=False)
 class PathTimes:
-    """When a toolpath is where.
+    """The times of a toolpath.
 
     Attributes
     ----------
     path
-        The toolpath with its canned cycles written out.
+        The toolpath with expanded canned cycles.
     source
-        int32[m]: the row of the toolpath it was made of that each row comes from.
+        int32[m]: source row of each row in the original toolpath.
     seconds
-        float64[m]: the time that every row takes, s.
+        float64[m]: time of every row, s.
     """
 
     path: Toolpath
@@ -70,27 +70,26 @@ def measure(
 ) -> Measure:
     """Return lengths (mm) and machine time (s) of a toolpath.
 
-    Rows that are `off`, bool[n], are ways and no cuts although they are made at feed: those of a beam that is off.
-    `start` is where the tool stands before the first of them, (x, y) in mm, where the path does not say it.
+    Rows that are `off`, bool[n], are travel moves at feed: those of a beam that is off. `start` is the tool position
+    before the first move, (x, y) in mm, if the path does not state it.
 
-    Canned cycles are expanded. Moves run into each other as the controller joins them (`timing.lookahead`); wherever
-    something else is done in between, the machine stops; but a laser under GRBL is taken to be in laser mode ($32=1),
-    in which an S in the block of a move changes the power on the way. A path that does not say how moves end (G61,
-    G61.1, G64) is taken as a control is when it is switched on, G64; one that was planned and not read, as our posts
-    write it, G61.
+    Canned cycles are expanded. Moves are joined as the controller joins them (`timing.lookahead`), and the machine
+    stops at every other command. A laser under GRBL is assumed to be in laser mode ($32=1), in which an S in the block
+    of a move changes the power without a stop. A program without a path mode (G61, G61.1, G64) is assumed to run in
+    G64, the power-on state; a planned path in G61, as our posts write it.
 
-    A tool change costs `tool_change_s`, the first one too; changing to the tool that is in the spindle costs nothing.
-    A spindle that starts or changes speed costs `spindle_start_s`, or the dwell that follows it if that is longer; both
-    count as ``spindle``. Pauses cost nothing: a person's time is not known.
+    A tool change costs `tool_change_s`, including the first; changing to the tool in the spindle costs nothing. A
+    spindle that starts or changes speed costs `spindle_start_s`, or the following dwell if that is longer; both count
+    as ``spindle``. Pauses cost nothing, because the operator's time is unknown.
 
-    A coordinate that is not known costs nothing. A move between program and machine coordinates is exact where the
-    machine's `work_offset` is known; elsewhere half of the axis' travel is taken for its time, as an estimate, and
-    nothing for its length; nothing at all where the travel is not known.
+    An unknown coordinate costs nothing. A move between program and machine coordinates is exact if the machine's
+    `work_offset` is known. Otherwise its time is estimated from half of the axis travel, its length counts as 0, and it
+    costs nothing if the travel is unknown.
 
     Raises
     ------
     PlanError
-        The cycles come to more moves than can be meant.
+        The expanded cycles have too many moves.
     """
     path, source, delta, turns, moves, each, standing = _timed(path, machine, start, lines)
     dark = (path.kind == Kind.FEED) & (off[source] if off is not None else False)
@@ -113,15 +112,15 @@ def measure(
 
 
 def starved_rows(path: Toolpath, machine: Machine, lines: SentLines | None = None) -> tuple[NDArray[np.int32], Floats]:
-    """Return the rows that a GRBL board runs more slowly for want of lines, and what each loses, s.
+    """Return the rows that a GRBL board executes more slowly because it waits for lines, and the loss of each, s.
 
-    The same moves are run by a board whose serial line and processor take no time; what the first move after a stop
-    loses, when lines are read before it can begin, is not among them. Of other controllers there are none.
+    The reference is a board whose serial line and processor take no time. The loss of the first move after a stop,
+    before which lines are read, is excluded. For other controllers the result is empty.
 
     Raises
     ------
     PlanError
-        The cycles come to more moves than can be meant.
+        The expanded cycles have too many moves.
     """
     if corner_style(machine) != "grbl":
         return np.zeros(0, dtype=np.int32), np.zeros(0)
@@ -133,7 +132,7 @@ def starved_rows(path: Toolpath, machine: Machine, lines: SentLines | None = Non
 
 
 def seconds_by_row(path: Toolpath, machine: Machine) -> Floats:
-    """Return the time of every row that moves, s, float64[n], as `measure` adds them up; 0 for the others.
+    """Return the time of every moving row, s, float64[n], as summed by `measure`; 0 for other rows.
 
     For paths without canned cycles.
     """
@@ -148,16 +147,16 @@ def clock(
     Raises
     ------
     PlanError
-        The cycles come to more moves than can be meant.
+        The expanded cycles have too many moves.
     """
     timed = _timed(path, machine, start, lines)
     return PathTimes(timed.path, timed.source, timed.moving + timed.standing)
 
 
 class _Timed(NamedTuple):
-    """A path with its cycles written out, the rows that these come from, and what is known of its rows.
+    """A path with expanded cycles, the source of its rows, and their times.
 
-    That is how far they move, mm, their arcs, their moves and the seconds of these, and how long the machine stands, s.
+    Displacement of the rows, mm; arcs; moves and their seconds; standing time per row, s.
     """
 
     path: Toolpath
@@ -170,7 +169,7 @@ class _Timed(NamedTuple):
 
     @property
     def moving(self) -> Floats:
-        """How long each row moves, s, float64[n]."""
+        """Moving time of each row, s, float64[n]."""
         return np.bincount(self.moves.row, weights=self.each, minlength=len(self.path)).astype(np.float64)
 
 
@@ -181,7 +180,7 @@ def _timed(
     lines: SentLines | None = None,
     pace: float = 1.0,
 ) -> _Timed:
-    """Return the path with its cycles written out, and what is known of its rows."""
+    """Return the path with expanded cycles, and the times of its rows."""
     style = corner_style(machine)
     path, source, mode, tolerance, joining = _expanded(path, style)
     path, touching = _touched(path)
@@ -203,11 +202,11 @@ def _timed(
 
 
 def _touched(path: Toolpath) -> tuple[Toolpath, NDArray[np.bool_]]:
-    """Return the path with its probes as feeds to where they trip, and which rows these are, bool[n].
+    """Return the path with its probes as feed moves to the contact point, and the rows of these, bool[n].
 
-    That is taken to be where the program has its surface: the height that the SHIFT (G92) behind a probe says. One that
-    none follows costs nothing, since nobody knows how far it goes. Of programs that other CAMs wrote a probe is a
-    FOREIGN row with a feed.
+    The contact point is assumed at the program's surface: the height in the SHIFT (G92) after the probe. A probe
+    without one costs nothing, because its length is unknown. In programs of other CAMs, a probe is a FOREIGN row with a
+    feed.
     """
     probes = (path.kind == Kind.PROBE) | ((path.kind == Kind.FOREIGN) & (path.value > 0.0))
     if not probes.any():
@@ -223,10 +222,7 @@ def _touched(path: Toolpath) -> tuple[Toolpath, NDArray[np.bool_]]:
 def _expanded(
     path: Toolpath, style: str
 ) -> tuple[Toolpath, NDArray[np.int32], NDArray[np.int8], NDArray[np.float64], NDArray[np.float64]]:
-    """Return the path with its cycles written out, the row that each of its rows comes from, and how its moves end.
-
-    How they end comes with P and Q of G64, in mm.
-    """
+    """Return the path with expanded cycles, the source row of each row, end modes, and P and Q of G64 in mm."""
     rows = np.arange(len(path), dtype=np.int32)
     written = expand(replace(path, line=rows))
     source = written.line
@@ -238,7 +234,7 @@ def _expanded(
     tolerance, joining = np.where(codes == 640, values, 0.0)[:, last]
     if style == "grbl":
         mode, tolerance, joining = np.full_like(mode, BLEND), np.zeros_like(tolerance), np.zeros_like(joining)
-    # Canned cycles run in exact-path mode. Source: LinuxCNC 2.9, seen with rs274.
+    # Canned cycles run in exact-path mode. Source: LinuxCNC 2.9, observed with rs274.
     in_cycle = path.kind == Kind.DRILL
     mode[in_cycle], tolerance[in_cycle], joining[in_cycle] = EXACT, 0.0, 0.0
     return replace(written, line=path.line[source]), source, mode[source], tolerance[source], joining[source]
@@ -251,11 +247,11 @@ def _length(delta: NDArray[np.float64]) -> float:
 def _displacements(
     path: Toolpath, machine: Machine, start: tuple[float, float] | None = None, n_started: int = 2
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return how far every row moves each axis, float64[n, 3] mm: as far as it is known, and the estimate where not.
+    """Return the displacement of every row per axis, float64[n, 3] mm: the known part, and an estimate otherwise.
 
-    Every axis is followed by itself through the rows that move it, in program coordinates or in the machine's, and
-    those that say anew where it is (a work offset, G92, a block that is not understood). Of the first row that moves
-    an axis, so many axes from x on are known to begin at `start`, z at 0.
+    Each axis is tracked separately through the rows that move it, in program or machine coordinates, and the rows that
+    redefine its position (a work offset, G92, a block that is not understood). For the first move of an axis, the first
+    `n_started` axes start at `start`, with z at 0.
     """
     delta, estimate = np.zeros((len(path), 3)), np.zeros((len(path), 3))
     in_machine = path.kind == Kind.MACHINE
@@ -281,11 +277,11 @@ def _displacements(
 
 
 def _standing(path: Toolpath, machine: Machine, style: str) -> Floats:
-    """Return for how long the machine stands at every row for a dwell, a change of tool or the spindle, s.
+    """Return the standing time of every row for a dwell, a tool change or the spindle, s.
 
-    Which tool is in the spindle at first is not known: the first one is changed to. A dwell that only waits for the
-    spindle counts as the spindle's. A tool change stops the spindle (as M6 does on LinuxCNC and Haas), so the next
-    speed is a start again. GRBL waits for no spindle, and dwells for whole steps.
+    The tool in the spindle at the start is unknown, so the first tool is changed to. A dwell that only waits for the
+    spindle counts as spindle time. A tool change stops the spindle (as M6 does on LinuxCNC and Haas), so the next speed
+    is a start again. GRBL does not wait for the spindle, and rounds dwells up to whole steps.
     """
     seconds = np.zeros(len(path))
     dwells = (path.kind == Kind.DWELL) & np.isfinite(path.value) & (path.value > 0.0)
@@ -296,7 +292,7 @@ def _standing(path: Toolpath, machine: Machine, style: str) -> Floats:
     other = np.append(True, np.diff(path.ref[changes]) != 0)[: len(changes)]
     seconds[changes[other]] = machine.tool_change_s
     turning, start_s = 0.0, 0.0 if style == "grbl" else machine.spindle_start_s
-    # Plain lists and numbers: a beam has as many rows SPINDLE as cuts, and to look into an array takes longer.
+    # Plain lists are faster here than array access: a beam has as many SPINDLE rows as cuts.
     kinds, tool = path.kind.tolist(), int(Kind.TOOL)
     rows = np.flatnonzero((path.kind == Kind.SPINDLE) | (path.kind == tool))
     for row, value in zip(rows.tolist(), path.value[rows].tolist(), strict=True):
@@ -311,12 +307,12 @@ def _standing(path: Toolpath, machine: Machine, style: str) -> Floats:
     return seconds
 
 
-#: What may stand between a start of the spindle and the dwell that waits for it.
+#: Rows allowed between a spindle start and the dwell that waits for it.
 _DWELL, _BESIDE = int(Kind.DWELL), (int(Kind.COOLANT), int(Kind.OFFSET))
 
 
 def _dwell_after(kinds: list[int], row: int) -> int | None:
-    """Return the row of the dwell that follows a row with nothing but coolant and length offset in between, if any."""
+    """Return the row of the dwell after a row, with only coolant and length offset between; None if there is none."""
     for after in range(row + 1, len(kinds)):
         if kinds[after] == _DWELL:
             return after

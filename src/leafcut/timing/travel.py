@@ -16,11 +16,11 @@ from leafcut.model.machine import Machine
 from leafcut.model.problem import Metric, Relief
 from leafcut.timing.profile import trapezoid_time
 
-#: What it costs to go from one place to another: s or mm, as the search counts.
+#: Cost of travel between two places, s or mm.
 Travel = Callable[[Point, Point], float]
 
-#: Many orders of a grid take equally long, since an axis that waits for the other costs nothing: with a millionth of a
-#: second per mm the shortest of them is taken, and no measured time changes.
+#: Many orders of a grid take equally long, because the faster axis waits. A millionth of a second per mm selects the
+#: shortest of them and changes no measured time.
 TIE_BREAK = 1e-6
 
 
@@ -34,10 +34,10 @@ def travel_metric(
 ) -> Metric:
     """Return the cost of travel between holes on `machine`.
 
-    ``time``: seconds of a rapid in x and y, with the acceleration factor already in the accelerations; a move over one
-    of `zones` (float64[k, 4]: x0, y0, x1, y1 in mm) costs in addition the Z rapids up and down by `lift_height_mm`,
-    each from rest to rest. ``distance``: millimetres, and twice the height for a lift. With a `relief` a move costs
-    what it takes to rise to its height and to go down, too.
+    ``time``: seconds of a rapid in x and y, with the acceleration factor included in the accelerations. A move over one
+    of `zones` (float64[k, 4]: x0, y0, x1, y1 in mm) also costs the Z rapids up and down by `lift_height_mm`, each from
+    rest to rest. ``distance``: millimetres, plus twice the height for a lift. With a `relief`, a move also costs the
+    rise to its travel height and the descent.
 
     Raises
     ------
@@ -76,12 +76,12 @@ def _rectangles(zones: ArrayLike | None) -> NDArray[np.float64]:
 
 
 def travel_cost(metric: Metric, a: Point, b: Point) -> float:
-    """Return the cost of travel from `a` to `b` (mm), as the kernels have it.
+    """Return the cost of travel from `a` to `b` (mm), as computed by the kernels.
 
     Raises
     ------
     PlanError
-        The metric is one of maps: `kernels.cost` alone has the rules of TSPLIB.
+        The metric is for maps; only `kernels.cost` has the rules of TSPLIB.
     """
     if metric.name not in _COSTS:
         raise PlanError(f"the metric {metric.name} is one of maps, not of a machine")
@@ -93,10 +93,10 @@ def travel_cost(metric: Metric, a: Point, b: Point) -> float:
 
 
 def way_height(relief: Relief, a: Point, b: Point, dogleg: bool) -> float:
-    """Return the height at which the tool goes from one place to another, mm: that of the higher place, or more.
+    """Return the travel height between two places, mm: the higher of the two, or more.
 
-    Of a straight way the tiles that it touches count, with a little room for rounding; where axes do not arrive
-    together (`dogleg`), all of the box between the places.
+    For a straight move, the tiles that it touches count, with a small tolerance; with unsynchronised axes (`dogleg`),
+    the whole box between the places.
     """
     ends = relief.at(np.array([a, b], dtype=np.float64))
     (x0, y0), (x1, y1) = sorted([a, b], key=lambda place: (place[1], place[0]))
@@ -120,7 +120,7 @@ def way_height(relief: Relief, a: Point, b: Point, dogleg: bool) -> float:
 
 
 def _rise_and_fall(metric: Metric, relief: Relief, a: Point, b: Point) -> float:
-    """Return what it takes to rise at `a` to the height of the way to `b`, and to go down there."""
+    """Return the cost of rising at `a` to the travel height to `b`, and of descending there."""
     height = way_height(relief, a, b, metric.name == "dogleg")
     ways = height - relief.at(np.array([a, b], dtype=np.float64))
     if metric.unit == "mm":

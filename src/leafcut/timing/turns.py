@@ -1,4 +1,4 @@
-"""The round moves of a toolpath: arcs and helices, all at once."""
+"""The round moves of a toolpath: arcs and helices, vectorised."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from leafcut.model.toolpath import Kind, Toolpath
 #: Axes of the planes 17, 18, 19: first, second, normal, so that a counter-clockwise arc turns from first to second.
 AXES = np.array([[0, 1, 2], [2, 0, 1], [1, 2, 0]])
 
-#: A move shorter than this is rounding and has no direction, mm.
+#: Minimum length of a move with a direction, mm; shorter ones are rounding.
 SHORTEST = 1e-9
 
-#: An arc that ends within this angle (rad) of its start goes all the way round (`model.toolpath.arc_sweep`).
+#: An arc that ends within this angle (rad) of its start is a full turn (`model.toolpath.arc_sweep`).
 _NO_TURN = 1e-9
 
 
 class Turn(NamedTuple):
-    """The round part of moves; zeros for a straight one.
+    """The round part of moves; zeros for a straight move.
 
-    `radius` mm, `sweep` rad, never negative, `rise` mm along the axis of a helix, `normal` of the plane so that the
-    turn is counter-clockwise about it, and unit vectors `out` from the centre to the start and `out_end` to the end.
+    `radius` mm, `sweep` rad, not negative, `rise` mm along the axis of a helix, `normal` of the plane so that the turn
+    is counter-clockwise about it, and unit vectors `out` from the centre to the start and `out_end` to the end.
     """
 
     radius: Floats
@@ -37,7 +37,7 @@ class Turn(NamedTuple):
 
 
 class Turns(NamedTuple):
-    """All arcs of a path: their rows, length (mm; 0 where the start is not known) and round parts."""
+    """All arcs of a path: their rows, length (mm; 0 if the start is unknown) and round parts."""
 
     row: NDArray[np.int64]
     length: Floats
@@ -62,7 +62,7 @@ def turns_of(path: Toolpath) -> Turns:
     sweep = np.where(sweep < _NO_TURN, math.tau, sweep) + math.tau * (turns - 1)
     rise = np.nan_to_num(np.take_along_axis(end - begin, axes[:, 2:], axis=1)[:, 0])
     radius = np.hypot(flat0[:, 0], flat0[:, 1])
-    known = radius * sweep > SHORTEST  # false, too, where the start is not known
+    known = radius * sweep > SHORTEST  # also false if the start is unknown
     normal, out, out_end = (np.zeros((n, 3)) for _ in range(3))
     np.put_along_axis(normal, axes[:, 2:], side[:, None], axis=1)
     for vector, angle in ((out, angle0), (out_end, angle0 + side * sweep)):
