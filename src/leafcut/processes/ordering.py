@@ -2,8 +2,8 @@
 
 If a stage starts where another ends, the shortest path of a single stage may lengthen the whole. So all stages are
 first ordered quickly, one after another, and again between their neighbours, which fixes the first and last choice of
-each. Then each is searched thoroughly between these ends. The quick searches do a small, fixed amount of work, so that more
-time never gives a longer result.
+each. Then each is searched thoroughly between these ends. The quick searches do a small, fixed amount of work, so
+that more time never gives a longer result.
 """
 
 from __future__ import annotations
