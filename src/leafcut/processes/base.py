@@ -183,7 +183,7 @@ class Process(Work, Protocol):
         """Return the suitability of a drawing for this process; None for no opinion."""
         return None
 
-    # The course of a job (`processes.course`) calls these in the order in which they stand here.
+    # The course of a job (`processes.course`) calls these in this order.
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
         """Read the files, resolve the options, and return the tasks; `asked` is the value of ``--process``.
@@ -191,7 +191,7 @@ class Process(Work, Protocol):
         Raises
         ------
         ReadError, OptionError, PlanError
-            One line: what is wrong, where, and what to do.
+            One line with the error, its place and the remedy.
         """
         ...
 
@@ -221,7 +221,7 @@ class Process(Work, Protocol):
         ...
 
     def least(self, plan: Plan, best: Candidate, given: Candidate, nearest: Candidate | None) -> Candidate:
-        """Return the candidate with the least time: the search does not see all that the machine's clock sees.
+        """Return the fastest candidate by the machine model, which is more detailed than the costs of the search.
 
         If the user selects an order (`nn`, `none`, or a fixed order), it stays.
         """
@@ -242,7 +242,7 @@ class Process(Work, Protocol):
         Raises
         ------
         VerifyError
-            The first difference or danger, and their number.
+            The first difference or danger, and the number of all.
         OrderRefused
             Another order may pass.
         """
@@ -274,11 +274,11 @@ class Process(Work, Protocol):
         return ()
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
-        """Return the program read back, and what is wrong with it."""
+        """Return the program read back, and its errors."""
         raise NotImplementedError
 
     def keep(self, plan: Plan, order: Order, refused: OrderRefused, trial: int) -> Order:
-        """Return the order with faulty tasks in their place in the input; the trials count from 1."""
+        """Return the order with faulty tasks at their position in the input; trials count from 1."""
         raise VerifyError(f"the program was not written: {refused}")
 
     def finish(self, plan: Plan, best: Candidate) -> Candidate:
@@ -294,7 +294,7 @@ class Process(Work, Protocol):
         return ()
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> Any:
-        """Return the part of the outcome that this process alone has."""
+        """Return the process-specific part of the outcome."""
         ...
 
     def writes_besides(self, settings: Settings) -> list[Path]:

@@ -28,7 +28,7 @@ def run_process(process: Process, job: Job, sources: Sequence[Source], asked: st
     Raises
     ------
     ReadError, OptionError, PlanError, SolveError, PostError, VerifyError
-        One line: what is wrong, where, and what to do.
+        One line with the error, its place and the remedy.
     """
     from leafcut.order.compiling import announced
 

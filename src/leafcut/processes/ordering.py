@@ -2,8 +2,8 @@
 
 If a stage starts where another ends, the shortest path of a single stage may lengthen the whole. So all stages are
 first ordered quickly, one after another, and again between their neighbours, which fixes the first and last choice of
-each. Then each is searched thoroughly between these ends. The quick searches do a small, fixed amount of work, so
-that more time never gives a longer result.
+each. Then each is searched thoroughly between these ends. The quick searches do a small, fixed amount of work, so that
+more time never gives a longer result.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 #: Rounds of quick searches between the neighbours, and the iterations of each search.
 _ROUNDS, _ITERATIONS = {"fast": 0, "default": 2, "thorough": 2}, 2
-#: Up to this many tasks the quick search finds the best order, or nearly.
+#: Number of tasks up to which the quick search is (nearly) optimal.
 _FEW = 18
 #: Share of the time limit for all quick searches; a started search, and the first of each stage, always finish.
 _QUICK_PART = 0.3
@@ -147,7 +147,7 @@ def restated(job: Job, stages: Sequence[Stage], order: Order) -> list[Solution]:
     for number, (found, nodes) in enumerate(zip(order.solutions, order.choices, strict=True)):
         problem = _placed(stages, number, order.choices)
         solution = replace(_with_nodes(problem, found, nodes), algorithm="none" if given else "nn")
-        # The bound of the search holds only for the end of the stage before it in the searched order.
+        # The bound of the search holds only for the end of the previous stage in the searched order.
         solutions.append(_with_bound(job, problem, solution, 1.0 / len(stages)))
     return solutions
 
@@ -170,7 +170,7 @@ def _with_bound(job: Job, problem: RoutingProblem, solution: Solution, share: fl
 
 
 def _around_first(job: Job, stages: Sequence[Stage], search: SearchOne, options: SolveOptions) -> list[Solution]:
-    """Order the stages one after the other; choices that the user wants first stay first."""
+    """Order the stages one after another; the user's first choices stay first."""
     from leafcut.order.solve import keep_better
 
     choices, solutions = list[Ints](), list[Solution]()
@@ -230,7 +230,7 @@ def solve_together(
 
 
 def _placed(stages: Sequence[Stage], number: int, orders: Sequence[Ints]) -> RoutingProblem:
-    """Return the problem of a stage that starts where the stage before it ends in these orders."""
+    """Return the problem of a stage that starts at the end of the previous stage in these orders."""
     stage = stages[number]
     if not stage.follows or not number:
         return stage.problem

@@ -49,7 +49,7 @@ class Plan:
     start
         The first position of the tool, mm, if the user states it.
     issues
-        What is noticed before the order is searched.
+        Issues found before the search.
     keeps_given
         Whether the order of the input must stay; then no order is searched.
     search_share

@@ -208,7 +208,7 @@ def _is_round(path: Polyline) -> bool:
 
 
 def _is_slot(path: Polyline, shape: Any) -> bool:
-    """Whether a contour is a slot, straight or curved: the area swept by a disc along a line.
+    """Return whether a contour is a slot, straight or curved: the area swept by a disc along a line.
 
     A slot of width w along a line of length l has the area w l + π w² / 4 and the perimeter 2 l + π w.
     """

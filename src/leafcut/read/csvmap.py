@@ -26,7 +26,7 @@ from leafcut.read.format import (
 )
 from leafcut.read.table_rows import cell_number, is_number, separator_of, split_row
 
-#: Header word -> field.
+#: Header word → field.
 HEADER_WORDS = {
     "x": "x",
     "y": "y",

@@ -434,7 +434,7 @@ def _values(row: ChartRow, given: dict[str, float | None]) -> dict[str, float | 
 
 
 def _can_pierce(row: ChartRow, given: dict[str, float | None]) -> bool:
-    """Whether a sheet can be pierced. A plasma current needs a pierce height in the chart or a given pierce delay."""
+    """Return whether a sheet can be pierced: plasma needs a pierce height in the chart or a given pierce delay."""
     if method_of(row.process) != CutMethod.PLASMA:
         return True
     return row.pierce_height is not None or _values(row, given)["pierce_delay"] is not None

@@ -55,7 +55,7 @@ class LayerFilter:
     _known: dict[str, bool] = field(default_factory=dict)
 
     def shows(self, layer: str) -> bool:
-        """Whether entities on this layer are read."""
+        """Return whether entities on this layer are read."""
         found = self._known.get(layer)
         if found is None:
             name = layer.casefold()
@@ -64,7 +64,7 @@ class LayerFilter:
         return found
 
     def freezes(self, layer: str) -> bool:
-        """Whether an INSERT on this layer hides the contents of its block: only if it is frozen, not if it is off."""
+        """Return whether an INSERT on this layer hides its block: only if the layer is frozen, not if it is off."""
         return layer.casefold() in self.frozen
 
 

@@ -93,7 +93,7 @@ def read_dxf_pockets(
     Raises
     ------
     ReadError
-        As `read_dxf_contours` and `pockets_of_drawing`.
+        See `read_dxf_contours` and `pockets_of_drawing`.
     """
     from leafcut.read.pocket_outlines import pockets_of_drawing  # start-up
 

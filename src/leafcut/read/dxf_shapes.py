@@ -215,7 +215,7 @@ def moved(matrix: Matrix, curve: Curve) -> Curve:
 
 
 def is_flat(curve: Curve) -> bool:
-    """Whether the curve is parallel to the plane of the plate."""
+    """Return whether the curve is parallel to the plane of the plate."""
     ux, uy, uz = curve.u
     vx, vy, vz = curve.v
     return abs(uz) <= FLAT * math.hypot(ux, uy) and abs(vz) <= FLAT * math.hypot(vx, vy)

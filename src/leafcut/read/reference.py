@@ -85,7 +85,7 @@ def _is_empty(part: Part) -> bool:
 
 
 def _around(outer: tuple[float, float, float, float], inner: tuple[float, float, float, float]) -> bool:
-    """Whether the box `outer` extends beyond `inner` on every side, by more than `JOINED`."""
+    """Return whether the box `outer` extends beyond `inner` on every side, by more than `JOINED`."""
     return (
         outer[0] < inner[0] - JOINED
         and outer[1] < inner[1] - JOINED

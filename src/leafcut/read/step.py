@@ -29,7 +29,7 @@ from leafcut.read.step_shapes import ONLY
 
 #: Largest file, bytes: OpenCASCADE needs about twenty times as much memory.
 LARGEST = 100 * 1024 * 1024
-#: Horizontal hole directions, as reported by the subprocess -> number of the axis.
+#: Horizontal hole directions, as reported by the subprocess → number of the axis.
 _AXES = {"1, 0, 0": 0, "0, 1, 0": 1}
 #: Time limit of the subprocess, s; `step_solid.MEMORY` is its memory limit.
 SECONDS = 300

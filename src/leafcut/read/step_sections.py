@@ -295,7 +295,7 @@ def _sloping(faces: Sequence[Any], seen: Callable[[float, float, float], bool]) 
 
 
 def _upright(face: Any) -> bool:
-    """Whether a face is vertical, by its normals on a grid."""
+    """Return whether a face is vertical, by its normals on a grid."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.BRepLProp import BRepLProp_SLProps
     from OCP.BRepTools import BRepTools

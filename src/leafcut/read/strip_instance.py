@@ -20,7 +20,7 @@ MAX_ITEMS, MAX_POINTS = 2_000, 100_000
 
 
 def is_strip_instance(file: str) -> bool:
-    """Whether a file is an instance by its name, not a Sirius sheet."""
+    """Return whether a file is an instance by its name, not a Sirius sheet."""
     name = file.lower()
     return name.endswith(".json") and not name.endswith(".dbs.json")
 

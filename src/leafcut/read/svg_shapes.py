@@ -171,7 +171,7 @@ def _pair(point: Any) -> Point:
     return (x, y)
 
 
-#: Every shape element -> function that returns its subpaths.
+#: Every shape element → function that returns its subpaths.
 SHAPES: dict[str, Callable[[Mapping[str, str], ViewSize], Iterator[SvgSubpath]]] = {
     "path": _path,
     "rect": _rectangle,

@@ -30,7 +30,7 @@ from leafcut.read.format import (
 from leafcut.read.recognition import POINT_TAGS
 from leafcut.units import MM_PER_UNIT
 
-#: Attribute or element name -> field of a point; the last five are Spanish.
+#: Attribute or element name → field of a point; the last five are Spanish.
 FIELDS = {
     "x": "x",
     "y": "y",

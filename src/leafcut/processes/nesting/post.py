@@ -14,7 +14,7 @@ from leafcut.model.nest import Layout, Nest, Stock
 
 #: ezdxf's metadata option is global, so threads take turns.
 _ONE_BY_ONE = threading.Lock()
-#: Layer -> AutoCAD colour index.
+#: Layer → AutoCAD colour index.
 LAYERS = {"CUT": 7, "CUT_HOLES": 3, "MARK": 5, "SHEET": 8}
 #: Application name of the extended data (XDATA) with the name of a part.
 APPLICATION = "LEAFCUT"

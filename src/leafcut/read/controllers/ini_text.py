@@ -99,5 +99,5 @@ class _Reading:
 
 
 def _is_name(name: str) -> bool:
-    """Whether a name is a relative path, without a home or a drive."""
+    """Return whether a name is a relative path, without a home or a drive."""
     return bool(name) and "\0" not in name and not name.startswith(("/", "~", "\\")) and ":" not in name

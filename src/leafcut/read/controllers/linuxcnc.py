@@ -191,7 +191,7 @@ class _Reader:
             self.values.assume("spindle.start_time", *SPINDLE_START)
 
     def tool_change(self) -> None:
-        """Whether the machine changes tools, and the tool change position."""
+        """Return whether the machine changes tools, and the tool change position."""
         random = self.ini.get("RANDOM_TOOLCHANGER", "EMCIO")
         if random is not None and random.text.strip().lower() in ("1", "yes", "true"):
             where = f"[EMCIO]RANDOM_TOOLCHANGER, {random.place}"

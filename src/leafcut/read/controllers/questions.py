@@ -170,7 +170,7 @@ class _Answers:
         self.like = self.typed_controller = ""
 
     def is_answered(self, question: Question) -> bool:
-        """Whether a question has an answer: given, or in the base, even as an estimate."""
+        """Return whether a question has an answer: given, or in the base, even as an estimate."""
         return question.name in self.given or self._is_there(question)
 
     def _is_said(self, question: Question) -> bool:

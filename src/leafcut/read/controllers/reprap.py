@@ -302,7 +302,7 @@ def word_of(line: str) -> re.Match[str] | None:
 
 
 def has_travel(text: str) -> bool:
-    """Whether a text has an M208 of RepRapFirmware, which has an axis letter; Marlin's M208 has none."""
+    """Return whether a text has an M208 of RepRapFirmware, which has an axis letter; Marlin's M208 has none."""
     return any(line.word == "M208" and not {"X", "Y", "Z"}.isdisjoint(line.letters) for line in _lines(text))
 
 

@@ -472,7 +472,7 @@ def _refuse_other_unit(part: Part, mesh: Mesh) -> None:
 
 
 def _other_unit(part: Part, mesh: Mesh, thickness: NDArray[np.float64], radius: NDArray[np.float64]) -> list[Issue]:
-    """Return a warning if all holes fit in a corner of the surface, as if its unit were smaller than mm.
+    """Return a warning if all holes fit in a corner of the surface, as if it were scaled to a smaller unit.
 
     The holes must also cover at least half of that corner, or be implausibly deep through the part.
     """

@@ -39,7 +39,7 @@ TRY_SHARE, LAST_SEARCH = 0.25, 0.35
 DENSEST = 0.93
 #: Share of the time limit for the choice by rectangles.
 CHOOSING = 0.2
-#: With a time limit, the first variant gets all threads but one in three, at most one for each other variant.
+#: With a time limit, one thread in this many goes to the other variants, one each; the first gets the rest.
 THREADS_PER_VARIANT = 3
 
 
