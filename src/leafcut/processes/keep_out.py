@@ -112,7 +112,6 @@ def reach_of(obstacles: Obstacles) -> tuple[tuple[float, ...], tuple[float, ...]
 
 
 def _lifts(path: Toolpath) -> bool:
-    """Return whether a program moves Z."""
     if (path.kind == Kind.DRILL).any():
         return True
     z = path.end[np.isin(path.kind, [int(k) for k in MOTIONS]), 2]

@@ -284,12 +284,10 @@ def process_for(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
 
 
 def _kind(inputs: Sequence[tuple[Format, Source]]) -> str:
-    """Return ``program`` or ``drawing``, the kind of the first input."""
     return "program" if "program" in inputs[0][0].processes else "drawing"
 
 
 def _usual_name(inputs: Sequence[tuple[Format, Source]]) -> str:
-    """Return the name of the default process of some inputs."""
     if len(inputs) > 1:
         return _joining(inputs, "auto").name
     format_, kind = inputs[0][0], _kind(inputs)

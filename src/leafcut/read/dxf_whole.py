@@ -128,7 +128,6 @@ def _lines_of(entity: Any) -> Iterator[DxfStroke]:
 
 
 def _flat(curve: Any) -> DxfStroke:
-    """Flatten an ezdxf path."""
     ends = np.array([p.xyz for p in curve.control_vertices()])
     size = float(np.ptp(ends, axis=0).max(initial=0.0)) or 1.0
     places = [p.xyz for p in curve.flattening(_COARSE * size)][:_MOST_POINTS]

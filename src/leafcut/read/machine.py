@@ -261,7 +261,6 @@ def _xy(v: tuple[float, ...]) -> tuple[float, float]:
 
 
 def _sources(top: TomlTable) -> dict[str, str]:
-    """Return the source of each value, by ``key`` or ``table.key``."""
     table = top.table("sources", SOURCE_KEYS)
     return {key: table.text(key) for key in table.values}
 

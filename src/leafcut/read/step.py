@@ -308,7 +308,7 @@ def _middle(outline: Polyline) -> tuple[float, float]:
 
 
 def work_besides_holes(source: Source, options: ReadOptions) -> list[Issue]:
-    """Return the features of a solid other than drillable holes, pockets and openings, as missing work (L219).
+    """Return the work on a solid that drills cannot do (pockets, openings, …), as missing work (L219).
 
     Raises
     ------

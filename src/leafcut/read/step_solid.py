@@ -310,7 +310,6 @@ def _hull(triangles: NDArray[np.float64]) -> list[list[float]]:
 
 
 def _box_of(shape: Any) -> list[list[float]]:
-    """Return the corners of the bounding box of a shape in top view."""
     x0, y0, _, x1, y1, _ = _box(shape)
     return [[x0, y0], [x1, y0], [x1, y1], [x0, y1]]
 

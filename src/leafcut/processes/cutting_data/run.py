@@ -1,6 +1,4 @@
-"""Choose speeds and feeds for a part: the work per tool, the grid of the machine, the Pareto front per tool, the
-choice.
-"""
+"""Choose speeds and feeds for a part: work per tool, grid of the machine, Pareto front per tool, choice."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ class Entry:
 
 @dataclass
 class Ini:
-    """Sections by name, each with its keys; the first duplicate of a key counts, as in LinuxCNC."""
+    """Sections by name, each with its keys; the first of duplicate keys counts, as in LinuxCNC."""
 
     sections: dict[str, dict[str, Entry]] = field(default_factory=dict)
 

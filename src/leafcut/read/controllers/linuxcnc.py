@@ -103,7 +103,7 @@ class _Reader:
     trivial: bool
 
     def motion(self) -> None:
-        """Velocities and accelerations of the axes or their joints, limited by the path limits."""
+        """Store velocities and accelerations of the axes or their joints, limited by the path limits."""
         limits = []
         for key, name, unit in (("MAX_VELOCITY", "VELOCITY", "s"), ("MAX_ACCELERATION", "ACCELERATION", "s2")):
             found = [self._needed(key, axis) for axis in "xyz"]
@@ -128,7 +128,7 @@ class _Reader:
         self.values.derive("corners.style", "linuxcnc", "LinuxCNC's own planner")
 
     def travel(self) -> None:
-        """Travel limits of the axes or their joints, and the home position."""
+        """Store the travel limits of the axes or their joints, and the home position."""
         ends = []
         for key, unlimited in (("MIN_LIMIT", -math.inf), ("MAX_LIMIT", math.inf)):
             numbers, places = [], []
@@ -153,7 +153,7 @@ class _Reader:
         self.values.home_at(Axes(tuple(homes), self.units, words, assumed=not places))
 
     def work(self) -> None:
-        """Set the process: a plasma torch if an entry or a section names one, else a spindle."""
+        """Store the process: a plasma torch if an entry or a section names one, else a spindle."""
         named = [one for one in (self.ini.get(*place) for place in _NAMES) if one is not None]
         own = next((one for one in named[:2] if _QTPLASMAC.search(one.text)), None)
         if "QTPLASMAC" in self.ini.sections or "PLASMAC" in self.ini.sections or own is not None:
@@ -171,7 +171,7 @@ class _Reader:
         self.values.assume("process", Head.SPINDLE.value, "the file does not say what does the work")
 
     def spindle(self) -> None:
-        """The speed range of the spindle, if given."""
+        """Store the speed range of the spindle, if given."""
         places = (
             ("MAX_FORWARD_VELOCITY", "SPINDLE_0"),
             ("MAX_VELOCITY", "SPINDLE_0"),
@@ -191,7 +191,7 @@ class _Reader:
             self.values.assume("spindle.start_time", *SPINDLE_START)
 
     def tool_change(self) -> None:
-        """Return whether the machine changes tools, and the tool change position."""
+        """Store whether the machine changes tools itself, and the tool change position."""
         random = self.ini.get("RANDOM_TOOLCHANGER", "EMCIO")
         if random is not None and random.text.strip().lower() in ("1", "yes", "true"):
             where = f"[EMCIO]RANDOM_TOOLCHANGER, {random.place}"

@@ -164,7 +164,7 @@ def read_rrf(text: str, file: str) -> Values:
 
 
 def _rrf_spindle(values: Values, lines: list[_Line]) -> None:
-    """Spindle speeds of M950 R0: ``L24000``, or ``L6000:24000``."""
+    """Store the spindle speeds of M950 R0: ``L24000``, or ``L6000:24000``."""
     for line in lines:
         if line.word == "M950" and "R" in line.letters and line.letters.get("L"):
             speeds = [_number(values, part, "M950 L", line.place) for part in line.letters["L"].split(":")]
@@ -307,7 +307,6 @@ def has_travel(text: str) -> bool:
 
 
 def _lines(text: str) -> list[_Line]:
-    """Return the settings lines of a text."""
     found = (_line(line, _Place(count)) for count, line in enumerate(text.splitlines(), 1))
     return [line for line in found if line is not None]
 

@@ -42,7 +42,7 @@ from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher
 TOOL_CHANGE_HEIGHT = 25.0
 #: Clearance of travel moves from the surface and from fixtures, vertical and horizontal, mm.
 SURFACE_CLEARANCE = 2.0
-#: Exit of a tool below the part that is reported, mm: it may hit the table, a vise or a parallel.
+#: Tool exit below the part from which on a warning is issued, mm: the tool may hit the table, a vise or a parallel.
 FAR_BELOW = 3.0
 #: The same under a circuit board, mm: its backing board is often 2 mm thick or less.
 BELOW_BOARD = 1.0
@@ -338,7 +338,6 @@ def _bite(
 
 
 def _relief(plan: DrillPlan, ground: Ground, machine: Machine, operation: DrillOperation) -> Relief:
-    """Return the travel heights of an operation."""
     return ground.relief(
         machine,
         operation.tool,

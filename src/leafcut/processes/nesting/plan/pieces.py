@@ -179,9 +179,7 @@ def share_of(some: Counter[int], weight: Callable[[int], float], area: float) ->
 
 
 def angles_within(inner: Iterable[float] | None, outer: Sequence[float] | None, turn: float) -> bool:
-    """Return whether a part rotated by `turn` in a hole stays at an allowed rotation, however the outer part is
-    rotated.
-    """
+    """Return whether a part rotated by `turn` in a hole stays at an allowed rotation at every rotation in `outer`."""
     if inner is None:
         return True
     if outer is None:

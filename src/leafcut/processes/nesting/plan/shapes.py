@@ -140,9 +140,7 @@ class ShapePacker:
         return Strip(strip.width, placed, strip.steps, strip.ended)
 
     def _fits(self, piece: int) -> bool:
-        """Return whether a grown outline fits the strip; pieces that fit the sheet exactly do not, and are placed
-        alone.
-        """
+        """Return whether a grown outline fits the strip; pieces that fit the sheet exactly do not (see `_alone`)."""
         return self.extent(piece)[0] < self.length
 
     def _extent(self, piece: int) -> tuple[float, float]:

@@ -57,7 +57,7 @@ class StripSearch:
         return bool(self.reason)
 
     def answer(self) -> dict[str, Any]:
-        """Return the width of the strip, the placements (id, degrees, x, y), and the reason why the search ended."""
+        """Return the width of the strip, the placements (id, degrees, x, y), and why the search ended."""
         items = [(int(i.id), i.rotation, *i.translation) for i in self.best.placed_items]
         return {"width": self.best.width, "items": items, "steps": self.steps, "ended": self.reason}
 

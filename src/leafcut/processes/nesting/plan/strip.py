@@ -58,9 +58,7 @@ class StripBudget:
 
 @dataclass(frozen=True)
 class Strip:
-    """A packed strip: its width (mm), the items as (index, degrees, x, y), the steps, and the reason why the search
-    ended.
-    """
+    """A packed strip: its width (mm), the items as (index, degrees, x, y), the steps, and why the search ended."""
 
     width: float
     items: tuple[tuple[int, float, float, float], ...]
