@@ -1,10 +1,8 @@
-"""Mirror, rotate and move a drawing before planning, so that everything is planned in its final position.
+"""Mirror, rotate and move a drawing before it is planned.
 
 The order is fixed: mirror, then rotate, both about the zero of the drawing, then set the origin. A mirrored board is
-seen from its back, and machined from there. Because this happens before planning, the sides of leads and kerf, climb
-milling, and arc directions need no correction.
-
-Only this module sets the zero of a program, so all programs of a part share it.
+machined from its back. Because placing comes first, leads, kerf side, climb milling and arc directions need no
+correction. Only this module sets the zero of a program, so all programs of a part share it.
 """
 
 from __future__ import annotations
@@ -68,8 +66,8 @@ def turned_mesh(mesh: Mesh, up: str, z: float) -> Mesh:
 def placing_words(file: str, part: Part, options: ReadOptions) -> str:
     """Return the file name of a part and its placing, for the header of the program.
 
-    ``plate.step, -x up, Z0 at Z12.5 mm, zero at X10 Y20 mm, mirrored x, turned 90 deg``: a solid is first turned with
-    -x up. Its Z12.5 then becomes Z0 of the program. After mirroring and rotation, its X10 Y20 becomes X0 Y0.
+    ``plate.step, -x up, Z0 at Z12.5 mm, zero at X10 Y20 mm, mirrored x, turned 90 deg``: the solid is turned with -x
+    up, and its Z12.5 becomes Z0. After mirroring and rotation, its X10 Y20 becomes X0 Y0.
     """
     words = [Path(file).name]
     if part.zero is not None and part.zero.up:

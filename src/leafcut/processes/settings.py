@@ -31,10 +31,9 @@ def collect(
 ) -> Settings:
     """Return the settings of a file of defaults, overridden by `file`, overridden by `values`.
 
-    `values` maps option names to values; None means "not given". A number without a unit has the same meaning here, in
-    the files and on the command line (`units.BARE_UNIT`). Paths in the defaults are relative to the folder of their
-    file. `own` are the option groups of the requested process: if only these and shared options are given, no other
-    process is loaded.
+    `values` maps option names to values; None means "not given". Numbers without a unit mean the same in all of them
+    (`units.BARE_UNIT`). Paths in the defaults are relative to their file. `own` are the option groups of the requested
+    process: if only these and shared options are given, no other process is loaded.
 
     Raises
     ------

@@ -130,9 +130,8 @@ def besides_holes(
     """Classify closed contours that are not drilled. Return (issues, issues of other contours), all L201.
 
     A contour around all holes is the plate outline or a frame: a note. Slots, and circles drawn as other curves, are
-    missing work. Other contours inside the outline are missing work only for callers that machine more than holes.
-    Contours outside the outline are notes. `circles` enclose holes or contours; they are missing work unless they
-    enclose all holes.
+    missing work. So are other contours inside the outline, for callers that machine more than holes. Contours outside
+    the outline are notes. `circles` enclose holes or contours; they are missing work unless they enclose all holes.
     """
     paths = [*contours, *(Polyline.circle(one.x, one.y, 0.5 * one.diameter) for one in circles)]
     if not paths:

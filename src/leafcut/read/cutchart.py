@@ -206,23 +206,22 @@ def find_cut_data(
 ) -> tuple[CutData, list[Issue]]:
     """Return the cutting data of a sheet, and issues.
 
-    Uses the row of the given thickness, or interpolates between the two rows around it, of the same process,
-    material and current. Speed is interpolated in logarithms, because it falls with a power of the thickness; all
-    else linearly. The most trusted chart wins; estimates are the last resort. Of several currents, the fastest wins
-    that pierces the sheet and has complete data. If the user gives speed, kerf and pierce delay, no row is needed.
+    Uses the row of the given thickness, or interpolates between the two rows around it, of the same process, material
+    and current: the speed in logarithms, because it falls with a power of the thickness, all else linearly. The most
+    trusted chart wins; estimates are the last resort. Of several currents, the fastest wins that pierces the sheet and
+    has complete data. If the user gives speed, kerf and pierce delay, no row is needed.
 
     Parameters
     ----------
     process
         Name in the chart, with kind and power if any: ``plasma``, ``laser_fiber_3kW``. Only rows of that name are used;
-        if there are none, rows that name neither kind nor power.
+        otherwise rows that name neither kind nor power.
     thickness
         mm.
     nozzle
         Use only rows of this nozzle.
     given
-        ``feed``, ``kerf``, ``pierce_delay``, ``pierce_height``, ``cut_height``: the user's values, which override the
-        chart.
+        ``feed``, ``kerf``, ``pierce_delay``, ``pierce_height``, ``cut_height``: override the chart.
 
     Raises
     ------

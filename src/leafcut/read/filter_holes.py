@@ -255,9 +255,8 @@ def _neighbours(
 def anchors(points: NDArray[np.float64], tolerance: float) -> list[int]:
     """Return the first anchor within `tolerance` of each row; a row without an earlier anchor is an anchor.
 
-    Rows are processed in order. Anchors are therefore more than `tolerance` apart, and each row is within `tolerance`
-    of its anchor. The grid only finds candidates, so cell borders do not matter. O(n), because a cell holds few
-    anchors.
+    Rows are processed in order, so anchors are more than `tolerance` apart. The grid only finds candidates; cell
+    borders do not matter. O(n), because a cell holds few anchors.
 
     Parameters
     ----------

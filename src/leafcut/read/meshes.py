@@ -1,7 +1,6 @@
 """Meshes of solids: STL (text or binary) and STEP.
 
-Libraries such as trimesh and numpy-stl also read STL. With the limits and checks that untrusted files need, they would
-save no code here, and they take a second to import.
+trimesh and numpy-stl would save no code, given the checks that untrusted files need, and take a second to import.
 """
 
 from __future__ import annotations

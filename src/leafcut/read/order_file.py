@@ -4,10 +4,8 @@
      "operations": [{"operation": 1, "holes": [12, 3, 7]}]}
 
 Operations are numbered from 1 in program order, holes from 1 in file order. Listed holes are drilled first, in this
-order; the search orders the remaining holes of the operation after them.
-
-An order belongs to one drawing: ``drawing`` gives its number of holes and a fingerprint of their relative positions. A
-file without it, from another program or an older leafcut, is accepted for any drawing that has its holes.
+order; the search orders the others after them. ``drawing`` gives the number of holes and a fingerprint of their
+relative positions. Without it, the file is accepted for any drawing that has its holes.
 """
 
 from __future__ import annotations

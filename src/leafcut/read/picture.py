@@ -217,9 +217,9 @@ def _level(source: Source, grey: Grey, options: PocketDrawingOptions) -> float:
 def _evenly_lit(grey: Grey, invert: bool, issues: list[Issue]) -> Grey:
     """Level the brightness of a photo whose light falls off to one side or to its edges.
 
-    Bright areas should be equally bright everywhere, and dark areas equally dark. The light is a quadratic surface
-    fitted to both classes. The brightness is divided by it, the classes are determined again, and so on. A fit to the
-    bright class alone would be extrapolated into the dark areas. An evenly lit picture is returned unchanged.
+    The light is a quadratic surface, fitted so that bright areas become equally bright everywhere, and dark areas
+    equally dark. The brightness is divided by it, and the classes are determined again. A fit to the bright class alone
+    would be extrapolated into the dark areas. An evenly lit picture is returned unchanged.
     """
     light = 1.0 - grey if invert else grey
     if not np.isfinite(light).all() or float(np.ptp(light)) < LEAST_CONTRAST:

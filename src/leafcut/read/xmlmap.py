@@ -1,8 +1,7 @@
 """XML point maps: ``<map units="mm"><city name="A" x="1" y="2"/></map>``, with attributes or child elements.
 
 The root has any name. Points are city, point, hole or node, or in Spanish ciudad, punto, agujero or nodo; ``diameter``
-(or ``d``) is optional. Entity declarations and external entities are refused (defusedxml), so a map can neither grow in
-memory nor read other files.
+(or ``d``) is optional. Entities are refused (defusedxml): a map can neither grow in memory nor read other files.
 """
 
 from __future__ import annotations

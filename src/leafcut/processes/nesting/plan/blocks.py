@@ -1,8 +1,8 @@
 """Blocks of equal parts one kerf apart for common-line cutting: pairs, two rows, or a grid.
 
-A block is nested as one piece, with the full gap around it. Every cut between its parts can start in the scrap beside
-it, and no part is locked in. Rectangles form rows and grids. Other parts form pairs, the second rotated by 180° and
-placed at the longest straight edge that allows it.
+A block is nested as one piece, with the full gap around it, so that every cut between its parts can start in the scrap
+beside it. Rectangles form rows and grids. Other parts form pairs, the second rotated by 180° and placed at the longest
+straight edge that allows it.
 """
 
 from __future__ import annotations

@@ -186,8 +186,8 @@ def _shape_variants(
     """Yield a nest by shapes for each of some seeds, in order, searching several at a time.
 
     With a time limit, the first variant gets all of it, and at least two thirds of the threads: more variants never
-    cost density. The others share the remaining threads; with one or two threads, only the first is made. Without a
-    limit, each variant gets one thread, so that the number of threads does not change the nests.
+    cost density. The others share the remaining threads, if any. Without a limit, each variant gets one thread, so that
+    the number of threads does not change the nests.
     """
     every = search.threads or os.cpu_count() or 1
     threads = min(every, len(numbers))

@@ -173,9 +173,9 @@ class ShapePacker:
     def _shape(self, number: int) -> tuple[list[tuple[float, float]], tuple[float, float], float]:
         """Return the points of a grown outline about its middle, the middle, and the grown area.
 
-        The outline is grown by at least half the spacing. A simplified outline is grown by its tolerance, too, and
-        mitred corners are cut no closer than round ones would be. Outlines that simplification would hardly reduce stay
-        exact, so that parts whose sides add up to the width of the sheet fit beside each other.
+        The outline is grown by at least half the spacing, and by the tolerance if simplified; mitred corners are cut no
+        closer than round ones would be. Outlines that simplification would hardly reduce stay exact, so that parts
+        whose sides add up to the width of the sheet fit beside each other.
         """
         piece = self.pieces[number]
         x0, y0, x1, y1 = piece.path.extents

@@ -1,8 +1,8 @@
 """Choose the cheapest sheets of several kinds that hold all parts, within the available numbers.
 
-A greedy choice takes one sheet at a time, the one that holds most parts for its cost; free remnants come first. Then
-all cheaper choices with enough area are candidates, and the cheapest that holds all parts wins. If there are more
-candidates than time to try them, the search proceeds by bisection, or by the density reached on the sheets tried.
+A greedy choice takes one sheet at a time, the best by parts per cost; free remnants come first. Then all cheaper
+choices with enough area are candidates, and the cheapest that holds all parts wins. Without time for all of them, the
+search proceeds by bisection, or by the density reached so far.
 """
 
 from __future__ import annotations

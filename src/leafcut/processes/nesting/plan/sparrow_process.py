@@ -1,8 +1,7 @@
-"""Script that runs the irregular nester in a subprocess: one strip from standard input, the answer on standard output.
+"""Script that runs the irregular nester in a subprocess: a strip from standard input, the answer on standard output.
 
-leafcut survives if the nester panics in its Rust code or never ends, and it can stop it after a number of steps. The
-steps of one seed are always the same, however long they take, so a search limited by steps is repeatable. The nester's
-own clock is never used.
+leafcut survives a panic of the nester's Rust code, and can stop a search after a number of steps. The steps depend on
+the seed only, so such a search is repeatable; the nester's own clock is never used.
 
 Imports nothing of leafcut, to start quickly.
 """
