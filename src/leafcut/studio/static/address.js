@@ -1,9 +1,9 @@
-// Follows the browser's history: puts the page's steps into it, tells where Back and Forward lead, and lets what is
-// being typed count when the page is left.
+// Browser history of the page: adds its steps, reports Back and Forward, and commits a field's text when the page is
+// left.
 import { h } from "vue";
 
 export default {
-  // The newest steps of the page, each [number, "pushState" or "replaceState", address].
+  // Latest steps of the page, each [number, "pushState" or "replaceState", address].
   props: { steps: { type: Array, default: () => [] } },
   emits: ["went"],
   created() {
@@ -12,7 +12,7 @@ export default {
   mounted() {
     this.take();
     this.back = () => this.$emit("went", { said: Object.fromEntries(new URLSearchParams(location.search)), done: this.done });
-    this.leave = () => document.activeElement?.blur?.(); // a field says what was typed in it when it is left
+    this.leave = () => document.activeElement?.blur?.(); // a field reports its text when it loses the focus
     window.addEventListener("popstate", this.back);
     window.addEventListener("beforeunload", this.leave);
   },
@@ -20,7 +20,7 @@ export default {
     window.removeEventListener("popstate", this.back);
     window.removeEventListener("beforeunload", this.leave);
   },
-  // Before what came with a step is drawn: whoever sees that can go back from it.
+  // Before the content of a step is drawn, so that Back works as soon as it is visible.
   watch: { steps: { handler: "take", flush: "sync" } },
   methods: {
     take() {

@@ -1,20 +1,20 @@
-// What the charts of the student's bench share: scales, axes, a legend, and the switch between iterations and time.
+// Common parts of the teaching charts: scales, axes, a legend, and the switch between iterations and time.
 
 import { draw, words } from "./chart.js";
 import { make } from "./icons.js";
 import { niceStep } from "./view.js";
 
-const LOG_FROM = 60; // times longer than the first moment: short searches stay linear
+const LOG_FROM = 60; // ratio of the last to the first time; shorter searches stay linear
 export const LEFT = 58, RIGHT = 16, BOTTOM = 26;
 const LEGEND = 17, APART = 14, KEY = 21, EDGE = 4;
 
-/** What stands on the horizontal axis: by iteration or by time; a row is [iteration, seconds, …]. */
+/** Horizontal axis: iteration or time; a row is [iteration, seconds, …]. */
 const AXES = {
   iteration: { at: (row) => row[0], least: 1 },
   time: { at: (row) => row[1], least: 0.001 },
 };
 
-/** A chart whose horizontal axis can be switched; `_paint(frame)` of a class that inherits draws what is in it. */
+/** A chart with a switchable horizontal axis; subclasses draw their content in `_paint(frame)`. */
 export class Switched {
   constructor(host, { words: given = {}, by = "iteration" } = {}) {
     this.words = given;
@@ -33,7 +33,7 @@ export class Switched {
     this._observer.observe(this.svg);
   }
 
-  /** Have iterations or seconds on the horizontal axis. */
+  /** Set the horizontal axis to iterations or seconds. */
   switchTo(by) {
     this.by = by;
     this.draw();
@@ -53,7 +53,7 @@ export class Switched {
     this._paint({ width, height });
   }
 
-  /** Return a place in a row → its x, for rows up to `last`; logarithmic where the search is long. Draws the axis. */
+  /** Draw the horizontal axis for `rows`, logarithmic for a long search; return the function row → x. */
   horizontal(rows, { width, height, right = RIGHT }) {
     const { at, least } = AXES[this.by], seen = rows.map(at), last = Math.max(ends(seen)[1], least);
     const first = Math.max(least, Math.min(ends(seen.filter((v) => v > 0))[0], last)), log = last / first > LOG_FROM;
@@ -77,7 +77,7 @@ export class Switched {
     return (row) => x(at(row));
   }
 
-  /** Return a value → its y between `top` and the axis. Draws lines across. */
+  /** Draw horizontal grid lines; return the function value → y between `top` and the axis. */
   vertical([low, high], { width, height, top, right = RIGHT }) {
     const spare = Math.max((high - low) * 0.06, Math.abs(high) * 1e-4, 1e-9), bottom = height - BOTTOM;
     const least = low - spare, most = high + spare, y = (v) => top + ((most - v) / (most - least)) * (bottom - top);
@@ -91,7 +91,7 @@ export class Switched {
     return y;
   }
 
-  /** Draw a legend in as many lines as it needs: [class of the key, colour or nothing, words]; return where it ends. */
+  /** Draw a legend in as many lines as needed: [class of the key, colour or "", text]; return its lower end. */
   legend(entries, width) {
     let x = EDGE, y = 8;
     for (const [classes, colour, said] of entries) {
@@ -107,7 +107,7 @@ export class Switched {
   }
 }
 
-/** Return the smallest and the largest of any number of values; of too many Math.min(...values) throws. */
+/** Return the smallest and the largest value; unlike Math.min(...values), it takes any number of values. */
 export function ends(values) {
   let low = Infinity, high = -Infinity;
   for (const value of values) {
@@ -132,7 +132,7 @@ function decades(first, last) {
 
 function plain(value) { return Number(value.toPrecision(6)).toLocaleString("en-US"); }
 
-/** Return a path of lines through points; `steps`: level until the next. */
+/** Return the SVG path of a polyline; with `steps`, each segment is horizontal, then vertical. */
 export function line(points, steps = false) {
   return points.map(([x, y], k) => (k ? (steps ? `H${x}V${y}` : `L${x} ${y}`) : `M${x} ${y}`)).join("");
 }

@@ -1,13 +1,13 @@
-// How a run goes, in the title and the icon of the tab; a notice once it is over, where a person has asked for that.
+// Progress of a job in title and icon of the tab, and a notification at its end if requested.
 (() => {
   const KEPT = "leafcut-notice";
   const TITLE = document.title || "leafcut studio";
   const SIGNS = { waiting: "…", running: "▶", done: "✓", stopped: "✓", failed: "✗", cancelled: "✗", interrupted: "✗" };
   const OVER = new Set(["done", "stopped", "failed", "cancelled", "interrupted"]);
-  const STAYS = 4000; // ms that the tab says of a run that it is over, once that was seen
+  const STAYS = 4000; // ms for which the tab still shows the end of a job after the user has seen it
   let last = {}, plain = null, words = {};
 
-  /** Return an icon with a ring that is closed as far as a run has come; green once it is over. */
+  /** Return an icon with a ring that shows the progress; green at the end. */
   function icon(share, over) {
     const round = 2 * Math.PI * 12, done = over ? round : (round * share) / 100;
     const ring = `<circle cx="16" cy="16" r="12" fill="none" stroke="#8a978f" stroke-opacity=".45" stroke-width="6"/>`
@@ -36,13 +36,13 @@
     const ended = over && last.job === job.job && !OVER.has(last.state);
     last = job;
     if (!over) show(job);
-    if (!ended) return; // what was over before the page came is no news
+    if (!ended) return; // ignore jobs that had ended before the page was loaded
     show(job);
     tell(job);
     if (document.hasFocus()) seen();
   }
 
-  /** Who looks at the page, or does something there, has seen that a run is over: the tab says so a little longer. */
+  /** The user is active on the page and thus sees the end of a job; hide it in the tab soon. */
   function seen() {
     if (document.hidden || !OVER.has(last.state)) return;
     setTimeout(() => { if (OVER.has(last.state)) show({}); }, STAYS);

@@ -1,8 +1,8 @@
-// Pictures that are drawn over several frames: until a new one is ready, the last one is shown, moved and scaled.
+// Drawings painted over several frames; until a new one is ready, the previous one is shown, moved and scaled.
 
-const SLICE = 9; // milliseconds of drawing before the screen is shown again
+const SLICE = 9; // milliseconds of painting per frame
 
-/** How many segments can be drawn in a slice of time, learnt from what drawing takes. */
+/** Number of segments that can be painted per frame, measured from previous frames. */
 class Budget {
   constructor() {
     this.perMs = 400;
@@ -10,11 +10,11 @@ class Budget {
 
   get segments() { return Math.max(SLICE * this.perMs, 600); }
 
-  /** Learn that so many segments took so many milliseconds. */
+  /** Record that `segments` took `ms` milliseconds. */
   learn(segments, ms) {
     if (segments < 200) return;
     const now = segments / Math.max(ms, 0.2);
-    const share = now < this.perMs ? 0.7 : 0.12; // quick to slow down, slow to believe that all is easy
+    const share = now < this.perMs ? 0.7 : 0.12; // react fast to slow frames, slowly to fast ones
     this.perMs = Math.min(Math.max(this.perMs + share * (now - this.perMs), 30), 50000);
   }
 }
@@ -24,14 +24,14 @@ export const budget = new Budget();
 const scratch = document.createElement("canvas");
 scratch.width = scratch.height = 1;
 
-/** Have drawn what was only noted down: browsers put off drawing on a canvas until somebody looks at it. */
+/** Force the canvas to execute pending drawing commands, which browsers defer until it is read. */
 function flush(canvas) { scratch.getContext("2d").drawImage(canvas, 0, 0, 1, 1); }
 
-/** One picture. `paint(ctx, view)` is a generator that draws and yields what each step cost, in segments. */
+/** One drawing. `paint(ctx, view)` is a generator that yields the cost of each step, in segments. */
 export class Buffer {
   constructor(paint, margin = 96) {
     this.paint = paint;
-    this.margin = margin; // pixels drawn beyond each edge, so that a pan does not show an empty one
+    this.margin = margin; // pixels painted beyond each edge, so that a pan shows no gap
     this.front = null; // { canvas, view }
     this.back = null;
     this.job = null;
@@ -39,16 +39,16 @@ export class Buffer {
     this.empty = true;
   }
 
-  /** Say that the picture is no longer right, whatever the view. */
+  /** Mark the drawing as outdated for every view. */
   invalidate() {
     this.stale = true;
     this.job = null;
   }
 
-  /** Whether there is a picture of just this view. */
+  /** Whether the drawing is finished for this view. */
   ready(view) { return !this.stale && !this.job && same(this.front?.view, view); }
 
-  /** Draw on, at most for `segments`; return what it cost. */
+  /** Continue painting, at most for `segments`; return the cost. */
   step(view, ratio, segments) {
     if (this.ready(view)) return 0;
     const began = performance.now();
@@ -67,7 +67,7 @@ export class Buffer {
     return Math.max(spent, 1);
   }
 
-  /** Show the picture where it belongs in a view. */
+  /** Show the drawing at its position in a view. */
   blit(ctx, view, ratio, alpha = 1) {
     if (!this.front || this.empty) return;
     const { canvas, view: from } = this.front, zoom = view.scale / from.scale;
@@ -79,7 +79,7 @@ export class Buffer {
     ctx.globalAlpha = 1;
   }
 
-  /** Return the context of the picture that is shown, to add to it. */
+  /** Return the context of the shown drawing, for additions. */
   context() {
     this.empty = false;
     return this.front.canvas.getContext("2d");
@@ -109,7 +109,7 @@ export class Buffer {
   }
 }
 
-/** What a painter needs to know: where millimetres are in the picture. */
+/** Transform from millimetres to pixels of a drawing, for painters. */
 export class Frame {
   constructor(view, ratio, margin = 0) {
     this.view = view;
@@ -118,7 +118,7 @@ export class Frame {
     this.scale = view.scale;
   }
 
-  /** Return smallest x and y, largest x and y in the picture, mm. */
+  /** Visible range: smallest x and y, largest x and y, mm. */
   get seen() {
     const { x, y, scale, width, height } = this.view;
     const dx = (width / 2 + this.margin) / scale, dy = (height / 2 + this.margin) / scale;
@@ -128,13 +128,13 @@ export class Frame {
   toX(x) { return (x - this.view.x) * this.scale + this.view.width / 2 + this.margin; }
   toY(y) { return (this.view.y - y) * this.scale + this.view.height / 2 + this.margin; }
 
-  /** Let a context draw in millimetres relative to an origin, y up. */
+  /** Set a context to millimetres relative to an origin, y up. */
   inMm(ctx, origin) {
     const k = this.scale * this.ratio;
     ctx.setTransform(k, 0, 0, -k, this.toX(origin[0]) * this.ratio, this.toY(origin[1]) * this.ratio);
   }
 
-  /** Let a context draw in pixels from the upper left. */
+  /** Set a context to pixels from the upper left corner. */
   inPixels(ctx) { ctx.setTransform(this.ratio, 0, 0, this.ratio, 0, 0); }
 }
 

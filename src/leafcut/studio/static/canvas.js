@@ -1,11 +1,11 @@
-// The drawing of the studio: parts and toolpaths with pan, zoom, hover, selection and playback.
+// Drawing of the studio: parts and toolpaths with pan, zoom, hover, selection and playback.
 //
 //   const drawing = new Drawing(host, { words });
 //   drawing.show(await (await fetch(url)).arrayBuffer(), "after");
 //   drawing.on("select", ({ row, line, hole }) => …);
 //
-// Layers of `show`: whole, part, before, after, pheromone, live, differences, solid_before, solid_after. Events of `on`:
-// hover, select, time, drag, mode, layers, and main when there is another toolpath to select in, or another program.
+// Layers of `show`: whole, part, before, after, pheromone, live, differences, solid_before, solid_after. Events of
+// `on`: hover, select, time, drag, mode, layers, and main for a new toolpath or program to select in.
 
 import { describe, mm } from "./describe.js";
 import { droppedOn, grab } from "./dragging.js";
@@ -25,18 +25,18 @@ import { View } from "./view.js";
 import { make } from "./icons.js";
 import { WORDS } from "./words.js";
 
-const NUMBER_ROOM = 18; // pixels of a number beside the stop that is furthest right
+const NUMBER_ROOM = 18; // width in pixels for a number beside the rightmost stop
 
-// Of what tells what the pointer is on, pixels: where it stands, how wide it is at least, how near the pointer may come.
+// Readout, pixels: left and bottom margin, minimum width, and minimum distance to the pointer.
 const ROOM_LEFT = 56, ROOM_BELOW = 32, ROOM_LEAST = 200, ROOM_BESIDE = 44;
 
 export const MODES = ["before", "after", "side", "overlay"];
-/** What is seen: the plan, the stock in three dimensions, or both side by side. */
+/** Views: the plan, the stock in 3D, or both side by side. */
 export const SPACES = ["plan", "solid", "both"];
 const SOLID = "solid_";
 
 export class Drawing {
-  /** `storage` keeps the chosen view of the stock from one page to the next, as localStorage does; null: nothing does. */
+  /** `storage` keeps the selected view of the stock across pages, such as localStorage; null for none. */
   constructor(host, { words = {}, layers = {}, editable = false, renderer = "", storage = null } = {}) {
     this.words = { ...WORDS, ...words };
     this.view = new View();
@@ -47,7 +47,7 @@ export class Drawing {
     this.editable = editable;
     this.selected = null;
     this.tool = null;
-    /** The names of the drawing's own layers that are switched off. */
+    /** Names of the drawing's own layers that are hidden. */
     this.hidden = new Set();
     this.scenes = { whole: null, part: null, before: null, after: null, pheromone: null, live: null, differences: null };
     this.tracks = { before: null, after: null };
@@ -98,7 +98,7 @@ export class Drawing {
     this.player = new Player(this.root, words);
   }
 
-  /** Call `act` with every event of a name; return a function that ends this. */
+  /** Call `act` for every event `name`; return a function that unsubscribes. */
   on(name, act) {
     if (!this._listeners.has(name)) this._listeners.set(name, new Set());
     this._listeners.get(name).add(act);
@@ -107,7 +107,7 @@ export class Drawing {
 
   emit(name, detail) { [...(this._listeners.get(name) ?? [])].forEach((act) => act(detail)); }
 
-  /** Show a scene (ArrayBuffer) as one of the layers that are named above. */
+  /** Show a scene (ArrayBuffer) in a layer. */
   show(bytes, layer) {
     if (layer.startsWith(SOLID)) {
       this.offerSolid(layer.slice(SOLID.length), async () => bytes);
@@ -134,14 +134,14 @@ export class Drawing {
     if (first || this.view.fitted) this.fit();
   }
 
-  /** Say what returns the bytes of the stock with the moves "before" or "after", asked for when it is to be seen; null:
-   *  there is none. */
+  /** Set the function that loads the stock with the moves "before" or "after" when it becomes visible; null: no
+   * stock. */
   offerSolid(which, load) {
     this.solid.offer(which, load);
     this._arrange();
   }
 
-  /** See the "plan", the "solid", or "both". */
+  /** Show the "plan", the "solid", or "both". */
   setSpace(space) {
     if (!SPACES.includes(space)) return;
     this.space = space;
@@ -153,23 +153,23 @@ export class Drawing {
     this.emit("space", { space });
   }
 
-  /** Keep how the stock is seen for the next page. */
+  /** Store the view of the stock for the next page. */
   keepView() { keep(this._storage, this); }
 
-  /** Show a newer state of what moves while a search goes on; return whether the scene was one of those. */
+  /** Update a layer that changes during a search; return whether the scene belongs to such a layer. */
   _renew(scene, layer) {
     if (!this.scenes[layer] || !["path", "pheromone"].includes(scene.kind)) return false;
     this.scenes[layer] = scene;
     this.panes.forEach((pane) => {
       if (layer === "live") pane.setLive(scene);
       else pane.setPheromone(this.scenes.pheromone);
-      if (layer === "live" && pane.hovered?.stop) this._say(describe(pane.hovered, pane, this.words)); // it has another number
+      if (layer === "live" && pane.hovered?.stop) this._say(describe(pane.hovered, pane, this.words)); // its number has changed
     });
     this._wake();
     return true;
   }
 
-  /** Take everything off, or one layer. */
+  /** Remove all layers, or one. */
   clear(layer = null) {
     if (layer?.startsWith(SOLID)) {
       this.offerSolid(layer.slice(SOLID.length), null);
@@ -192,25 +192,25 @@ export class Drawing {
     this.solid.fit();
   }
 
-  /** Zoom what is seen. */
+  /** Zoom the visible views. */
   zoom(factor) {
     if (this.sees !== "solid") this.view.zoom(factor);
     if (this.sees !== "plan") this.solid.zoom(factor);
   }
 
-  /** Begin or end measuring: on the stock where it is seen, else in the plan. */
+  /** Start or stop measuring, on the stock if it is visible, else in the plan. */
   toggleMeasure() {
     if (this.sees === "plan") this.measure.toggle(); else this.solid.marks.measure();
     this.toolbar.update();
   }
 
-  /** What is seen: the "plan", the "solid", or "both". */
+  /** Current view: "plan", "solid", or "both". */
   get sees() { return this.solid?.offered ? this.space : "plan"; }
 
-  /** Whether toolpaths can be shown so where they are seen: the stock shows one after the other. */
+  /** Whether a mode is available in the current view; the stock shows one toolpath at a time. */
   offers(mode) { return this.modes.includes(mode) && (this.sees !== "solid" || mode === "before" || mode === "after"); }
 
-  /** How toolpaths are shown where they are seen. */
+  /** Mode of the toolpaths in the current view. */
   get seenMode() { return this.offers(this.mode) ? this.mode : "after"; }
 
   setMode(mode) {
@@ -221,7 +221,7 @@ export class Drawing {
     this.emit("mode", { mode });
   }
 
-  /** Show the next of what can be compared: before, after, side by side, overlaid. */
+  /** Switch to the next mode: before, after, side by side, overlaid. */
   nextMode() {
     const modes = MODES.filter((mode) => this.offers(mode));
     if (modes.length) this.setMode(modes[(modes.indexOf(this.seenMode) + 1) % modes.length]);
@@ -235,10 +235,10 @@ export class Drawing {
     this.emit("layers", { ...this.layers });
   }
 
-  /** The names of the layers that the drawing has. */
+  /** Names of the drawing's own layers. */
   get drawnLayers() { return layersOf(this.scenes.whole, this.scenes.part); }
 
-  /** Show a layer of the drawing, or not. */
+  /** Show or hide a layer of the drawing. */
   showDrawnLayer(name, shown) {
     if (shown) this.hidden.delete(name); else this.hidden.add(name);
     if (this.scenes.part) this.partPaths = new PartPaths(this.scenes.part, this.hidden);
@@ -256,10 +256,10 @@ export class Drawing {
 
   pause() { this.player.pause(); }
 
-  /** Go to a time in machine seconds; null shows everything. */
+  /** Go to a machine time, s; null shows everything. */
   seek(seconds) { if (seconds === null) this.player.showAll(); else this.player.seek(seconds); }
 
-  /** Select a row of the toolpath, and move to where it is; null selects nothing. */
+  /** Select a row of the toolpath and pan to it; null clears the selection. */
   select(row) {
     const scene = this.main?.scene;
     if (!scene || row === null || row < 0 || row >= scene.rows) {
@@ -271,17 +271,17 @@ export class Drawing {
     this._choose({ row, which: scene.header.which });
   }
 
-  /** Show where the machine really is: x and y in mm, whether it cuts, and the place that is next; null: not at all. */
+  /** Show the actual position of the machine: x and y in mm, whether it cuts, and the next position; null hides it. */
   setTool(place) {
     this.tool = place;
     this.panes.forEach((pane) => { pane.dirty = true; });
     this._wake();
   }
 
-  /** Select what a line of the program does. */
+  /** Select the moves of a program line. */
   selectLine(line) { this.select(this.main?.scene.rowOfLine(line) ?? -1); }
 
-  /** Select a difference of two programs, numbered from 0, and move to where it is; return whether it has a place. */
+  /** Select a difference of two programs by index and pan to it; return whether it has a position. */
   selectDifference(index) {
     const { differences } = this.scenes, mark = differences?.markOf(index) ?? -1;
     if (mark < 0) return false;
@@ -291,7 +291,7 @@ export class Drawing {
     return true;
   }
 
-  /** Select a hole of the part, numbered from 0. */
+  /** Select a hole of the part by index. */
   selectHole(hole) {
     const { part } = this.scenes;
     if (!part || !(hole >= 0 && hole < part.holes)) return;
@@ -300,7 +300,7 @@ export class Drawing {
     this._choose({ hole, row: pane._rowAtHole(hole), which: this.main?.scene.header.which });
   }
 
-  /** Select a stop of the order that is changed, by its number in the toolpath from 1, and move to it; tell nobody. */
+  /** Select a stop of the edited order by its number in the toolpath, from 1, and pan to it, without an event. */
   selectStop(stop) {
     const { main } = this, edited = this.panes[1].edited, k = edited ? edited.indexOf(stop) : -1;
     if (!main || k < 0) return;
@@ -308,10 +308,10 @@ export class Drawing {
     this._choose({ row: main.scene.stop[stop - 1], which: main.scene.header.which, stop }, true);
   }
 
-  /** Return the toolpath that is numbered, played and selected in. */
+  /** The toolpath for numbers, playback and selection. */
   get main() { return this.tracks[this.mode === "before" ? "before" : "after"] ?? this.tracks.before ?? this.tracks.after; }
 
-  /** Return the drawing as a PNG, as it is seen. */
+  /** Return the visible drawing as a PNG. */
   picture() { return new Promise((done) => this.panes[1].canvas.toBlob(done, "image/png")); }
 
   destroy() {
@@ -323,7 +323,7 @@ export class Drawing {
     this.root.remove();
   }
 
-  /** Say where the part lies: whether program zero can be moved, and how far the machine goes. */
+  /** Set the placement of the part: whether program zero can be moved, and the travel of the machine. */
   setPlacement(placement) {
     this.placement.set(placement);
     this.panes.forEach((pane) => { pane.dirty = true; });
@@ -331,7 +331,7 @@ export class Drawing {
     this._wake();
   }
 
-  /** Say what is measured, and draw it. */
+  /** Show the measurement as text and in the drawing. */
   tellMeasure(parts, quiet) {
     this._say(parts, quiet);
     this.panes.forEach((pane) => { pane.dirty = true; });
@@ -339,13 +339,13 @@ export class Drawing {
     this._wake();
   }
 
-  /** Whether anything is shown, and whether that is of a map, which has no millimetres. */
+  /** Whether anything is shown; whether it is a map without millimetres. */
   get shows() { return Object.values(this.scenes).some(Boolean); }
   get unitless() { return [this.scenes.part, this.main?.scene].some((scene) => scene?.header.unitless); }
 
-  // What the pointer and the keys do.
+  // Pointer and keys.
 
-  /** The pointer is at a place: say what is there, once a frame at most. */
+  /** Handle a pointer position: describe the object there, at most once per frame. */
   point(pane, px, py) {
     pane.canvas.classList.toggle("lc-grab", !this.measure.on && this.placement.over(px, py));
     if (this.measure.on) {
@@ -390,7 +390,7 @@ export class Drawing {
 
   _paneOf(what) { return this.panes.find((pane) => pane.main && pane.main.scene.header.which === what.which) ?? this.panes[1]; }
 
-  /** Let go of what is dragged, else of the playback, else of what is chosen; return whether there was any of it. */
+  /** Cancel dragging, else playback, else the selection; return whether there was any of them. */
   escape() {
     if (this.measure.on) this.measure.toggle(false);
     else if (this.panes.some((pane) => pane.drag)) this.panes.forEach((pane) => this.drop(pane, true));
@@ -410,7 +410,7 @@ export class Drawing {
     this._wake();
   }
 
-  /** Let go: say what was dragged where. */
+  /** End dragging and report the target. */
   drop(pane, cancelled) {
     const { drag } = pane;
     pane.drag = null;
@@ -418,21 +418,21 @@ export class Drawing {
     this._wake();
     if (drag?.what === "origin") {
       const to = this.placement.drop(cancelled);
-      this._moved = to; // what is read anew lies elsewhere: on the screen it stays
+      this._moved = to; // keep the screen position when the drawing is read again
       if (to) this.emit("origin", { x: to[0], y: to[1] });
     } else if (drag && !cancelled) this.emit("drag", { ...drag, onto: droppedOn(this, pane, drag), which: pane.main.scene.header.which });
   }
 
-  // What is where.
+  // Content.
 
-  /** What of the toolpaths can be shown: one, or both in several ways. */
+  /** Available modes: a single toolpath, or several for two toolpaths. */
   get modes() {
     const { before, after } = this.tracks;
-    if (this.scenes.live?.visit && after) return ["after"]; // what is changed by hand is the order of this one
+    if (this.scenes.live?.visit && after) return ["after"]; // the manual order belongs to this toolpath
     return before && after ? MODES : before ? ["before"] : ["after"];
   }
 
-  /** Give every pane what it shows. */
+  /** Assign the content to the panes. */
   _arrange() {
     if (!this.modes.includes(this.mode)) this.mode = this.modes[0];
     const { before, after } = this.tracks, [left, right] = this.panes, side = this.mode === "side";
@@ -475,7 +475,7 @@ export class Drawing {
     return [0, 1, 2, 3].map((k) => (k < 2 ? Math.min : Math.max)(...every.map((e) => e[k])));
   }
 
-  /** Return the room that rulers and captions take at the left, top, right and bottom, pixels. */
+  /** Return the insets for rulers and captions at the left, top, right and bottom, pixels. */
   _insets() {
     const top = this.mode === "side" || this.mode === "overlay" ? 30 : 0;
     const right = this.layers.numbers && this.main?.scene.stop.length ? NUMBER_ROOM : 0;
@@ -487,7 +487,7 @@ export class Drawing {
     const sizes = shown.map((pane) => pane.resize());
     if (sizes.length) this.view.resize(...sizes[sizes.length - 1]);
     this.solid.resize();
-    // What is said stands below the buttons, in however many rows they are.
+    // Messages appear below the buttons, whose number of rows varies.
     const { top, height } = this.stage.getBoundingClientRect();
     if (height > 0) document.documentElement.style.setProperty("--drawing-top", `${top}px`);
     this._wake();
@@ -513,7 +513,7 @@ export class Drawing {
     this.readout.replaceChildren(...spans.flatMap((span, k) => (k ? [" · ", span] : [span])));
   }
 
-  /** Say what is said at the top of the drawing as long as the pointer is at what it would cover at the bottom. */
+  /** Move the readout to the top while it would cover the pointer at the bottom. */
   _makeRoom(pane, px, py) {
     const stage = this.stage.getBoundingClientRect(), box = pane.canvas.getBoundingClientRect(), { readout } = this;
     const right = ROOM_LEFT + Math.max(readout.offsetWidth, ROOM_LEAST), low = stage.height - ROOM_BELOW - readout.offsetHeight;

@@ -1,9 +1,9 @@
-// The drawing as an element of NiceGUI (studio/drawing/canvas.py).
+// Drawing as a NiceGUI element (studio/drawing/canvas.py).
 
 import { Drawing } from "leafcut-canvas/canvas.js";
 import { register, withStyle } from "leafcut-canvas/registry.js";
 
-/** Return what the browser keeps for this address; null where it keeps nothing. */
+/** Return the browser's storage for this origin; null if it is disabled. */
 function storage() {
   try {
     return window.localStorage;
@@ -37,9 +37,9 @@ export default {
     editable() { this.drawing.editable = this.editable; },
   },
   methods: {
-    /** Fetch what has another address than before, and take off what has none any more; one after the other. */
+    /** Fetch scenes with a new address, remove scenes without an address; one update at a time. */
     load() {
-      if (this.waiting) return; // what is about to be fetched is what is wanted then
+      if (this.waiting) return; // the pending update fetches the latest addresses
       this.waiting = true;
       this.loading = (this.loading ?? Promise.resolve()).then(() => this.update()).catch((error) => console.error(error.message));
     },
@@ -53,7 +53,7 @@ export default {
         this.drawing.clear(layer);
       }
       for (const layer of ["solid_before", "solid_after"].filter((name) => scenes[name] && scenes[name] !== this.shown[name])) {
-        // The stock is only fetched when somebody wants to see it.
+        // Fetch the stock only when it becomes visible.
         const address = (window.path_prefix ?? "") + scenes[layer];
         this.shown[layer] = scenes[layer];
         this.drawing.offerSolid(layer.slice("solid_".length), async () => {
@@ -65,16 +65,16 @@ export default {
       for (const layer of order.filter((name) => scenes[name] && scenes[name] !== this.shown[name])) {
         if (this.gone) return;
         const answer = await fetch((window.path_prefix ?? "") + scenes[layer], { cache: "no-store" });
-        if (answer.status !== 200) continue; // taken off meanwhile
+        if (answer.status !== 200) continue; // removed meanwhile
         this.drawing.show(await answer.arrayBuffer(), layer);
         this.shown[layer] = scenes[layer];
       }
     },
-    /** Show all, also of what is being fetched just now. */
+    /** Zoom to fit, including scenes being fetched. */
     fit() { this.loading = (this.loading ?? Promise.resolve()).then(() => this.drawing.fit()); },
-    /** Show where the machine really is, mm; null for not at all. */
+    /** Show the actual position of the machine, mm; null hides it. */
     setTool(place) { this.drawing.setTool(place); },
-    /** Select what a line does, also of a program that is being fetched just now. */
+    /** Select the moves of a line, even of a program being fetched. */
     showLine(line) { this.loading = (this.loading ?? Promise.resolve()).then(() => this.drawing.selectLine(line)); },
     select(row) { this.drawing.select(row); },
     selectLine(line) { this.drawing.selectLine(line); },

@@ -1,4 +1,4 @@
-// Charts of a search: cost against time with the lower bound, bars by worker, and the brightness of fireflies.
+// Charts of a search: cost over time with the lower bound, bars by worker, and the brightness of fireflies.
 
 import { make } from "./icons.js";
 import { niceStep } from "./view.js";
@@ -6,8 +6,8 @@ import { WORDS } from "./words.js";
 
 const SVG = "http://www.w3.org/2000/svg";
 const LEFT = 58, RIGHT = 14, TOP = 12, BOTTOM = 26;
-const FIGURE = 64, CLOSE = 26; // width of the figure at the end of a curve, and room for it between two steps
-const LOG_FROM = 60; // times longer than the first moment: short searches stay linear
+const FIGURE = 64, CLOSE = 26; // width of the value at the end of a curve, and minimum height for it between two steps
+const LOG_FROM = 60; // ratio of the last to the first time; shorter searches stay linear
 
 export function draw(tag, attributes, ...children) {
   const element = document.createElementNS(SVG, tag);
@@ -16,13 +16,13 @@ export function draw(tag, attributes, ...children) {
   return element;
 }
 
-/** Return a number with a thousands separator and so many decimals as a step needs. */
+/** Return a number with thousands separators and the decimals that a step needs. */
 export function words(value, step) {
   const decimals = Math.min(Math.max(0, -Math.floor(Math.log10(step) + 1e-9)), 6);
   return value.toLocaleString("en-US", { minimumFractionDigits: decimals, maximumFractionDigits: decimals });
 }
 
-/** Cost against milliseconds, as steps; the lower bound as a line; logarithmic in time when the search is long. */
+/** Cost over milliseconds, as steps, with the lower bound as a line; the time axis is logarithmic for a long search. */
 export class Convergence {
   constructor(host, { words: given = {} } = {}) {
     this.words = { ...WORDS, ...given };
@@ -35,13 +35,13 @@ export class Convergence {
     this._observer.observe(this.svg);
   }
 
-  /** Take the whole search: history as [[seconds, cost], …], the lower bound or null, and how long it has run. */
+  /** Set the whole search: history as [[seconds, cost], …], the lower bound or null, and the time so far. */
   set({ history = [], bound = null, unit = "s", now = 0 } = {}) {
     Object.assign(this, { history: history.map(([s, c]) => [s * 1000, c]), bound, unit, now: now * 1000 });
     this.draw();
   }
 
-  /** Add one improvement. */
+  /** Add an improvement. */
   add(seconds, cost) {
     this.history.push([seconds * 1000, cost]);
     this.draw();
@@ -106,7 +106,7 @@ export class Convergence {
       );
     }
     const best = this.history.at(-1)[1], x = this.x(last), y = this.y(best);
-    // The figure stands over the curve, also where an earlier step of it runs just above the last one.
+    // Place the value above the curve, even if an earlier step is just above the last.
     let over = y;
     for (let k = this.history.length - 2; k >= 0 && this.x(this.history[k + 1][0]) > x - FIGURE; k--) {
       if (this.y(this.history[k][1]) > over - CLOSE) over = this.y(this.history[k][1]);
@@ -133,7 +133,7 @@ function decades(first, last) {
   return ticks;
 }
 
-/** A bar for every worker: `set([{ name, value, note, best }])`; values are compared with the largest. */
+/** A bar per worker: `set([{ name, value, note, best }])`, scaled to the largest value. */
 export class Bars {
   constructor(host) {
     this.list = make("ul", "lc-bars");
@@ -152,7 +152,7 @@ export class Bars {
   destroy() { this.list.remove(); }
 }
 
-/** Fireflies by brightness: `set(values)`, 0 … 1, drawn in order of their number, the brightest marked. */
+/** Fireflies by brightness: `set(values)`, 0 … 1, in order of their number, the brightest marked. */
 export class Brightness {
   constructor(host, { words: given = {} } = {}) {
     this.words = { ...WORDS, ...given };

@@ -1,4 +1,4 @@
-// A chart as an element of NiceGUI (studio/drawing/canvas.py): a class of chart.js, learning.js or runs.js by its name.
+// A chart as a NiceGUI element (studio/drawing/canvas.py): a class of chart.js, learning.js or runs.js by name.
 
 import * as charts from "leafcut-canvas/chart.js";
 import * as learning from "leafcut-canvas/learning.js";
@@ -20,7 +20,7 @@ export default {
   watch: { data() { this.draw(); } },
   methods: {
     draw() { if (this.data) this.chart.set(this.data); },
-    /** Save it as a PNG file. */
+    /** Save the chart as a PNG file. */
     async save(name) { await savePicture(KINDS[this.kind], this.data, { words: this.words, by: this.chart.by }, name, document.querySelector(".studio") ?? document.body); },
   },
 };

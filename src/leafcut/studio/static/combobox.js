@@ -1,4 +1,4 @@
-// A field that takes any text, with a menu of what there is to choose (the combobox of the ARIA practices).
+// A text field with a menu of suggestions (combobox of the ARIA practices).
 import { h } from "vue";
 
 let count = 0;
@@ -6,9 +6,9 @@ let count = 0;
 export const Combobox = {
   props: {
     about: Object, // attributes of the input: id, aria-describedby, …
-    value: String, // what is shown; what is typed stays with the one who types
+    value: String, // shown text; a text being typed takes precedence
     offers: Array, // [[value, text]]
-    open: String, // what the button is called
+    open: String, // label of the button
   },
   emits: ["typed", "change", "left"],
   data: () => ({ shown: false, at: -1, filter: "", typing: null }),
@@ -66,7 +66,7 @@ export const Combobox = {
         ref: "input",
         role: "combobox",
         type: "text",
-        value: this.typing ?? this.value, // to draw the menu anew takes away nothing that is being typed
+        value: this.typing ?? this.value, // redrawing the menu keeps the text being typed
         "aria-expanded": this.shown ? "true" : "false",
         "aria-autocomplete": "list",
         "aria-controls": list,
@@ -89,9 +89,9 @@ export const Combobox = {
         {
           type: "button",
           class: "opens",
-          tabindex: "-1", // the arrows open it from the field
+          tabindex: "-1", // opened with the arrow keys in the field
           "aria-label": this.open,
-          // Not by a click: the field, which it takes the focus to, would be left and come to in between.
+          // Not on click, as the field would lose the focus and regain it in between.
           onPointerdown: (e) => { e.preventDefault(); this.$refs.input.focus(); this.shown ? this.hide() : this.show(); },
         },
         [h("span", { "aria-hidden": "true" }, "▾")],

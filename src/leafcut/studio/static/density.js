@@ -1,12 +1,12 @@
-// Many small holes as shades of grey: how many are in a cell, as a picture that is made once for each size of cells.
+// Many small holes as shades of grey: the number per cell, as an image created once per cell size.
 
-const CELL = 2.5; // pixels of a cell at least
-const MANY = 3000; // holes from which on it is worth it
-const TINY = 2; // pixels: a hole that is drawn as wide is a dot, and tells nothing
-const CROWDED = 4; // pixels between two holes, as they would be if spread evenly
+const CELL = 2.5; // minimum size of a cell, pixels
+const MANY = 3000; // minimum number of holes
+const TINY = 2; // pixels; smaller holes are mere dots
+const CROWDED = 4; // mean distance of holes, pixels
 const MOST_CELLS = 1 << 20;
 
-/** Whether holes are better shown by density: many, too small to be seen, and too near to each other. */
+/** Whether holes should be shown by density: many, tiny, and crowded. */
 export function isDense(part, scale) {
   if (part.holes < MANY || !part.extents) return false;
   const [x0, y0, x1, y1] = part.extents;
@@ -21,16 +21,16 @@ function typicalDiameter(part) {
   return part.typical;
 }
 
-/** Pictures of where a part's holes are, by the size of their cells: each is twice as wide as the one before. */
+/** Density images of a part's holes by cell size; each size is twice the previous. */
 export class Density {
-  /** `shown`: numbers of the holes. */
+  /** `shown`: indices of the holes. */
   constructor(part, shown) {
     this.part = part;
     this.shown = shown;
     this.pictures = new Map();
   }
 
-  /** Return a picture for a scale: canvas, lower left corner and size in mm, relative to the origin. */
+  /** Return an image for a scale: canvas, lower left corner and size in mm, relative to the origin. */
   at(scale, colour) {
     const { part } = this, [ox, oy] = part.origin, [x0, y0, x1, y1] = part.extents;
     let power = Math.ceil(Math.log2(CELL / scale));
@@ -53,7 +53,7 @@ export class Density {
   }
 }
 
-/** Return a canvas with a pixel for a cell, the first row at the bottom: the more holes the stronger. */
+/** Return a canvas with one pixel per cell, the first row at the bottom; more holes are darker. */
 function shaded(counts, columns, rows, most, colour) {
   const canvas = document.createElement("canvas");
   canvas.width = columns;
@@ -70,7 +70,7 @@ function shaded(counts, columns, rows, most, colour) {
   return canvas;
 }
 
-/** Paint the holes of a part by density; `ctx` draws in mm relative to the part's origin. */
+/** Paint the holes of a part by density; `ctx` is in mm relative to the part's origin. */
 export function paintDensity(ctx, density, scale, colour) {
   const { canvas, x, y, width, height } = density.at(scale, colour);
   ctx.save();

@@ -1,11 +1,11 @@
-// What is under the pointer or selected, in words.
+// Descriptions of the object under the pointer or of the selection.
 
 import { ARC_CCW, ARC_CW, CUT, DARK, RAPID } from "./scene.js";
 
-/** Return a length in mm as a person writes it. */
+/** Return a length in mm as text. */
 export function mm(value) { return (Math.abs(value) < 5e-4 ? 0 : value).toFixed(3); }
 
-/** Return seconds as a clock shows them: 4.20 s, 1:02.5, 1:05:09. */
+/** Return seconds as text: 4.20 s, 1:02.5, 1:05:09. */
 export function clockWords(seconds) {
   if (seconds < 60) return `${seconds.toFixed(seconds < 10 ? 2 : 1)} s`;
   const whole = Math.floor(seconds / 60), rest = seconds - 60 * whole;
@@ -13,7 +13,7 @@ export function clockWords(seconds) {
   return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")}:${String(Math.floor(rest)).padStart(2, "0")}`;
 }
 
-/** Return what a pick of a pane is, as parts of a line: the first is its name. */
+/** Return the description of a picked object as parts of a line, the name first. */
 export function describe(what, pane, words) {
   if (what.issue !== undefined) {
     const [code, , message, place] = pane.part.header.issues[what.issue];
@@ -24,7 +24,7 @@ export function describe(what, pane, words) {
   return what.hole !== undefined ? describeHole(what, pane, words) : describeMove(what.row, pane.main.scene, words);
 }
 
-/** Return the place in the order that is changed by hand of a stop of the toolpath; nothing where the search orders it. */
+/** Return the position of a stop in the edited order; empty if the search chooses it. */
 function describeOrder(stop, { edited }, words) {
   const k = edited?.indexOf(stop) ?? -1;
   return k >= 0 && edited.held[k] ? [`${words.ordered} ${edited.label(k)}`] : [];

@@ -1,7 +1,7 @@
-// Paints in what two programs differ: what is missing, what was added, and a mark at every difference that has a place.
+// Painting of the differences of two programs: missing and added moves, and a mark at every difference with a position.
 
 const SIGNS = ["missing", "added", "changed"];
-const SIZE = 8; // pixels from the middle of a mark to its rim
+const SIZE = 8; // radius of a mark, pixels
 
 export function paintDifferences(ctx, frame, scene, colours) {
   const ink = { missing: colours.bad, added: colours.accent, changed: colours.warn };
@@ -13,7 +13,7 @@ export function paintDifferences(ctx, frame, scene, colours) {
   }
 }
 
-/** Draw the moves that one of the programs makes alone: dashed where they are missing. */
+/** Draw the moves of only one program; missing moves are dashed. */
 function paintMoves(ctx, frame, scene, name, colour, ground) {
   const points = scene[name], path = new Path2D();
   for (let k = 0, down = false; k < points.length; k += 2) {
@@ -35,7 +35,7 @@ function paintMoves(ctx, frame, scene, name, colour, ground) {
   ctx.setLineDash([]);
 }
 
-/** Draw a disc with minus, plus, or a sign for what is not as it was. */
+/** Draw a disc with a minus, a plus, or the sign for a change. */
 function drawMark(ctx, px, py, sign, colour, ground) {
   if (!Number.isFinite(px + py)) return;
   ctx.beginPath();
@@ -62,7 +62,7 @@ function drawMark(ctx, px, py, sign, colour, ground) {
   ctx.stroke();
 }
 
-/** Draw a ring round the mark that is chosen, or that the pointer is on. */
+/** Draw a ring around the mark that is selected or under the pointer. */
 export function ringMark(ctx, frame, { x, y }, colour) {
   frame.inPixels(ctx);
   ctx.strokeStyle = colour;

@@ -1,6 +1,6 @@
-// What of the drawing can be taken hold of, and on what it is dropped.
+// Dragging of objects in the drawing, and their drop targets.
 
-/** Take hold of program zero, where that can be moved, or of a pierce or a stop, where editing is allowed. */
+/** Start dragging program zero if it is movable, or a pierce or a stop if the order can be edited. */
 export function grab(drawing, pane, px, py) {
   const { view, placement } = drawing, reach = 9 / view.scale, x = view.mmX(px), y = view.mmY(py);
   if (drawing.measure.on) return;
@@ -26,7 +26,7 @@ export function grab(drawing, pane, px, py) {
   pane.drag = { what: "order", number: stop + 1, row: scene.stop[stop], from, to: from };
 }
 
-/** Return the number of the stop, or of the pierce, that something was dropped on, or null. */
+/** Return the number of the stop or pierce under a dropped object, or null. */
 export function droppedOn({ view }, pane, drag) {
   const reach = 12 / view.scale, [x, y] = drag.to;
   if (pane.edited) return pane.edited.near(x, y, reach)?.number || null;

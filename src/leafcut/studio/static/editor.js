@@ -1,14 +1,14 @@
-// A text with its lines numbered, one of them marked where something is wrong; what is shipped can be looked at only.
+// A text editor with line numbers, which marks a line with an error; shipped texts are read-only.
 import { h } from "vue";
 
-const PAUSE = 400; // ms without a key after which a text is looked at
+const PAUSE = 400; // ms without input before the text is checked
 
 export default {
   props: { text: String, own: Boolean, label: String, line: Number, problem: String },
   emits: ["draft"],
   data() { return { now: this.text, down: 0 }; },
   watch: {
-    /** The form has changed it; what is being typed here stays. */
+    /** The form changed the text; an edit in progress takes precedence. */
     text(made) { if (document.activeElement !== this.$refs.area) this.now = made; },
   },
   unmounted() { this.tell(); },
@@ -23,7 +23,7 @@ export default {
       this.waits = undefined;
       if (this.own && this.now !== this.told) this.$emit("draft", { text: (this.told = this.now) });
     },
-    /** Select the line that is marked, and show it. */
+    /** Select the marked line and scroll to it. */
     go() {
       const { area } = this.$refs, lines = this.now.split("\n"), from = lines.slice(0, this.line - 1).join("\n").length + (this.line > 1);
       area.focus();

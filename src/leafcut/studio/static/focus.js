@@ -1,12 +1,12 @@
-// The focus stays where a person put it, although parts of the page are drawn anew; arrows go through tabs and toolbars.
+// Keeps the focus when parts of the page are redrawn; arrow keys move within tabs and toolbars.
 (() => {
-  /** What has, or had, the focus, and by what what comes in its place is known. */
+  /** Last focused element, with properties that identify its replacement. */
   let last = null;
 
   const shown = (at) => at.isConnected && at.getClientRects().length > 0 && !at.disabled;
-  /** Return what an element is called; the text of one that asks "sure?" for a while is not its name. */
+  /** Return the name of an element; the temporary text "sure?" is not its name. */
   const name = (at) => at.getAttribute("aria-label") ?? at.dataset.words ?? at.labels?.[0]?.textContent ?? at.textContent.trim();
-  /** NiceGUI numbers its elements, and gives others to what is drawn anew: such an id says nothing. */
+  /** NiceGUI numbers its elements and renumbers redrawn ones, so these ids do not identify them. */
   const named = (at) => (at.id && !/^c\d+$/.test(at.id) ? at.id : "");
   const alike = (at) =>
     [...document.querySelectorAll(at.tagName)].filter((one) => one.getAttribute("role") === at.getAttribute("role"));
@@ -38,28 +38,28 @@
   function restore() {
     if (!last || document.querySelector("dialog[open]")) return;
     const now = document.activeElement;
-    if (now && now !== document.body && shown(now)) return; // what is hidden loses the focus a little later only
+    if (now && now !== document.body && shown(now)) return; // a hidden element loses the focus slightly later
     const away = last.after && !shown(last.at) ? document.querySelector(last.after) : null;
     const at = successor() ?? (away && shown(away) ? away : null);
     if (at) at.focus({ preventScroll: true });
   }
 
   document.addEventListener("focusin", (event) => remember(event.target));
-  // What gives up the focus by itself, still there to keep it, has not lost it to a page drawn anew.
+  // An element that gives up the focus but stays on the page was not redrawn.
   document.addEventListener("focusout", ({ target, relatedTarget }) => {
     if (relatedTarget) return;
-    // What is taken off the page is still on it while this is said, and no more when the taking is over.
+    // A removed element is still connected during this event, but no longer afterwards.
     queueMicrotask(() => { if (last?.at === target && shown(target) && document.activeElement === document.body) last = null; });
   });
-  // Who clicks beside everything, or leaves the page by Tab, has no focus and wants none.
+  // After a click beside all controls, or after leaving the page by Tab, no focus is wanted.
   document.addEventListener("pointerdown", (event) => {
     if (!event.target.closest?.("button, a, input, select, textarea, summary, label, [tabindex]")) last = null;
   }, true);
   document.addEventListener("keydown", (event) => { if (event.key === "Tab" && document.activeElement === document.body) last = null; }, true);
-  // A table that is larger than its place is scrolled by keys, too: a stop of Tab as long as that is so.
+  // A table that overflows can be scrolled by keys: it is a tab stop while it overflows.
   const widths = new ResizeObserver((all) => all.forEach(({ target }) => reach(target.closest(".scroll"))));
   function reach(at) {
-    if (!at) return; // it was taken off
+    if (!at) return; // it was removed
     const larger = at.scrollWidth > at.clientWidth || at.scrollHeight > at.clientHeight;
     for (const [key, value] of [["tabindex", "0"], ["role", "group"], ["aria-label", at.firstElementChild?.getAttribute("aria-label") ?? ""]]) {
       if (larger) at.setAttribute(key, value);
@@ -79,7 +79,7 @@
     });
   });
 
-  // Tabs and toolbars are one stop of Tab each; arrows, Home and End go through them.
+  // Tabs and toolbars are one tab stop each; arrows, Home and End move within them.
   const STEPS = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 };
   document.addEventListener("keydown", (event) => {
     if (event.altKey || event.ctrlKey || event.metaKey || event.shiftKey) return;

@@ -1,26 +1,26 @@
-// The options form: groups of labelled fields from plain values; says what was changed, one field at a time.
+// Options form: groups of labelled fields from plain values; reports changes, one field at a time.
 import { h } from "vue";
 import { Combobox } from "leafcut-canvas/combobox.js";
 import { send } from "leafcut-canvas/send.js";
 
-/** Return a text as one looks for it: without accents, capitals and what joins words. */
+/** Return a text normalized for search: without accents, capitals, hyphens and underscores. */
 const plain = (text) => text.normalize("NFD").replace(/\p{M}/gu, "").toLowerCase().replace(/[-_\s]+/g, " ").trim();
 
 export default {
   props: {
     groups: Array, // [{key, title, folded, changed, fields: [{name, label, kind, unit, help, choices, offers, default, rule, on, file}]}]
     values: Object, // name → text or true/false
-    shown: Object, // name → what a chosen file is called
+    shown: Object, // name → displayed name of a chosen file
     errors: Object, // name → line
     words: Object, // {choose, remove, help, open, find, none_found, found}
-    fixed: Boolean, // can be looked at only
-    searchable: Boolean, // whether there is a field to find options by
+    fixed: Boolean, // read-only
+    searchable: Boolean, // whether there is a search field for options
   },
   emits: ["change", "refused"],
   data: () => ({ unfolded: {}, told: null, wanted: "" }),
-  created() { this.draft = null; }, // not among the data: to type draws nothing
+  created() { this.draft = null; }, // not reactive: typing must not redraw
   computed: {
-    /** The groups with what is looked for alone: by label, flag, help and what it is now. */
+    /** Groups filtered by the search text: label, name, flag, help and unit. */
     found() {
       const words = plain(this.wanted).split(" ").filter(Boolean);
       if (!words.length) return this.groups;
@@ -92,7 +92,7 @@ export default {
         const list = [...field.choices];
         const plain = list.find(([word]) => word === field.default);
         const first = plain ? [] : [h("option", { value: "" }, field.default)];
-        // Made anew when the choices change: a browser keeps what was selected by its place, not by its value.
+        // Recreate when the choices change, since browsers keep the selection by index, not by value.
         const key = list.map(([word]) => word).join();
         return h(
           "select",
@@ -116,7 +116,7 @@ export default {
         placeholder: field.default,
         title: value ? undefined : field.rule || field.default,
       };
-      // What is being typed stays, also when the form is drawn anew meanwhile.
+      // Keep the text being typed when the form is redrawn.
       const now = this.draft?.name === field.name ? this.draft.text : value ?? "";
       const type = (text) => { this.draft = { name: field.name, text }; };
       const leave = () => { this.draft = null; };
@@ -142,7 +142,7 @@ export default {
         field.unit && !/[a-z"°µ]/i.test(value ?? "") ? h("span", { class: "unit", "aria-hidden": "true" }, field.unit) : null,
       ]);
     },
-    /** A field for each axis; one value alone stands for all of them. */
+    /** One field per axis; a single value applies to all. */
     axes(field, about, values) {
       const change = (k, text) => this.change(field, field.axes.map((_, j) => (j === k ? text.trim() : values[j] ?? "")));
       return h("span", { class: "per-axis", role: "group", "aria-label": field.label },
@@ -191,13 +191,13 @@ export default {
       ]);
     },
     field(field) {
-      const id = `o${this.$.uid}-${field.name}`; // two forms of a page may have a field of one name
+      const id = `o${this.$.uid}-${field.name}`; // two forms of a page may have a field with the same name
       const error = this.errors[field.name];
       const given = this.values[field.name];
       const about = {
         class: ["field", field.kind, given !== undefined && given !== "" && "given"],
         key: field.name,
-        // The question mark is no stop of Tab: from the field its help is one key away, and screen readers tell it anyway.
+        // The question mark is not a tab stop: F1 in the field shows the help, and screen readers read it anyway.
         onKeydown: (e) => {
           if (e.key !== "F1" || !field.help) return;
           e.preventDefault();
@@ -234,7 +234,7 @@ export default {
       { class: "form" },
       [this.searchable ? this.finder() : null, ...this.found.map((group) => {
         const open = !group.folded || (this.wanted.trim() ? true : this.unfolded[group.key]);
-        // What is folded away is made when it is unfolded: most of the options are.
+        // Folded groups are created when unfolded; they contain most of the options.
         const fields = open ? h("div", { class: "fields" }, group.fields.map((f) => this.field(f))) : null;
         if (!group.folded) return h("section", { key: group.key, "aria-label": group.title }, [h("h3", group.title), fields]);
         return h(
@@ -242,7 +242,7 @@ export default {
           {
             key: group.key,
             open,
-            // What is open while something is looked for is not what a person unfolded.
+            // Groups opened by a search were not unfolded by the user.
             onToggle: (e) => { if (!this.wanted.trim()) this.unfolded[group.key] = e.target.open; },
           },
           [

@@ -1,29 +1,29 @@
-// The program as a list that takes a million lines: only what is seen exists; the text stays bytes.
+// Program as a list of up to a million lines: only visible rows exist as elements; the text stays as bytes.
 //
 //   const list = new GcodeList(host, { words });
 //   list.setText(scene.text);           // Uint8Array of UTF-8
-//   list.setFolds(new Folds(starts, list.count));   // what can be folded (program_folds.js)
-//   link(drawing, list);                // selection and playback, both ways
+//   list.setFolds(new Folds(starts, list.count));   // foldable blocks (program_folds.js)
+//   link(drawing, list);                // selection and playback in both directions
 //
-// A row is what is seen: a line, or the head of a folded block. Lines count from 1, rows from 0.
+// A row is a visible line, or the head of a folded block. Lines count from 1, rows from 0.
 
 import { make } from "./icons.js";
 import { WORDS } from "./words.js";
 
 const HEIGHT = 20; // pixels of a line, as in the style sheet
-const TALLEST = 8e6; // pixels: browsers draw no taller element exactly
-const LONGEST = 2000; // characters shown of a line
-const FOLLOW = 90; // milliseconds between two lines that are marked as run
+const TALLEST = 8e6; // pixels; browsers position taller elements inexactly
+const LONGEST = 2000; // maximum number of characters shown per line
+const FOLLOW = 90; // minimum milliseconds between two marked lines during playback
 
 export class GcodeList {
   constructor(host, { words = {}, label = "" } = {}) {
     this.words = { ...WORDS, ...words };
     this.folds = null; // program_folds.js
-    this.dress = null; // called with (row element, line) to mark what others know of a line
+    this.dress = null; // called with (row element, line) to add marks to a line
     this.bytes = new Uint8Array(0);
     this.starts = new Uint32Array(1);
     this.count = 0;
-    this.top = 0; // first row seen, with a fraction
+    this.top = 0; // first visible row, with a fraction
     this.selected = 0; // line, from 1; 0: none
     this.running = this.next = this.ran = 0;
     this.decoder = new TextDecoder();
@@ -42,7 +42,7 @@ export class GcodeList {
     this._observer.observe(this.box);
   }
 
-  /** Say what the program is, above it; nothing takes that away. */
+  /** Show a permanent note above the program. */
   tell(words) {
     this.note.textContent = words;
     this.note.hidden = !words;
@@ -50,7 +50,7 @@ export class GcodeList {
 
   onSelect(act) { this._listeners.push(act); }
 
-  /** Take a text as UTF-8; where lines begin is found once. */
+  /** Set a UTF-8 text; the starts of lines are determined once. */
   setText(bytes) {
     let count = bytes.length && bytes[bytes.length - 1] !== 10 ? 1 : 0;
     for (let k = 0; k < bytes.length; k++) if (bytes[k] === 10) count++;
@@ -66,26 +66,26 @@ export class GcodeList {
     this.box.scrollTop = 0;
   }
 
-  /** Take what can be folded, or null; what is selected stays in sight. */
+  /** Set the foldable blocks, or null; the selection stays visible. */
   setFolds(folds) {
     this.folds = folds;
     this.box.setAttribute("role", folds ? "tree" : "listbox");
     this._measure(this.selected || this.lineAt(Math.floor(this.top)));
   }
 
-  /** Fold a block, or unfold it. */
+  /** Fold or unfold a block. */
   fold(head, closed) {
     this.folds.set(head, closed);
     this._measure(head);
   }
 
-  /** Fold all blocks, or unfold them. */
+  /** Fold or unfold all blocks. */
   foldAll(closed) {
     this.folds.setAll(closed);
     this._measure(this.selected);
   }
 
-  /** How many rows there are. */
+  /** Number of rows. */
   get length() { return this.folds ? this.folds.length : this.count; }
 
   rowOf(line) { return this.folds ? this.folds.rowOf(line) : line - 1; }
@@ -104,14 +104,14 @@ export class GcodeList {
     return this.decoder.decode(this.bytes.subarray(first, end)).replace(/[\r\n]+$/, "").slice(0, LONGEST);
   }
 
-  /** Select a line and move to it; nobody is told. 0 selects nothing. */
+  /** Select a line and scroll to it, without an event. 0 clears the selection. */
   select(line) {
     this.selected = line;
     if (line) this.show(line);
     this._draw();
   }
 
-  /** Mark the line that is being run; no more often than eyes can follow. */
+  /** Mark the line being run, at a limited rate. */
   run(line) {
     if (line === this.next) return;
     this.next = line;
@@ -128,7 +128,7 @@ export class GcodeList {
     this._draw();
   }
 
-  /** Move to a line; a block that hides it is unfolded. */
+  /** Scroll to a line, after unfolding its block. */
   show(line, unfold = true) {
     if (unfold && this.folds?.hides(line)) {
       this.folds.set(this.folds.headOf(line), false);
@@ -158,7 +158,7 @@ export class GcodeList {
     this._draw();
   }
 
-  /** The bar was moved: of a text taller than any element, a pixel is several lines. */
+  /** Handle scrolling; in a text taller than any element, one pixel is several lines. */
   _scrolled() {
     const at = this.box.scrollTop;
     if (Math.abs(at - (this.expected ?? -1)) <= 1) {
@@ -193,7 +193,7 @@ export class GcodeList {
     this._choose(this.lineAt(Math.min(Math.max(to, 0), this.length - 1)));
   }
 
-  /** Left folds the block of a line and chooses its head; right unfolds it. */
+  /** Left folds the block of a line and selects its head; right unfolds it. */
   _foldByKey(line, closed) {
     const head = this.folds.headOf(line);
     if (!head) return;
@@ -242,7 +242,7 @@ export class GcodeList {
     return row;
   }
 
-  /** Return the sign of a block before its head, and what a folded one holds. */
+  /** Return the fold sign of a block's head, and a summary of a folded block. */
   _foldOf(row, line) {
     const { folds } = this;
     row.setAttribute("aria-level", folds.isHead(line) || !folds.headOf(line) ? 1 : 2);
@@ -259,7 +259,7 @@ export class GcodeList {
 const TOKEN = /(\([^)]*\)?|;.*|^%.*)|([GM]\s*\d+(?:\.\d+)?)|([XYZABCIJKR]\s*[-+]?[\d.]+)|([A-Z]\s*[-+]?[\d.]+)/gi;
 const CLASSES = ["lc-comment", "lc-word", "lc-place", "lc-value"];
 
-/** Return a line as pieces: comments, G and M words, places, other values. */
+/** Return a line split into comments, G and M words, coordinates, and other values. */
 export function coloured(text) {
   const pieces = [];
   let at = 0;
@@ -273,10 +273,10 @@ export function coloured(text) {
   return pieces;
 }
 
-/** Link a drawing and a list: the list has the drawing's program, what is selected in one is selected in both, and
- * playing moves both. Return a function that ends this: a drawing outlives its lists. */
+/** Link a drawing and a list: the list shows the drawing's program, with common selection and playback. Return a
+ * function that unlinks them, as a drawing outlives its lists. */
 export function link(drawing, list) {
-  // The toolpath before has no text: the new program is shown, and told as that; nothing of it is linked then.
+  // The toolpath before has no text. The new program is shown with a note and without links then.
   let own = true;
   const take = () => {
     const text = drawing.main?.scene.text, other = drawing.tracks.after?.scene.text;
@@ -286,7 +286,7 @@ export function link(drawing, list) {
   };
   const ends = [drawing.on("main", take)];
   take();
-  let chosen = 0; // the line that the list asks for: it stays chosen where nothing is drawn of it, as of a comment
+  let chosen = 0; // line selected in the list; it stays selected even if nothing is drawn for it, as for a comment
   list.onSelect((line) => {
     if (!own) return;
     chosen = line;

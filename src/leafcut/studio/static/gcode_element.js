@@ -1,4 +1,4 @@
-// The program of a drawing as an element of NiceGUI (studio/drawing/program_text.py).
+// Program of a drawing as a NiceGUI element (studio/drawing/program_text.py).
 
 import { ProgramView } from "leafcut-canvas/program_view.js";
 import { whenThere, withStyle } from "leafcut-canvas/registry.js";

@@ -1,10 +1,10 @@
-// What is under the pointer: a grid of cells, each with what passes through it.
+// Search for objects near the pointer: a grid of cells with the objects that pass through.
 
 const MOST_CELLS = 1 << 18;
 
-/** A grid over boxes; `boxes(k)` gives x0, y0, x1, y1 of item k, and long items are followed by `cells`. */
+/** A grid over the boxes and straight segments of items. */
 export class Grid {
-  /** `items`: how many; `trace(k, put)` calls put(x0, y0, x1, y1) for every straight piece or box of item k. */
+  /** `items`: number of items; `trace(k, put)` calls put(x0, y0, x1, y1) for every straight segment or box of item k. */
   constructor(extents, items, trace) {
     const [x0, y0, x1, y1] = extents;
     const width = Math.max(x1 - x0, 1e-6), height = Math.max(y1 - y0, 1e-6);
@@ -26,7 +26,7 @@ export class Grid {
   _column(x) { return Math.min(Math.max(Math.floor((x - this.x0) / this.size), 0), this.columns - 1); }
   _row(y) { return Math.min(Math.max(Math.floor((y - this.y0) / this.size), 0), this.rows - 1); }
 
-  /** Call put(cell, item) for every cell that a straight piece passes. */
+  /** Call put(cell, item) for every cell that a straight segment passes. */
   _fill(items, trace, put) {
     for (let item = 0; item < items; item++) {
       trace(item, (x0, y0, x1, y1) => {
@@ -34,7 +34,7 @@ export class Grid {
         if (x1 < x0) [x0, y0, x1, y1] = [x1, y1, x0, y0];
         const last = this._column(x1);
         for (let column = this._column(x0); column <= last; column++) {
-          // The stretch of the piece within this column says which rows it passes.
+          // The section of the segment within this column determines the rows.
           const left = this.x0 + column * this.size, right = left + this.size;
           const from = x1 > x0 ? y0 + ((y1 - y0) * (Math.max(left, x0) - x0)) / (x1 - x0) : y0;
           const to = x1 > x0 ? y0 + ((y1 - y0) * (Math.min(right, x1) - x0)) / (x1 - x0) : y1;
@@ -45,7 +45,7 @@ export class Grid {
     }
   }
 
-  /** Call visit(item) for every item that may be within `reach` of (x, y); an item may come more than once. */
+  /** Call visit(item) for every item that may be within `reach` of (x, y); items may repeat. */
   around(x, y, reach, visit) {
     const left = this._column(x - reach), right = this._column(x + reach);
     const low = this._row(y - reach), high = this._row(y + reach);
@@ -58,7 +58,7 @@ export class Grid {
   }
 }
 
-/** Return the grid of a toolpath's moves, arcs by short chords. */
+/** Return the grid of a toolpath's moves, with arcs as short chords. */
 export function gridOfMoves(scene) {
   const [ox, oy] = scene.origin, e = scene.extents ?? [0, 0, 1, 1];
   return new Grid([e[0] - ox, e[1] - oy, e[2] - ox, e[3] - oy], scene.rows, (row, put) => {
@@ -78,7 +78,7 @@ export function gridOfMoves(scene) {
   });
 }
 
-/** Return the grid of a part's holes by their boxes' diagonals and edges. */
+/** Return the grid of the centres of a part's holes. */
 export function gridOfHoles(part) {
   const [ox, oy] = part.origin, e = part.extents ?? [0, 0, 1, 1];
   return new Grid([e[0] - ox, e[1] - oy, e[2] - ox, e[3] - oy], part.holes, (k, put) => {
@@ -99,14 +99,14 @@ export function distanceToMove(scene, row, x, y) {
   return distanceToLine(x, y, scene.x0(row), scene.y0(row), scene.x1(row), scene.y1(row));
 }
 
-/** Return the distance of (x, y) from a straight piece. */
+/** Return the distance of (x, y) from a straight segment. */
 export function distanceToLine(x, y, x0, y0, x1, y1) {
   const dx = x1 - x0, dy = y1 - y0, square = dx * dx + dy * dy;
   const share = square > 0 ? Math.min(Math.max(((x - x0) * dx + (y - y0) * dy) / square, 0), 1) : 0;
   return Math.hypot(x - x0 - share * dx, y - y0 - share * dy);
 }
 
-/** Return the nearest item of a grid within `reach`, or -1; `distance(item)` in mm, ties go to the last one. */
+/** Return the nearest item of a grid within `reach`, or -1; `distance(item)` in mm; the last wins ties. */
 export function nearest(grid, x, y, reach, distance) {
   let best = -1, least = reach;
   grid.around(x, y, reach, (item) => {

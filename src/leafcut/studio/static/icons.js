@@ -1,4 +1,4 @@
-// Icons as SVG of one stroke, and small helpers to make elements.
+// Icons as SVG strokes, and functions that create elements.
 
 const PATHS = {
   fit: "M4 9V4h5M15 4h5v5M20 15v5h-5M9 20H4v-5",
@@ -24,7 +24,7 @@ export function make(tag, className = "", attributes = {}, ...children) {
   return element;
 }
 
-/** Return an icon; the element beside it or its button carries the name. */
+/** Return an icon without a name; its button or the adjacent element is named. */
 export function icon(name) {
   const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
   svg.setAttribute("viewBox", "0 0 24 24");
@@ -35,7 +35,7 @@ export function icon(name) {
   return svg;
 }
 
-/** Return a button with an icon; its name is said by readers of the screen and shown as a tip. */
+/** Return a button with an icon; its name is read by screen readers and shown as a tooltip. */
 export function iconButton(name, words, action) {
   const button = make("button", "lc-button", { type: "button", "aria-label": words, title: words }, icon(name));
   button.addEventListener("click", action);

@@ -2,11 +2,11 @@
 
 import { KEYS, LAYERS } from "./toolbar.js";
 
-const CLICK = 4; // pixels that a click may move
-const PAN_STEP = 0.12; // of the pane, for a key
+const CLICK = 4; // maximum movement of a click, pixels
+const PAN_STEP = 0.12; // fraction of the pane per key press
 const ZOOM_STEP = 1.25;
 
-/** Let a pane be moved by hand; `drawing` is told what the pointer is on, what is chosen and what is dragged. */
+/** Handles the input of a pane, and reports hover, selection and dragging to `drawing`. */
 export class Input {
   constructor(pane, drawing) {
     this.pane = pane;
@@ -55,7 +55,7 @@ export class Input {
     this.pane.canvas.classList.toggle("lc-moving", this.moved > CLICK);
   }
 
-  /** Two fingers: what was between them stays between them. */
+  /** Two fingers: the point between them stays between them. */
   _pinch(id, place) {
     const [other] = [...this.pointers].filter(([key]) => key !== id).map(([, at]) => at), before = this.pointers.get(id);
     const was = Math.hypot(before[0] - other[0], before[1] - other[1]), is = Math.hypot(place[0] - other[0], place[1] - other[1]);
@@ -101,7 +101,7 @@ export class Input {
       d: () => drawing.measure.toggle(undefined, true),
       ...(drawing.measure.on ? { Enter: () => drawing.measure.take() } : {}),
     };
-    // Plain letters and digits of the page mean the same here: the layers have theirs with Shift.
+    // Plain letters and digits keep the meaning of the page; layers use Shift.
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key, letter = /^[a-z]$/.test(key);
     const layer = letter && event.shiftKey ? LAYERS.find((name) => KEYS[name].toLowerCase() === key) : null;
     const act = layer ? () => drawing.setLayers({ [layer]: !drawing.layers[layer] }) : letter && event.shiftKey ? null : actions[key];

@@ -1,9 +1,9 @@
-// The pad that moves the machine by hand: a press is one step, held down it goes on until it is let go.
+// Jog pad: a press moves one step; holding it repeats until release.
 //
-// The keys move it only while the pad has the focus: nobody moves a machine who only wants to scroll.
+// Keys move the machine only while the pad has the focus, so that scrolling never moves it.
 import { h } from "vue";
 
-const HELD = 350, AGAIN = 90; // ms until a press is held, and between two steps of one that is
+const HELD = 350, AGAIN = 90; // ms until a press counts as held, and interval of its steps
 const KEYS = {
   ArrowLeft: ["X", -1], ArrowRight: ["X", 1], ArrowUp: ["Y", 1], ArrowDown: ["Y", -1], PageUp: ["Z", 1], PageDown: ["Z", -1],
 };
@@ -57,7 +57,7 @@ export default {
       ...PLACES.map(([axis, sign, place, arrow]) => h("button", {
         type: "button", class: ["button", place], tabindex: "-1", disabled: this.off, "aria-label": `${axis}${sign > 0 ? "+" : "−"}`,
         onPointerdown: (e) => { if (e.button === 0) this.press(axis, sign, "pointer"); },
-        onClick: (e) => { if (e.detail === 0) { this.press(axis, sign, "click"); this.release(); } }, // not by a pointer
+        onClick: (e) => { if (e.detail === 0) { this.press(axis, sign, "click"); this.release(); } }, // keyboard activation, without a pointer
       }, [h("b", axis), h("span", { "aria-hidden": "true" }, arrow)])),
       h("span", { class: "at-xy", "aria-hidden": "true" }, "XY"),
       h("span", { class: "at-z", "aria-hidden": "true" }, "Z"),

@@ -1,9 +1,9 @@
-// How a search learns: best, mean and worst of each iteration, the best so far, and the λ-branching factor.
+// Learning curves of a search: best, mean and worst of each iteration, the best so far, and the λ-branching factor.
 
 import { BOTTOM, LEFT, RIGHT, Switched, ends, line } from "./axes.js";
 import { draw, words } from "./chart.js";
 
-const SECOND = 34; // room for the axis of the branching factor
+const SECOND = 34; // width of the axis of the branching factor
 
 /** `set({ rows, bound, unit })`; a row is [iteration, seconds, shortest so far, best, mean, worst, branching]. */
 export class Learning extends Switched {
@@ -42,7 +42,7 @@ export class Learning extends Switched {
     );
   }
 
-  /** Draw the branching factor with an axis of its own, at the right. */
+  /** Draw the branching factor with its own axis at the right. */
   _branching(rows, x, { width, height, top }) {
     const most = Math.max(...rows.map((row) => row[6]), 3), bottom = height - BOTTOM, edge = width - SECOND;
     const y = (v) => bottom - (v / most) * (bottom - top);
@@ -52,7 +52,7 @@ export class Learning extends Switched {
     }
   }
 
-  /** Say what the lines are, in a legend and to those who do not see them; return where the legend ends. */
+  /** Draw the legend and set the text for screen readers; return the lower end of the legend. */
   _told(last, rounds, branching, width) {
     const w = this.words, said = (value) => words(value, Math.abs(value) < 10 ? 0.01 : 0.1);
     const figures = rounds ? `, ${w.round} ${said(last[3] ?? last[2])}, ${w.mean} ${said(last[4] ?? last[2])}, ${w.worst} ${said(last[5] ?? last[2])}` : "";

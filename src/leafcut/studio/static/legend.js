@@ -1,8 +1,8 @@
-// The layers of the drawing that is open, each with its colour and a box to switch it off.
+// Layers of the open drawing, each with its colour and a checkbox.
 
 import { make } from "./icons.js";
 
-/** A list of the drawing's own layers, for the menu of the layers. */
+/** List of the drawing's own layers, for the layers menu. */
 export class Legend {
   constructor(drawing) {
     this.drawing = drawing;
@@ -11,7 +11,7 @@ export class Legend {
     this.boxes = [];
   }
 
-  /** Show the layers as they are; nothing where there is none, or only one. */
+  /** Update the list; hidden if there are fewer than two layers. */
   update() {
     const { drawing } = this, names = drawing.drawnLayers, key = JSON.stringify([names, [...drawing.hidden]]);
     if (key === this._shown) return;

@@ -1,4 +1,4 @@
-// A field that keeps what is typed in it, whatever of the page is drawn anew; `version` goes up when something else is put in.
+// A text field that keeps its content when the page is redrawn; a new `version` replaces the content.
 import { h } from "vue";
 
 export default {

@@ -1,5 +1,5 @@
-// Stop of the machine: it goes straight to the studio, also when the page's own connection hangs. Esc and Pause do the
-// same while the machine moves, wherever the focus is.
+// Stop of the machine: sent directly to the studio, even if the page's connection hangs. Esc and Pause do the same
+// while the machine moves, wherever the focus is.
 (() => {
   const bar = () => document.querySelector("[data-machine-stop]");
   const seen = (at) => at && at.getClientRects().length > 0;
@@ -10,7 +10,7 @@
       const answer = await fetch("/api/machine/stop", { method: "POST" });
       if (!answer.ok) throw new Error(answer.status);
     } catch {
-      at.dataset.sent = "lost"; // the style says so
+      at.dataset.sent = "lost"; // shown by the style sheet
       return;
     }
     setTimeout(() => delete at.dataset.sent, 600);

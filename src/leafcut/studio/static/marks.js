@@ -1,14 +1,14 @@
-// Grid, axes, scale bar, arrows, numbers and the tool: what stands on the drawing and keeps its size.
+// Grid, axes, scale bar, arrows, numbers and tool: marks of constant size in the drawing.
 
 import { niceStep, tickWords } from "./view.js";
 
 export const FONT = '500 11px system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", Arial, sans-serif';
 const NUMBER_FONT = '600 11px system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", Arial, sans-serif';
-const BETWEEN_LINES = 15; // pixels at least
+const BETWEEN_LINES = 15; // minimum distance, pixels
 const BETWEEN_TICKS = 76;
 const RULER = 22;
 
-/** Draw the lines of the grid: every step faint, every fifth or tenth stronger, and the axes through zero. */
+/** Draw the grid: fine lines, stronger lines every fifth or tenth step, and the axes through zero. */
 export function drawGrid(ctx, view, colours) {
   const step = niceStep(BETWEEN_LINES / view.scale), coarse = step * 10 * (1 + 1e-9);
   const [x0, y0, x1, y1] = view.seen();
@@ -37,7 +37,7 @@ export function drawGrid(ctx, view, colours) {
 
 function isMultiple(value, step) { return Math.abs(value / step - Math.round(value / step)) < 1e-3; }
 
-/** Draw ticks with millimetres along the left and the lower edge. */
+/** Draw rulers with ticks in millimetres along the left and the lower edge. */
 export function drawRulers(ctx, view, colours, unit = "mm") {
   const step = niceStep(BETWEEN_TICKS / view.scale), [x0, y0, x1, y1] = view.seen();
   ctx.font = FONT;
@@ -80,7 +80,7 @@ export function drawRulers(ctx, view, colours, unit = "mm") {
   ctx.fillText(unit, 8, bottom + 13);
 }
 
-/** Draw a bar of a round length in the lower right corner. */
+/** Draw a scale bar of a round length in the lower right corner. */
 export function drawScaleBar(ctx, view, colours, unit = "mm") {
   const step = niceStep(70 / view.scale), width = step * view.scale;
   const x = view.width - 16, y = view.height - RULER - 14;
@@ -102,7 +102,7 @@ export function drawScaleBar(ctx, view, colours, unit = "mm") {
   haloed(ctx, words, x - width / 2, y - 5, colours["ink-2"], colours.card);
 }
 
-/** Write words with a rim of the ground's colour, so that they can be read on lines. */
+/** Write a text with a halo in the background colour, readable on lines. */
 export function haloed(ctx, words, x, y, ink, ground) {
   ctx.lineJoin = "round";
   ctx.lineWidth = 3.5;
@@ -112,7 +112,7 @@ export function haloed(ctx, words, x, y, ink, ground) {
   ctx.fillText(words, x, y);
 }
 
-/** Room on the screen: what is taken stays taken. */
+/** Occupied cells on the screen. */
 class Room {
   constructor(width, height) {
     this.width = width;
@@ -120,7 +120,7 @@ class Room {
     this.taken = new Set();
   }
 
-  /** Take the cell of a place; false where something is there or beside it. */
+  /** Occupy the cell of a point; return false if it or an adjacent cell is occupied. */
   take(x, y) {
     const column = Math.floor(x / this.width), row = Math.floor(y / this.height);
     for (let dx = -1; dx <= 1; dx++) {
@@ -131,7 +131,7 @@ class Room {
   }
 }
 
-/** Yield while drawing heads of arrows on rapids that are long enough, spread so that none is near another. */
+/** Draw arrowheads on long rapids, spread over the screen; yields between steps. */
 export function* paintArrows(ctx, frame, scene, colour) {
   const room = new Room(34, 34), seen = frame.seen, [ox, oy] = scene.origin, least = 30 / frame.scale;
   frame.inPixels(ctx);
@@ -157,10 +157,10 @@ export function* paintArrows(ctx, frame, scene, colour) {
   yield 50;
 }
 
-/** Return how many numbers may be written where stops are so many pixels apart: none but the ends on a dense field. */
+/** Return the maximum number of labels for a mean distance of stops in pixels; only both ends in a dense field. */
 function mostNumbers(apart) { return apart > 15 ? 900 : apart > 9 ? 40 : 2; }
 
-/** Yield while writing the numbers of the stops, as many as have room; `radius(x, y)` of the hole there, mm. */
+/** Draw the numbers of the stops as space permits; `radius(x, y)` of the hole there, mm; yields between steps. */
 export function* paintNumbers(ctx, frame, scene, order, colours, radius) {
   const seen = frame.seen, [ox, oy] = scene.origin, shown = [];
   for (let k = 0; k < order.length; k++) {
@@ -177,7 +177,7 @@ export function* paintNumbers(ctx, frame, scene, order, colours, radius) {
   ctx.textBaseline = "alphabetic";
   let written = 0;
   for (const [stop, x, y] of shown) {
-    // Outside of the hole, to the upper right, as long as that is near enough to belong to it.
+    // Outside the hole, to the upper right, unless that is too far away.
     const off = Math.min(Math.max(radius(x, y) * frame.scale * 0.75 + 2, 5), 60), px = frame.toX(x) + off, py = frame.toY(y) - off;
     if (written >= most) break;
     if (!room.take(px, py)) continue;
@@ -187,7 +187,7 @@ export function* paintNumbers(ctx, frame, scene, order, colours, radius) {
   yield 20;
 }
 
-/** Return how far the stops that are shown would be from each other if they were spread evenly where they are, pixels. */
+/** Return the mean distance that the visible stops would have if evenly spread over their extent, pixels. */
 function spread(shown, frame, screen) {
   let x0 = Infinity, y0 = Infinity, x1 = -Infinity, y1 = -Infinity;
   for (const [, x, y] of shown) {
@@ -200,7 +200,7 @@ function spread(shown, frame, screen) {
   return Math.sqrt(Math.min(area, 2 * screen) / Math.max(shown.length, 1));
 }
 
-/** Draw a ring round the first stop and a square round the last one, numbered from 0. */
+/** Draw a ring around the first stop and a square around the last, numbered from 0. */
 export function drawEnds(ctx, frame, scene, colours, first, last) {
   frame.inPixels(ctx);
   const places = [scene.stopPlace(first), scene.stopPlace(last)];
@@ -222,7 +222,7 @@ export function drawEnds(ctx, frame, scene, colours, first, last) {
   }
 }
 
-/** Draw the tool at a place: a cross-hair in a disc, strong while it works. */
+/** Draw the tool: a cross-hair in a disc, filled while it works. */
 export function drawTool(ctx, view, colours, x, y, working) {
   const px = view.toX(x), py = view.toY(y);
   if (!Number.isFinite(px + py)) return;
@@ -241,7 +241,7 @@ export function drawTool(ctx, view, colours, x, y, working) {
   ctx.fill();
 }
 
-/** Draw where the machine really is: a cross with a ring, which is full while it cuts; and the hole that is next. */
+/** Draw the actual position of the machine: a cross with a ring, filled while it cuts, and the next hole. */
 export function drawMachine(ctx, view, colours, { x, y, cuts, next }) {
   if (next) {
     for (const [colour, width] of [[colours.card, 7], [colours.accent, 3]]) {

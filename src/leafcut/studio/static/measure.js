@@ -1,13 +1,13 @@
-// Measuring: from one place to another, both drawn to what is near: centres of holes, ends of lines and arcs, stops.
+// Measuring between two points, both snapped to centres of holes, ends of lines and arcs, and stops.
 
 import { mm } from "./describe.js";
 import { haloed, FONT } from "./marks.js";
 
 const REACH = 12; // pixels
 
-/** Every place of a drawing that can be measured from, in cells. */
+/** All snap points of a drawing, in cells. */
 class Places {
-  /** `x` and `y` in mm with the origin. */
+  /** `x` and `y` in mm, including the origin. */
   constructor(places) {
     this.places = places;
     let x0 = Infinity, y0 = Infinity, x1 = -Infinity, y1 = -Infinity;
@@ -27,7 +27,7 @@ class Places {
 
   _key(column, row) { return `${column} ${row}`; }
 
-  /** Return the nearest place within a reach, mm, or null. */
+  /** Return the nearest snap point within a reach, mm, or null. */
   near(x, y, reach) {
     const span = Math.ceil(reach / this.size);
     if ((2 * span + 1) ** 2 > 4 * this.cells.size) return nearest(this.places, x, y, reach);
@@ -65,7 +65,7 @@ function* placesOfPart(part, hidden) {
     if (hidden.has(part.layerName("outline", k))) continue;
     const { first, count, closed } = part.outlineAt(k), v = part.vertex;
     for (let at = first; at < first + count; at++) yield [v[3 * at] + ox, v[3 * at + 1] + oy];
-    // Of a circle, two half ones, the centre.
+    // The centre of a circle, which is two half circles.
     if (closed && count === 2 && Math.abs(Math.abs(v[3 * first + 2]) - 1) < 1e-3) {
       yield [(v[3 * first] + v[3 * first + 3]) / 2 + ox, (v[3 * first + 1] + v[3 * first + 4]) / 2 + oy];
     }
@@ -80,7 +80,7 @@ function* placesOfPath(scene) {
   }
 }
 
-/** What is measured in a drawing: nothing, from one place, or from one to another. */
+/** State of a measurement: none, first point, or both points. */
 export class Measure {
   constructor(drawing) {
     this.drawing = drawing;
@@ -88,7 +88,7 @@ export class Measure {
     this.from = this.to = this.at = null;
   }
 
-  /** Begin or end measuring; with the keys it is measured in the middle of the drawing. */
+  /** Start or stop measuring; with the keyboard, the centre of the drawing is the cursor. */
   toggle(on = !this.on, byKey = false) {
     this.on = on;
     this.byKey = byKey;
@@ -97,10 +97,10 @@ export class Measure {
     this._tell();
   }
 
-  /** Forget what could be measured from: other things are shown. */
+  /** Drop the snap points, as the content has changed. */
   renew() { this._places = null; }
 
-  /** Return the place that is meant by one in the drawing, mm: what is near, else itself. */
+  /** Return the snap point near a point of the drawing, mm, or else the point itself. */
   snapped(x, y) {
     const { scenes, main, hidden, view } = this.drawing;
     this._places ??= new Places([
@@ -110,7 +110,7 @@ export class Measure {
     return this._places.near(x, y, REACH / view.scale) ?? [x, y];
   }
 
-  /** The pointer is at a place, pixels. */
+  /** Handle a pointer position, pixels. */
   move(px, py) {
     const { view } = this.drawing;
     this.byKey = false;
@@ -118,7 +118,7 @@ export class Measure {
     this._tell(true);
   }
 
-  /** What is in the middle of the drawing is meant, as the view moves under it. */
+  /** Use the centre of the drawing as the cursor while the view moves. */
   aim() {
     const { view } = this.drawing;
     this.byKey = true;
@@ -126,7 +126,7 @@ export class Measure {
     this._tell(true);
   }
 
-  /** Take the place that is meant: the first, or the second, which is measured to. */
+  /** Take the point under the cursor as the first or the second. */
   take() {
     if (!this.at) return;
     if (!this.from || this.to) [this.from, this.to] = [this.at, null];
@@ -134,7 +134,7 @@ export class Measure {
     this._tell();
   }
 
-  /** Return what is measured, in words. */
+  /** Return the measurement as text. */
   words() {
     const { words } = this.drawing, { from } = this, to = this.to ?? this.at;
     if (!from) return [words.measure, words.measureFrom, ...(this.at ? [`X ${mm(this.at[0])}  Y ${mm(this.at[1])}`] : [])];
@@ -148,7 +148,7 @@ export class Measure {
     this.drawing.tellMeasure(this.on ? this.words() : [], quiet);
   }
 
-  /** Draw the places and the line between them; `ctx` draws in pixels. */
+  /** Draw the points and the line between them; `ctx` is in pixels. */
   draw(ctx, view, colours) {
     if (!this.on) return;
     const { from, at } = this, to = this.to ?? (from ? at : null), pixel = ([x, y]) => [view.toX(x), view.toY(y)];

@@ -1,4 +1,4 @@
-// Opens files: by a dialogue, and by dropping them anywhere on the page.
+// Opens files: by a dialog, or by dropping them anywhere on the page.
 import { h } from "vue";
 import { send } from "leafcut-canvas/send.js";
 

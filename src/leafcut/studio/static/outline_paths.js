@@ -1,14 +1,14 @@
-// Outlines as cached Path2D, in pieces that can be left out and in levels of detail.
+// Outlines as cached Path2D, split into pieces with levels of detail.
 
 import { Pen } from "./pen.js";
 
-const VERTICES = 1024; // in a piece
-const FINEST = 1 / 60000; // tolerance of the first simplified level, in parts of the extents
+const VERTICES = 1024; // vertices per piece
+const FINEST = 1 / 60000; // tolerance of the first simplified level, as a fraction of the extents
 const LEVEL_STEP = 3, MOST_LEVELS = 9;
-const SEEN_FROM = 0.4; // pixels: what is smaller does not show
-const STRAIGHT = 1e-9; // bulge of a line
+const SEEN_FROM = 0.4; // smallest visible deviation, pixels
+const STRAIGHT = 1e-9; // bulge of a straight line
 
-/** Some of a part's outlines, by their numbers. */
+/** Outlines of a part with the given indices. */
 export class OutlinePaths {
   constructor(part, numbers) {
     this.part = part;
@@ -27,13 +27,13 @@ export class OutlinePaths {
     }
   }
 
-  /** Return the coarsest level whose tolerance does not show at a scale; 0 is exact. */
+  /** Return the coarsest level whose tolerance is invisible at a scale; 0 is exact. */
   levelFor(scale) {
     const allowed = SEEN_FROM / scale / this.tolerance;
     return allowed < 1 ? 0 : Math.min(1 + Math.floor(Math.log(allowed) / Math.log(LEVEL_STEP)), MOST_LEVELS);
   }
 
-  /** Yield a Path2D and what it costs to draw, in segments, for every piece that is seen; `seen` is in mm. */
+  /** Yield a Path2D with its drawing cost, in segments, for every visible piece; `seen` is in mm. */
   *visible(seen, scale) {
     const [ox, oy] = this.part.origin, level = this.levelFor(scale);
     for (const piece of this.pieces) {
@@ -68,7 +68,7 @@ function traceOutline(part, number, pen) {
   }
 }
 
-/** Return a box around an outline, by its vertices and how far its arcs may go beyond them. */
+/** Return a box around an outline, from its vertices and the largest possible excess of its arcs. */
 function boxOf(part, number) {
   const { first, count } = part.outlineAt(number), v = part.vertex, box = [Infinity, Infinity, -Infinity, -Infinity];
   for (let k = first; k < first + count; k++) {

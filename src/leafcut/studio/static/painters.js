@@ -1,4 +1,4 @@
-// The painters of a pane's pictures: ground (pheromone, what is cleared, kerf, part), path, what is done, and marks.
+// Painters of a pane's layers: ground (pheromone, cleared area, kerf, part), paths, finished moves, and marks.
 
 import { isDense, paintDensity } from "./density.js";
 import { paintDifferences } from "./differences.js";
@@ -10,7 +10,7 @@ import { paintWhole } from "./whole.js";
 const STRENGTHS = 8;
 const RAPID_WIDTH = 1.15, CUT_WIDTH = 1.9, RIM = 1.2;
 
-/** Yield while painting what lies below: pheromone, kerf, outlines, slots and holes. */
+/** Paint the ground: pheromone, kerf, outlines, slots and holes; yields between steps. */
 export function* paintGround(ctx, frame, pane) {
   const { layers, colours, pheromone, part, partPaths } = pane;
   if (layers.pheromone && pheromone) yield* paintPheromone(ctx, frame, pheromone, colours);
@@ -45,7 +45,7 @@ function* paintPheromone(ctx, frame, scene, colours) {
   }
 }
 
-/** Fill what a mill clears as one light band: at once, so that passes beside each other do not darken it. */
+/** Fill the area cleared by a mill in one pass, so that adjacent passes do not darken it. */
 function* paintCleared(ctx, frame, { scene, paths }, colours) {
   const width = scene.header.cleared;
   if (!(width > 0) || width * frame.scale < 1.5) return;
@@ -147,7 +147,7 @@ function* paintHoles(ctx, frame, part, paths, colours) {
   }
 }
 
-/** Yield while painting all moves: those of a track that is only compared with are pale. */
+/** Paint all moves, pale for a track that only serves as a comparison; yields between steps. */
 export function* paintPaths(ctx, frame, pane) {
   for (const track of pane.tracks) {
     const style = styleOf(pane, pane.live ? { ...track, pale: true } : track, frame);
@@ -168,7 +168,7 @@ export function* paintPaths(ctx, frame, pane) {
   if (pane.live && pane.layers.rapids) yield* paintLive(ctx, frame, pane.edited ?? pane.live, pane.colours);
 }
 
-/** Yield while painting the best path of a search that goes on. */
+/** Paint the best path of a running search; yields between steps. */
 function* paintLive(ctx, frame, scene, colours) {
   frame.inMm(ctx, scene.origin);
   setStroke(ctx, [colours.rapid, scene.point.length > 4000 ? RAPID_WIDTH : 1.6, 1], frame.scale);
@@ -214,7 +214,7 @@ function leadPath(lead) {
   return path;
 }
 
-/** Yield while painting the moves before a row. */
+/** Paint the moves before a row; yields between steps. */
 export function* paintDone(ctx, frame, pane) {
   const track = pane.main;
   if (!track) return;
@@ -236,7 +236,7 @@ export function* paintDone(ctx, frame, pane) {
   yield 10;
 }
 
-/** Paint a dot at every hole that was drilled with the rows from `first` to before `end`. */
+/** Paint a dot at every hole drilled in the rows from `first` to before `end`. */
 function paintDrilled(ctx, frame, pane, first, end) {
   const { scene } = pane.main, { stop, origin } = scene, seen = frame.seen, path = new Path2D();
   const radius = Math.min(Math.max(pane.main.drillRadius * frame.scale, 1.2), 3.4);
@@ -263,7 +263,7 @@ function firstAtLeast(sorted, value) {
   return low;
 }
 
-/** Paint some rows more onto what is done. */
+/** Add the rows from `first` to before `end` to the finished moves. */
 export function paintMore(ctx, frame, pane, first, end) {
   if (pane.layers.cuts) paintDrilled(ctx, frame, pane, first, end);
   const { scene } = pane.main, drawn = pathsOfRows(scene, first, end), style = styleOf(pane, { scene }, frame);
@@ -275,7 +275,7 @@ export function paintMore(ctx, frame, pane, first, end) {
   }
 }
 
-/** Yield while painting what stands on the paths: arrows, pierces, first and last stop, numbers, issues. */
+/** Paint the marks: arrows, pierces, first and last stop, numbers, issues; yields between steps. */
 export function* paintMarks(ctx, frame, pane) {
   const { layers, colours, main, edited } = pane, scene = edited ?? main?.scene;
   if (scene) {
@@ -324,7 +324,7 @@ function paintExtents(ctx, frame, pane) {
   ctx.setLineDash([]);
 }
 
-/** Hatch in red what of the input is not done. */
+/** Hatch missing work in red. */
 function paintMissing(ctx, frame, part, colours) {
   frame.inPixels(ctx);
   ctx.strokeStyle = colours.bad;

@@ -1,4 +1,4 @@
-// A pane: one canvas with one or two toolpaths over a part, drawn from cached pictures.
+// A pane: a canvas with one or two toolpaths over a part, composed of cached layers.
 
 import { Buffer, Frame, budget } from "./buffer.js";
 import { ringMark } from "./differences.js";
@@ -11,9 +11,9 @@ import { stopNear } from "./stops.js";
 import { coloursOf } from "./theme.js";
 
 const PALE = 0.3;
-const REACH = 7; // pixels from the pointer
+const REACH = 7; // maximum distance to the pointer, pixels
 
-/** A toolpath with what was made of it once: pieces, the order of its numbers, and the grid for the pointer. */
+/** A toolpath with derived data: pieces, the order of its numbers, and the grid for the pointer. */
 export class Track {
   constructor(scene) {
     this.scene = scene;
@@ -22,7 +22,7 @@ export class Track {
     this.pale = false;
     this._grid = null;
     const e = scene.extents ?? [0, 0, 1, 1];
-    /** How large a dot may be so that two do not touch as a rule, mm. */
+    /** Radius of a dot for drilled holes that usually avoids overlaps, mm. */
     this.drillRadius = 0.2 * Math.sqrt(((e[2] - e[0]) * (e[3] - e[1])) / Math.max(scene.stop.length, 1));
   }
 
@@ -30,7 +30,7 @@ export class Track {
 }
 
 export class Pane extends EventTarget {
-  /** `shared`: what all panes have in common: view, layers, and the selection. */
+  /** `shared`: state common to all panes: view, layers, and the selection. */
   constructor(host, shared, label) {
     super();
     this.host = host;
@@ -46,7 +46,7 @@ export class Pane extends EventTarget {
     this.ctx = this.canvas.getContext("2d", { alpha: true });
     this.whole = this.wholePaths = this.part = this.partPaths = this.pheromone = this.live = this.main = this.differences = null;
     this.tracks = [];
-    this.time = null; // seconds, null: no playback
+    this.time = null; // seconds; null: no playback
     this.doneRow = this.paintedRow = 0;
     this.hovered = null;
     this.drag = null;
@@ -59,13 +59,13 @@ export class Pane extends EventTarget {
     this.colours = {};
   }
 
-  /** Read the colours anew; the pane must be on the page by then. */
+  /** Read the colours again; the pane must be on the page. */
   restyle() {
     this.colours = coloursOf(this.host);
     this.invalidate();
   }
 
-  /** Show a part over the whole drawing that it is of; `drawnLayers` are the names of all layers, `hidden` those not shown. */
+  /** Show a part over the whole drawing; `drawnLayers` are the names of all layers, `hidden` those not shown. */
   setPart(scene, paths, whole, wholePaths, drawnLayers, hidden) {
     Object.assign(this, { whole, wholePaths, drawnLayers, hidden });
     this.part = scene;
@@ -74,7 +74,7 @@ export class Pane extends EventTarget {
     this.invalidate("ground", "marks");
   }
 
-  /** Show toolpaths: the last one is the one that is numbered, played and selected in. */
+  /** Show toolpaths; `main` is used for numbers, playback and the selection. */
   setTracks(tracks, main) {
     this.tracks = tracks;
     this.main = main;
@@ -97,10 +97,10 @@ export class Pane extends EventTarget {
     this.invalidate("path", "marks");
   }
 
-  /** The order that is changed by hand: what is numbered, marked and taken hold of, in place of the toolpath's. */
+  /** The edited order, which replaces the toolpath for numbers, marks and dragging. */
   get edited() { return this.live?.visit && this.main ? this.live.settled(this.main.scene) : null; }
 
-  /** Smallest x and y, largest x and y of all that is drawn, or of what is worked alone. */
+  /** Smallest x and y, largest x and y of the whole drawing, or of the machined objects only. */
   get extents() { return around([this.whole, ...this._worked]); }
 
   get workedExtents() { return around(this._worked); }
@@ -113,7 +113,7 @@ export class Pane extends EventTarget {
     this.dirty = true;
   }
 
-  /** Show the state at a time in seconds; null: everything, without a tool. */
+  /** Show the state at a time, s; null: everything, without a tool. */
   setTime(time) {
     const { main } = this;
     const was = this.time;
@@ -126,7 +126,7 @@ export class Pane extends EventTarget {
     if (was === null || this.doneRow < this.paintedRow) this.buffers.done.invalidate();
   }
 
-  /** Draw what has changed; return whether something is still to be drawn. */
+  /** Continue painting; return whether something is left to paint. */
   frame() {
     const { view, canvas, ctx } = this, ratio = this.ratio();
     const names = this.time === null ? ["ground", "path", "marks"] : ["ground", "path", "done", "marks"];
@@ -164,7 +164,7 @@ export class Pane extends EventTarget {
     return [box.width, box.height];
   }
 
-  /** Paint the rows that were run since the last frame onto what is done. */
+  /** Add the rows run since the last frame to the finished moves. */
   _catchUp(ratio) {
     const { done } = this.buffers;
     if (this.time === null || !done.ready(this.view) || this.doneRow <= this.paintedRow) return;
@@ -176,7 +176,7 @@ export class Pane extends EventTarget {
     this.paintedRow = this.doneRow;
   }
 
-  /** Draw what changes all the time: selection, what the pointer is on, the tool, a drag; then the rulers. */
+  /** Draw what changes in every frame: selection, hover, tool, drag; then the rulers. */
   _overlay(ctx, ratio) {
     const { view, colours } = this, frame = new Frame(view, ratio);
     const { selected } = this.shared;
@@ -247,7 +247,7 @@ export class Pane extends EventTarget {
     ctx.fill();
   }
 
-  /** Draw the way to a stop as the order is now, and the stop. */
+  /** Draw the move to a stop in the edited order, and the stop. */
   _strokeWay(ctx, frame, k, colour) {
     const { edited } = this, [ox, oy] = edited.origin, px = frame.toX(edited.x1(k) + ox), py = frame.toY(edited.y1(k) + oy);
     if (k < 0) return;
@@ -281,8 +281,8 @@ export class Pane extends EventTarget {
     ctx.stroke();
   }
 
-  /** Return what is at a place on the screen: { issue }, { hole, row, which } or { row, which }, or null; of an order
-   *  that is changed with the `stop`: its number in the toolpath, from 1. */
+  /** Return the object at a screen position: { issue }, { hole, row, which } or { row, which }, or null; for an
+   * edited order also the `stop`: its number in the toolpath, from 1. */
   pick(px, py) {
     const found = this._pick(px, py), { edited } = this;
     if (!edited || found?.issue !== undefined || found?.mark !== undefined) return found;
@@ -312,7 +312,7 @@ export class Pane extends EventTarget {
     return row >= 0 ? { row, which: main.scene.header.which } : null;
   }
 
-  /** Return what a mark of a difference is: the line that it is about, of the program that has it. */
+  /** Return the description of a difference's mark, with its line in the program that has it. */
   _differing(mark) {
     const difference = this.differences.at(mark).index, [, , original, added] = this.differences.header.differences[difference];
     return { mark, difference, which: added ? "after" : "before", line: added || original };
@@ -331,7 +331,7 @@ export class Pane extends EventTarget {
     if (!part?.holes) return -1;
     const { grid, largest } = this._holesGrid(), [ox, oy] = part.origin, { hole } = part;
     const away = (k) => this.hidden.has(part.layerName("hole", k)) ? Infinity : Math.max(Math.hypot(hole[3 * k] + ox - x, hole[3 * k + 1] + oy - y) - hole[3 * k + 2] / 2, -hole[3 * k + 2] / 2);
-    // The smallest hole of those the pointer is in: none may hide another.
+    // Take the smallest hole under the pointer, so that no hole is hidden by another.
     let best = -1, least = Infinity;
     grid.around(x - ox, y - oy, largest + reach, (k) => {
       const d = away(k), score = Math.max(d, 0) * 1e6 + hole[3 * k + 2];
@@ -343,7 +343,7 @@ export class Pane extends EventTarget {
     return best;
   }
 
-  /** Return the row with which the tool goes down at a hole, or undefined. */
+  /** Return the row that starts the work at a hole, or undefined. */
   _rowAtHole(hole) {
     const { main, part } = this;
     if (!main) return undefined;
@@ -352,7 +352,7 @@ export class Pane extends EventTarget {
     return stop < 0 ? undefined : main.scene.stop[stop];
   }
 
-  /** Return the radius of the largest hole at a place, mm; 0 where there is none. */
+  /** Return the radius of the largest hole at a position, mm; 0 if none. */
   holeRadius(atX, atY) {
     if (!this.part?.holes) return 0;
     const x = atX - this.part.origin[0], y = atY - this.part.origin[1], { hole } = this.part;
@@ -363,7 +363,7 @@ export class Pane extends EventTarget {
     return radius;
   }
 
-  /** Return the grid of the part's holes, and the radius of the largest. */
+  /** Return the grid of the part's holes, and the largest radius. */
   _holesGrid() {
     if (!this._holes) {
       let largest = 0;
@@ -373,11 +373,11 @@ export class Pane extends EventTarget {
     return this._holes;
   }
 
-  /** Return the number (from 0) of the first stop within `reach` mm of a place, or -1. */
+  /** Return the number (from 0) of the first stop within `reach` mm of a position, or -1. */
   stopNear(x, y, reach) { return stopNear(this.main, x, y, reach); }
 }
 
-/** Return the box around scenes, those that are there and have one. */
+/** Return the bounding box of the scenes that have extents. */
 function around(scenes) {
   const every = scenes.filter((scene) => scene?.extents).map((scene) => scene.extents);
   if (!every.length) return null;

@@ -1,15 +1,15 @@
-// The parts of a nest: a row for each drawing with how often it is wanted and in which angles.
+// Table of a nest's parts: a row for each drawing with quantity and angles.
 import { h } from "vue";
 
 export default {
   props: {
     rows: Array, // [{id, name, quantity, rotations, shown}]
-    rotations: String, // the angles of those that say none
-    version: Number, // goes up when what was typed is refused, so that this is drawn again
+    rotations: String, // default angles
+    version: Number, // increased when input is refused, to force a redraw
     words: Object, // {drawing, quantity, rotations, remove, show}
   },
   emits: ["change", "remove", "look"],
-  created() { this.draft = null; }, // not among the data: to type draws nothing
+  created() { this.draft = null; }, // not reactive: typing must not redraw
   methods: {
     input(row, key, mode, placeholder) {
       const id = `${row.id}-${key}`;
@@ -21,7 +21,7 @@ export default {
         autocomplete: "off",
         spellcheck: "false",
         "aria-label": `${this.words[key]}: ${row.name}`,
-        // What is being typed stays; what was refused goes back to what it was, whenever this is drawn.
+        // Keep the text being typed; refused input reverts at the next redraw.
         value: this.draft?.id === id ? this.draft.text : row[key],
         placeholder,
         onInput: (e) => { this.draft = { id, text: e.target.value }; },

@@ -1,17 +1,17 @@
-// Toolpaths and parts as cached Path2D, in pieces that can be left out and in levels of detail.
+// Toolpaths and parts as cached Path2D, split into pieces with levels of detail.
 
 import { Density } from "./density.js";
 import { OutlinePaths } from "./outline_paths.js";
 import { Pen } from "./pen.js";
 import { DARK, RAPID, STAND } from "./scene.js";
 
-const ROWS = 1024; // rows in a piece
-const FINEST = 1 / 60000; // tolerance of the first simplified level, in parts of the extents
+const ROWS = 1024; // rows per piece
+const FINEST = 1 / 60000; // tolerance of the first simplified level, as a fraction of the extents
 const LEVEL_STEP = 3;
 const MOST_LEVELS = 9;
-const SEEN_FROM = 0.55; // pixels: what is smaller does not show
+const SEEN_FROM = 0.55; // smallest visible deviation, pixels
 
-/** A toolpath cut into pieces: for each, its box, and a Path2D of its rapids and of its cuts by level of detail. */
+/** Pieces of a toolpath, each with its box, and a Path2D of rapids and of cuts for each level of detail. */
 export class ToolpathPaths {
   constructor(scene) {
     this.scene = scene;
@@ -23,14 +23,14 @@ export class ToolpathPaths {
     }
   }
 
-  /** Return the coarsest level whose tolerance does not show at a scale; 0 is exact. */
+  /** Return the coarsest level whose tolerance is invisible at a scale; 0 is exact. */
   levelFor(scale) {
     const allowed = SEEN_FROM / scale / this.tolerance;
     if (allowed < 1) return 0;
     return Math.min(1 + Math.floor(Math.log(allowed) / Math.log(LEVEL_STEP)), MOST_LEVELS);
   }
 
-  /** Yield the index of every piece that is seen; `seen` is in mm with the origin. */
+  /** Yield the index of every visible piece; `seen` is in mm, including the origin. */
   *visible(seen) {
     const [ox, oy] = this.scene.origin;
     for (let k = 0; k < this.pieces.length; k++) {
@@ -39,7 +39,7 @@ export class ToolpathPaths {
     }
   }
 
-  /** Return { rapid, cut, costs } of a piece: two Path2D and what each costs to draw, in thin segments. */
+  /** Return { rapid, cut, costs } of a piece: two Path2D, and the drawing cost of each in thin segments. */
   paths(index, level) {
     const piece = this.pieces[index];
     piece.levels[level] ??= tracePiece(this.scene, piece, level ? this.tolerance * LEVEL_STEP ** (level - 1) : 0);
@@ -86,7 +86,7 @@ function traceRows(scene, first, end, pens) {
   }
 }
 
-/** Return two Path2D, rapids and cuts, of the rows from `first` to before `end`, exact. */
+/** Return exact Path2D of rapids and cuts of the rows from `first` to before `end`. */
 export function pathsOfRows(scene, first, end) {
   const pens = { rapid: new Pen(0), cut: new Pen(0) };
   traceRows(scene, first, end, pens);
@@ -114,10 +114,10 @@ export function addOutline(path, part, index) {
   if (closed) path.closePath();
 }
 
-const HOLES = 2048; // in a piece
+const HOLES = 2048; // holes per piece
 
-/** A part as Path2D: outlines by kind, and holes in pieces by tool; unsized and tiny holes are drawn by size. What lies on
- *  a hidden layer is left out. */
+/** A part as Path2D: outlines by kind, and holes in pieces by tool; holes without diameter and tiny holes have a
+ * fixed size. Hidden layers are left out. */
 export class PartPaths {
   constructor(part, hidden = new Set()) {
     this.part = part;
@@ -145,7 +145,7 @@ export class PartPaths {
     }
   }
 
-  /** Return all outlines of a kind as one Path2D, to be filled; null where there are none. */
+  /** Return all outlines of a kind as one Path2D for filling; null if none. */
   fill(kind) {
     if (!this.numbers[kind]) return null;
     if (!this._fills[kind]) {
@@ -155,10 +155,10 @@ export class PartPaths {
     return this._fills[kind];
   }
 
-  /** Return the outlines of a kind in pieces, to be stroked; null where there are none. */
+  /** Return the outlines of a kind in pieces for stroking; null if none. */
   strokes(kind) { return this.numbers[kind] ? (this._strokes[kind] ??= new OutlinePaths(this.part, this.numbers[kind])) : null; }
 
-  /** Yield the pieces of holes that are seen; none is smaller than a radius in mm. */
+  /** Yield the visible pieces of holes, drawn with at least the radius `smallest`, mm. */
   *visibleHoles(seen, smallest = 0) {
     const [ox, oy] = this.part.origin;
     for (const piece of this.pieces) {
@@ -167,7 +167,7 @@ export class PartPaths {
     }
   }
 
-  /** Return the holes of a piece as one Path2D, none smaller than a radius in mm. */
+  /** Return the holes of a piece as one Path2D, each with at least the radius `smallest`, mm. */
   holes(piece, smallest) {
     const key = Math.round(8 * Math.log2(Math.max(smallest, 1e-6)));
     let path = piece.paths.get(key);

@@ -1,6 +1,6 @@
-// A pen for Path2D.
+// Pen for Path2D.
 
-/** A Path2D that leaves out what is nearer than a tolerance to the place before it. */
+/** Builds a Path2D without points closer than a tolerance to the previous point. */
 export class Pen {
   constructor(tolerance) {
     this.path = new Path2D();
@@ -10,7 +10,7 @@ export class Pen {
   }
 
   to(x0, y0, x1, y1) {
-    // What goes on within the tolerance is taken as going on: no gap is seen there.
+    // A gap within the tolerance is invisible, so join the lines.
     if (!(Math.abs(x0 - this.x) + Math.abs(y0 - this.y) <= this.tolerance)) {
       this.finish();
       this.path.moveTo(x0, y0);
@@ -38,7 +38,7 @@ export class Pen {
     this.count += 4;
   }
 
-  /** Draw to where the pen is by now, if that was left out. */
+  /** Draw the pending line, if any. */
   finish() {
     if (this.x !== this.atX || this.y !== this.atY) this._line();
     this.x = this.y = NaN;

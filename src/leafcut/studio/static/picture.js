@@ -1,14 +1,14 @@
-// A chart as a PNG file: drawn once more, large, with the colours that it has on the page.
+// A chart as a PNG file: drawn again, large, with the colours of the page.
 
 const SHOWN = ["fill", "fill-opacity", "stroke", "stroke-width", "stroke-opacity", "stroke-dasharray", "stroke-linecap", "stroke-linejoin", "opacity", "font-family", "font-size", "font-weight", "paint-order"];
 const WIDTH = 1000, HEIGHT = 560, TIMES = 2, EDGE = 24;
 
-/** Save a chart: `kind` is its class, `data` what it is set to, `options` what it is made with. */
+/** Save a chart: `kind` is its class, `data` its data, `options` its constructor options. */
 export async function savePicture(kind, data, options, name, place) {
   const host = document.createElement("div");
   host.className = "lc-picture";
   Object.assign(host.style, { position: "fixed", left: "-4000px", top: "0", width: `${WIDTH}px`, height: `${HEIGHT}px` });
-  place.append(host); // where the colours of the page hold
+  place.append(host); // inside the element that defines the colours
   const chart = new kind(host, options);
   try {
     chart.set(data);
@@ -21,7 +21,7 @@ export async function savePicture(kind, data, options, name, place) {
   }
 }
 
-/** Return an SVG of the page as PNG, whatever style sheets it is drawn with. */
+/** Return an SVG element as PNG, independent of style sheets. */
 async function rendered(svg, colour) {
   const { width, height } = svg.getBoundingClientRect(), copy = svg.cloneNode(true);
   const from = [svg, ...svg.querySelectorAll("*")], to = [copy, ...copy.querySelectorAll("*")];

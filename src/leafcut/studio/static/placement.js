@@ -1,16 +1,16 @@
-// Where the part lies: program zero, which can be dragged where an option takes it, and how far the machine goes.
+// Placement of the part: program zero, which can be dragged if an option sets it, and the travel of the machine.
 
 import { FONT, haloed } from "./marks.js";
 
 const ARM = 34, GRIP = 9, LEFT = 56, RULER = 24; // pixels
 
-/** What is told of the place of a part: `zero` (can it be dragged), `travel` { box, known, fits, machine }. */
+/** Placement: whether zero is `movable`, and `travel` { box, known, fits, machine }. */
 export class Placement {
   constructor(drawing) {
     this.drawing = drawing;
     this.movable = false;
     this.travel = null;
-    this.drag = null; // where zero is dragged to, mm
+    this.drag = null; // target of dragged zero, mm
   }
 
   set({ movable = false, travel = null } = {}) {
@@ -19,7 +19,7 @@ export class Placement {
     this.drag = null;
   }
 
-  /** Take hold of program zero, where it can be moved and the pointer is on it; return whether it is. */
+  /** Start dragging program zero if it is movable and under the pointer; return whether dragging started. */
   grab(px, py) {
     const { view, layers } = this.drawing;
     if (!this.movable || !layers.origin || Math.hypot(px - view.toX(0), py - view.toY(0)) > GRIP) return false;
@@ -27,7 +27,7 @@ export class Placement {
     return true;
   }
 
-  /** Return whether the pointer is where program zero can be taken hold of. */
+  /** Return whether the pointer is over a movable program zero. */
   over(px, py) {
     const { view, layers } = this.drawing;
     return this.movable && layers.origin && Math.hypot(px - view.toX(0), py - view.toY(0)) <= GRIP;
@@ -38,14 +38,14 @@ export class Placement {
     this.drag = measure.snapped(view.mmX(px), view.mmY(py));
   }
 
-  /** Let go: return where zero is to be, mm, or null where it stays. */
+  /** End dragging; return the new position of zero, mm, or null if unchanged. */
   drop(cancelled) {
     const to = this.drag;
     this.drag = null;
     return cancelled || !to || Math.hypot(...to) === 0 ? null : to;
   }
 
-  /** Draw both; `ctx` draws in pixels. */
+  /** Draw zero and travel; `ctx` is in pixels. */
   draw(ctx, view, colours) {
     const { layers } = this.drawing;
     if (layers.travel && this.travel) this._travel(ctx, view, colours);
@@ -69,13 +69,13 @@ export class Placement {
     ctx.font = FONT;
     ctx.textAlign = "left";
     ctx.textBaseline = "bottom";
-    // Along the upper edge where that is seen, else along the lower one, and never behind the ruler.
+    // Text along the upper edge if visible, else along the lower edge, never behind the ruler.
     const low = y + height < view.height - RULER ? y + height + 17 : -1, at = y > 20 ? y - 5 : low;
     if (width > 60 && at > 0 && x + width > LEFT) haloed(ctx, said.filter(Boolean).join(" · "), Math.max(x + 2, LEFT), at, colour, colours.card);
   }
 }
 
-/** Draw program zero: arrows in X and Y, and a ring that can be taken hold of. */
+/** Draw program zero: arrows in X and Y, and a ring as a handle. */
 function zeroMark(ctx, px, py, colours, movable, alpha) {
   ctx.globalAlpha = alpha;
   for (const [dx, dy, colour, letter] of [[1, 0, colours.change, "X"], [0, -1, colours.accent, "Y"]]) {

@@ -1,4 +1,4 @@
-// Playing a toolpath: the bar with the slider, and the clock that drives it.
+// Playback of a toolpath: the bar with the slider, and the clock.
 
 import { clockWords } from "./describe.js";
 import { icon, iconButton, make } from "./icons.js";
@@ -6,7 +6,7 @@ import { icon, iconButton, make } from "./icons.js";
 const RATES = [0.5, 1, 2, 5, 10, 20, 50, 100, 500];
 const SLIDER = 10000;
 
-/** Plays one or two scenes by machine time; dispatches `time` with { time, row }, time null when all is shown. */
+/** Plays one or two scenes by machine time; dispatches `time` with { time, row }, time null when everything is shown. */
 export class Player extends EventTarget {
   constructor(host, words) {
     super();
@@ -39,7 +39,7 @@ export class Player extends EventTarget {
     host.append(this.bar);
   }
 
-  /** Take the scene whose blocks are stepped through, and how long the longest scene that is shown takes. */
+  /** Set the scene for stepping through blocks, and the duration of the longest visible scene. */
   setScene(scene, duration) {
     this.scene = scene;
     this.duration = duration;
@@ -55,7 +55,7 @@ export class Player extends EventTarget {
 
   toggle() { if (this.playing) this.pause(); else this.play(); }
 
-  /** Play on, or from the start when at the end; `rate` is machine seconds in a second. */
+  /** Continue playback, or start at the beginning if at the end; `rate` is machine seconds per second. */
   play(rate = this.rate) {
     if (!this.scene || !(this.duration > 0)) return;
     this.setRate(rate);
@@ -83,7 +83,7 @@ export class Player extends EventTarget {
     if (this.scene) this._set(Math.min(Math.max(seconds, 0), this.duration));
   }
 
-  /** Go on by what has passed since the last frame; return whether it is playing. */
+  /** Advance by the time since the last frame; return whether playback is running. */
   tick(now) {
     if (!this.playing) return false;
     const time = this.time + (Math.max(now - this.last, 0) / 1000) * this.rate;
@@ -93,7 +93,7 @@ export class Player extends EventTarget {
     return this.playing;
   }
 
-  /** Go to the end of the next block of the program, or to the start of the one before. */
+  /** Go to the end of the next block of the program, or to the start of the previous one. */
   step(direction) {
     const { scene } = this;
     if (!scene) return;
@@ -113,7 +113,7 @@ export class Player extends EventTarget {
     const shown = time ?? this.duration;
     this.slider.value = this.duration > 0 ? (shown / this.duration) * SLIDER : 0;
     this.slider.style.setProperty("--done", `${this.duration > 0 ? (100 * shown) / this.duration : 0}%`);
-    // A map has no millimetres, and one level of a pocket is no program: neither has a machine time.
+    // A map has no millimetres, and one level of a pocket is not a program: neither has a machine time.
     const share = this.scene?.header.untimed && this.duration > 0 ? `${((100 * shown) / this.duration).toFixed(0)} %` : "";
     this.slider.setAttribute("aria-valuetext", share || clockWords(shown));
     this.clock.textContent = share || `${clockWords(shown)} / ${clockWords(this.duration)}`;

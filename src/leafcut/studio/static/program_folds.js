@@ -1,9 +1,9 @@
-// What of a program can be folded: blocks of lines, each with a head that stays. Lines count from 1, rows from 0.
+// Foldable blocks of a program, each with a visible head. Lines count from 1, rows from 0.
 
 import { DARK, RAPID } from "./scene.js";
 
 export class Folds {
-  /** `starts`: first line of every block, rising; `names`: index of a block → what it is called. */
+  /** `starts`: first line of every block, ascending; `names`: index of a block → its name. */
   constructor(starts, count, names = () => "") {
     this.starts = starts;
     this.count = count;
@@ -31,19 +31,19 @@ export class Folds {
 
   isClosed(head) { return Boolean(this.closed[this._blockOf(head)]); }
 
-  /** Return the head of the block that a line is in; 0 before the first one. */
+  /** Return the head of a line's block; 0 before the first block. */
   headOf(line) {
     const block = this._blockOf(line);
     return block < 0 ? 0 : this.starts[block];
   }
 
-  /** Whether a line is not seen. */
+  /** Whether a line is hidden. */
   hides(line) {
     const block = this._blockOf(line);
     return block >= 0 && Boolean(this.closed[block]) && this.starts[block] !== line;
   }
 
-  /** Return how many lines a block has. */
+  /** Return the number of lines of a block. */
   sizeOf(head) {
     const block = this._blockOf(head);
     return (this.starts[block + 1] ?? this.count + 1) - this.starts[block];
@@ -51,7 +51,7 @@ export class Folds {
 
   nameOf(head) { return this.names(this._blockOf(head)); }
 
-  /** Return the row of a line: of one that is hidden, that of its head. */
+  /** Return the row of a line; for a hidden line the row of its head. */
   rowOf(line) {
     const block = this._blockOf(line);
     if (block < 0) return line - 1;
@@ -65,7 +65,7 @@ export class Folds {
 
   _blockOf(line) { return last(this.starts, line); }
 
-  /** Note the row of every head, and how many rows there are. */
+  /** Compute the row of every head, and the number of rows. */
   _number() {
     const { starts, closed, count } = this;
     this.rows ??= new Uint32Array(starts.length);
@@ -78,7 +78,7 @@ export class Folds {
   }
 }
 
-/** Return the index of the last of rising numbers that is at most `value`, or -1. */
+/** Return the index of the last ascending number that is at most `value`, or -1. */
 function last(rising, value) {
   let low = 0, high = rising.length;
   while (low < high) {
@@ -88,13 +88,13 @@ function last(rising, value) {
   return low - 1;
 }
 
-/** Return the blocks of a program by what its toolpath does: one for each `tool`, or for each `piece` of work with the
- *  way to it; null where there is no more than one. */
+/** Return the blocks of a program from its toolpath: one per `tool`, or one per `piece` of work including the move to
+ * it; null if there are fewer than two. */
 export function foldsOf(scene, by, count, words) {
   const found = by === "tool" ? tools(scene) : pieces(scene);
   const lines = [], names = [];
   for (const [line, name] of found) {
-    // Where a line is run again, as in a subprogram, no block begins anew.
+    // Repeated lines, as in a subprogram, do not start another block.
     if (line < 1 || line > count || (lines.length && line <= lines.at(-1))) continue;
     lines.push(line);
     names.push(name);
@@ -113,7 +113,7 @@ function* tools(scene) {
   }
 }
 
-/** A piece begins with the first way after the work of the one before. */
+/** Yield the tasks; each starts with the first travel move after the previous task. */
 function* pieces(scene) {
   const { stop } = scene;
   for (let k = 0; k < stop.length; k++) {

@@ -1,7 +1,7 @@
-// Where the lines of a program went in another order of it. Lines count from 1; 0: none.
+// Positions of a program's lines in another order of it. Lines count from 1; 0: none.
 
 export class Moves {
-  /** `pairs`: old line and new line of all that is in both, rising by the old one. */
+  /** `pairs`: old line and new line of all common lines, ascending by old line. */
   constructor(pairs, oldCount, newCount) {
     this.oldCount = oldCount;
     this.newOf = new Uint32Array(oldCount + 1);
@@ -13,8 +13,8 @@ export class Moves {
     this._divide();
   }
 
-  /** Return what became of a line of the original, or of the new program: where its block begins there and here, whether
-   *  it moved, and how far down in the original it stood (0 … 1); null for a line that only one of them has. */
+  /** Return the fate of a line of the original or of the new program: the start of its block in both, whether the
+   * block moved, and its relative position in the original (0 … 1); null for a line in only one of them. */
   of(line, old) {
     const own = old ? line : this.oldOf[line];
     if (!own || !this.newOf[own]) return null;
@@ -23,14 +23,14 @@ export class Moves {
     return { begins: line === here, there, moved: Boolean(this.moved[block]), part: first / this.oldCount };
   }
 
-  /** Return the line of the other program: of what is not there, that of the nearest line before it. */
+  /** Return the matching line of the other program, or else that of the nearest earlier line with a match. */
   other(line, old) {
     const of = old ? this.newOf : this.oldOf;
     for (let at = line; at > 0; at--) if (of[at]) return of[at];
     return 0;
   }
 
-  /** Divide the original into blocks that went as one; those that keep their order stay, the fewest others moved. */
+  /** Divide the original into blocks that stayed together; the fewest possible count as moved. */
   _divide() {
     const { newOf } = this, first = [];
     this.block = new Uint32Array(newOf.length);
@@ -47,7 +47,7 @@ export class Moves {
   }
 }
 
-/** Return the indices of a longest rising choice of numbers that are all different. */
+/** Return the indices of a longest increasing subsequence of different numbers. */
 export function longestRising(numbers) {
   const ends = [], before = new Int32Array(numbers.length).fill(-1);
   for (let k = 0; k < numbers.length; k++) {

@@ -1,9 +1,9 @@
-// Finds words in a program: in its bytes, a slice at a time, so that a page with millions of lines stays quick.
+// Text search in a program: in its bytes, a slice at a time, so that the page stays responsive with millions of lines.
 
-const SLICE = 4e6; // bytes looked at between two breaths
-const LOWER = 32; // from A to a
+const SLICE = 4e6; // bytes searched between two pauses
+const LOWER = 32; // difference between A and a
 
-/** Return the lines (from 1, rising) that hold words, in whatever case; null where `given` says that nobody waits. */
+/** Return the lines (from 1, ascending) that contain a text, ignoring case; null if `given` reports a cancellation. */
 export async function findLines(bytes, starts, words, given = () => false) {
   const needle = new TextEncoder().encode(words.toLowerCase()), found = [];
   if (!needle.length) return found;
@@ -22,7 +22,7 @@ export async function findLines(bytes, starts, words, given = () => false) {
   return found;
 }
 
-/** Return where the needle begins next before `end`, or -1. */
+/** Return the next position of the needle before `end`, or -1. */
 function next(bytes, needle, upper, from, end) {
   const last = Math.min(end, bytes.length - needle.length + 1), low = needle[0], high = upper[0];
   for (let k = from; k < last; k++) {
@@ -36,7 +36,7 @@ function next(bytes, needle, upper, from, end) {
 
 function isLetter(byte) { return byte >= 97 && byte <= 122; }
 
-/** Return the line (from 1) that a byte is in; it is after `from`. */
+/** Return the line (from 1) of a byte, not before `from`. */
 function lineOf(starts, byte, from) {
   let low = from, high = starts.length - 1;
   while (low < high) {
@@ -46,7 +46,7 @@ function lineOf(starts, byte, from) {
   return low;
 }
 
-/** Mark the words in rows that are seen: by the browser's own highlights, which leave the text as it is. */
+/** Highlights matches in visible rows with the browser's highlights, without changing the text. */
 export class Marked {
   constructor() {
     if (!window.Highlight) return;

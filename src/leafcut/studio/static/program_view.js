@@ -1,7 +1,7 @@
-// A program to read: the list of its lines, with search, a line to go to, folding, and the original beside it.
+// Program view: the list of lines with search, go to line, folding, and the original beside it.
 //
 //   const view = new ProgramView(host, { words });
-//   view.show(scene);        // studio/drawing/program_text.py tells what is in it; or nothing: the drawing's program
+//   view.show(scene);        // format: studio/drawing/program_text.py; without it, the drawing's program
 //   view.link(drawing);
 
 import { Folds, foldsOf } from "./program_folds.js";
@@ -11,7 +11,7 @@ import { Marked, findLines } from "./program_search.js";
 import { iconButton, make } from "./icons.js";
 import { WORDS } from "./words.js";
 
-/** What a person has chosen last, for the next program. */
+/** Last choices, reused for the next program. */
 const kept = { fold: "none", beside: false };
 
 export class ProgramView {
@@ -67,7 +67,7 @@ export class ProgramView {
     return list;
   }
 
-  /** Show a scene that has the text, and of a program that was changed also the original with the pairs of lines. */
+  /** Show a scene with the text, and optionally the original with the pairs of lines. */
   show(scene) {
     this.scene = scene;
     this.list.setText(scene.text);
@@ -76,7 +76,7 @@ export class ProgramView {
     this._again();
   }
 
-  /** Say that the program could not be had. */
+  /** Show that the program is not available. */
   refuse() { this.columns.before(make("p", "lc-refused", { role: "alert" }, this.words.refused)); }
 
   /** Show the original beside the program, or the program alone. */
@@ -105,7 +105,7 @@ export class ProgramView {
     this._follow();
   }
 
-  /** Mark what moved and where to, and what only one of the programs has. */
+  /** Mark moved lines with their other position, and lines in only one of the programs. */
   _dress(row, line, old) {
     const found = this.moves.of(line, old), differs = this.scene[old ? "missing" : "added"].includes(line);
     if (differs) row.classList.add("lc-differs");
@@ -122,7 +122,7 @@ export class ProgramView {
     row.append(make("span", "lc-where", { title: words }, `${old ? "→" : "←"} ${found.there}`));
   }
 
-  /** Link this with a drawing: what is chosen and played in one is so in the other. */
+  /** Link this view with a drawing: common selection and playback. */
   link(drawing) {
     this.drawing = drawing;
     if (!this.scene) this.ends.push(link(drawing, this.list));
@@ -135,7 +135,7 @@ export class ProgramView {
     this._again();
   }
 
-  /** A line was chosen in one of the lists: choose it in the other one, and in the drawing. */
+  /** Handle the selection of a line in one of the lists: select it in the other list and in the drawing. */
   _chosen(line, old) {
     const other = old ? this.list : this.old;
     if (other && this.moves) other.select(this.moves.other(line, old));
@@ -159,7 +159,7 @@ export class ProgramView {
     (old ? this.old : this.list)?.run(line);
   }
 
-  /** The program or the path is another one: what could be folded is, too. */
+  /** Program or path have changed, so update the folds. */
   _again() {
     this.fold.hidden = !this._path(this.list);
     this._foldAll();
@@ -182,7 +182,7 @@ export class ProgramView {
     }
   }
 
-  /** Scroll the list that is not touched to what is beside the first line of the other. */
+  /** Scroll the passive list to the counterpart of the other list's selection. */
   _follow() { if (this.old && this.list.selected) this.old.show(this.moves.other(this.list.selected, false)); }
 
   _activate(list) {
@@ -191,7 +191,7 @@ export class ProgramView {
     if (this.wanted) this.find(this.wanted);
   }
 
-  /** Find words, and go to the first line from here that has them. */
+  /** Find a text, and go to the first match from here. */
   async find(words) {
     const { active } = this, at = active.selected || active.lineAt(Math.floor(active.top));
     this.wanted = words;
@@ -206,7 +206,7 @@ export class ProgramView {
     for (const list of [this.list, this.old]) list?._draw();
   }
 
-  /** Go to the next match, or to the one before. */
+  /** Go to the next or previous match. */
   step(by) {
     const { found, active } = this;
     if (!found.length) return;

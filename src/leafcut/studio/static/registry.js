@@ -1,9 +1,9 @@
-// The drawings of a page by the number of their element, so that other elements find theirs.
+// Drawings of a page by the id of their element, for other elements.
 
 const drawings = new Map();
 const waiting = new Map();
 
-/** Make a drawing known; null when it is gone. */
+/** Register a drawing; null unregisters it. */
 export function register(id, drawing) {
   if (!drawing) {
     drawings.delete(id);
@@ -14,13 +14,13 @@ export function register(id, drawing) {
   waiting.delete(id);
 }
 
-/** Call `act` with a drawing, now or as soon as it is there. */
+/** Call `act` with a drawing, now or when it is registered. */
 export function whenThere(id, act) {
   if (drawings.has(id)) act(drawings.get(id));
   else waiting.set(id, [...(waiting.get(id) ?? []), act]);
 }
 
-/** Load the style sheet of the drawing once, or another one. */
+/** Load a style sheet once, by default that of the drawing. */
 export function withStyle(name = "drawing.css") {
   const href = import.meta.resolve(`leafcut-canvas/${name}`);
   if (document.querySelector(`link[href="${href}"]`)) return;

@@ -1,4 +1,4 @@
-// Runs of several algorithms and seeds: their curves overlaid, and a box for the lengths of each algorithm.
+// Runs of several algorithms and seeds: overlaid curves, and a box plot of the lengths of each algorithm.
 
 import { LEFT, RIGHT, Switched, ends, line, multiples } from "./axes.js";
 import { draw, words } from "./chart.js";
@@ -7,10 +7,10 @@ import { niceStep } from "./view.js";
 
 const COLOURS = 8, BOX_ROW = 34, NAMES = 66, FOOT = 24;
 
-/** Return the colour of the algorithm of a number. */
+/** Return the colour of an algorithm by its index. */
 export function colourOf(number) { return `var(--t${number % COLOURS})`; }
 
-/** `set({ curves: [{ algorithm, points: [[iteration, seconds, length], …] }], bound })`: thin a run, thick their mean. */
+/** `set({ curves: [{ algorithm, points: [[iteration, seconds, length], …] }], bound })`: runs thin, their mean thick. */
 export class Runs extends Switched {
   constructor(host, options = {}) {
     super(host, options);
@@ -44,7 +44,7 @@ export class Runs extends Switched {
   }
 }
 
-/** Return [x, mean length] of runs wherever one of them became shorter, from where all of them are known. */
+/** Return [x, mean length] at every improvement of a run, starting where all runs have begun. */
 function meanOf(runs, x) {
   const places = [...new Set(runs.flatMap((points) => points.map(x)))].sort((a, b) => a - b);
   const begun = Math.max(...runs.map((points) => x(points[0]))), next = runs.map(() => 0);
@@ -57,7 +57,7 @@ function meanOf(runs, x) {
   });
 }
 
-/** `set({ algorithms: [{ algorithm, lower, median, upper, low, high, mean, outliers }], bound })`: boxes after Tukey. */
+/** `set({ algorithms: [{ algorithm, lower, median, upper, low, high, mean, outliers }], bound })`: Tukey box plots. */
 export class Boxes {
   constructor(host, { words: given = {} } = {}) {
     this.words = given;

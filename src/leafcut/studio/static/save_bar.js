@@ -1,4 +1,4 @@
-// The name of a file of the person's own, the button that keeps it, and what is wrong with it.
+// Name of a user's own file, the save button, and an error.
 import { h } from "vue";
 
 export default {
@@ -16,7 +16,7 @@ export default {
           spellcheck: "false",
           autocomplete: "off",
           pattern: "[a-z0-9][a-z0-9_\\-]{0,60}",
-          title: this.words.rule, // a browser tells it where the pattern does not fit
+          title: this.words.rule, // shown by the browser if the name does not match the pattern
           required: true,
           onInput: (e) => (this.called = e.target.value),
         }),

@@ -1,4 +1,4 @@
-// Scenes as they come from the server (studio/drawing/scene.py tells the bytes), and what can be asked of them.
+// Scenes from the server (format: studio/drawing/scene.py), and queries on them.
 
 const MAGIC = "LCSCENE1";
 const TYPES = { f8: Float64Array, f4: Float32Array, i4: Int32Array, u4: Uint32Array, u1: Uint8Array };
@@ -7,7 +7,7 @@ export const RAPID = 0, CUT = 1, ARC_CW = 2, ARC_CCW = 3, STAND = 4, DARK = 5;
 export const OUTLINES = ["cut", "mark", "sheet", "pocket", "island"];
 const CLOSED = 16;
 
-/** Return header and blocks of a scene; throws an Error with one line when the bytes are none. */
+/** Return a scene from its bytes; throws an Error with a one-line message if they are invalid. */
 export function readScene(buffer) {
   const bytes = buffer instanceof ArrayBuffer ? buffer : buffer.buffer.slice(buffer.byteOffset, buffer.byteOffset + buffer.byteLength);
   const magic = new TextDecoder().decode(new Uint8Array(bytes, 0, Math.min(8, bytes.byteLength)));
@@ -32,7 +32,7 @@ class Scene {
   }
 }
 
-/** Holes, slots and outlines; places are relative to `origin`. */
+/** Holes, slots and outlines; positions are relative to `origin`. */
 export class PartScene extends Scene {
   constructor(header, blocks) {
     super(header, blocks);
@@ -45,17 +45,17 @@ export class PartScene extends Scene {
     this.tools = [...new Set(this.holeTool)].filter((tool) => tool > 0);
   }
 
-  /** Return the name of the layer that a "hole", "slot" or "outline" is on; "" for none. */
+  /** Return the name of the layer of a "hole", "slot" or "outline"; "" for none. */
   layerName(noun, k) { return this.header.layers[(this.blocks[`${noun}_layer`]?.[k] ?? 0) - 1] ?? ""; }
 
-  /** Return first vertex, number of vertices, kind, whether it is closed, and part of an outline. */
+  /** Return first vertex, number of vertices, kind, closed flag, and part of an outline. */
   outlineAt(index) {
     const [first, count, flags, part] = this.outline.subarray(4 * index, 4 * index + 4);
     return { first, count, kind: OUTLINES[flags % CLOSED], closed: flags >= CLOSED, part };
   }
 }
 
-/** A toolpath in rows, and where the tool is when; places are relative to `origin`. */
+/** Rows of a toolpath with their times; positions are relative to `origin`. */
 export class ToolpathScene extends Scene {
   constructor(header, blocks) {
     super(header, blocks);
@@ -78,7 +78,7 @@ export class ToolpathScene extends Scene {
   y1(row) { return this.place[3 * row + 1]; }
   z1(row) { return this.place[3 * row + 2]; }
 
-  /** Whether a row is seen from above: it moves in x or y, from a place that is known. */
+  /** Whether a row moves in plan view, in x or y, from a known position. */
   moves(row) {
     if (this.doing[row] === STAND || row === 0) return false;
     if (this.arcOf[row] >= 0) return true;
@@ -92,7 +92,7 @@ export class ToolpathScene extends Scene {
     return k < 0 ? null : this.arc.subarray(5 * k, 5 * k + 5);
   }
 
-  /** Return the length of a row in mm, seen in space; 0 where it is not known. */
+  /** Return the length of a row in space, mm; 0 if unknown. */
   lengthOf(row) {
     const dz = this.z1(row) - this.z0(row) || 0, arc = this.arcAt(row);
     if (arc) return Math.hypot(arc[2] * arc[4], dz);
@@ -100,7 +100,7 @@ export class ToolpathScene extends Scene {
     return Math.hypot(this.x1(row) - this.x0(row) || 0, this.y1(row) - this.y0(row) || 0, dz);
   }
 
-  /** Return the row that runs at a time in seconds: the first that is not over by then. */
+  /** Return the row being run at a time in seconds: the first that has not ended. */
   rowAt(time) {
     let low = 0, high = this.rows - 1;
     while (low < high) {
@@ -112,7 +112,7 @@ export class ToolpathScene extends Scene {
 
   startOf(row) { return row > 0 ? this.ends[row - 1] : 0; }
 
-  /** Return row, share of the row that is behind, and place (x, y, z with the origin) at a time. */
+  /** Return row, completed fraction of the row, and position (x, y, z, including the origin) at a time. */
   at(time) {
     const row = this.rowAt(time), length = this.seconds[row];
     const share = length > 0 ? Math.min(Math.max((time - this.startOf(row)) / length, 0), 1) : 1;
@@ -120,7 +120,7 @@ export class ToolpathScene extends Scene {
     return { row, share, x: x + this.origin[0], y: y + this.origin[1], z };
   }
 
-  /** Return the place at a share (0 … 1) of a row, relative to the origin. */
+  /** Return the position at a fraction (0 … 1) of a row, relative to the origin. */
   along(row, share) {
     const arc = this.arcAt(row), z = this.z0(row) + share * (this.z1(row) - this.z0(row));
     const height = Number.isFinite(z) ? z : this.z1(row);
@@ -133,7 +133,7 @@ export class ToolpathScene extends Scene {
     return [x0 + share * (this.x1(row) - x0), y0 + share * (this.y1(row) - y0), height];
   }
 
-  /** Return the first row of a line of the program, or -1. */
+  /** Return the first row of a program line, or -1. */
   rowOfLine(line) {
     if (!this._rowOfLine) {
       this._rowOfLine = new Map();
@@ -142,7 +142,7 @@ export class ToolpathScene extends Scene {
     return this._rowOfLine.get(line) ?? -1;
   }
 
-  /** Return first and last row that belong together with a row: those of one cycle, or of one arc. */
+  /** Return first and last row of the cycle or arc of a row. */
   together(row) {
     let first = row, last = row;
     while (first > 0 && this.source[first - 1] === this.source[row]) first--;
@@ -150,7 +150,7 @@ export class ToolpathScene extends Scene {
     return [first, last];
   }
 
-  /** Return number (from 1) and place of the nearest pierce within `reach` mm of a place, or null. */
+  /** Return number (from 1) and position of the nearest pierce within `reach` mm, or null. */
   pierceNear(x, y, reach) {
     let best = null, least = reach;
     for (let k = 0; k < this.pierce.length; k += 3) {
@@ -164,8 +164,8 @@ export class ToolpathScene extends Scene {
     return best;
   }
 
-  /** Return the number (from 1) of the stop that a row belongs to: the way there, and the work; 0 for none.
-   *  Where the torch comes on more than once in a cut, stops are not cuts: none either. */
+  /** Return the number (from 1) of a row's stop, including the move to it; 0 for none. Also 0 if the torch starts
+   * more than once in a cut, so that stops are not cuts. */
   stopOf(row) {
     const { stop } = this;
     if (this.pierce.length && this.pierce.length !== 3 * stop.length) return 0;
@@ -175,7 +175,7 @@ export class ToolpathScene extends Scene {
       if (stop[middle] < row) low = middle + 1; else high = middle;
     }
     if (low === 0 || low === stop.length || stop[low] === row) return Math.min(low + 1, stop.length);
-    // Rows after the one that begins: the rest of a canned cycle, or of a cut; then the way to the next.
+    // Rows after the first one: the rest of a canned cycle or of a cut, then the move to the next.
     const works = this.doing[row] !== RAPID && this.doing[row] !== STAND;
     return works || this.source[stop[low - 1]] === this.source[row] ? low : low + 1;
   }
@@ -186,16 +186,16 @@ export class ToolpathScene extends Scene {
     return row > 0 ? [this.x0(row), this.y0(row)] : [NaN, NaN];
   }
 
-  /** Whether a row is a way without work, that an arrow may show. */
+  /** Whether a row is a travel move, which may get an arrow. */
   idle(row) { return this.doing[row] === RAPID || this.doing[row] === DARK; }
 
-  /** Return the number that is written at a stop. */
+  /** Return the number shown at a stop. */
   label(stop) { return String(stop + 1); }
 
   toolWords(tool) { return this.header.tools?.[tool] ?? (tool ? `T${tool}` : ""); }
 }
 
-/** The best path of a search that goes on, or an order that is changed by hand: then it has `visit`. */
+/** Best path of a running search, or an edited order, which has `visit`. */
 export class PathScene extends Scene {
   constructor(header, blocks) {
     super(header, blocks);
@@ -210,10 +210,10 @@ export class PathScene extends Scene {
   x1(k) { return this.point[2 * k]; }
   y1(k) { return this.point[2 * k + 1]; }
 
-  /** Whether there is a way to a point from the one before: none to where the search goes as it finds best. */
+  /** Whether there is a move from the previous point; none where the search chooses the order. */
   idle(k) { return k > 0 && (!this.held || Boolean(this.held[k] && this.held[k - 1])); }
 
-  /** The path to draw, made once; none where all is on one place. */
+  /** Path to draw, created once; empty if all points coincide. */
   get path() {
     if (this._path) return this._path;
     this._path = new Path2D();
@@ -224,10 +224,10 @@ export class PathScene extends Scene {
     return this._path;
   }
 
-  /** The points in the order in which their numbers are written; none for those that the search orders. */
+  /** Points in the order in which their numbers are drawn, without those that the search orders. */
   get numbers() { return (this._numbers ??= numberOrder(this.rows).filter((k) => this.held[k])); }
 
-  /** The points as a toolpath has its pierces. */
+  /** Points in the format of a toolpath's pierces. */
   get pierce() {
     const pierce = new Float32Array(3 * this.rows);
     for (let k = 0; k < this.rows; k++) pierce.set([this.x1(k), this.y1(k), this.visit[k]], 3 * k);
@@ -238,7 +238,7 @@ export class PathScene extends Scene {
 
   label(k) { return `${k + 1}${this.header.signs[k] ?? ""}`; }
 
-  /** Put what is a pierce of a toolpath where that has it: beside its contour, unless it was moved; return itself. */
+  /** Move stops that are pierces of the toolpath to the pierce position, unless they were dragged; return this. */
   settled(toolpath) {
     if (this._settled === toolpath) return this;
     this._settled = toolpath;
@@ -254,10 +254,10 @@ export class PathScene extends Scene {
     return this;
   }
 
-  /** Return where a stop of the toolpath is in the order now, from 0, or -1. */
+  /** Return the index of a toolpath's stop in the edited order, or -1. */
   indexOf(number) { return this.visit.indexOf(number); }
 
-  /** Return number (that of the toolpath, from 1) and place of the nearest stop within `reach` mm, or null. */
+  /** Return number (in the toolpath, from 1) and position of the nearest stop within `reach` mm, or null. */
   near(x, y, reach) {
     let best = null, least = reach;
     for (let k = 0; k < this.rows; k++) {
@@ -271,7 +271,7 @@ export class PathScene extends Scene {
   }
 }
 
-/** Return the stops in the order in which they get a number: ends, then hundreds, tens, fives, all. */
+/** Return the stops in the order in which they are labelled: ends, then hundreds, tens, fives, all. */
 export function numberOrder(count) {
   const levels = [[], [], [], [], []];
   for (let k = 0; k < count; k++) {
@@ -282,7 +282,7 @@ export function numberOrder(count) {
   return levels.flat();
 }
 
-/** Edges between points with a strength each. */
+/** Edges between points, each with a strength. */
 export class PheromoneScene extends Scene {
   constructor(header, blocks) {
     super(header, blocks);
@@ -292,7 +292,7 @@ export class PheromoneScene extends Scene {
   }
 }
 
-/** In what two programs differ, where it is; places are relative to `origin`. */
+/** Differences of two programs with positions, relative to `origin`. */
 export class DifferenceScene extends Scene {
   constructor(header, blocks) {
     super(header, blocks);
@@ -300,13 +300,13 @@ export class DifferenceScene extends Scene {
     this.marks = this.mark.length / 4;
   }
 
-  /** Return place, which difference, and what of it (0 missing, 1 added, 2 changed) a mark is. */
+  /** Return position, index of the difference, and change (0 missing, 1 added, 2 changed) of a mark. */
   at(k) {
     const [x, y, index, change] = this.mark.subarray(4 * k, 4 * k + 4);
     return { x: x + this.origin[0], y: y + this.origin[1], index, change };
   }
 
-  /** Return the mark nearest to a place within `reach` mm, or -1. */
+  /** Return the mark nearest to a position within `reach` mm, or -1. */
   near(x, y, reach) {
     let best = -1, least = reach;
     for (let k = 0; k < this.marks; k++) {

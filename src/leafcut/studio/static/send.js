@@ -1,7 +1,7 @@
-// Sends files to the studio. While some are on their way, window.leafcutSending is a promise that is fulfilled when all
-// have come and were told of: true, or false where one was refused.
+// Uploads files to the studio. During uploads, window.leafcutSending is a promise, fulfilled when all have arrived and
+// were reported: true, or false if any was refused.
 
-/** Send a file as it is; return {id, name, size} or throw with the studio's one line. */
+/** Upload a file; return {id, name, size}, or throw with the studio's one-line message. */
 export function send(file) {
   const sent = transfer(file);
   const told = sent.then(() => true, () => false).then((came) => new Promise((done) => setTimeout(done, 0, came)));

@@ -1,4 +1,4 @@
-// What the page does by itself: theme, copying, shortcuts, dialogues. Nothing here knows what leafcut does.
+// General behaviour of the page, independent of leafcut: theme, copying, shortcuts, dialogs.
 (() => {
   const root = document.documentElement;
   root.lang = document.querySelector("meta[name=leafcut-language]").content;
@@ -7,7 +7,7 @@
 
   const dark = () =>
     root.dataset.theme ? root.dataset.theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
-  /** Let a button say something else for a while. */
+  /** Show another text on a button for a while. */
   const instead = (at, words, ms, then = () => {}) => {
     if (at.dataset.words) return;
     at.dataset.words = at.textContent;
@@ -18,7 +18,7 @@
       then();
     }, ms);
   };
-  // What cannot be taken back is asked for twice.
+  // Irreversible actions need a second click.
   document.addEventListener(
     "click",
     (event) => {
@@ -34,7 +34,7 @@
     const lost = document.querySelector("meta[name=leafcut-lost]")?.content.split("|") ?? [];
     document.querySelectorAll("#popup > span").forEach((e, k) => { e.textContent = lost[k] ?? e.textContent; });
   });
-  // Another language shows the same page.
+  // Switching the language keeps the page.
   document.addEventListener("click", (event) => {
     const at = event.target.closest?.(".languages a");
     if (at) at.search = new URLSearchParams({ ...Object.fromEntries(new URLSearchParams(location.search)), lang: at.lang });
@@ -61,7 +61,7 @@
     }
   });
 
-  // Columns that are folded away stay so, also on the next page.
+  // Folded columns stay folded, also on the next page.
   const folded = new Set((localStorage.getItem("leafcut-folded") ?? "").split(" ").filter(Boolean));
   const tellFolded = () => {
     root.dataset.folded = [...folded].join(" ");
@@ -80,12 +80,12 @@
     localStorage.setItem("leafcut-folded", [...folded].join(" "));
     tellFolded();
   });
-  // In one column what runs is further down than the button that begins it.
+  // In one column, the running job is below the button that starts it.
   document.addEventListener("click", (event) => {
     const narrow = matchMedia("(max-width: 760px)").matches;
     if (narrow && event.target.closest?.('[data-key="r"]')) document.querySelector(".middle")?.scrollIntoView();
   });
-  // A press of Run counts for the file that is on its way: it waits until that has come.
+  // Pressing Run applies to a file being uploaded, so wait for it.
   document.addEventListener(
     "click",
     (event) => {
@@ -101,7 +101,7 @@
     const run = event.key === "Enter" && (event.ctrlKey || event.metaKey) && document.querySelector("[data-key~=r]");
     if (run && seen(run) && !document.querySelector("dialog[open]")) {
       event.preventDefault();
-      document.activeElement.blur(); // a field says what was typed in it when it is left
+      document.activeElement.blur(); // a field reports its text when it loses the focus
       run.click();
       return;
     }
@@ -110,7 +110,7 @@
     if (held && !undo) return;
     if (event.target.closest?.("input:not([type=checkbox]), select, textarea, [contenteditable]")) return;
     if (event.defaultPrevented) return;
-    if (event.shiftKey && !held && /^[a-z]$/i.test(event.key)) return; // a letter with Shift is the drawing's
+    if (event.shiftKey && !held && /^[a-z]$/i.test(event.key)) return; // letters with Shift belong to the drawing
     const key = held ? undo : event.key === "Escape" ? "esc" : event.key.toLowerCase();
     const at = [...document.querySelectorAll(`[data-key~="${CSS.escape(key)}"]`)].find((e) => seen(e) && !e.disabled);
     if (!at) return;

@@ -1,7 +1,7 @@
-// The solid view of the drawing: the stock in three dimensions, cut in step with the playing.
+// Solid view of the drawing: the stock in 3D, cut in step with the playback.
 //
-// A worker cuts it (solid_worker.js) and tells what has changed; a renderer draws it, by a GPU or without. While it
-// moves it is drawn as finely as keeps it smooth, and once more, finer, when it rests.
+// A worker cuts the stock (solid_worker.js) and reports changes; a renderer draws it, with a GPU or without. During
+// motion the resolution is reduced for a smooth display; at rest it is drawn once more, finer.
 
 import { make } from "./icons.js";
 import { mm } from "./describe.js";
@@ -16,12 +16,12 @@ import { startOf } from "./solid_stock.js";
 import { surface } from "./sweep.js";
 import { coloursOf } from "./theme.js";
 
-/** A moving picture takes so long at most and at least, ms: it is drawn coarser or finer for that. */
+/** Maximum and minimum time of a frame during motion, ms; outside, the resolution is adapted. */
 const SLOW = 42, QUICK = 18;
-/** It rests when it has not changed for so long, ms; a picture of what rests takes so long at most. */
+/** Time without change after which the view is at rest, and maximum time of a frame at rest, ms. */
 const REST = 140, FINE = 450;
 const COARSEST = 0.45;
-/** Times of so many frames by a GPU tell whether it is one. */
+/** Number of frames that show whether the GPU is a real one. */
 const TRIED = 4;
 
 export class Solid {
@@ -34,7 +34,7 @@ export class Solid {
     this.section = { axis: "", share: 0.5 };
     this.shows = { tool: true, path: false };
     this.stock = this.scene = this.worker = null;
-    this.turn = 0; // of what was asked of the worker last
+    this.turn = 0; // number of the last request to the worker
     this.time = Infinity;
     this.quality = 1;
     this.frames = [];
@@ -102,9 +102,9 @@ export class Solid {
     return select;
   }
 
-  // What is shown.
+  // Content.
 
-  /** Take what returns the bytes of the stock with the moves "before" or "after"; null: there is none. */
+  /** Set the function that loads the stock with the moves "before" or "after"; null: no stock. */
   offer(which, load) {
     if (load) this.offers[which] = load; else delete this.offers[which];
     if (this._loaded === which) this._forget();
@@ -112,7 +112,7 @@ export class Solid {
 
   get offered() { return Object.keys(this.offers).length > 0; }
 
-  /** Show the stock of the toolpath that is played, if it is to be seen. */
+  /** Show the stock of the played toolpath, if the view is visible. */
   follow() {
     const { main } = this.drawing, which = main?.scene.header.which ?? "", seen = !this.host.hidden;
     if (!seen) return;
@@ -135,7 +135,7 @@ export class Solid {
     } catch (error) {
       console.error(error.message);
     }
-    if (this._of !== scene || this._loaded !== which) return; // another one was asked for meanwhile
+    if (this._of !== scene || this._loaded !== which) return; // another stock was requested meanwhile
     if (!found || found.header.refused || found.header.of !== scene.rows) {
       this.setBusy(false);
       this._refuse(found?.header.refused || this.words.solidNone);
@@ -174,10 +174,10 @@ export class Solid {
     const half = grid.cell / 2, box = [grid.x - half, grid.y - half, header.floor];
     this.box = [...box, box[0] + grid.columns * grid.cell, box[1] + grid.rows * grid.cell, header.top];
     const place = JSON.stringify([this.box, header.origin]);
-    if (place !== this._place) this.camera.fit(this.box); // else the other program is seen as this one was
+    if (place !== this._place) this.camera.fit(this.box); // otherwise keep the view for the other program
     this._place = place;
     this._retone();
-    this.cutOpen(this.section.axis, this.section.share); // says where that is
+    this.cutOpen(this.section.axis, this.section.share); // updates its description
     this.marks.take();
     this.worker = new Worker(new URL("./solid_worker.js", import.meta.url), { type: "module" });
     this.worker.onmessage = ({ data }) => this._hear(data);
@@ -209,7 +209,7 @@ export class Solid {
     this.wake();
   }
 
-  /** Whether what is shown is the state at the time that was asked for last. */
+  /** Whether the shown state is the one requested last. */
   get ready() { return Boolean(this.stock) && this.told === this.turn; }
 
   _change({ rect: [c0, r0, c1, r1], heights, by, relief }) {
@@ -235,14 +235,14 @@ export class Solid {
     this._scale(most);
   }
 
-  /** Return the tone of a cell that a move cut last; 0: none did. */
+  /** Return the tone of a cell by the move that cut it last; 0: uncut. */
   _toneOf(cell, move) {
     if (this.blocks.held?.[cell]) return FIXTURE;
     const differs = this.colouring === "metal" ? this.blocks.differs?.[cell] : 0;
     return differs ? (differs === 1 ? MORE : LESS) : move ? this.tones[move] : 0;
   }
 
-  // What can be chosen.
+  // Controls.
 
   look(from) {
     this.camera.look(from);
@@ -265,7 +265,7 @@ export class Solid {
     this.wake();
   }
 
-  /** Cut it open across "x" or "y", at a share of its length; "": not. */
+  /** Cut the view open across "x" or "y" at a fraction of its length; "": closed. */
   cutOpen(axis, share) {
     this.section = { axis, share };
     this.axis.value = axis;
@@ -278,14 +278,14 @@ export class Solid {
     this.wake();
   }
 
-  /** Show the "tool" or the "path", or not. */
+  /** Show or hide the "tool" or the "path". */
   show(name, shown) {
     this.shows[name] = shown;
     this.toggles[name].setAttribute("aria-pressed", shown);
     this.wake();
   }
 
-  /** See it as it was seen on the page before (solid_kept.js). */
+  /** Restore the view of the previous page (solid_kept.js). */
   restore({ colouring, axis, share, tool, path }) {
     this.show("tool", tool);
     this.show("path", path);
@@ -298,7 +298,7 @@ export class Solid {
     this.frame.setAttribute("aria-busy", busy);
   }
 
-  /** Say what the colours mean. */
+  /** Show the colour scale. */
   _scale(most) {
     const { words, legend, colouring } = this, [name, , low, high] = legend.children;
     legend.hidden = colouring === "metal";
@@ -387,13 +387,13 @@ export class Solid {
     }
   }
 
-  /** Draw coarser or finer from now on, by how long a picture took. */
+  /** Adapt the resolution to the time of the last frame. */
   _adapt(took, rests) {
     if (rests) return;
     this.frames.push(took);
     this.frameMs = took;
     if (this.renderer.name === "gpu" && this.frames.length === TRIED && !this._wanted && Math.min(...this.frames) > 2 * SLOW) {
-      this._wanted = "columns"; // it is no GPU
+      this._wanted = "columns"; // software rendering, not a real GPU
       this.renderer.lost = true;
       this.wake();
     }
@@ -413,7 +413,7 @@ export class Solid {
     };
   }
 
-  /** Return the tool where it is now, or null: its place, its shape, and its parts from the upper one down. */
+  /** Return the current tool, or null: its position, its shape, and its sections from the top down. */
   _tool() {
     const { scene, header } = this;
     if (!this.shows.tool || !Number.isFinite(this.time) || !scene) return null;
@@ -437,7 +437,7 @@ export class Solid {
     axes(ctx, camera, this.theme);
   }
 
-  /** Draw the way of the tool up to now: the last moves of it. */
+  /** Draw the path of the tool so far, limited to the last moves. */
   _path(ctx) {
     const { blocks, camera, theme } = this, { move, rapid } = blocks, most = 12000;
     const last = Math.min(this.cut ?? 0, blocks.row.length), first = Math.max(0, last - most);
@@ -458,7 +458,7 @@ export class Solid {
     }
   }
 
-  /** Return the place of the stock under a pixel, with the line that cut it last (0: none), or null. */
+  /** Return the point of the stock under a pixel, with the line that cut it last (0: none), or null. */
   placeAt(px, py) {
     const { stock, camera, blocks, scene } = this;
     if (!stock) return null;
@@ -477,8 +477,8 @@ export class Solid {
 }
 
 
-/** Return the parts of a tool from the upper one down: lower and upper end over the tip, radius, colour, whether it has
- *  flutes. What is not known above the flutes is as wide as they are. */
+/** Return the sections of a tool from the top down: lower and upper end above the tip, radius, colour, fluted or not.
+ * Unknown sections above the flutes are as wide as the flutes. */
 function partsOf({ shape, bodies }, point, cuts) {
   const radius = shape[0], parts = [[point, cuts, radius, TOOL.cuts, true]], above = bodies?.length ? bodies : [["shank", cuts, radius]];
   for (const [kind, low, wide] of above) {
@@ -492,7 +492,7 @@ function partsOf({ shape, bodies }, point, cuts) {
 
 /** Draw the directions of the axes at the lower left. */
 function axes(ctx, camera, theme) {
-  const x = 46, y = camera.height_px - 78, // what is told stands under it
+  const x = 46, y = camera.height_px - 78, // the readout is below
     { right, ahead, sin, cos } = camera.axes, long = 26;
   const ends = [["X", right[0], ahead[0] * sin, theme.bad], ["Y", right[1], ahead[1] * sin, theme.accent], ["Z", 0, cos, theme.rapid]];
   ctx.font = "600 11px system-ui, sans-serif";

@@ -1,21 +1,21 @@
-// Where the stock is seen from: turned about the upright axis, from a height, without perspective.
+// View of the stock: rotated about the vertical axis, from above, as a parallel projection.
 
 const LOWEST = (8 * Math.PI) / 180, HIGHEST = Math.PI / 2;
 const MARGIN = 0.08;
 
 export class SolidCamera {
   constructor() {
-    this.turn = 0; // of the view to the left, rad
-    this.height = 0.6; // over the table, rad
+    this.turn = 0; // rotation of the view to the left, rad
+    this.height = 0.6; // elevation above the table, rad
     this.scale = 4; // pixels per mm
-    this.x = this.y = this.z = 0; // what is in the middle, mm
+    this.x = this.y = this.z = 0; // centre of the view, mm
     this.width = this.height_px = 1;
     this.box = [0, 0, 0, 1, 1, 1];
     this.fitted = true;
     this.look("iso");
   }
 
-  /** See from "top", "front" or "iso", all of it. */
+  /** View everything from "top", "front" or "iso". */
   look(from) {
     const [turn, height] = { top: [0, HIGHEST], front: [0, LOWEST], iso: [-0.62, 0.68] }[from];
     Object.assign(this, { turn, height });
@@ -28,7 +28,7 @@ export class SolidCamera {
     if (this.fitted) this.fit();
   }
 
-  /** Show a box: smallest x, y, z and largest x, y, z, mm. */
+  /** Fit a box into the view: smallest x, y, z and largest x, y, z, mm. */
   fit(box = this.box) {
     this.box = box;
     [this.x, this.y, this.z] = [0, 1, 2].map((k) => (box[k] + box[k + 3]) / 2);
@@ -51,10 +51,10 @@ export class SolidCamera {
     if (this.fitted) this.fit();
   }
 
-  /** Move what is seen by pixels. */
+  /** Pan by pixels. */
   pan(dx, dy) {
     const { axes, scale } = this, [rx, ry] = axes.right, [fx, fy] = axes.ahead, up = dy / scale;
-    // Across the table where that is seen from above, else up and down.
+    // Move across the table in a steep view, else up and down.
     const ahead = axes.sin > 0.25 ? up / axes.sin : 0, rise = axes.sin > 0.25 ? 0 : up / axes.cos;
     this.x += -(dx / scale) * rx + ahead * fx;
     this.y += -(dx / scale) * ry + ahead * fy;
@@ -62,7 +62,7 @@ export class SolidCamera {
     this.fitted = false;
   }
 
-  /** Zoom so that what is under (px, py) stays there. */
+  /** Zoom about (px, py). */
   zoom(factor, px = this.width / 2, py = this.height_px / 2) {
     const before = this.scale, largest = 1e4;
     this.scale = Math.min(Math.max(before * factor, 1e-3), largest);
@@ -70,20 +70,20 @@ export class SolidCamera {
     this.pan((px - this.width / 2) * (1 - by), (py - this.height_px / 2) * (1 - by));
   }
 
-  /** The directions of the view: to the right and ahead on the table, and how steep it is. */
+  /** Directions of the view: right and ahead on the table, and sine and cosine of the elevation. */
   get axes() {
     const c = Math.cos(this.turn), s = Math.sin(this.turn);
     return { right: [c, s], ahead: [-s, c], sin: Math.sin(this.height), cos: Math.cos(this.height) };
   }
 
-  /** Return where a place is on the screen, pixels, and how far away, mm. */
+  /** Return the screen position of a point, pixels, and its depth, mm. */
   project(x, y, z) {
     const { right, ahead, sin, cos } = this.axes, dx = x - this.x, dy = y - this.y, dz = z - this.z;
     const across = dx * right[0] + dy * right[1], far = dx * ahead[0] + dy * ahead[1];
     return [this.width / 2 + across * this.scale, this.height_px / 2 - (far * sin + dz * cos) * this.scale, far * cos - dz * sin];
   }
 
-  /** Return a place on the ray through a pixel, at the height of the middle's plane square to the view, and the ray's direction. */
+  /** Return the point of the ray through a pixel in the view plane of the centre, and the direction of the ray. */
   ray(px, py) {
     const { right, ahead, sin, cos } = this.axes;
     const u = (px - this.width / 2) / this.scale, v = (this.height_px / 2 - py) / this.scale;
@@ -92,8 +92,8 @@ export class SolidCamera {
   }
 }
 
-/** Return the box of a stock, of which a section takes off the part that is nearer to who looks: [x0, y0, x1, y1] with
- *  which side is cut: "x0", "x1", "y0", "y1" or "". */
+/** Return the box of a stock without the part that a section removes in front: x0, y0, x1, y1, and the cut side "x0",
+ * "x1", "y0", "y1" or "". */
 export function sectioned(grid, section, camera) {
   const half = grid.cell / 2, [x0, y0] = [grid.x - half, grid.y - half];
   const box = { x0, y0, x1: x0 + grid.columns * grid.cell, y1: y0 + grid.rows * grid.cell, cut: "" };
@@ -105,7 +105,7 @@ export function sectioned(grid, section, camera) {
   return box;
 }
 
-/** Return where a ray meets the stock: { x, y, z, cell } or null; `column` and `row` of what it meets. */
+/** Return the intersection of a ray with the stock: { x, y, z, cell } or null, with its `column` and `row`. */
 export function meet(camera, stock, box, px, py) {
   const { grid, heights, floor, top } = stock, { from, way } = camera.ray(px, py);
   let enters = -Infinity, leaves = Infinity;

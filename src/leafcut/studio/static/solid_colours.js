@@ -1,23 +1,23 @@
-// How the stock is coloured: as metal, by depth, by how much a cut engages, or by its feed.
+// Colours of the stock: metal, depth, engagement, or feed.
 
-/** Colours from one end of a scale to the other, 0xRRGGBB. Lightness falls all the way, so that any colour vision reads it. */
+/** Colour scales, 0xRRGGBB. Lightness decreases monotonically, for readers with any colour vision. */
 const SCALES = {
   depth: [0xd2dcd3, 0xa8d4bd, 0x4da6ad, 0x2a6c96, 0x263270, 0x241344],
   engagement: [0xfdf0c4, 0xf9c873, 0xee8a4a, 0xcf4a4a, 0x912a62, 0x4f1a56],
   feed: [0xd9e4f8, 0x94c4e8, 0x4d9fc9, 0x35739f, 0x344a80, 0x2b1f55],
 };
-/** What was not cut, and what was, in light and dark. */
+/** Uncut and cut metal in the light and the dark theme. */
 const METAL = { light: { raw: 0xbcc4cb, cut: 0xe9e6dd, section: 0xd9774a }, dark: { raw: 0x7d8891, cut: 0xc9cfd1, section: 0xd0703f } };
-/** Of a tool: its shank, what cuts, and what holds it. */
+/** Tool: shank, cutting part, and holder. */
 export const TOOL = { shank: 0xb9c0c8, cuts: 0x8f98a3, holder: 0x6d7782 };
-/** Tones of scales end here; those after it are of what the other program leaves higher or lower, and of fixtures. */
+/** Last tone of scales; then the tones of cells that the other program leaves higher or lower, and of fixtures. */
 export const SCALE_END = 252, MORE = 253, LESS = 254, FIXTURE = 255;
-/** The colours of these three. */
+/** Colours of these three tones. */
 const SPECIAL = { [MORE]: 0xd98c1f, [LESS]: 0x8a3ab0, [FIXTURE]: 0x8d7f70 };
 
 export const COLOURINGS = ["metal", "depth", "engagement", "feed"];
 
-/** Return the 256 colours of a colouring; the first is that of what was not cut. */
+/** Return the 256 colours of a colouring; the first is that of uncut material. */
 export function paletteOf(colouring, dark) {
   const { raw, cut } = METAL[dark ? "dark" : "light"], scale = SCALES[colouring];
   const out = new Array(256).fill(cut);
@@ -29,7 +29,7 @@ export function paletteOf(colouring, dark) {
 
 export function sectionColour(dark) { return METAL[dark ? "dark" : "light"].section; }
 
-/** Return the colour of one of the tones after the scale's as CSS. */
+/** Return the CSS colour of one of the special tones. */
 export function toneCss(tone) { return `#${SPECIAL[tone].toString(16).padStart(6, "0")}`; }
 
 /** Return a scale as CSS, from left to right. */
@@ -37,7 +37,7 @@ export function scaleCss(colouring) {
   return `linear-gradient(to right, ${SCALES[colouring].map((c) => `#${c.toString(16).padStart(6, "0")}`).join(", ")})`;
 }
 
-/** Return the tone (0 … 255) of every move from 1, and of what was not cut; `most` is the fastest feed, mm/s. */
+/** Return the tone (0 … 255) of every move from 1, and of uncut material at 0; `most` is the fastest feed, mm/s. */
 export function tonesOf(colouring, blocks, scene) {
   const { row, width, rapid } = blocks, tones = new Uint8Array(row.length + 1);
   let most = 0;

@@ -1,17 +1,17 @@
-// The stock drawn without a GPU: a column of the screen is a line over the table, gone along from near to far.
+// The stock drawn without a GPU: each column of the screen is a line across the table, traversed from near to far.
 //
-// Without perspective every column of pixels sees the cells under one straight line. From near to far each cell shows
-// its wall and its top above what stands before it, so that no pixel is drawn twice (the floating horizon of
-// T. Wright, "A two-space solution to the hidden line problem", 1973, for cells).
+// In a parallel projection every column of pixels sees the cells below one straight line. From near to far each cell
+// adds its wall and its top above the filled part of the column, so that no pixel is drawn twice (the floating horizon
+// of T. Wright, "A two-space solution to the hidden line problem", 1973, for cells).
 
 import { SCALE_END } from "./solid_colours.js";
 import { surface } from "./sweep.js";
 import { sectioned } from "./solid_camera.js";
 
 const NOTHING = 1e30;
-/** Lines of a section are so many cells apart. */
+/** Distance of the hatching lines of a section, cells. */
 export const HATCH = 14;
-/** What rises from cell to cell by less than so many cells is a slope and no wall. */
+/** Maximum rise from cell to cell, in cells, of a slope; steeper ones are walls. */
 export const STEP = 1.6;
 
 export class ColumnRenderer {
@@ -23,10 +23,10 @@ export class ColumnRenderer {
     this.lit = new Float32Array(65536);
   }
 
-  /** Nothing has to be told what of the stock has changed: it is read at every drawing. */
+  /** Nothing to do: the stock is read at every drawing. */
   update() {}
 
-  /** Draw a stock as a camera sees it, with so many pixels drawn for each of the screen's. */
+  /** Draw a stock as seen by a camera, with `pixels` pixels per pixel of the screen. */
   draw(stock, camera, look, pixels) {
     const width = Math.max(Math.round(camera.width * pixels), 1), height = Math.max(Math.round(camera.height_px * pixels), 1);
     this._room(width, height);
@@ -43,7 +43,7 @@ export class ColumnRenderer {
     ctx.clearRect(0, 0, wide, high);
     ctx.imageSmoothingEnabled = wide !== width;
     ctx.imageSmoothingQuality = "high";
-    // The columns lie in rows: turned back, the first pixel of each is its lowest.
+    // The columns are stored as rows; after the rotation the first pixel of each is its lowest.
     ctx.setTransform(0, -high / height, wide / width, 0, 0, high);
     ctx.drawImage(this.buffer, 0, 0);
   }
@@ -102,12 +102,12 @@ export class ColumnRenderer {
         const at = row * columns + column, h = heights[at], end = Math.min(nextX, nextY, leaves);
         if (h > floor + 1e-6) {
           const ground = base + t * stepOn;
-          // The wall towards who looks.
+          // Wall facing the viewer.
           let up = Math.min(Math.ceil(ground + h * stepUp - 0.5), height);
           const from = Math.max(filled, Math.ceil(ground + floor * stepUp - 0.5), 0);
           if (up > from) {
             const code = relief[at], nearCode = nearAt >= 0 ? relief[nearAt] : code;
-            // A small step is how cells show a slope.
+            // A small step belongs to a slope.
             const outer = nearAt < 0, sloped = !outer && h - heights[nearAt] < STEP * cell;
             const bright = sloped ? lit[code & 65535] * ((code >>> 24) / 200) : outer ? walls[64 * (face === 1 ? 2 : face === 2 ? 0 : face === 3 ? 3 : 1)] : walls[(code >>> 16) & 255];
             const tone = sloped || outer || tint[at] > SCALE_END ? tint[at] : tint[nearAt], own = tone > SCALE_END;
@@ -124,7 +124,7 @@ export class ColumnRenderer {
             }
           }
           if (up > filled) filled = Math.max(up, filled);
-          // Its top.
+          // Top of the cell.
           const over = Math.min(Math.ceil(base + end * stepOn + h * stepUp - 0.5), height);
           if (over > filled) {
             const code = relief[at], part = lit[code & 65535] * ((code >>> 24) / 200);
@@ -165,18 +165,18 @@ export class ColumnRenderer {
   }
 }
 
-/** The light comes from the upper left of who looks. Return its direction, and what lights from all sides. */
+/** Return the direction of the light, from the upper left of the viewer. */
 export function lightOf(camera) {
   const { right, ahead } = camera.axes, l = [-0.52, -0.42, 0.74];
   return [l[0] * right[0] + l[1] * ahead[0], l[0] * right[1] + l[1] * ahead[1], l[2]];
 }
 
-/** Return how bright a surface is: 1 for one that lies flat. */
+/** Return the brightness of a surface with a normal: about 1 for a horizontal surface. */
 export function shade(nx, ny, nz, light) {
   return 0.44 + 0.2 * (0.5 + 0.5 * nz) + 0.5 * Math.max(nx * light[0] + ny * light[1] + nz * light[2], 0);
 }
 
-/** Return how bright walls are, by the way they face in 256ths of a turn. */
+/** Return the brightness of walls by direction, in 256ths of a turn. */
 function wallLights(light) {
   const out = new Float32Array(256);
   for (let n = 0; n < 256; n++) {
@@ -186,7 +186,7 @@ function wallLights(light) {
   return out;
 }
 
-/** Return how bright the face of a section is: it is hatched, as in a drawing. */
+/** Return the brightness of a section's face, with hatching. */
 function hatched(place, cell) {
   const line = place / (HATCH * cell);
   return line - Math.floor(line) < 0.16 ? 0.87 : 1;
@@ -197,7 +197,7 @@ function heightTone(under, toShade) {
   return tone < 0 ? 0 : tone > SCALE_END ? SCALE_END : tone | 0;
 }
 
-/** Return a colour, 0xRRGGBB, as bright as a share says, as a pixel. */
+/** Return a colour, 0xRRGGBB, scaled by a brightness, as a pixel. */
 function toned(colour, part) {
   let r = ((colour >> 16) & 255) * part, g = ((colour >> 8) & 255) * part, b = (colour & 255) * part;
   if (r > 255) r = 255;
@@ -206,7 +206,7 @@ function toned(colour, part) {
   return 0xff000000 | (b << 16) | (g << 8) | r;
 }
 
-/** Return what pixels a tool may cover: first and last column and row from below. */
+/** Return the pixel range of a tool: first column, first row, last column, last row, rows counted from below. */
 function toolRoom(camera, tool, pixels, width, height) {
   const { sin } = camera.axes, reach = tool.largest * camera.scale;
   const [px, low] = camera.project(tool.x, tool.y, tool.z), [, high] = camera.project(tool.x, tool.y, tool.z + tool.long);
@@ -215,13 +215,13 @@ function toolRoom(camera, tool, pixels, width, height) {
   return [edge(px - reach - 1, width), edge(bottom, height), edge(px + reach + 1, width), edge(up, height)];
 }
 
-/** Return how far away a tool is at a pixel, how bright, and its colour; null where it is not. */
+/** Return depth, brightness and colour of a tool at a pixel; null outside. */
 export function meetTool(camera, tool, px, py, light) {
   const { from, way } = camera.ray(px, py), ox = from[0] - tool.x, oy = from[1] - tool.y, oz = from[2] - tool.z;
   const a = way[0] * way[0] + way[1] * way[1], half = ox * way[0] + oy * way[1], apart = ox * ox + oy * oy;
   const flat = a < 1e-9;
   for (const [low, high, radius, colour, striped] of tool.parts) {
-    // Its upper end, then its side: a cylinder, or the surface of what cuts.
+    // Upper end first, then the side: a cylinder, or the cutting surface.
     const atTop = (high - oz) / way[2], onTop = apart + 2 * half * atTop + a * atTop * atTop;
     if (Math.abs(way[2]) > 1e-9 && onTop <= radius * radius) return [atTop, shade(0, 0, 1, light) * 0.96, colour];
     if (flat) continue;
@@ -232,7 +232,7 @@ export function meetTool(camera, tool, px, py, light) {
     if (z >= low) return [at, ...sideOf(ox + way[0] * at, oy + way[1] * at, 0, radius, z, light, colour, striped)];
   }
   if (flat) return null;
-  // The point: gone down along the ray until it is inside.
+  // Point: search along the ray until it is inside.
   const { shape, point } = tool, radius = shape[0], root = half * half - a * (apart - radius * radius);
   if (root < 0 || point <= 0) return null;
   const last = (-half + Math.sqrt(root)) / a, start = Math.max((-half - Math.sqrt(root)) / a, (point - oz) / way[2]);
@@ -253,7 +253,7 @@ export function meetTool(camera, tool, px, py, light) {
   return null;
 }
 
-/** Return brightness and colour of a tool's side; what cuts has flutes. */
+/** Return brightness and colour of a tool's side; the cutting part has flutes. */
 function sideOf(x, y, slope, r, z, light, colour, striped) {
   const k = slope > 1e-6 ? slope / Math.hypot(1, slope) : 1, away = Math.max(Math.hypot(x, y), 1e-9), down = slope > 1e-6 ? -1 / Math.hypot(1, slope) : 0;
   let part = shade((x / away) * k, (y / away) * k, down, light);

@@ -1,11 +1,11 @@
-// The stock drawn by a GPU: every pixel's ray goes from cell to cell until it meets a wall or a top, as in
-// solid_columns.js, with the same colours and the same light.
+// The stock drawn by a GPU: every pixel's ray traverses the cells until it meets a wall or a top, with the colours and
+// the light of solid_columns.js.
 
 import { lightOf, HATCH, STEP } from "./solid_columns.js";
 import { sectioned } from "./solid_camera.js";
 import { SCALE_END } from "./solid_colours.js";
 
-/** A tool is drawn in so many parts at most: what cuts, its shank, its holder. */
+/** Maximum number of sections of a drawn tool: cutting part, shank, holder. */
 const PARTS = 6;
 
 const VERTEX = `#version 300 es
@@ -154,7 +154,7 @@ void main() {
   colour = found.w < 1e29 ? vec4(min(found.rgb, vec3(1.0)), 1.0) : vec4(0.0);
 }`;
 
-/** Whether this browser draws by a GPU: not where it says that it would be slow. */
+/** Whether this browser has a real GPU, without a performance caveat. */
 export function canDrawByGpu() {
   try {
     const gl = document.createElement("canvas").getContext("webgl2", { failIfMajorPerformanceCaveat: true });
@@ -168,7 +168,7 @@ export function canDrawByGpu() {
 }
 
 export class GpuRenderer {
-  /** Throws an Error where there is no WebGL 2. */
+  /** Throws an Error without WebGL 2. */
   constructor(canvas) {
     this.canvas = canvas;
     this.name = "gpu";
@@ -195,7 +195,7 @@ export class GpuRenderer {
 
   _at(name) { return (this.at[name] ??= this.gl.getUniformLocation(this.program, name)); }
 
-  /** Take over what of a stock has changed; `rect` null: all of it. */
+  /** Upload the changes of a stock; `rect` null: everything. */
   update(stock) {
     const { gl } = this, { columns, rows } = stock.grid;
     const kinds = { heights: [gl.R32F, gl.RED, gl.FLOAT], relief: [gl.R32UI, gl.RED_INTEGER, gl.UNSIGNED_INT], tint: [gl.R8UI, gl.RED_INTEGER, gl.UNSIGNED_BYTE] };

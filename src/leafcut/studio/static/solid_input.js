@@ -1,7 +1,7 @@
 // Pointer, wheel, touch and keys of the solid view.
 
-const CLICK = 4; // pixels that a click may move
-const TURN = 14, STEP = 30, ZOOM = 1.25; // of a key: pixels of turning, of moving; zoom
+const CLICK = 4; // maximum movement of a click, pixels
+const TURN = 14, STEP = 30, ZOOM = 1.25; // per key press: pixels of rotation and of panning; zoom factor
 
 export class SolidInput {
   constructor(solid) {
@@ -48,7 +48,7 @@ export class SolidInput {
     solid.wake();
   }
 
-  /** Two fingers: what was between them stays between them. */
+  /** Two fingers: the point between them stays between them. */
   _pinch(id, place) {
     const { camera } = this.solid, [other] = [...this.pointers].filter(([key]) => key !== id).map(([, at]) => at), before = this.pointers.get(id);
     const was = Math.hypot(before[0] - other[0], before[1] - other[1]), is = Math.hypot(place[0] - other[0], place[1] - other[1]);

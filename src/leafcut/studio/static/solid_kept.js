@@ -1,16 +1,16 @@
-// The chosen view of the stock, kept from one page to the next: plan or solid, section, colour, tool and path.
+// Saved view of the stock for the next page: plan or solid, section, colour, tool and path.
 
 import { COLOURINGS } from "./solid_colours.js";
 
 const KEY = "leafcut-solid", SPACES = ["plan", "solid", "both"], AXES = ["", "x", "y"];
 
-/** Return what was kept in a storage, or null; what is not as it should be is as if it had not been chosen. */
+/** Return the saved view, or null; invalid values are replaced by defaults. */
 export function readKept(storage) {
   let found = null;
   try {
     found = JSON.parse(storage?.getItem(KEY) ?? "null");
   } catch {
-    return null; // of another version, or there is no storage
+    return null; // from another version, or without storage
   }
   if (!found || typeof found !== "object") return null;
   const one = (value, known) => (known.includes(value) ? value : known[0]), share = Number(found.share);
@@ -20,12 +20,12 @@ export function readKept(storage) {
   };
 }
 
-/** Keep what a drawing shows of its stock. */
+/** Save the view of the stock. */
 export function keep(storage, { space, solid }) {
   const { colouring, section: { axis, share }, shows: { tool, path } } = solid;
   try {
     storage?.setItem(KEY, JSON.stringify({ space, colouring, axis, share, tool, path }));
   } catch {
-    // A browser that keeps nothing shows all the same.
+    // The view works without storage.
   }
 }

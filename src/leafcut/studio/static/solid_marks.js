@@ -1,4 +1,4 @@
-// What is marked in the solid view: collisions, what is measured, and the place that was chosen.
+// Marks in the solid view: collisions, differences, measurements, and the selected point.
 
 import { mm } from "./describe.js";
 import { iconButton, make } from "./icons.js";
@@ -21,7 +21,7 @@ export class SolidMarks {
     this._list();
   }
 
-  /** Take the marks of the scene that is shown: collisions, and what another program leaves otherwise. */
+  /** Load the marks of the scene: collisions, and differences from another program. */
   take() {
     const { blocks, header } = this.solid;
     this.collisions = header.collisions.map(([kind, line], k) => {
@@ -33,7 +33,7 @@ export class SolidMarks {
     this._list();
   }
 
-  /** Show how many marks of each kind there are, and buttons to go from one to the next. */
+  /** Show the number of marks of each kind, and buttons to step through them. */
   _list() {
     const { solid, collisions, differences } = this, { words } = solid, differs = solid.header?.differs;
     solid.collisions.hidden = !collisions.length;
@@ -56,7 +56,7 @@ export class SolidMarks {
     solid.differs.replaceChildren(count, ...meaning, ...(differences.length ? buttons("differs", differences) : []));
   }
 
-  /** Go to the next mark of a list, or the one before. */
+  /** Go to the next or previous mark of a list. */
   go(step, list = this.marks) {
     const { length } = list;
     if (!length) return;
@@ -78,7 +78,7 @@ export class SolidMarks {
     drawing._say([kind, `${mm(one.depth)} mm`, `${words.line} ${one.line}`]);
   }
 
-  /** Begin or end measuring; with the keys it is measured in the middle of the view. */
+  /** Start or stop measuring; with the keyboard, the centre of the view is the cursor. */
   measure(on = !this.on, byKey = false) {
     this.on = on;
     this.from = this.to = this.at = null;
@@ -94,7 +94,7 @@ export class SolidMarks {
     this._tell(true);
   }
 
-  /** The pointer is at a pixel, or nowhere. */
+  /** Handle a pointer position, or none. */
   move(px, py) {
     const { solid } = this, found = solid.placeAt(px, py);
     if (this.on) {
@@ -104,7 +104,7 @@ export class SolidMarks {
     } else solid.drawing._say(found ? this._words(found) : [], true);
   }
 
-  /** A pixel was clicked, or Enter pressed: measure, or choose what is there. */
+  /** Handle a click or Enter: take a point of the measurement, or select a point. */
   press(px, py) {
     const { solid } = this;
     if (this.on) {
@@ -143,7 +143,7 @@ export class SolidMarks {
     return [`X ${mm(x + ox)}  Y ${mm(y + oy)}  Z ${mm(z)}`, line ? `${words.line} ${line}` : words.solidUncut];
   }
 
-  /** Return what is measured, in words. */
+  /** Return the measurement as text. */
   get words() {
     const { words } = this.solid, { from } = this, to = this.to ?? this.at;
     if (!from) return [words.measure, words.measureFrom];
@@ -157,7 +157,7 @@ export class SolidMarks {
     this.solid.wake();
   }
 
-  /** Let go of what is measured, else of what is chosen; return whether there was any of it. */
+  /** Cancel the measurement, else the selection; return whether there was any of them. */
   escape() {
     if (this.on) this.measure(false);
     else if (this.chosen || this.current >= 0) {
@@ -210,7 +210,7 @@ function ring(ctx, [x, y], colour, card) {
   }
 }
 
-/** A disc with a sign for what is not the same, as the plan marks differences. */
+/** Draw a disc with the sign for a change, as in the plan. */
 function unlike(ctx, [x, y], theme, chosen) {
   const size = chosen ? 11 : 8;
   ctx.beginPath();
@@ -230,7 +230,7 @@ function unlike(ctx, [x, y], theme, chosen) {
   ctx.stroke();
 }
 
-/** A triangle with an exclamation mark: a sign that does not need its colour. */
+/** Draw a triangle with an exclamation mark, recognizable without colour. */
 function warning(ctx, [x, y], theme, chosen) {
   const size = chosen ? 13 : 10;
   ctx.beginPath();

@@ -1,19 +1,19 @@
-// The stock at any time of a program: cut move by move, kept now and then so that it can go back, and its relief.
+// The stock at any time of a program: cut move by move, with snapshots for going back, and its relief.
 //
-// Kept are SNAPSHOTS states of 8 bytes a cell; with fields, relief and what it is made of a stock of 512 × 512 cells
-// takes 47 MB at most, besides 44 bytes a move.
+// Memory: SNAPSHOTS states of 8 bytes per cell; with fields, relief and input, a stock of 512 × 512 cells takes 47 MB
+// at most, plus 44 bytes per move.
 
 import { sweep } from "./sweep.js";
 
 const SNAPSHOTS = 16;
-/** A rapid is looked at with a tool that is smaller by so many cells all round (stock/cutting.py). */
+/** Reduction of the tool radius for rapids, in cells (material/cutting.py). */
 const RAPID_INSET = 1;
-/** How far the relief of a cell is looked for: for the way a wall faces, and for the shade near by and further off. */
+/** Radii for the relief of a cell, in cells: direction of a wall, rim, near shade and far shade. */
 const FACING = 3, RIM = 1, NEAR = 5, FAR = 18;
-/** Steeper than so many mm per mm is a cliff, which belongs to no slope. */
+/** Minimum gradient of a cliff, mm per mm, which is not part of a slope. */
 const CLIFF = 2.5;
 
-/** The stock that a scene of the kind "solid" is about. */
+/** Stock of a scene of the kind "solid". */
 export class SolidStock {
   constructor(header, blocks) {
     const { rows, columns } = header.grid;
@@ -23,14 +23,14 @@ export class SolidStock {
     this.first = this.heights.slice();
     this.by = new Uint32Array(rows * columns);
     this.shapes = Object.fromEntries(Object.entries(header.tools).map(([number, tool]) => [number, Float64Array.from(tool.shape)]));
-    this.done = 0; // moves that are cut whole
-    this.share = 0; // how much of the next one is
+    this.done = 0; // number of completed moves
+    this.share = 0; // completed fraction of the next move
     this.dirty = [0, 0, columns, rows];
     this.kept = new Map();
     this._planSnapshots();
   }
 
-  /** Decide before which moves a state is kept: as much work lies between each two. */
+  /** Choose the moves before which snapshots are taken, with equal work between them. */
   _planSnapshots() {
     const { moves, move, cutter, grid } = this, work = new Float64Array(moves + 1);
     for (let k = 0; k < moves; k++) {
@@ -45,7 +45,7 @@ export class SolidStock {
     }
   }
 
-  /** Return how many moves are over at a time, and how much of the next one is done. */
+  /** Return the number of moves completed at a time, and the completed fraction of the next. */
   at(time) {
     let low = 0, high = this.moves;
     while (low < high) {
@@ -57,7 +57,7 @@ export class SolidStock {
     return [low, takes > 0 ? Math.min(Math.max((time - begins) / takes, 0), 1) : 0];
   }
 
-  /** Go to a time, for so many ms at most; return whether it is there. `time` may be earlier than where it is. */
+  /** Go to a time, earlier or later, for at most `budget` ms; return whether it was reached. */
   seek(time, budget = Infinity) {
     const [count, share] = this.at(time), ends = performance.now() + budget;
     if (count < this.done || (count === this.done && share < this.share)) this._back(count);
@@ -77,7 +77,7 @@ export class SolidStock {
     return true;
   }
 
-  /** Go back to the last state that is kept before a number of moves. */
+  /** Go back to the last snapshot up to a number of moves. */
   _back(count) {
     const from = Math.max(0, ...[...this.kept.keys()].filter((k) => k <= count)), state = this.kept.get(from);
     if (state) {
@@ -99,8 +99,8 @@ export class SolidStock {
     sweep(this.heights, this.by, grid, this.shapes[this.cutter[k]], x, y, z, to(0), to(1), to(2), inset, k + 1, this.dirty);
   }
 
-  /** Return what has changed since the last time: `rect` (first and last column and row, the last ones excluded) with
-   *  `heights`, `by` and `relief` of its cells; null for nothing. */
+  /** Return the changes since the last call: `rect` (first column and row, end column and row) with `heights`, `by`
+   * and `relief` of its cells; null for none. */
   changes() {
     const [c0, r0, c1, r1] = this.dirty;
     this.dirty = [this.columns, this.rows, 0, 0];
@@ -115,8 +115,7 @@ export class SolidStock {
     return out;
   }
 
-  /** Return of every cell, a byte each: its normal's x and y, which way a wall there faces, and how light it is by what
-   *  stands around it. */
+  /** Return four bytes per cell: x and y of its normal, direction of a wall, and its lightness from the surroundings. */
   _relief([c0, r0, c1, r1]) {
     const { columns, rows, grid, header } = this, { cell } = grid, width = c1 - c0, height = r1 - r0;
     const wide = [Math.max(c0 - FAR - 1, 0), Math.max(r0 - FAR - 1, 0), Math.min(c1 + FAR + 1, columns), Math.min(r1 + FAR + 1, rows)];
@@ -148,22 +147,22 @@ export function startOf({ top, grid }, { start }) {
   return start?.length ? Float32Array.from(start) : new Float32Array(grid.rows * grid.columns).fill(top);
 }
 
-/** Return the slope of a place from those to both sides: the mean, but of a cliff at one side that of the other.
- *  Where no cliff is near, `smooth` is it: ridges that are finer than the cells make no pattern then. */
+/** Return the gradient at a cell from the gradients on both sides: their mean, or the smaller one beside a cliff.
+ * Without a cliff, `smooth` is used, so that ridges finer than the cells make no pattern. */
 function slope(before, after, smooth) {
   const one = Math.abs(before), other = Math.abs(after), mean = 0.5 * (before + after);
   if (one >= CLIFF || other >= CLIFF) return one < other ? before : after;
   return Math.abs(smooth - mean) < 0.25 + Math.abs(mean) ? smooth : mean;
 }
 
-/** Return how light a cell is, 0 … 1.2: dark at the foot of a wall, a little lighter at an upper edge. */
+/** Return the lightness of a cell, 0 … 1.2: dark at the foot of a wall, slightly lighter at an upper edge. */
 function lightness(over, overNear, overFar, cell) {
   const under = (v, reach) => (v < 0 ? -v / (-v + 1.3 * reach * cell) : 0);
   const rim = over > 0 ? over / (over + 3 * cell) : 0;
   return Math.max(1 - 0.34 * under(overNear, NEAR) - 0.3 * under(overFar, FAR) - 0.1 * under(over, RIM) + 0.09 * rim, 0.12);
 }
 
-/** Return the sums of all cells before each in both directions. */
+/** Return the summed-area table of the cells. */
 function summed(values, width, height) {
   const sums = new Float64Array((width + 1) * (height + 1));
   for (let y = 0; y < height; y++) {
@@ -176,7 +175,7 @@ function summed(values, width, height) {
   return sums;
 }
 
-/** Return the mean of the cells around each, a square. */
+/** Return the mean of a square around each cell. */
 function blurred(sums, width, height, reach) {
   const out = new Float32Array(width * height), long = width + 1;
   for (let y = 0; y < height; y++) {

@@ -1,4 +1,4 @@
-// Cuts the stock beside the page: it is told a time, goes there in slices, and tells what has changed.
+// Cuts the stock in a worker: receives a time, goes there in slices, and reports the changes.
 
 import { SolidStock } from "./solid_stock.js";
 
@@ -13,7 +13,7 @@ self.onmessage = ({ data }) => {
   if (!running && stock && told !== turn) run();
 };
 
-/** Go to the time that is wanted; what is told next waits until the page has taken over what was told before. */
+/** Go to the requested time; each report waits until the page has processed the previous one. */
 async function run() {
   running = true;
   while (told !== turn) {

@@ -1,6 +1,6 @@
-// The stops of a toolpath by cells.
+// Stops of a toolpath by grid cell.
 
-/** Return the number (from 0) of the first stop of a track within `reach` mm of a place, or -1. */
+/** Return the number (from 0) of the first stop of a track within `reach` mm of a position, or -1. */
 export function stopNear(track, x, y, reach) {
   const { scene } = track, [ox, oy] = scene.origin;
   let best = -1, least = reach;
@@ -21,7 +21,7 @@ export function stopNear(track, x, y, reach) {
   return best;
 }
 
-/** Return one number for a cell; far cells may share one, so places are looked at, too. */
+/** Return a number for a cell; distant cells may share it, so positions are compared as well. */
 function cellKey(column, row) { return (column & 0x7fff) * 0x10000 + (row & 0xffff); }
 
 function stopCells(scene) {

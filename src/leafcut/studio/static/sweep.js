@@ -1,12 +1,12 @@
-// A tool that moves straight lowers every cell under it to the lowest that it was there: kernels/sweep.py in the browser.
+// A tool in straight motion lowers every cell to its lowest height above it: kernels/sweep.py for the browser.
 //
-// Line by line the same as there, so that both get the same heights; tests/studio/test_solid_browser.py compares them.
+// Line by line identical, so that both give equal heights; compared in tests/studio/test_solid_browser.py.
 
 const HALVINGS = 20;
-/** What is thinner is rounding, mm. */
+/** Thinner layers are rounding errors, mm. */
 const FILM = 1e-3;
 
-/** Return the height of a tool's surface over its tip, mm, at the distance r from its axis. */
+/** Return the height of a tool's surface above its tip, mm, at the distance r from its axis. */
 export function surface(shape, r) {
   const [, flat, corner, reach, rise, slope] = shape;
   if (r <= flat) return 0;
@@ -48,7 +48,7 @@ function lowestHeight(shape, margin, along, d, length, grade, enough) {
   return grade * (along + w) + surface(shape, Math.min(Math.sqrt(d * d + w * w) + margin, radius));
 }
 
-/** From where to where, in x, a disc that goes from (0, 0) by (dx, dy) covers the row at y. */
+/** Range in x of the row at y covered by a disc that moves from (0, 0) by (dx, dy). */
 let stretchLow = 0, stretchHigh = 0;
 function rowStretch(y, dx, dy, radius) {
   if (Math.abs(dy) < 1e-12) {
@@ -72,10 +72,10 @@ function rowStretch(y, dx, dy, radius) {
   return stretchLow <= stretchHigh;
 }
 
-/** Cut a field (`heights`, and `by`: which move cut a cell last, from 1) by one move; widen `dirty` by what changed.
+/** Cut a field (`heights`, and `by`: number from 1 of the last move that cut a cell) by one move; extend `dirty`.
  *
- *  `grid` has x, y, cell, rows and columns; `inset` is how much smaller the tool is taken all round, mm; the tip goes
- *  from (x0, y0, z0) to (x1, y1, z1). */
+ * `grid` has x, y, cell, rows and columns; `inset` reduces the tool's radius, mm; the tip moves from (x0, y0, z0) to
+ * (x1, y1, z1). */
 export function sweep(heights, by, grid, shape, x0, y0, z0, x1, y1, z1, inset, number, dirty) {
   const { cell, rows, columns } = grid, radius = shape[0] - inset, flat = shape[1];
   if (radius <= 0) return;

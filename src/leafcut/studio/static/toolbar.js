@@ -1,10 +1,10 @@
-// The buttons over the drawing: what is shown, layers, zoom and fit.
+// Buttons above the drawing: modes, layers, zoom and fit.
 
 import { Legend } from "./legend.js";
 import { icon, iconButton, make } from "./icons.js";
 
 export const LAYERS = ["rapids", "cuts", "holes", "whole", "numbers", "arrows", "extents", "issues", "pheromone", "differences", "kerf", "cleared", "travel", "origin", "grid"];
-/** The letter of each layer, with Shift: without it a letter is the page's own. */
+/** Letter of each layer, with Shift; plain letters belong to the page. */
 export const KEYS = { rapids: "R", cuts: "C", holes: "H", whole: "D", numbers: "N", arrows: "A", extents: "E", issues: "I", pheromone: "P", kerf: "K", cleared: "W", travel: "T", origin: "O", grid: "G", differences: "V" };
 
 export class Toolbar {
@@ -55,7 +55,7 @@ export class Toolbar {
       event.stopPropagation();
     });
     stage.addEventListener("pointerdown", () => { menu.open = false; }, true);
-    // A press on a label would take the focus out of the menu, which would close under it.
+    // Pressing a label would take the focus out of the menu and thus close it.
     box.addEventListener("mousedown", (event) => event.preventDefault());
     menu.addEventListener("focusout", (event) => { if (event.relatedTarget && !menu.contains(event.relatedTarget)) menu.open = false; });
     return menu;
@@ -71,7 +71,7 @@ export class Toolbar {
     next.focus();
   }
 
-  /** Show the drawing's mode and layers; leave out what there is nothing of. */
+  /** Update mode and layers; hide unavailable ones. */
   update() {
     const { drawing } = this, { scenes, tracks } = drawing;
     this.modes.hidden = drawing.modes.length < 2;
@@ -87,7 +87,7 @@ export class Toolbar {
       button.setAttribute("aria-checked", on);
       button.tabIndex = on ? 0 : -1;
     }
-    this.menu.hidden = drawing.sees === "solid"; // layers are of the plan
+    this.menu.hidden = drawing.sees === "solid"; // layers apply to the plan only
     this.measure.setAttribute("aria-pressed", drawing.measure.on || Boolean(drawing.solid?.marks.on));
     this.legend.update();
     const has = {

@@ -1,6 +1,6 @@
-// The view: which millimetres are on the screen. Several panes share one, so that they move together.
+// The view: range of millimetres on the screen, shared by several panes, so that they move together.
 
-const SMALLEST_SPAN = 0.02; // mm across the screen: far below what any machine can do
+const SMALLEST_SPAN = 0.02; // mm across the screen: far below the precision of machines
 const LARGEST_SPAN = 1e7;
 const MARGIN = 0.06;
 
@@ -21,7 +21,7 @@ export class View extends EventTarget {
   mmX(px) { return (px - this.width / 2) / this.scale + this.x; }
   mmY(py) { return this.y - (py - this.height / 2) / this.scale; }
 
-  /** Return smallest x and y, largest x and y that are seen, mm, with so many pixels more on each side. */
+  /** Return the visible range, smallest x and y, largest x and y, mm, extended by `more` pixels on each side. */
   seen(more = 0) {
     return [this.mmX(-more), this.mmY(this.height + more), this.mmX(this.width + more), this.mmY(-more)];
   }
@@ -42,7 +42,7 @@ export class View extends EventTarget {
     this._changed();
   }
 
-  /** Zoom so that what is under (px, py) stays there. */
+  /** Zoom about (px, py). */
   zoom(factor, px = this.width / 2, py = this.height / 2) {
     const x = this.mmX(px), y = this.mmY(py);
     const span = Math.min(this.width, this.height);
@@ -53,7 +53,7 @@ export class View extends EventTarget {
     this._changed();
   }
 
-  /** Show a rectangle (x0, y0, x1, y1 in mm) with a margin; nothing known: a hundred millimetres. */
+  /** Fit a rectangle (x0, y0, x1, y1 in mm) with a margin; by default 100 mm. */
   fit(extents, insets = this.insets ?? [0, 0, 0, 0]) {
     this.extents = extents;
     this.insets = insets;
@@ -61,7 +61,7 @@ export class View extends EventTarget {
     const [left, top, right, bottom] = insets;
     const width = Math.max(this.width - left - right, 20), height = Math.max(this.height - top - bottom, 20);
     const spanX = Math.max(x1 - x0, 1e-3), spanY = Math.max(y1 - y0, 1e-3);
-    const alone = Math.max(spanX, spanY) <= 1e-3 ? 1e4 : 1; // a single place: ten millimetres around it
+    const alone = Math.max(spanX, spanY) <= 1e-3 ? 1e4 : 1; // a single point: 10 mm around it
     this.scale = Math.min(width / (spanX * alone), height / (spanY * alone)) * (1 - 2 * MARGIN);
     this.x = (x0 + x1) / 2 + (right - left) / 2 / this.scale;
     this.y = (y0 + y1) / 2 + (top - bottom) / 2 / this.scale;
@@ -69,7 +69,7 @@ export class View extends EventTarget {
     this._changed();
   }
 
-  /** Move just so far that a place is seen well inside. */
+  /** Pan just enough to make a point visible. */
   show(x, y) {
     const px = this.toX(x), py = this.toY(y), edge = Math.min(60, this.width / 4, this.height / 4);
     if (!Number.isFinite(px + py)) return;
@@ -80,14 +80,14 @@ export class View extends EventTarget {
   _changed() { this.dispatchEvent(new Event("change")); }
 }
 
-/** Return a step of 1, 2 or 5 times a power of ten that is at least `least`. */
+/** Return the smallest step of 1, 2 or 5 times a power of ten that is at least `least`. */
 export function niceStep(least) {
   const power = 10 ** Math.floor(Math.log10(least));
   for (const factor of [1, 2, 5]) if (factor * power >= least * (1 - 1e-9)) return factor * power;
   return 10 * power;
 }
 
-/** Return a length in mm as words, with as many decimals as a step needs. */
+/** Return a length in mm as text, with the decimals that a step needs. */
 export function tickWords(value, step) {
   const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
   const words = value.toFixed(Math.min(decimals, 6));

@@ -1,4 +1,4 @@
-// All that the drawing shows, faintly beneath what is worked: its layers, each with a colour, and which are switched off.
+// The whole drawing, faint, below the machined part: its layers with colours, except hidden ones.
 
 import { isDense, paintDensity } from "./density.js";
 import { PartPaths } from "./paths.js";
@@ -15,7 +15,7 @@ export function layersOf(...parts) {
   return [...names];
 }
 
-/** The paths of a part by layer; "" is what lies on none. */
+/** Paths of a part by layer; "" for objects without a layer. */
 export class WholePaths {
   constructor(part) {
     const names = [...part.header.layers, ""];
@@ -23,7 +23,7 @@ export class WholePaths {
   }
 }
 
-/** Yield while painting the whole drawing; layers of which there are several have colours. */
+/** Paint the whole drawing, with a colour per layer if there are several; yields between steps. */
 export function* paintWhole(ctx, frame, { whole, wholePaths, drawnLayers, hidden, colours }) {
   const px = 1 / frame.scale;
   for (const [name, paths] of wholePaths.layers) {

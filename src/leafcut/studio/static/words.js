@@ -1,4 +1,4 @@
-// Every word of the drawing in one place; pass others as `words` to have another language.
+// All texts of the drawing; pass `words` for another language.
 
 export const WORDS = {
   drawing: "Drawing of the toolpath",

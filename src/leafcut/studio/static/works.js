@@ -1,9 +1,9 @@
-// The kinds of work as small pictures, side by side: a group of radio buttons.
+// Kinds of work as thumbnails: a group of radio buttons.
 import { h } from "vue";
 
 const SIZE = "0 0 96 56";
 
-/** What stands in the place of the drawing where there is none: strong and faint lines in a box of 96 × 56. */
+/** Icons for kinds of work without a drawing: strong and faint lines in a box of 96 × 56. */
 const ICONS = {
   drill: { style: "holes", faint: "M14 8H82V48H14Z", strong: "M28 18a4 4 0 1 0 .1 0ZM48 18a4 4 0 1 0 .1 0ZM68 18a4 4 0 1 0 .1 0ZM28 32a4 4 0 1 0 .1 0ZM48 32a4 4 0 1 0 .1 0ZM68 32a4 4 0 1 0 .1 0Z" },
   cut: { style: "lines", faint: "M8 4H88V52H8Z", strong: "M18 44V26a14 14 0 0 1 28 0v18ZM32 22a4 4 0 1 0 .1 0ZM56 12H80V44H56ZM68 22a6 6 0 1 0 .1 0Z" },
@@ -16,7 +16,7 @@ const ICONS = {
 };
 const PLAIN = { style: "lines", faint: "M14 8H82V48H14Z", strong: "M28 28H68" };
 
-/** Return a picture as SVG. */
+/** Return an image as SVG. */
 function drawn({ style, strong, faint }) {
   return h("svg", { class: ["picture", style], viewBox: SIZE, "aria-hidden": "true" }, [
     h("path", { class: "faint", d: faint }),
@@ -27,10 +27,10 @@ function drawn({ style, strong, faint }) {
 export default {
   props: { label: String, works: Array, chosen: String, why: String, turn: Number },
   emits: ["choose"],
-  data: () => ({ pressed: null }), // what a person has just taken, until the page says what holds
+  data: () => ({ pressed: null }), // the user's choice until the page confirms it
   computed: { now() { return this.pressed ?? this.chosen; } },
   watch: { turn() { this.pressed = null; } },
-  // A browser checks what is pressed at once: where the page does not follow, it is put back.
+  // The browser checks a pressed button at once; revert it if the page does not follow.
   updated() { for (const one of this.$el.querySelectorAll("input")) one.checked = one.value === this.now; },
   methods: {
     take(name) {
