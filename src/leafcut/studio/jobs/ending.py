@@ -70,11 +70,9 @@ class Endable:
         """Raise `Ended` in the thread if it is inside, else as soon as it enters; return at once.
 
         A single call into compiled code finishes first. Loading a module finishes too, as a half-loaded module would
-        stay for
-        all threads. So does starting a thread: until the new thread runs, it has the id of its starter; an exception
-        raised by
-        id would hit it, and the starter would wait forever. The exception is raised once, and again only if it was
-        lost.
+        stay for all threads. So does starting a thread: until the new thread runs, it has the id of its starter; an
+        exception raised by id would hit it, and the starter would wait forever. The exception is raised once, and again
+        only if it was lost.
         """
         with self._lock:
             self._over = True

@@ -38,10 +38,8 @@ class Task:
     """A command with its inputs (ids of uploads, or names of built-in parts) and options, as sent by a page.
 
     Values are texts, booleans or numbers. A file among the options is the id of an upload, or ``mine:`` and the name of
-    one
-    of the user's own files. Inputs of a nest are encoded as `nest_request.WantedPart.word`. `origin` is the nested
-    sheet
-    of the input: job, variant and layout separated by slashes. A study runs each of `algorithms` `runs` times.
+    one of the user's own files. Inputs of a nest are encoded as `nest_request.WantedPart.word`. `origin` is the nested
+    sheet of the input: job, variant and layout separated by slashes. A study runs each of `algorithms` `runs` times.
     """
 
     command: str

@@ -205,8 +205,7 @@ class Address(Element, component="../static/address.js"):
     """History of the browser: adds steps together with the drawn page, and reports Back and Forward.
 
     `on_went` receives the query of the new address, key → word, and whether the browser had recorded all steps by then;
-    a
-    step still in transit comes after it.
+    a step still in transit comes after it.
     """
 
     def __init__(self, on_went: Callable[[dict[str, Any], bool], Any]) -> None:

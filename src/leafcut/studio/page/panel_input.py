@@ -490,8 +490,7 @@ class InputPanel:
         """Show whether the run can start.
 
         The button is never disabled and reports what is missing. A button that is disabled between press and release
-        would
-        lose the click; one that is disabled while focused would lose the focus.
+        would lose the click; one that is disabled while focused would lose the focus.
         """
         able = ready or (self.reading and not self.page.run.running)
         self.begin.props(f'aria-disabled="{"false" if able else "true"}"')

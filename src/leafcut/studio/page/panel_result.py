@@ -90,8 +90,7 @@ class ResultPanel:
         view = self.view
         record = view.studio.jobs.record(view.job) if view.job else None
         # A run ends on the page when the middle panel notices it, which then redraws everything. An earlier redraw
-        # would
-        # undo the user's changes to a previous result.
+        # would undo the user's changes to a previous result.
         over = record is not None and record.state.kept and not self.page.run.watching
         if not over and is_program(view) and self._opened is not view.seen:
             self._opened, self.tab = view.seen, "program"
