@@ -28,7 +28,7 @@ _ASIDE = (
         "TEXTOS",
     ),
 )
-#: Words allowed beside them.
+#: Words allowed next to them.
 _BESIDE = ("BLOCK", "BLOCKS", "DRAWING", "LAYER", "LINE", "LINES", "SHEET", "A0", "A1", "A2", "A3", "A4")
 
 

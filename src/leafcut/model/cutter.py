@@ -133,7 +133,7 @@ class Body(StrEnum):
 
 @dataclass(frozen=True)
 class BodyPart:
-    """A section of a tool above its flutes: a flat, then a cone, mm; only what can collide from above.
+    """A section of a tool above its flutes, reduced to its profile from below: a flat, then a cone, mm.
 
     Attributes
     ----------

@@ -12,16 +12,16 @@ class Fact:
 
     Attributes
     ----------
-    Path in the JSON answer, names joined by dots; "" for text only.
-        Its place in the JSON answer, names joined by dots; "" for text alone.
-    A number, a text, or lists and dicts of both.
-        A number, a text, or lists and dicts of them.
-    Unit of a number: s, mm, mm², % or °; "" for a count (int) and a cost (float).
-        Of a number: s, mm, mm², % or °; "" for a count (int) and a cost (float).
-    Text for users; "" for a value for scripts only.
-        Text for people; "" for a value for scripts alone.
-    Heading of the value and the sentence; a fact without a name is part of the title.
-        Heading of the figure and the sentence; a fact without one stands in the title.
+    key
+        Path in the JSON answer, names joined by dots; "" for text only.
+    value
+        A number, a text, or lists and dicts of both.
+    unit
+        Unit of a number: s, mm, mm², % or °; "" for a count (int) and a cost (float).
+    sentence
+        Text for users; "" for a value for scripts only.
+    name
+        Heading of the value and the sentence; a fact without a name is part of the title.
     """
 
     key: str = ""

@@ -10,7 +10,7 @@ from leafcut.model.issue import Issue, Severity
 
 #: Tolerance for equal heights, mm.
 SAME_HEIGHT = 0.001
-#: Maximum number of heights listed; more indicate a drawing in space.
+#: Maximum number of heights listed; more indicate a 3D drawing.
 _MOST_NAMED = 4
 
 

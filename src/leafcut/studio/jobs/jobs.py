@@ -325,7 +325,7 @@ class Jobs:
         live.ended.set_result(None)
 
     def _forget_older(self, job: str) -> None:
-        """Note that the end of a job is stored, and release the oldest finished jobs."""
+        """Record that the end of a job is stored, and release the oldest finished jobs."""
         with self._lock:
             self._ended.append(job)
             while len(self._ended) > _MOST_ENDED:

@@ -1,4 +1,4 @@
-"""Connection of the studio to one controller: a thread talks to it, all others send requests to the thread.
+"""Connection of the studio to a controller. One thread talks to it; all others send requests to this thread.
 
 `leafcut.sender` talks to the controller. This module decides who may command the machine, what is sent next, and what
 pages see of it. Only Stop and requests during a program bypass the queue.

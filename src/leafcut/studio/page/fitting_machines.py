@@ -1,4 +1,4 @@
-"""Machines that can do a kind of work, and the reason why another cannot."""
+"""Machines that can do a kind of work, and the reasons why others cannot."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ def change_words(saved: float) -> str:
 
 
 def figures_of(record: JobRecord, words: Words) -> str:
-    """Return the result of a job in a few words, or the reason why it failed."""
+    """Return the result of a job in a few words, or the error."""
     found = record.figures
     if "after_s" in found and found["before_s"] is not None:
         change = change_words(found["saved_percent"] or 0.0)

@@ -61,7 +61,7 @@ class KeptState:
         )  # fmt: skip
 
     def put_into(self, view: View) -> None:
-        """Restore the choices in a page."""
+        """Apply the choices to a page."""
         view.source, view.name, view.seen = self.source, self.name, None
         view.second, view.second_name = self.second, self.second_name
         view.parts, view.part_names = [WantedPart.of(word) for word in self.parts], dict(self.part_names)

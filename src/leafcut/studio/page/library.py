@@ -52,7 +52,7 @@ def own_text(folder: Folder, kind: str, name: str) -> str:
 
 
 def check(kind: str, name: str, text: str) -> None:
-    """Check a text with leafcut's reader for the file.
+    """Check a text with the reader for such files.
 
     Raises
     ------

@@ -281,7 +281,6 @@ class MachineProgramPanel:
         self._tell_issues(self.confirm_told, ready.told)
 
     async def _start(self) -> None:
-        """Start the confirmed program."""
         if self._to_start is None:
             return
         (job, wishes), self._to_start = self._to_start, None

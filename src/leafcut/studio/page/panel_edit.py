@@ -158,7 +158,6 @@ class EditPanel:
         self._tell_chosen(self._stops())
 
     def _stops(self) -> list[OrderStop]:
-        """Return the stops in the current order."""
         return [] if self.edited is None else self.edited.stops()
 
     def _choose(self, stop: int) -> None:

@@ -82,7 +82,6 @@ class LibraryPanel:
         return self.drafts.get(self.chosen, self._saved) if self.own else self._saved
 
     def _read(self) -> None:
-        """Load the saved text."""
         self._saved = (
             library.own_text(self.view.studio.folder, self.kind, self.chosen)
             if self.own
@@ -138,7 +137,6 @@ class LibraryPanel:
         self.draw()
 
     def _body(self) -> None:
-        """Show the form or the text."""
         w, self.form, self.editor = self.view.words, None, None
         data = profile_form.parsed(self.now)
         if self.tab == "toml":

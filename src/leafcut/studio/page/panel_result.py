@@ -33,9 +33,9 @@ _NUMBER = "n"
 #: Commands whose runs may try several methods in turn.
 _TRYING = ("nest", "optimize")
 _MOST_ISSUES = 200
-#: Number of warnings above the figures.
+#: Maximum number of warnings above the figures.
 _MOST_WARNINGS = 2
-#: Number of reasons for fixed pieces of a program.
+#: Maximum number of reasons for fixed tasks of a program.
 _MOST_REASONS = 20
 #: Files in the order in which they are offered.
 _FILES = ("program", "tour", "report", "plan", "norms", "order", "given", "list", "picture-before", "picture-after")
@@ -278,7 +278,7 @@ class ResultPanel:
             text("p", w("result.certificate", counted=counted), "quiet small")
 
     def _staying(self, answer: dict[str, Any]) -> None:
-        """Show the reasons for fixed pieces of a program."""
+        """Show why tasks of a program keep their place."""
         w, groups = self.view.words, answer.get("staying", [])
         if not groups:
             return

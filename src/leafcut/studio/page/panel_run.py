@@ -184,7 +184,6 @@ class RunPanel:
         self.page.input.ready(self.view.ready)
 
     def _tell_end(self, record: JobRecord) -> None:
-        """Show how the job ended."""
         w = self.view.words
         if record.state is JobState.FAILED:
             self.page.say(record.line, True)

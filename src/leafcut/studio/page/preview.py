@@ -19,7 +19,7 @@ from leafcut.read.format import SNIFF_BYTES, Match, Source
 from leafcut.read.recognition import sniff_gcode
 from leafcut.studio.page.whole import MachineTravel, Whole, Zero, travel_of, whole_of
 
-#: Maps are for tours; some are suitable for nothing else.
+#: Suitable kinds of work for programs, for maps by format, and for built-in examples.
 _PROGRAM = ("program", "simulate", "verify")
 _MAPS = {"tsplib": ("solve",), "gtsp": ("solve",), "xml": ("drill", "solve"), "csv": ("drill", "solve")}
 _EXAMPLE = ("drill", "solve")

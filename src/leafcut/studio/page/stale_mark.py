@@ -1,4 +1,4 @@
-"""Notice above a result that it belongs to earlier choices, with the differences."""
+"""Notice above an outdated result, with the choices that have changed since."""
 
 from __future__ import annotations
 

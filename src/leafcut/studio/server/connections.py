@@ -1,4 +1,4 @@
-"""Timeout for idle and slow connections, each of which would otherwise occupy the server forever."""
+"""Timeout for idle and slow connections, which would otherwise stay open forever."""
 
 from __future__ import annotations
 
