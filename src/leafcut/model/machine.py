@@ -53,8 +53,8 @@ class Machine:
         `[TRAJ]ARC_BLEND_KINK_RATIO`).
     corners
         Corner model: ``linuxcnc`` (blends, arcs in corners, tangents), ``grbl`` (junction deviation, for rapids too) or
-        ``round`` (junction deviation between feed moves, rapids end in position); empty: the
-        model named like the controller (LinuxCNC, GRBL), else ``round``.
+        ``round`` (junction deviation between feed moves, rapids end in position); empty: the model named like the
+        controller (LinuxCNC, GRBL), else ``round``.
     corner_deviation
         Junction deviation for ``grbl`` and ``round`` corners, mm.
     arc_tolerance

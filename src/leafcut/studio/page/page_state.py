@@ -321,7 +321,7 @@ class View:
         return program_name(self.name, api.program_extension(api.dialect_of(call.options, task.process)))
 
 
-#: Options outside the group `read` that change how a file is read or where it lies on the machine.
+#: Options outside the groups `read` and `sheet` that change how a file is read or where it lies on the machine.
 _ALSO_READ = {
     "machine",
     "work_offset",
