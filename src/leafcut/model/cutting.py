@@ -315,7 +315,7 @@ class Consumption:
     """Consumption of a part, a sheet or a batch; None if the cut chart has no value.
 
     Gas in litres at standard conditions, energy in kWh, abrasive in kg; nozzles and electrodes as a number or fraction.
-    `at_arc`: the energy is that of the arc, without losses of the power source.
+    `at_arc`: energy of the arc, without losses of the power source.
     """
 
     gas_l: float | None = None

@@ -51,7 +51,7 @@ class CuttingPoint:
 
 @dataclass(frozen=True)
 class ToolFront:
-    """Pareto-optimal speeds and feeds of one tool.
+    """Pareto-optimal speeds and feeds of a tool.
 
     Attributes
     ----------
@@ -90,7 +90,7 @@ class ToolFront:
 
 @dataclass(frozen=True)
 class CuttingData:
-    """Speeds and feeds of the tools of one part.
+    """Speeds and feeds of the tools of a part.
 
     Attributes
     ----------

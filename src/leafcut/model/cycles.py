@@ -57,7 +57,7 @@ def _peck_count(cycle: DrillCycle) -> int:
 
 
 def expand_drill(motion: Motion, cycle: DrillCycle, z_now: float) -> Iterator[Motion]:
-    """Yield the rapids, feeds and dwells of one cycle, from the height `z_now` (NaN: at or above the R plane).
+    """Yield the rapids, feeds and dwells of a cycle, from the height `z_now` (NaN: at or above the R plane).
 
     The tool first rises to the R plane if it is below it, moves over the hole (`DrillCycle.approach`), goes down to the
     R plane, drills, and rises to the height of `motion.end`.

@@ -14,7 +14,7 @@ FEED_INCREASE = 1.5
 
 @dataclass(frozen=True)
 class FeedLimits:
-    """Limits of adaptive feeds of one mill: mm, mm/s, 1/min, W.
+    """Limits of adaptive feeds of a mill: mm, mm/s, 1/min, W.
 
     Attributes
     ----------

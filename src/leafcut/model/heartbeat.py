@@ -40,7 +40,7 @@ class Progress:
     share
         Fraction of the work that is done, 0 to 1; 0 if it is not known.
     cost
-        Cost of the best result so far; None if there is none.
+        Cost of the best result yet; None before the first.
     gap
         Largest gap of `cost` to the optimum, as a fraction; None without a lower bound.
     trial

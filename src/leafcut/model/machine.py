@@ -77,7 +77,7 @@ class Machine:
     preselect_tool, optional_stop
         Whether programs name the next tool after each change, and have an optional stop (M1) before each change.
     tool_change_s
-        Time of one change, chip to chip if automatic.
+        Time of a change, chip to chip if automatic.
     tool_change_position
         Machine coordinates (x, y) of the table for a change, or None: it stays in place.
     spindle_power, spindle_torque, max_thrust

@@ -74,7 +74,7 @@ class Stock:
     count
         Available number; None for unlimited.
     price
-        Price of one sheet; None if unknown.
+        Price per sheet; None if unknown.
     edge
         Outline of a remnant and the holes in it; empty for a rectangle.
     name
@@ -109,7 +109,7 @@ class Stock:
 def sheet_costs(stocks: Sequence[Stock]) -> list[float]:
     """Return the cost of a sheet of each kind: its price if any sheet has one, else its area in mm².
 
-    A remnant without a price is free beside sheets to be bought, which are those with a price or of a size.
+    A remnant without a price is free if there are sheets to buy, that is, sheets with a price or of a given size.
     """
     if any(stock.price is not None for stock in stocks):
         return [stock.price or 0.0 for stock in stocks]
@@ -221,7 +221,7 @@ class Nest:
         return (left, self._cost, self.used_length) if self.layouts else (left, math.inf, 0.0)
 
     def contours(self, layout: Layout) -> Iterator[Contour]:
-        """Yield every contour of a sheet in its place; contours of one part share a number, from 1."""
+        """Yield every contour of a sheet in its place; contours of the same part share a number, from 1."""
         for number, placement in enumerate(layout.placements, 1):
             for contour in self.parts[placement.part].contours:
                 yield Contour(placement.placed(contour.path), contour.kind, contour.layer, contour.handle, number)

@@ -16,7 +16,7 @@ from leafcut.model.cutter import widest_below
 
 @dataclass(frozen=True, eq=False)
 class Obstacles:
-    """Rectangles in which nothing is cut; rapids cross them at a safe height, or go around.
+    """Rectangles without cuts; rapids cross them at a safe height, or go around.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class Obstacles:
         return float(self.heights[touched].max())
 
     def round(self, a: Point, b: Point, tool: int | None) -> list[Point] | None:
-        """Return the intermediate points of the shortest path around all zones, or None if there is no such path."""
+        """Return the intermediate points of the shortest path around all zones, or None if all paths are blocked."""
         return way_round(a, b, self.of_tool(tool), dogleg=self.dogleg)
 
     def round_room(self) -> NDArray[np.float64]:

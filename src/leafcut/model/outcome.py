@@ -20,7 +20,7 @@ Which = Literal["before", "after"]
 
 @dataclass(frozen=True)
 class OperationOutcome:
-    """Work of one tool: holes or slots, cycle, and the solution of its order.
+    """Work of a tool: holes or slots, cycle, and the solution of its order.
 
     `hole_order` are indices into `Part.holes` (or `Part.slots` if `slots`), in machining order. The others apply to a
     program of another CAM: `cuts` is the number of cuts ordered with the holes, `lines` the first and the last line of
@@ -42,13 +42,13 @@ class OperationOutcome:
         return self.hole_order + self.staying
 
 
-#: Results of one process only.
+#: Results specific to a process.
 D = TypeVar("D")
 
 
 @dataclass(frozen=True)
 class Outcome(Generic[D]):
-    """Results of a run: common to all processes, and the `detail` of one.
+    """Results of a run: those common to all processes, and the process's own `detail`.
 
     Attributes
     ----------
@@ -126,7 +126,7 @@ class Outcome(Generic[D]):
     def lower_bound(self) -> float | None:
         """Sum of the operations' lower bounds in the unit of their costs, or None if one is missing.
 
-        Each bounds the travel of one tool from the end of the previous tool's path. For several tools, the sum bounds
+        Each bounds the travel of a tool from the end of the previous tool's path. For several tools, the sum bounds
         their paths one by one, not every distribution of the work.
         """
         bounds = [o.solution.lower_bound for o in self.operations]

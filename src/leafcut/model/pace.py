@@ -55,7 +55,7 @@ class SpindleLoad:
 
 
 class PaceStretch(NamedTuple):
-    """A section of one motion: its end as a fraction of the motion, and its speed, mm/s; infinite: a rapid."""
+    """A section of a motion: its end as a fraction of the motion, and its speed, mm/s; infinite: a rapid."""
 
     until: float
     speed: float
@@ -70,7 +70,7 @@ class Pace:
 
 
 class ToolLimits(NamedTuple):
-    """Limits of one tool: chip, mm per revolution at full engagement, and material removal rate, mm³/s.
+    """Limits of a tool: chip, mm per revolution at full engagement, and material removal rate, mm³/s.
 
     Attributes
     ----------

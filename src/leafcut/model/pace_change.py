@@ -26,7 +26,7 @@ class FeedLimit(NamedTuple):
 
 @dataclass(frozen=True)
 class ToolPace:
-    """Effect of new feeds on the cuts of one milling tool.
+    """Effect of new feeds on the cuts of a milling tool.
 
     Attributes
     ----------

@@ -167,7 +167,7 @@ class Part:
     Attributes
     ----------
     name
-        Name for messages: that of the file or the example.
+        Name for messages: file or example.
     holes, slots
         In file order, which is the order of the "before" measure.
     source

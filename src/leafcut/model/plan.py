@@ -17,7 +17,7 @@ from leafcut.model.toolpath import Toolpath
 
 @dataclass(frozen=True, eq=False)
 class Stage:
-    """Tasks that are ordered together, such as those of one tool.
+    """Tasks that are ordered together, such as the holes of a tool.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class Order:
     kept
         Tasks that keep their place in the input, as (stage, task), with the reason.
     unchanged
-        The input is used as it is.
+        The input is used unchanged.
     """
 
     choices: tuple[Any, ...]

@@ -64,7 +64,7 @@ class Pocket:
 
 @dataclass(frozen=True)
 class PocketLevels:
-    """Heights of one pocket's levels, mm: 0 at the top of the program's pockets, negative below.
+    """Heights of a pocket's levels, mm: 0 at the top of the program's pockets, negative below.
 
     Attributes
     ----------
@@ -222,7 +222,7 @@ class PocketMeasures:
         Width of cut: the largest, and the length of the feed on which it is much wider than the step-over
         (`material.removal.much_wider`), mm: first cuts into solid material, cores, corners.
     air_mm
-        Length of the feed on which nothing is cut, mm.
+        Length of feed in air, mm.
     floor_mm
         Area of the permitted tool centres divided by the step-over: no path of constant pitch is much shorter.
     time_s
@@ -254,7 +254,7 @@ class PocketMeasures:
 
 @dataclass(frozen=True)
 class PocketResult:
-    """Result of one strategy for one pocket: its path and measures, or the reason for none.
+    """Result of a strategy for a pocket: its path and measures, or the reason for none.
 
     `program_s` is the time of a program of this pocket alone: all levels, with every plunge and retract. `passed_over`
     is the reason why a cheaper strategy than the chosen one is not used.

@@ -84,7 +84,7 @@ class Metric:
     zones
         float64[k, 4]: rectangles (x0, y0, x1, y1) in mm over which a move must be lifted.
     lift
-        Cost of one lift, in the unit of the metric.
+        Cost of a lift, in the unit of the metric.
     matrix
         float64[n, n] for ``EXPLICIT``.
     relief

@@ -61,7 +61,7 @@ class SearchStep:
         Name of the option.
     values
         By the symbols of `docs/glossary.md`, with words for indices in a formula: ``alpha``, ``tau_max``, ``c_best``
-        (the best path so far), ``c_iteration`` (the best of this iteration).
+        (the best path yet), ``c_iteration`` (the best of this iteration).
     depositor
         Depositing ant of MAX–MIN Ant System: ``best``, ``iteration``, or ``restart`` after a reset of all trails.
     here, choices

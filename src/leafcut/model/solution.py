@@ -12,7 +12,7 @@ from leafcut.model.part import Part
 
 @dataclass(frozen=True)
 class WorkerFigures:
-    """Work of one thread: ants built or kicks made, wall time in s, best cost (inf for none)."""
+    """Work of a thread: ants built or kicks made, wall time in s, best cost (inf for none)."""
 
     worker: int
     ants: int

@@ -81,7 +81,7 @@ class Study:
 
 
 class _Kept:
-    """Iterations of one search: at most `MOST_KEPT`, and the newest."""
+    """Iterations of a search: at most `MOST_KEPT`, and the newest."""
 
     def __init__(self) -> None:
         self.rows: list[Iteration] = []

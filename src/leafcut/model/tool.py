@@ -65,7 +65,7 @@ class Tool:
     tip_diameter
         Of `CONES`: diameter of the flat at the tip, mm; 0 for a sharp tip.
     material, life_cost
-        Material of the cutting edges, and cost of one tool life, in any currency; None if the library does not state
+        Material of the cutting edges, and cost per tool life, in any currency; None if the library does not state
         it.
     shank_diameter
         Diameter above the flutes and the `shaft`, mm; None if the library does not state it.

@@ -12,7 +12,7 @@ from leafcut.model.kinds import CuttingWork, ToolMaterial
 
 @dataclass(frozen=True)
 class ToolLife:
-    """Extended Taylor tool life of one kind of tool in one material.
+    """Extended Taylor tool life of a kind of tool in a material.
 
     The cutting speed for a life T is v = C D^q / (T^m f^y ae^x ap^u z^p); so T = (C D^q / (v f^y ae^x ap^u z^p))^(1/m).
     With all exponents except m at 0 it is Taylor's v T^n = C, n = m.

@@ -17,8 +17,8 @@ class Condition:
     Attributes
     ----------
     names
-        Options of which one must have one of `values`, or be on or given if there are no values. Without names the
-        format of the input must be one of `values`.
+        Options; any of them must have a value of `values`, or be on or given if `values` is empty. Without names,
+        the format of the input must be in `values`.
     values
     wanted
         False: the condition must not be met.
@@ -53,7 +53,7 @@ Conditions = tuple[Condition, ...]
 
 
 def given(*names: str) -> Condition:
-    """Return the condition that one of some options is given or on."""
+    """Return the condition that any of the options is given or on."""
     return Condition(names)
 
 
@@ -63,15 +63,15 @@ def absent(name: str) -> Condition:
 
 
 def one_of(name: str, *values: str) -> Condition:
-    """Return the condition that an option has one of some values."""
+    """Return the condition that an option has any of the values."""
     return Condition((name,), values)
 
 
 def input_is(*formats: str) -> Condition:
-    """Return the condition that the input has one of some formats."""
+    """Return the condition that the input has any of the formats."""
     return Condition((), formats)
 
 
 def input_is_not(*formats: str) -> Condition:
-    """Return the condition that the input has none of some formats."""
+    """Return the condition that the input has another format."""
     return Condition((), formats, wanted=False)

@@ -17,7 +17,7 @@ from leafcut.units import BARE_UNIT, FACTORS, parse_point, parse_quantity, with_
 
 @dataclass(frozen=True)
 class OptionSpec:
-    """Definition of one option apart from its name and default.
+    """Definition of an option apart from its name and default.
 
     `kind` is one of ``quantity`` (a float in `unit`), ``number``, ``share`` (0.6 or 60%), ``whole``, ``flag``,
     ``text``, ``names`` (a comma-separated list), ``point`` (two or three lengths), ``place`` (a name of `PLACES` or two

@@ -18,7 +18,7 @@ from leafcut.files.whole_files import write_whole
 PAGE = re.compile(r"[A-Za-z0-9_-]{16}")
 #: Maximum number of stored pages, and maximum age since the last change, s.
 MOST_PAGES, LONGEST = 60, 14 * 24 * 3600.0
-#: Maximum number of characters of one page.
+#: Maximum number of characters of a page.
 MOST_CHARACTERS = 4_000_000
 
 

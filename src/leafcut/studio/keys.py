@@ -26,7 +26,7 @@ _MOST_UNUSED = 8
 
 
 class StudioKeys:
-    """The keys of one studio.
+    """The keys of a studio.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Lock of the studio's folder. A second studio would mark the first one's jobs as interrupted and delete its files."""
+"""Lock of the studio's folder. A second studio would mark running jobs as interrupted and delete their files."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ _FLAG = re.compile(r"(?<![\w-])--(?:process\b(?: (?P<process>[a-z]+))?|(?P<flag>
 
 
 class Words:
-    """Texts of one language: ``words("run.begin")``, ``words("open.large", mib=64)``."""
+    """Texts of a language: ``words("run.begin")``, ``words("open.large", mib=64)``."""
 
     def __init__(
         self,

@@ -27,7 +27,7 @@ class SavedChart(Element, component="../static/chart_element.js"):
 
 
 class Learning(SavedChart):
-    """Best, mean and worst cost per iteration, best so far and λ-branching factor, by iteration or time."""
+    """Best, mean and worst cost per iteration, overall best and λ-branching factor, by iteration or time."""
 
     kind = "Learning"
 

@@ -325,7 +325,7 @@ class CutOrder(Undoable[tuple[str, ...]]):
         self._keep(rows)
 
     def stops(self) -> list[OrderStop]:
-        """Return all cuts in their order, at their starts; the order counts as held while none is fixed."""
+        """Return all cuts in their order, at their starts; the whole order counts as held until part of it is fixed."""
         rows = self._rows()
         free = any("order" in row["fixed"] for row in rows)
         return [

@@ -18,7 +18,7 @@ _SMALL = 1.0
 
 
 class Thumbnails:
-    """Images of one drawing; its SVG paths are built once."""
+    """Images of a drawing; its SVG paths are built once."""
 
     def __init__(self, whole: Part) -> None:
         frame = _Frame(_around(whole))

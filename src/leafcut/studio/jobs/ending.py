@@ -23,7 +23,7 @@ class Ended(BaseException):
 
 
 class Endable:
-    """Work of one thread that another thread may end: ``with endable: …``, and there ``endable.end()``.
+    """Work of a thread that another thread may end: ``with endable: …``, and there ``endable.end()``.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class Endable:
             self._thread = threading.get_ident()
 
     def leave(self) -> None:
-        """Leave the section that may be ended; once this has returned, nothing is raised."""
+        """Leave the section that may be ended; after the return, `Ended` is not raised."""
         try:
             with self._lock:
                 self._thread = None

@@ -1,4 +1,4 @@
-"""Execution of one job: a call of leafcut, its answer and its files."""
+"""Execution of a job: a call of leafcut, its answer and its files."""
 
 from __future__ import annotations
 

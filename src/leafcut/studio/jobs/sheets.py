@@ -139,7 +139,7 @@ def _but_quantity(options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _row(jobs: Jobs, variant: int, cuts: list[tuple[SheetOfNest, JobRecord | None]]) -> dict[str, Any]:
-    """Return the totals of one variant."""
+    """Return the totals of a variant."""
     records = [record for _, record in cuts if record is not None]
     states = [record.state for record in records]
     row: dict[str, Any] = {

@@ -63,7 +63,7 @@ _FIGURES: tuple[tuple[str, tuple[str, ...], Callable[[Any], str]], ...] = (
 
 
 def compared_figures(answers: tuple[Mapping[str, Any], Mapping[str, Any]], words: Words) -> list[ComparedRow]:
-    """Return the results that at least one of two answers has."""
+    """Return the results found in either answer."""
     rows = []
     for label, path, told in _FIGURES:
         one, other = (_found(answer, path) for answer in answers)
@@ -80,7 +80,7 @@ def _found(answer: Mapping[str, Any], path: tuple[str, ...]) -> Any:
 
 
 def compared_options(records: tuple[JobRecord, JobRecord], folder: Folder, words: Words) -> list[ComparedRow]:
-    """Return every option that is set in at least one of two jobs, with the default for the other."""
+    """Return every option set in either job, with the default for the other."""
     given = tuple(changed(record.task.options) for record in records)
     names = [name for _, name, _ in all_options() if name in given[0] or name in given[1]]
 

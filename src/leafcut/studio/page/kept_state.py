@@ -1,4 +1,4 @@
-"""Choices of one page as plain values, saved after every change and restored when a page loads."""
+"""Choices of a page as plain values, saved after every change and restored when a page loads."""
 
 from __future__ import annotations
 

@@ -82,7 +82,7 @@ def save(folder: Folder, kind: str, name: str, text: str) -> None:
     Raises
     ------
     OptionError
-        The name is invalid or that of a shipped machine, or the text is invalid.
+        The name is invalid or belongs to a shipped machine, or the text is invalid.
     """
     folder.own_path(kind, name)
     if kind == "machines" and name in shipped(kind):

@@ -104,12 +104,12 @@ class Memory:
             self.replace()
 
     def newest(self) -> KeptState | None:
-        """Return the state saved under the initial name; None if there is none."""
+        """Return the state saved under the initial name, or None."""
         found = self._kept.get(self._begun)
         return None if found is None else KeptState.from_json(found)
 
     def take(self, name: str) -> KeptState | None:
-        """Return the state saved under another name, and continue under that name; None if there is none."""
+        """Continue under another name; return the state saved under it, or None."""
         found = self._kept.get(name)
         if found is None:
             return None

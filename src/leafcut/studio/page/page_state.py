@@ -1,4 +1,4 @@
-"""State of one open page. Every browser tab has its own; jobs are shared."""
+"""State of an open page. Every browser tab has its own; jobs are shared."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class View:
-    """The choices of one page.
+    """The choices of a page.
 
     Attributes
     ----------

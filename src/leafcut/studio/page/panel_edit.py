@@ -225,7 +225,7 @@ class EditPanel:
         self._tell_chosen(stops)
         length, held = _length(stops), sum(stop.held for stop in stops)
         if held < len(stops):
-            # The length of some moves cannot be compared with that of all.
+            # A length of some moves cannot be compared with the length of all.
             self.length.set_text(w("edit.held", held=held, count=len(stops), length=format_length(length)))
             self.change.set_text("")
             self.change.classes(replace="figure quiet")

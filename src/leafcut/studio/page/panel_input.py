@@ -406,7 +406,7 @@ class InputPanel:
         return True
 
     def _named(self, word: str) -> str:
-        """Return the displayed name of an input or a file among the options; empty if there is none."""
+        """Return the displayed name of an input or a file among the options; empty if it is missing."""
         if word.startswith(BUILT_IN):
             return called(word)
         try:

@@ -45,7 +45,7 @@ class LivePanel:
         self.view, self.page, self.canvas = view, page, canvas
         w = view.words
         self._number = 0
-        #: Lowest brightness of the swarm so far: base of the bars.
+        #: Lowest brightness of the swarm up to now: base of the bars.
         self._floor: float | None = None
         self._said: tuple[object, ...] = ()
         with box("div", "progress", aria_label=w("run.progress")) as self.place:

@@ -30,7 +30,7 @@ _EVERY = 10
 
 
 class MachinePanel:
-    """Machine panel of one page."""
+    """Machine panel of a page."""
 
     def __init__(self, view: View, page: PageParts, client: Client) -> None:
         self.view, self.page, self._client = view, page, client

@@ -150,7 +150,7 @@ class PartsPanel:
             return
         self.page.say("")
         view.parts[index] = replace(view.parts[index], **said)
-        self.rows.renew()  # show the text as it was parsed
+        self.rows.renew()  # show the parsed value
         self._drawn()
 
     def _remove(self, row: str) -> None:

@@ -34,7 +34,7 @@ def show_opened(view: View, drawing: Canvas) -> None:
 
 
 def show_made(view: View, drawing: Canvas, record: JobRecord, answer: dict[str, Any]) -> bool:
-    """Show the program of a finished run; return False if there is none."""
+    """Show the program of a finished run; return False if it has none."""
     studio, command = view.studio, record.task.command
     names = studio.history.artefacts(record.id)
     if command in ("optimize", "verify") and "lines" in names:

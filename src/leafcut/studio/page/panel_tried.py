@@ -1,4 +1,4 @@
-"""Trials of a run so far: strategies of a pocket or variants of a nest."""
+"""Trials of a run: strategies of a pocket or variants of a nest."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ def parsed(text: str) -> dict[str, Any] | None:
 
 
 def groups(words: Words, array: str, data: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the fields of a machine by table, or of one array entry, as `Form` expects them."""
+    """Return the fields of a machine by table, or of an array entry, as `Form` expects them."""
     stem = f"{array}." if array else ""
     tables = dict.fromkeys(key.table for key in keys_of(array))
     sources = data.get("sources")
@@ -98,7 +98,7 @@ def _shown_default(key: ProfileKey) -> str:
 
 
 def values(array: str, table: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values of the fields of a machine or of one array entry."""
+    """Return the values of the fields of a machine or of an array entry."""
     found = {}
     for key in keys_of(array):
         inner = table.get(key.table, {}) if key.table else table

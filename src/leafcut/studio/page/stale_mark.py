@@ -19,7 +19,7 @@ _MOST = 3
 
 
 class StaleMark:
-    """Marks a result, its badges and its programs as outdated while the choices differ from those of its run."""
+    """Marks a result, its badges and its programs as outdated while the choices differ from its run."""
 
     def __init__(self, view: View, page: PageParts) -> None:
         self.view, self.page = view, page

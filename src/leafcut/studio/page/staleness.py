@@ -1,4 +1,4 @@
-"""Differences between the current choices and those of a result, which is outdated if there are any."""
+"""Differences between the current choices and those of a result, which then is outdated."""
 
 from __future__ import annotations
 

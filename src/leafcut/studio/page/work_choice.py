@@ -32,7 +32,7 @@ def cards(works: tuple[str, ...], seen: Seen | None, words: Words) -> list[dict[
 
 
 def why_suggested(seen: Seen | None, words: Words) -> str:
-    """Return the most suitable kind of work for a drawing, with the reason; empty if there is no choice."""
+    """Return the most suitable kind of work for a drawing, with the reason; empty without a choice."""
     if seen is None or len(seen.whole.suits) < 2:
         return ""
     work, best = next(iter(seen.whole.suits.items()))
