@@ -1,7 +1,7 @@
 """Connection of the studio to a controller. One thread talks to it; all others send requests to this thread.
 
-`leafcut.sender` talks to the controller. This module decides who may command the machine, which command is sent next, and
-which state the pages see. Only Stop and requests during a program bypass the queue.
+`leafcut.sender` talks to the controller. This module decides who may command the machine, which command is sent next,
+and which state the pages see. Only Stop and requests during a program bypass the queue.
 
 A page that shows the machine reports regularly. After `GRACE` seconds without a report a running program is held
 (unless it was started to run unattended) and a jog or a frame is ended.

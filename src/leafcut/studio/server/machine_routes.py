@@ -1,7 +1,8 @@
 """Routes of the machine: its state and all actions.
 
 A refused request is answered with an error. Long actions, such as homing or a program, are answered when they start;
-the state shows their progress. Stop is answered at once and works with any valid key, even if a page commands the machine.
+the state shows their progress. Stop is answered at once and works with any valid key, even if a page commands the
+machine.
 """
 
 from __future__ import annotations
