@@ -1,11 +1,11 @@
-"""The compiled code: small Numba kernels, each one step of one algorithm.
+"""Compiled code: small Numba kernels, each one step of one algorithm.
 
-A kernel takes arrays, numbers and named tuples of them. It trusts its input, allocates nothing that its caller could
-give, keeps no state, and releases the GIL. With ``NUMBA_DISABLE_JIT=1`` each kernel is plain Python.
+A kernel takes arrays, numbers and named tuples of them. It does not validate its input, allocates nothing that its
+caller could supply, keeps no state, and releases the GIL. With ``NUMBA_DISABLE_JIT=1`` each kernel is plain Python.
 
-Numba compiles a kernel when it is first called with new types, and keeps the code on disk. It does not notice a change
-in another file, such as a called function or a constant; so the cache folder's name contains a digest of all sources
-in this folder, and kernels use nothing of leafcut from elsewhere.
+Numba compiles a kernel at the first call with new types, and caches the code on disk. It does not detect a change in
+another file, such as a called function or a constant. Therefore the name of the cache folder contains a digest of all
+sources in this folder, and kernels use no leafcut code from other packages.
 """
 
 from __future__ import annotations
@@ -23,23 +23,23 @@ import numba
 
 Function = TypeVar("Function", bound=Callable[..., object])
 
-#: A gain smaller than this is rounding, not an improvement (costs are millimetres, seconds or TSPLIB's whole numbers).
+#: Gains below this are rounding errors (costs are mm, s or TSPLIB's integers).
 EPSILON = 1e-9
 
 
 def kernel(function: Function) -> Function:
-    """Compile a function that Python calls."""
+    """Compile a function that is called from Python."""
     return _compiled(function)
 
 
 def part(function: Function) -> Function:
-    """Compile a function that only kernels call: without the wrappers that Python and C need."""
+    """Compile a function that only kernels call, without the wrappers for Python and C."""
     return _compiled(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
 def _compiled(function: Function, **flags: Any) -> Function:
     folder = cache_folder()
-    # Numba chooses the folder when it decorates a function. Other packages keep theirs.
+    # Numba reads the cache folder when it decorates a function. Other packages keep their own.
     theirs, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder or "")
     try:
         return cast(Function, numba.njit(nogil=True, cache=folder is not None, **flags)(function))
@@ -59,7 +59,7 @@ def cache_folder() -> Path | None:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             return folder
-    except (OSError, RuntimeError):  # RuntimeError: a user without a home
+    except (OSError, RuntimeError):  # RuntimeError: a user without a home folder
         return None
 
 

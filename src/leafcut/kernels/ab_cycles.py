@@ -1,4 +1,4 @@
-"""AB-cycles: what two tours do not share, divided into rings that take an edge of A and an edge of B in turn.
+"""AB-cycles: the difference of two tours, split into closed walks that alternate between edges of A and of B.
 
 Source: Y. Nagata and S. Kobayashi, INFORMS J. Computing 25 (2013), section 3 (edge assembly).
 """
@@ -21,19 +21,19 @@ CUT, JOINED, SUBTOUR, SIZE = 0, 1, 2, 3
 
 
 class Assembly(NamedTuple):
-    """What it takes to assemble tour A, which lies in a `Tour`, and tour B; one object per worker.
+    """Data to assemble tour A, which is in a `Tour`, and tour B; one object per worker.
 
     ====== ================ ==========================================================================
-    links  int32[n, 4]      neighbours of every node: 0, 1 in the child that is made of A, 2, 3 in B
-    trail  int32[n, 8]      columns UNUSED_A, UNUSED_B (two each): neighbours by edges of one tour alone
-                            that no cycle has yet; LEFT + 0, 1: how many of them; SEEN + 0, 1: where the
-                            walk passed before an edge of A, of B; -1 for nowhere
-    lists  int32[4, 2n+2]   rows WALK: its nodes; CYCLES: nodes of all AB-cycles, from each even one of
-                            which an edge of A goes on; BEGIN: where each cycle begins; ORDER: nodes to
-                            begin walks at, then cycles to try
-    pieces int32[4, m]      rows CUT: places behind which A is cut, ascending; JOINED: the end that each
+    links  int32[n, 4]      neighbours of every node: 0, 1 in the child, which starts as A; 2, 3 in B
+    trail  int32[n, 8]      columns UNUSED_A, UNUSED_B (two each): neighbours by edges of one tour only
+                            that are in no cycle yet; LEFT + 0, 1: their number; SEEN + 0, 1: position
+                            in the walk before an edge of A, of B; -1 for none
+    lists  int32[4, 2n+2]   rows WALK: nodes of the walk; CYCLES: nodes of all AB-cycles, an edge of A
+                            follows each even position; BEGIN: start of each cycle; ORDER: start nodes
+                            of walks, then cycles to try
+    pieces int32[4, m]      rows CUT: places after which A is cut, ascending; JOINED: the end that each
                             end is joined to; SUBTOUR of each piece; SIZE of each subtour
-    log    int32[m, 3]      (node, slot, neighbour before) of every change to the child's links
+    log    int32[m, 3]      (node, slot, previous neighbour) of every change of the child's links
     ====== ================ ==========================================================================
     """
 
@@ -54,7 +54,7 @@ def fill_links(links: NDArray, tour: NDArray, first: int) -> None:
 
 @part
 def _fill_unused(a: Assembly) -> int:
-    """Find the edges that only one tour has; return at how many nodes there are some.
+    """Find the edges that are in only one tour; return the number of nodes with such edges.
 
     Changes: trail, row ORDER of lists.
     """
@@ -77,7 +77,7 @@ def _fill_unused(a: Assembly) -> int:
 
 @part
 def _step(trail: NDArray, u: int, kind: int, words: NDArray, k: int) -> int:
-    """Take a random unused edge of a kind (0: A, 1: B) at u; return where it leads. Changes: trail, words[k]."""
+    """Follow a random unused edge of a kind (0: A, 1: B) from u; return its other end. Changes: trail, words[k]."""
     first = 2 * kind
     slot = first + (below(words, k, 2) if trail[u, LEFT + kind] == 2 else 0)
     v = trail[u, slot]
@@ -92,7 +92,7 @@ def _step(trail: NDArray, u: int, kind: int, words: NDArray, k: int) -> int:
 
 @part
 def _some_node(a: Assembly, nodes: int, words: NDArray, k: int) -> int:
-    """Return how many nodes of ORDER are left when a random one with an unused edge has come to their end; 0 if none.
+    """Move a random node with an unused edge to the end of ORDER; return the number of nodes left, 0 if none.
 
     Changes: row ORDER of lists, words[k].
     """
@@ -108,7 +108,7 @@ def _some_node(a: Assembly, nodes: int, words: NDArray, k: int) -> int:
 
 @part
 def find_cycles(a: Assembly, words: NDArray, k: int) -> int:
-    """Divide the edges that only one tour has into AB-cycles at random; return how many there are.
+    """Split the difference of the tours into AB-cycles at random; return their number.
 
     Changes: trail, lists, words[k].
     """
@@ -130,7 +130,8 @@ def find_cycles(a: Assembly, words: NDArray, k: int) -> int:
             walk[length] = v
             a.trail[v, SEEN + (length & 1)] = length
             continue
-        # The walk was here before an edge of the same kind: what lies between is a cycle. It begins at an edge of A.
+        # The walk was here before an edge of the same kind: the part in between is a cycle. It starts with an edge of
+        # A.
         for step in range(length - since):
             at = since + (since & 1) + step
             cycles[filled] = walk[at if at < length else at - length + since]

@@ -1,6 +1,6 @@
-"""One ant's work on its path of clusters: forget a few of them, find new places for them, choose the nodes there again.
+"""Ruin and recreate on the path of one ant: remove a few clusters, reinsert them, and choose the nodes there again.
 
-What makes the path longer is kept now and then, less often as the ant cools down.
+A longer path is accepted with a probability that decreases with the temperature.
 """
 
 from __future__ import annotations
@@ -17,19 +17,19 @@ from leafcut.kernels.random import below, uniform
 #: Entries of `AntPath.costs`.
 PATH, BEST = 0, 1
 
-#: How many clusters are forgotten at most, and how many of them stand in a row.
+#: Maximum number of removed clusters, and maximum length of a removed piece.
 MOST, LONGEST = 10, 6
 
-#: The chance that a cluster near the first one is left where it is, and that a gap is overlooked.
+#: Probability that a cluster near the first one is kept, and that a gap is skipped.
 SPARED, BLINK = 0.3, 0.01
 
-#: How many places beside those that changed have their nodes chosen again.
+#: Distance from a changed place within which nodes are chosen again, places.
 REACH = 2
 
 
 @part
 def forget(layers: Clusters, walk: AntPath, words: NDArray, k: int) -> int:
-    """Take some clusters out that are near each other, in pieces of the path; return how many.
+    """Remove some clusters near each other, in pieces of the path; return their number.
 
     Changes: place, out, words[k].
     """
@@ -48,7 +48,7 @@ def forget(layers: Clusters, walk: AntPath, words: NDArray, k: int) -> int:
 
 @part
 def find_places(layers: Clusters, walk: AntPath, have: int, out: int, words: NDArray, k: int) -> None:
-    """Put the clusters that are out back, in an order drawn at random. Changes: trial, place, dirty, out, words[k]."""
+    """Reinsert the removed clusters in random order. Changes: trial, place, dirty, out, words[k]."""
     for i in range(out - 1, 0, -1):
         j = below(words, k, i + 1)
         walk.out[i], walk.out[j] = walk.out[j], walk.out[i]
@@ -58,7 +58,7 @@ def find_places(layers: Clusters, walk: AntPath, have: int, out: int, words: NDA
 
 @part
 def spread_dirty(walk: AntPath) -> None:
-    """Mark the places beside those that are marked, `REACH` times. Changes: dirty."""
+    """Mark the neighbours of marked places, `REACH` times. Changes: dirty."""
     m, dirty = len(walk.trial), walk.dirty
     for _ in range(REACH):
         first, previous = dirty[0], dirty[m - 1]
@@ -72,7 +72,7 @@ def spread_dirty(walk: AntPath) -> None:
 
 @part
 def choose_dirty(layers: Clusters, walk: AntPath, words: NDArray, k: int) -> None:
-    """Choose the nodes at all marked places again; where all are marked, one drawn at random stays.
+    """Choose the nodes at all marked places again; if all are marked, a random one is kept.
 
     Changes: trial, dirty, sums, links, words[k].
     """
@@ -97,14 +97,14 @@ def choose_dirty(layers: Clusters, walk: AntPath, words: NDArray, k: int) -> Non
 
 @part
 def copy_path(path: NDArray, to: NDArray) -> None:
-    """Copy a path int32[m]: a loop needs no memory of its own. Changes: to."""
+    """Copy a path int32[m]; a loop allocates no memory. Changes: to."""
     for at in range(len(path)):
         to[at] = path[at]
 
 
 @part
 def begin_trial(layers: Clusters, walk: AntPath) -> None:
-    """Begin a trial with the path as it is. Changes: trial, place, dirty."""
+    """Start a trial with the current path. Changes: trial, place, dirty."""
     for at in range(len(walk.path)):
         walk.trial[at] = walk.path[at]
         walk.place[layers.owner[walk.path[at]]] = at
@@ -115,11 +115,10 @@ def begin_trial(layers: Clusters, walk: AntPath) -> None:
 def anneal(
     layers: Clusters, walk: AntPath, words: NDArray, k: int, heat: float, cooling: float, steps: int, least: float
 ) -> float:
-    """Forget and find again `steps` times; a path longer by x is kept with the probability exp(-x / heat).
+    """Ruin and recreate `steps` times; a path longer by x is accepted with probability exp(-x / heat).
 
-    `heat` is multiplied by `cooling` at every step; returned is what it is then. The best path changes by gains of more
-    than `least` only.
-
+    `heat` is multiplied by `cooling` at every step, and its final value is returned. The best path changes only by
+    gains above `least`.
     Changes: walk, words[k].
     """
     costs = walk.costs

@@ -1,15 +1,14 @@
-"""Edge assembly: an ant leaves its own tour for the trail of another ant, goes round, and comes back.
+"""Edge assembly: recombine a tour with another along their AB-cycles.
 
-Take two tours A and B. Where they differ one can walk along an edge of A, then along an edge of B, then of A again, …
-until the walk closes: an AB-cycle. To give up its edges of A for its edges of B keeps two edges at every node, but may
-leave several subtours; each is joined to the rest by an exchange of two edges. What comes out is a tour that differs
-from A in few places and is built of edges that one of two ants has found good. But for two passes over the nodes, in
-which the AB-cycles are found, a cycle costs what it touches.
+Take two tours A and B. An AB-cycle alternates between edges of A and edges of B in which they differ. Replacing its
+edges of A by its edges of B keeps two edges at every node, but may create subtours. Each subtour is joined to the rest
+by an exchange of two edges. The result differs from A in few places and consists of edges that were good in one of the
+two tours. Apart from two passes over the nodes to find the AB-cycles, the effort of a cycle depends only on its size.
 
 Source: Y. Nagata and S. Kobayashi, INFORMS J. Computing 25 (2013), section 3 (edge assembly) and section 4.1 (its
-localised form with single AB-cycles). Differs: every cycle that makes the tour shorter is taken at once, where the
-paper makes 30 children and keeps one; cycles that gain nothing by themselves are not tried; a subtour is joined near
-the ends of its pieces; the child is mended by sequential exchanges at the nodes that were touched.
+localised form with single AB-cycles). Differs: every improving cycle is applied at once, where the paper generates 30
+children and keeps one; cycles without a gain of their own are not tried; a subtour is joined near the ends of its
+pieces; the child is improved by sequential exchanges at the touched nodes.
 """
 
 from __future__ import annotations
@@ -35,22 +34,22 @@ from leafcut.kernels.cost import CostModel, travel
 from leafcut.kernels.lin_kernighan import Tour, improve_queued, push
 from leafcut.kernels.random import below
 
-#: Most edges of A in a cycle that is tried. Longer ones take long and hardly ever make a tour shorter.
+#: Maximum number of edges of A in a cycle. Longer cycles are slow and hardly ever improve a tour.
 LONGEST_CYCLE = 1000
 
-#: Most entries of the log: two for every edge of A, and four for every subtour that is joined.
+#: Maximum number of log entries: two for every edge of A, and four for every joined subtour.
 MOST_CHANGES = 6 * LONGEST_CYCLE
 
-#: How far from the ends of its pieces a subtour is searched for the place where it is joined.
+#: Number of places from the ends of its pieces in which a subtour is searched for a join.
 REACH = 200
 
-#: Most candidates of a node that are tried there.
+#: Maximum number of candidates of a node tried for a join.
 JOINS = 16
 
 
 @part
 def _relink(a: Assembly, entries: int, v: int, old: int, new: int) -> int:
-    """Make `new` a neighbour of v instead of `old`; return the new length of the log. Changes: links, log."""
+    """Replace neighbour `old` of v by `new`; return the new length of the log. Changes: links, log."""
     slot = 0 if a.links[v, 0] == old else 1
     a.log[entries, 0], a.log[entries, 1], a.log[entries, 2] = v, slot, old
     a.links[v, slot] = new
@@ -59,7 +58,7 @@ def _relink(a: Assembly, entries: int, v: int, old: int, new: int) -> int:
 
 @part
 def undo(a: Assembly, entries: int) -> None:
-    """Take back the changes in the log, last first. Changes: links."""
+    """Undo the changes in the log, last first. Changes: links."""
     for e in range(entries - 1, -1, -1):
         a.links[a.log[e, 0], a.log[e, 1]] = a.log[e, 2]
 
@@ -81,7 +80,7 @@ def sort_few(values: NDArray, count: int) -> None:
 
 @part
 def piece_at(cut: NDArray, count: int, place: int) -> int:
-    """Return the piece that holds a place: piece s ends at cut[s], and piece 0 goes on behind the last cut."""
+    """Return the piece that contains a place: piece s ends at cut[s]; piece 0 continues after the last cut."""
     low, high = 0, count
     while low < high:
         middle = (low + high) >> 1
@@ -94,21 +93,21 @@ def piece_at(cut: NDArray, count: int, place: int) -> int:
 
 @part
 def length_of_piece(cut: NDArray, count: int, s: int, n: int) -> int:
-    """Return how many nodes piece s of `count` pieces has."""
+    """Return the number of nodes of piece s of `count` pieces."""
     return int(cut[s] - cut[s - 1] if s > 0 else cut[0] - cut[count - 1] + n)
 
 
 @part
 def _follows(place: NDArray, u: int, v: int) -> bool:
-    """Return whether v stands right behind u in A."""
+    """Return whether v directly follows u in A."""
     return bool(place[v] == place[u] + 1 or (place[v] == 0 and place[u] == len(place) - 1))
 
 
 @part
 def _take_edges(cost: CostModel, place: NDArray, a: Assembly, begin: int, stop: int) -> float:
-    """Take the edges of B of a cycle instead of those of A; return what that gains.
+    """Replace the edges of A in a cycle by those of B; return the gain.
 
-    The log then holds two entries for each edge of A. Changes: links, log, row CUT of pieces.
+    The log then has two entries for each edge of A. Changes: links, log, row CUT of pieces.
     """
     cycle = a.lists[CYCLES]
     gain, entries = 0.0, 0
@@ -124,13 +123,13 @@ def _take_edges(cost: CostModel, place: NDArray, a: Assembly, begin: int, stop: 
 
 @part
 def _end(a: Assembly, place: NDArray, count: int, v: int, lost: int) -> int:
-    """Return the end of a piece at which v stands, cut off from `lost`: 2 s where it begins piece s, 2 s + 1 else."""
+    """Return the end of a piece that v is, cut off from `lost`: 2 s at the start of piece s, otherwise 2 s + 1."""
     return 2 * piece_at(a.pieces[CUT], count, place[v]) + (0 if _follows(place, lost, v) else 1)
 
 
 @part
 def _find_subtours(a: Assembly, place: NDArray, begin: int, stop: int) -> int:
-    """Number the subtours that a cycle leaves and count their nodes; return how many there are.
+    """Number the subtours that a cycle creates and count their nodes; return their number.
 
     Changes: rows JOINED, SUBTOUR, SIZE of pieces.
     """
@@ -138,7 +137,7 @@ def _find_subtours(a: Assembly, place: NDArray, begin: int, stop: int) -> int:
     joined, subtour = a.pieces[JOINED], a.pieces[SUBTOUR]
     for i in range(begin, stop, 2):
         after = i + 2 if i + 2 < stop else begin
-        # A piece of one node has both ends too: which of them is meant, the edge of A that was lost says.
+        # A piece of one node is both ends; the removed edge of A determines which end is meant.
         one = _end(a, place, count, cycle[i + 1], cycle[i])
         two = _end(a, place, count, cycle[after], cycle[after + 1])
         joined[one], joined[two] = two, one
@@ -162,9 +161,9 @@ def _join(
     cost: CostModel, node: NDArray, place: NDArray, a: Assembly, candidates: NDArray, lengths: NDArray,
     count: int, small: int, entries: int,
 ) -> tuple[float, int]:  # fmt: skip
-    """Join the subtour `small` to another by the best exchange of two edges; return its gain and that subtour, or -1.
+    """Join the subtour `small` to another by the best exchange of two edges; return the gain and that subtour, or -1.
 
-    Symbols: u–v the edge given up in the small subtour, w–x the one outside; u–w and v–x come. Changes: links, log.
+    Symbols: u–v the removed edge of the small subtour, w–x that outside; u–w and v–x are added. Changes: links, log.
     """
     cut, subtour = a.pieces[CUT], a.pieces[SUBTOUR]
     best, bu, bv, bw, bx = -math.inf, -1, -1, -1, -1
@@ -177,7 +176,7 @@ def _join(
             if i == REACH and length > 2 * REACH:
                 i = length - REACH
             i += 1
-            u = node[cut[s] - length + i]  # a place below 0 counts from the end, where piece 0 begins
+            u = node[cut[s] - length + i]  # a negative place counts from the end, where piece 0 starts
             for slot in range(2):
                 v = a.links[u, slot]
                 gone = travel(cost, u, v)
@@ -203,10 +202,9 @@ def _join(
 def try_cycle(
     cost: CostModel, node: NDArray, place: NDArray, a: Assembly, candidates: NDArray, lengths: NDArray, cycle: int
 ) -> tuple[float, int]:
-    """Make the child of one cycle in `links`; return its gain, and the length of the log that undoes it.
+    """Create the child of one cycle in `links`; return its gain, and the length of the log to undo it.
 
-    The gain is -inf when the cycle gains nothing by itself, or when its subtours could not be joined.
-
+    The gain is -inf if the cycle has no gain of its own, or if its subtours could not be joined.
     Changes: links, log, pieces.
     """
     begin, stop = a.lists[BEGIN, cycle], a.lists[BEGIN, cycle + 1]
@@ -237,7 +235,7 @@ def try_cycle(
 
 @part
 def _cut_where_changed(node: NDArray, place: NDArray, a: Assembly, entries: int) -> int:
-    """Cut A behind every node in the log that has lost its follower; return the number of pieces.
+    """Cut A after every node in the log that has lost its successor; return the number of pieces.
 
     Changes: row CUT of pieces.
     """
@@ -260,9 +258,9 @@ def _cut_where_changed(node: NDArray, place: NDArray, a: Assembly, entries: int)
 
 @part
 def rewrite(tour: Tour, a: Assembly, entries: int) -> bool:
-    """Bring `node` and `place` in line with the child's links: keep the longest piece of A, write the others behind it.
+    """Update `node` and `place` from the child's links: keep the longest piece of A, and write the others after it.
 
-    Return whether the links are one tour and the buffer is long enough; if not, `node` and `place` stay as they were.
+    Return whether the links are one tour and the buffer is large enough; if not, `node` and `place` are unchanged.
     Changes: node, place and buffer of tour, row CUT of pieces.
     """
     node, place, cut, n = tour.node, tour.place, a.pieces[CUT], len(tour.node)
@@ -320,17 +318,17 @@ def assemble(
     cost: CostModel, tour: Tour, a: Assembly, candidates: NDArray, lengths: NDArray, breadth: NDArray,
     mine: NDArray, other: NDArray, words: NDArray, gains: NDArray, first: int, stop: int,
 ) -> None:  # fmt: skip
-    """Improve tours by every AB-cycle with another one that makes them shorter, in random order, and mend them.
+    """Improve tours by every improving AB-cycle with a partner tour, in random order, followed by local search.
 
     ========== =============== ==================================================
     candidates int32[n, c]     neighbours of every node, -1 for none
     lengths    float64[n, c]   costs of those edges
-    breadth    int64[DEPTH]    candidates tried at each depth of a mending exchange
-    mine       int32[m, n]     tours A; they become the children
+    breadth    int64[DEPTH]    candidates tried at each depth of an exchange
+    mine       int32[m, n]     tours A; become the children
     other      int32[m, n]     tours B
     words      uint64[m]       random words
-    gains      float64[m]      what each pair gains is added to it
-    first,stop int             which of the m pairs
+    gains      float64[m]      the gain of each pair is added
+    first,stop int             range of pairs
     ========== =============== ==================================================
 
     Changes: mine, words, gains; tour, a.

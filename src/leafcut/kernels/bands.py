@@ -1,4 +1,4 @@
-"""Places of the plane in horizontal bands: those in a box, or near a piece of a path, are found without the others."""
+"""Points in horizontal bands, for fast lookup of the points in a box or near a segment."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from leafcut.kernels import kernel, part
 
 
 class Bands(NamedTuple):
-    """n places in m bands, the lowest band first, by x within a band.
+    """n points in m bands, lowest band first, sorted by x within a band.
 
     ===== ============ ========================================================
-    x, y  float64[n]   the places, mm
-    row   int64[n]     the number of each before they were sorted
-    first int64[m + 1] the first place of each band; at the end n
-    low   float        where the lowest band begins, mm
+    x, y  float64[n]   the points, mm
+    row   int64[n]     number of each point before sorting
+    first int64[m + 1] first point of each band; n at the end
+    low   float        lower edge of the lowest band, mm
     side  float        height of a band, mm
     ===== ============ ========================================================
     """
@@ -32,13 +32,13 @@ class Bands(NamedTuple):
 
 @part
 def band_at(bands: Bands, y: float) -> int:
-    """Return the band at a height y, or the nearest one."""
+    """Return the band at height y, or the nearest one."""
     return int(min(max(math.floor((y - bands.low) / bands.side), 0.0), len(bands.first) - 2.0))
 
 
 @part
 def from_left(bands: Bands, band: int, x: float) -> int:
-    """Return the first place of a band that is not to the left of x, or where the next band begins."""
+    """Return the first point of a band at or right of x, or the start of the next band."""
     low, high = bands.first[band], bands.first[band + 1]
     while low < high:
         middle = (low + high) // 2
@@ -51,7 +51,7 @@ def from_left(bands: Bands, band: int, x: float) -> int:
 
 @part
 def distance_from(x: float, y: float, ax: float, ay: float, bx: float, by: float) -> float:
-    """Return the distance of a place from the straight line from a to b."""
+    """Return the distance of a point from the segment a–b."""
     length2 = (bx - ax) * (bx - ax) + (by - ay) * (by - ay)
     share = ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / length2 if length2 > 0.0 else 0.0
     if share <= 0.0:
@@ -65,14 +65,14 @@ def distance_from(x: float, y: float, ax: float, ay: float, bx: float, by: float
 def near_places(
     places: Bands, limit: NDArray, longest: float, begin: NDArray, end: NDArray, count: NDArray, found: NDArray
 ) -> int:
-    """Count the places that each piece of a way is near enough to, and list them where there is room.
+    """Count the points within their distance limit of each segment of a path, and list them if there is space.
 
     =========== ============= =======================================================
-    limit       float64[n]    how far each place may be from a piece, mm
-    longest     float         the longest limit, mm
-    begin, end  float64[m, 2] of each piece, mm
-    count       int64[m]      places of each piece
-    found       int64[k]      places, piece after piece, in the order of the bands
+    limit       float64[n]    maximum distance of each point from a segment, mm
+    longest     float         largest limit, mm
+    begin, end  float64[m, 2] ends of each segment, mm
+    count       int64[m]      points per segment
+    found       int64[k]      points, segment by segment, in band order
     =========== ============= =======================================================
 
     Changes: count, found. Returns the sum of `count`.

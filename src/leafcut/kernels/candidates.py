@@ -13,7 +13,7 @@ from leafcut.kernels.neighbours import MOST_TWINS, REST, TWINS, Nearby, Tree, fi
 
 @part
 def _drop_farthest(found: NDArray, near: NDArray, per_quadrant: int) -> None:
-    """Drop the farthest of those points that are last of their quadrant, from the fullest. Changes: found."""
+    """Drop the farthest of the points that are last in their quadrant, from the fullest quadrants. Changes: found."""
     for c in range(per_quadrant - 1, -1, -1):
         worst = -1
         for quadrant in range(4):
@@ -26,7 +26,7 @@ def _drop_farthest(found: NDArray, near: NDArray, per_quadrant: int) -> None:
 
 @part
 def _choose(found: NDArray, near: NDArray, per_quadrant: int, k: int, chosen: NDArray) -> int:
-    """Choose k of the points found: twins, the nearest by quadrant, the nearest of the rest; return how many there are.
+    """Choose k points: twins, the nearest per quadrant, the nearest of the rest; return the number of points.
 
     Changes: found, chosen int32[≥k + 4·per_quadrant].
     """
@@ -65,12 +65,11 @@ def fill_candidates(
     lengths: NDArray,
     nearby: Nearby,
 ) -> None:
-    """Fill the lists of points first … last - 1 of the tree: twins, the nearest in each quadrant, the nearest of all.
+    """Fill the lists of points first … last - 1 of the tree: twins, the nearest per quadrant, the nearest overall.
 
-    Drill patterns are clustered: lists of plain nearest neighbours never leave a cluster, quadrants do.
-
-    Changes: rows first … last - 1 of candidates int32[n, k] (sorted by cost; -1 where there are fewer points) and of
-    lengths float64[n, k] (their costs; infinite where there are none); nearby.
+    Drill patterns are clustered: plain nearest-neighbour lists never leave a cluster, quadrant lists do.
+    Changes: rows first … last - 1 of candidates int32[n, k] (sorted by cost; -1 if there are fewer points) and of
+    lengths float64[n, k] (their costs; infinite for none); nearby.
     """
     k = candidates.shape[1]
     for i in range(first, last):
@@ -90,7 +89,7 @@ def fill_candidates(
 
 @part
 def cheapest_unvisited(cost: CostModel, visited: NDArray, i: int) -> int:
-    """Return the unvisited node that is cheapest to reach from i, or -1, by looking at all."""
+    """Return the unvisited node that is cheapest to reach from i, by a scan of all nodes; -1 for none."""
     best, best_d = -1, math.inf
     for j in range(len(visited)):
         if visited[j] == 0:

@@ -1,4 +1,4 @@
-"""Chords: straight moves that a controller takes as one, since what lies between strays too little to matter."""
+"""Merge straight moves that a controller combines because the points between deviate less than a tolerance."""
 
 from __future__ import annotations
 
@@ -6,21 +6,21 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel
 
-#: Most points that one move passes by. Source: LinuxCNC 2.9, emc/task/emccanon.cc (a queue of 100).
+#: Maximum number of points skipped by one move. Source: LinuxCNC 2.9, emc/task/emccanon.cc (a queue of 100).
 MOST_POINTS = 100
 
 
 @kernel
 def merge_chords(point: NDArray, joins: NDArray, tolerance: NDArray, begins: NDArray) -> int:
-    """Join straight moves while all points passed by stay within a tolerance of the chord; return how many remain.
+    """Merge straight moves while skipped points stay within a tolerance of the chord; return the number that remain.
 
     point      float64[m + 1, 3]   mm; move i goes from point i to point i + 1
-    joins      bool[m]             move i may be joined to the one before it
+    joins      bool[m]             move i may be merged with the previous move
     tolerance  float64[m]          mm
-    begins     bool[m]             move i is the first of those that are now one
+    begins     bool[m]             move i is the first of a merged move
 
     Changes: begins.
-    Source: LinuxCNC documentation, G64 ("naive CAM detector"): greedy, each chord as long as it can be.
+    Source: LinuxCNC documentation, G64 ("naive CAM detector"): greedy, each chord as long as possible.
     """
     first, count = 0, 0
     for i in range(len(joins)):

@@ -1,4 +1,4 @@
-"""Construction of tours: nearest neighbour, and the ant."""
+"""Tour construction: nearest neighbour and ant."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from leafcut.kernels.random import below, uniform
 
 
 class Unvisited(NamedTuple):
-    """Which nodes a tour in the making has not visited, and scratch to look for the nearest of them.
+    """Visited nodes of a partial tour, and scratch for the search of the nearest unvisited node.
 
     ======= ========= ================================================
-    visited uint8[n]  1 for a node that the tour has
-    alive   int32[m]  how many unvisited points a tree node has
-    stack   int32[64] tree nodes that are still to be looked at
+    visited uint8[n]  1 for nodes of the tour
+    alive   int32[m]  number of unvisited points below a tree node
+    stack   int32[64] tree nodes to visit
     ======= ========= ================================================
     """
 
@@ -31,7 +31,7 @@ class Unvisited(NamedTuple):
 
 
 class WeightedEdges(NamedTuple):
-    """The candidate edges and what makes an ant take them.
+    """Candidate edges and their attractiveness for ants.
 
     ========== ============= ================================
     candidates int32[n, k]   neighbours of every node, -1 for none
@@ -48,7 +48,7 @@ class WeightedEdges(NamedTuple):
 
 
 class Decay(NamedTuple):
-    """How an edge wears off that an ant takes: τ ← (1 − ξ)τ + ξτ0, and its weight with α."""
+    """Local pheromone decay of an edge taken by an ant, τ ← (1 − ξ)τ + ξτ0, and the exponent α of its weight."""
 
     pheromone_weight: float
     rate: float
@@ -57,7 +57,7 @@ class Decay(NamedTuple):
 
 @part
 def _begin(tree: Tree, first: int, second: int, words: NDArray, ant: int, tour: NDArray, unvisited: Unvisited) -> int:
-    """Lay the one or two first nodes of a tour and return how many; -1 stands for "any node". Changes: the arrays."""
+    """Write the one or two first nodes of a tour and return their number; -1: a random node. Changes: the arrays."""
     visited, alive = unvisited.visited, unvisited.alive
     visited[:] = 0
     for node in range(len(tree.parent)):
@@ -81,7 +81,7 @@ def _begin(tree: Tree, first: int, second: int, words: NDArray, ant: int, tour: 
 
 @part
 def _nearest(cost: CostModel, tree: Tree, unvisited: Unvisited, i: int) -> int:
-    """Return the nearest unvisited node: by the tree where places mean something, else by looking at all."""
+    """Return the nearest unvisited node: by the tree if nodes have positions, otherwise by a scan."""
     if len(tree.x) == 0:
         return cheapest_unvisited(cost, unvisited.visited, i)
     return nearest_unvisited(tree, unvisited.alive, unvisited.visited, i, unvisited.stack)
@@ -104,7 +104,7 @@ def nearest_neighbour_tour(
     n, visited = len(tour), unvisited.visited
     for step in range(_begin(tree, first, second, words, 0, tour, unvisited), n):
         last = tour[step - 1]
-        # The free node has no place of its own: any node is as near as another, so take the first.
+        # The free node has no position, so all nodes are equally near; take the first.
         node = cheapest_unvisited(cost, visited, last) if last == cost.free else _nearest(cost, tree, unvisited, last)
         tour[step] = node
         visited[node] = 1
@@ -123,12 +123,11 @@ def choose_next(
     words: NDArray,
     ant: int,
 ) -> int:
-    """Return the place in the candidate list of i of the edge that an ant takes, or -1 when all are visited.
+    """Return the index in the candidate list of i of the edge that an ant takes, or -1 if all are visited.
 
-    With probability q0 the heaviest edge, else one drawn in proportion to its weight
-    (pseudorandom proportional rule; q0 = 0 is the random proportional rule). Where no edge has pheromone it counts for
-    none of them: nearness alone decides, as it does where all trails are equal.
-
+    With probability q0 the edge of maximum weight, otherwise a random edge with probability proportional to its weight
+    (pseudorandom proportional rule; q0 = 0 is the random proportional rule). If no edge has pheromone, the nearness
+    alone decides, as it does if all trails are equal.
     Changes: words[ant].
     Source: Dorigo and Stützle, Ant Colony Optimization, MIT Press 2004, equations 3.2 and 3.10.
     """
@@ -171,7 +170,7 @@ def choose_next(
 
 @part
 def random_unvisited(visited: NDArray, words: NDArray, ant: int) -> int:
-    """Return a random unvisited node, each with the same chance as far as few are visited. Changes: words[ant]."""
+    """Return a random unvisited node; nearly uniform while few nodes are visited. Changes: words[ant]."""
     n = len(visited)
     node = below(words, ant, n)
     while visited[node] == 1:
@@ -192,7 +191,7 @@ def _next_node(
     unvisited: Unvisited,
     last: int,
 ) -> int:
-    """Return the node that an ant at `last` goes to, and count it as visited. Changes: words, unvisited."""
+    """Return the next node of an ant at `last`, and mark it as visited. Changes: words, unvisited."""
     visited = unvisited.visited
     if last == cost.free:
         node = random_unvisited(visited, words, ant)
@@ -207,7 +206,7 @@ def _next_node(
 
 @part
 def _wear(edges: WeightedEdges, decay: Decay, a: int, b: int) -> None:
-    """Wear off the trail from a to b, if it is a candidate edge. Changes: pheromone, weights."""
+    """Apply the local decay to the trail from a to b, if it is a candidate edge. Changes: pheromone, weights."""
     for c in range(edges.candidates.shape[1]):
         if edges.candidates[a, c] == b:
             wear(
@@ -235,15 +234,15 @@ def construct_tour(
     ========== =============== ==========================================================
     candidates int32[n, k]     neighbours of every node, -1 for none
     weights    float64[n, k]   τ^α · η^β of those edges
-    nearness   float64[n, k]   η^β of them
+    nearness   float64[n, k]   η^β of those edges
     first      int             first node, or -1 for a random one; `second` likewise
-    words      uint64[ants]    random state, `ant` is this one's row
+    words      uint64[ants]    random state; this ant uses row `ant`
     ========== =============== ==========================================================
 
     Changes: tour int32[n], words[ant], unvisited.
     Source: Dorigo and Stützle 2004, section 3.8.2 (candidate lists).
-    Differs: when every candidate is visited the ant goes to the nearest unvisited node, since pheromone is kept on
-    candidate edges only and so is equal elsewhere.
+    Differs: if every candidate is visited, the ant goes to the nearest unvisited node, because pheromone is stored on
+    candidate edges only and is therefore equal elsewhere.
     """
     n = len(tour)
     for step in range(_begin(tree, first, second, words, ant, tour, unvisited), n):
@@ -267,13 +266,13 @@ def construct_tour_with_decay(
     tour: NDArray,
     unvisited: Unvisited,
 ) -> None:
-    """Let one ant of Ant Colony System build a tour, wearing off the pheromone of each edge that it takes.
+    """Let one ant of Ant Colony System build a tour, with local pheromone decay on each edge that it takes.
 
-    As `construct_tour`; worn edges get τ ← (1 − ξ)τ + ξτ0 at once, so that the next ant meets them lighter.
-
+    As `construct_tour`; each edge taken gets τ ← (1 − ξ)τ + ξτ0 at once, so that it is less attractive for the next
+    ant.
     Changes: edges.pheromone, edges.weights, tour, words[ant], unvisited.
     Source: Dorigo and Stützle 2004, section 3.4.1, equations 3.10 and 3.12.
-    Differs: the ants of an iteration go one after another, not step by step.
+    Differs: the ants of an iteration run one after another, not step by step.
     """
     n, candidates, weights, nearness = len(tour), edges.candidates, edges.weights, edges.nearness
     for step in range(_begin(tree, first, second, words, ant, tour, unvisited), n):

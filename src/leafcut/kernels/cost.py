@@ -1,4 +1,4 @@
-"""What it costs to travel from one node to another."""
+"""Cost of travel between two nodes."""
 
 from __future__ import annotations
 
@@ -15,37 +15,37 @@ EUCLIDEAN, CHEBYSHEV, MANHATTAN = 0, 1, 2
 EUC_2D, CEIL_2D, ATT, GEO, MAX_2D, MAN_2D, EXPLICIT = 3, 4, 5, 6, 7, 8, 9
 LINEAR, DOGLEG = 10, 11
 
-#: TSPLIB 95, section 2.4: the value of π and of the earth's radius (km) that GEO distances are defined with.
+#: TSPLIB 95, section 2.4: the value of π and the earth's radius (km) in the definition of GEO distances.
 GEO_PI, GEO_RADIUS = 3.141592, 6378.388
 
-#: Stands for "this edge must stay": less than the real costs of any move come to, mm or s, and small enough for gains
-#: to be exact to 1e-9. Coarser rounding looks like a gain, and a search that follows it never ends.
+#: Cost of an edge that must stay. Its magnitude exceeds the real costs of any move, mm or s, and is small enough for
+#: gains to be exact to 1e-9. Coarser rounding looks like a gain, and the search would never end.
 TIED = -(2.0**20)
 
 
-#: Where ways have heights, the matrix holds them: a field more would slow down every kernel. Its first row: lower left
-#: corner and side of the tiles, mm; velocity and acceleration of z; rows of the places' heights; columns of the tiles.
-#: Then come the heights of the places, mm, row by row, and then those at which tiles may be crossed, −∞ where nothing
-#: stands.
+#: With travel heights, the matrix holds them, because another field would slow down every kernel. Its first row: lower
+#: left corner and side of the tiles, mm; velocity and acceleration of z; number of rows of node heights; number of tile
+#: columns. Then follow the heights of the nodes, mm, row by row, and the minimum crossing heights of the tiles, −∞
+#: without an obstacle.
 RELIEF = 7
 
 
 class CostModel(NamedTuple):
-    """All that `travel` needs. Few arrays: a kernel that is not inlined gets a copy of every field.
+    """Input of `travel`. It has few arrays, because a kernel that is not inlined gets a copy of every field.
 
     ============== ============== ==========================================================================
-    code           int            which metric, see the constants above
-    plain          bool           no node is free or tied, no zones, no matrix, no relief: the metric is all
-    xy             float64[n, 2]  places of the nodes, mm (degrees and minutes for GEO)
-    vx, vy         float          highest velocity of x and y, mm/s
+    code           int            metric, see the constants above
+    plain          bool           metric only: no free or tied node, no zones, no matrix, no relief
+    xy             float64[n, 2]  positions of the nodes, mm (degrees and minutes for GEO)
+    vx, vy         float          maximum velocity of x and y, mm/s
     ax, ay         float          acceleration of x and y, mm/s²
-    per_mm         float          what a millimetre costs besides, s/mm, in LINEAR and DOGLEG
+    per_mm         float          additional cost per mm, s/mm, in LINEAR and DOGLEG
     zones          float64[k, 4]  rectangles x0, y0, x1, y1 over which a move is lifted
     lift           float          cost of a lift
-    matrix         float64[n, n]  costs of EXPLICIT; heights of places and tiles, where ways have heights (`RELIEF`);
-                                  else shape (0, 0)
+    matrix         float64[n, n]  costs of EXPLICIT; or heights of nodes and tiles (`RELIEF`);
+                                  otherwise shape (0, 0)
     tied_a, tied_b int            the two nodes whose edge must stay, or -1
-    free           int            a node that every node is at cost 0 of, or -1: the free end of an open path
+    free           int            a node at cost 0 from every node, or -1: the free end of an open path
     ============== ============== ==========================================================================
     """
 
@@ -67,7 +67,7 @@ class CostModel(NamedTuple):
 
 @part
 def rest_to_rest(distance: float, velocity: float, acceleration: float) -> float:
-    """Return the seconds of a move from rest to rest: a triangle of velocity when it is short, else a trapezoid."""
+    """Return the seconds of a move from rest to rest: a triangular velocity profile if short, otherwise a trapezoid."""
     ramp = velocity * velocity / acceleration
     if distance < ramp:
         return 2.0 * math.sqrt(distance / acceleration)
@@ -76,11 +76,10 @@ def rest_to_rest(distance: float, velocity: float, acceleration: float) -> float
 
 @part
 def machine_seconds(code: int, dx: float, dy: float, vx: float, vy: float, ax: float, ay: float) -> float:
-    """Return the seconds of a rapid (dx, dy) ≥ 0 mm: all axes together (LINEAR) or each by itself (DOGLEG)."""
+    """Return the seconds of a rapid (dx, dy) ≥ 0 mm, with synchronised (LINEAR) or independent axes (DOGLEG)."""
     if code == DOGLEG:
         return max(rest_to_rest(dx, vx, ax), rest_to_rest(dy, vy, ay))
-    # All together: stretched until both axes keep within their limits, the move takes as long as the distance d/v
-    # and d/a of the axis that decides on each.
+    # Synchronised: the time follows from d/v and d/a of the axis that limits each.
     ramp = max(dx / vx, dy / vy)
     pull = max(dx / ax, dy / ay)
     if pull == 0.0:
@@ -98,7 +97,7 @@ def _radians(degrees_minutes: float) -> float:
 
 @part
 def geographical(xi: float, yi: float, xj: float, yj: float) -> float:
-    """Return the whole kilometres between two places in degrees.minutes.
+    """Return the integer kilometres between two places in degrees.minutes.
 
     Source: TSPLIB 95 (Reinelt), section 2.4.
     """
@@ -113,7 +112,7 @@ def geographical(xi: float, yi: float, xj: float, yj: float) -> float:
 
 @part
 def tsplib_distance(code: int, xi: float, yi: float, xj: float, yj: float) -> float:
-    """Return TSPLIB's whole-number distances. Source: TSPLIB 95 (Reinelt), sections 2.1 to 2.6."""
+    """Return TSPLIB's integer distances. Source: TSPLIB 95 (Reinelt), sections 2.1 to 2.6."""
     if code == GEO:
         return geographical(xi, yi, xj, yj)
     dx, dy = abs(xi - xj), abs(yi - yj)
@@ -152,7 +151,7 @@ def crosses(zones: NDArray, k: int, xi: float, yi: float, xj: float, yj: float) 
 
 @part
 def overlaps(zones: NDArray, k: int, xi: float, yi: float, xj: float, yj: float) -> bool:
-    """Return whether the box between two places touches the closed rectangle ``zones[k]``."""
+    """Return whether the bounding box of two places touches the closed rectangle ``zones[k]``."""
     if max(xi, xj) < zones[k, 0] or min(xi, xj) > zones[k, 2]:
         return False
     return not (max(yi, yj) < zones[k, 1] or min(yi, yj) > zones[k, 3])
@@ -179,7 +178,7 @@ def distance(
 
 @part
 def highest_of_box(table: NDArray, xi: float, yi: float, xj: float, yj: float) -> float:
-    """Return the highest safe height of the tiles that the box between two places touches, −∞ for none."""
+    """Return the maximum safe height of the tiles that the bounding box of two places touches, −∞ for none."""
     x0, y0, side, above = table[0, 0], table[0, 1], table[0, 2], 1 + int(table[0, 5])
     first_c = max(math.floor((min(xi, xj) - x0) / side), 0)
     last_c = min(math.floor((max(xi, xj) - x0) / side), int(table[0, 6]) - 1)
@@ -194,10 +193,10 @@ def highest_of_box(table: NDArray, xi: float, yi: float, xj: float, yj: float) -
 
 @part
 def highest_of_line(table: NDArray, xi: float, yi: float, xj: float, yj: float) -> float:
-    """Return the highest safe height of the tiles that a straight way touches, −∞ for none.
+    """Return the maximum safe height of the tiles that a straight move touches, −∞ for none.
 
-    Row by row: in each the way takes the columns between where it enters and where it leaves the row. These are taken
-    a little too wide, so that rounding loses no tile.
+    In each row of tiles, the move touches the columns between its entry and its exit. The range is slightly widened, so
+    that rounding misses no tile.
     """
     x0, y0, side, above = table[0, 0], table[0, 1], table[0, 2], 1 + int(table[0, 5])
     rows, columns = len(table) - above, int(table[0, 6])
@@ -230,7 +229,7 @@ def height_of(table: NDArray, i: int) -> float:
 
 @part
 def way_height(cost: CostModel, i: int, j: int) -> float:
-    """Return the height, mm, at which the tool goes from node i to node j: that of the higher node, or more."""
+    """Return the travel height from node i to node j, mm: the higher of the two, or more."""
     xi, yi, xj, yj = cost.xy[i, 0], cost.xy[i, 1], cost.xy[j, 0], cost.xy[j, 1]
     if cost.code == DOGLEG:
         over = highest_of_box(cost.matrix, xi, yi, xj, yj)
@@ -241,7 +240,7 @@ def way_height(cost: CostModel, i: int, j: int) -> float:
 
 @part
 def _rise_and_fall(cost: CostModel, i: int, j: int) -> float:
-    """Return what it costs to rise from node i to the height of the way to node j, and to go down there."""
+    """Return the cost of rising from node i to the travel height to node j, and of descending there."""
     height = way_height(cost, i, j)
     up, down = height - height_of(cost.matrix, i), height - height_of(cost.matrix, j)
     if cost.code < LINEAR:
@@ -264,10 +263,10 @@ def _special(cost: CostModel, i: int, j: int) -> float:
     if len(cost.matrix) > 0:
         base += _rise_and_fall(cost, i, j)
     if xj < xi or (xj == xi and yj < yi):
-        # Always the same way round: rounding decides whether a move just touches a zone.
+        # Fixed direction, because rounding decides whether a move just touches a zone.
         xi, yi, xj, yj = xj, yj, xi, yi
     for k in range(cost.zones.shape[0]):
-        # Axes that do not arrive together leave the straight line: then all of the box between the places counts.
+        # Unsynchronised axes leave the straight line, so the whole box between the places counts.
         if overlaps(cost.zones, k, xi, yi, xj, yj) and (cost.code == DOGLEG or crosses(cost.zones, k, xi, yi, xj, yj)):
             return base + cost.lift
     return base
@@ -275,7 +274,7 @@ def _special(cost: CostModel, i: int, j: int) -> float:
 
 @part
 def is_by_metric(cost: CostModel) -> bool:
-    """Return whether the metric is all between nodes that are not special."""
+    """Return whether the metric alone applies between ordinary nodes."""
     return len(cost.zones) == 0 and len(cost.matrix) == 0
 
 
@@ -287,7 +286,7 @@ def is_special(cost: CostModel, i: int) -> bool:
 
 @part
 def travel(cost: CostModel, i: int, j: int) -> float:
-    """Return the cost of travelling between nodes i and j; it is the same both ways."""
+    """Return the cost of travel between nodes i and j; it is symmetric."""
     if cost.plain or (is_by_metric(cost) and not is_special(cost, i) and not is_special(cost, j)):
         xy = cost.xy
         return distance(
@@ -298,17 +297,17 @@ def travel(cost: CostModel, i: int, j: int) -> float:
 
 @part
 def is_straight(cost: CostModel) -> bool:
-    """Return whether `straight` is what it costs to travel between nodes that are neither free nor tied."""
+    """Return whether `straight` is the cost of travel between ordinary nodes."""
     metric = cost.code == EUCLIDEAN or cost.code == EUC_2D or cost.code == CEIL_2D
     return metric and is_by_metric(cost)
 
 
 @part
 def straight(xy: NDArray, code: int, i: int, j: int) -> float:
-    """Return what `travel` does where costs are straight; so small that it is compiled into the loops that call it.
+    """Return the same as `travel` for straight costs; short enough to be inlined into the calling loops.
 
-    A call of `travel` hands over all fields of a cost model. Local search took a quarter longer with it, and twice as
-    long where nodes are free or tied.
+    A call of `travel` passes all fields of the cost model. It made local search a quarter slower, and twice as slow
+    with free or tied nodes.
     """
     dx, dy = xy[i, 0] - xy[j, 0], xy[i, 1] - xy[j, 1]
     length = math.sqrt(dx * dx + dy * dy)
@@ -316,12 +315,12 @@ def straight(xy: NDArray, code: int, i: int, j: int) -> float:
         return length
     if code == CEIL_2D:
         return math.ceil(length)
-    return float(int(length + 0.5))  # what `math.floor` gives, without the call of a function
+    return float(int(length + 0.5))  # as `math.floor`, without a function call
 
 
 @kernel
 def tour_cost(cost: CostModel, tour: NDArray) -> float:
-    """Return the cost of the closed tour int32[n]; a tied edge counts nothing."""
+    """Return the cost of the closed tour int32[n], without tied edges."""
     total = 0.0
     for k in range(len(tour)):
         step = travel(cost, tour[k], tour[k - 1])
@@ -332,13 +331,13 @@ def tour_cost(cost: CostModel, tour: NDArray) -> float:
 
 @kernel
 def way_heights(cost: CostModel, leave: NDArray, arrive: NDArray, heights: NDArray) -> None:
-    """Fill in how high the ways from leave[e] to arrive[e] are, int32[m] each. Changes: heights float64[m], mm."""
+    """Compute the travel heights from leave[e] to arrive[e], int32[m] each. Changes: heights float64[m], mm."""
     for e in range(len(leave)):
         heights[e] = way_height(cost, leave[e], arrive[e])
 
 
 @kernel
 def edge_costs(cost: CostModel, leave: NDArray, arrive: NDArray, costs: NDArray) -> None:
-    """Fill in what it costs to travel from leave[e] to arrive[e], int32[m] each. Changes: costs float64[m]."""
+    """Compute the travel costs from leave[e] to arrive[e], int32[m] each. Changes: costs float64[m]."""
     for e in range(len(leave)):
         costs[e] = travel(cost, leave[e], arrive[e])

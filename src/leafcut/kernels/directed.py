@@ -1,4 +1,4 @@
-"""What a search for paths with a direction begins with: candidates from exits to entries, and a first path."""
+"""Start of a directed path search: candidates from exits to entries, and an initial path."""
 
 from __future__ import annotations
 
@@ -24,19 +24,18 @@ def fill_directed_candidates(
     lengths: NDArray,
     nearby: Nearby,
 ) -> None:
-    """Fill the list of every query: the goals nearest in each quadrant, and the nearest of all, but its own.
+    """Fill the list of every query: the nearest goals per quadrant, and the nearest overall, except its own.
 
-    Symbols: tree, of m goals, with room for one more point behind them; goal int32[m], query int32[n], rows of
-    `CostModel.xy`. Lists hold numbers of points of the tree. The cost is that of the way from query to goal, which is
-    the same both ways.
-
-    Changes: candidates int32[n, k] (sorted by cost; -1 where there are fewer) and lengths float64[n, k]; the last point
-    of the tree; nearby.
+    Symbols: tree, of m goals, with space for one more point after them; goal int32[m], query int32[n], rows of
+    `CostModel.xy`. Lists hold point numbers of the tree. The cost is that of travel from query to goal, which is
+    symmetric.
+    Changes: candidates int32[n, k] (sorted by cost; -1 if there are fewer) and lengths float64[n, k]; the last point of
+    the tree; nearby.
     """
     m, k = len(goal), candidates.shape[1]
     for i in range(len(query)):
         tree.x[m], tree.y[m] = cost.xy[query[i], 0], cost.xy[query[i], 1]
-        tree.leaf_of[m] = 0  # the root: the search begins there, and wants all
+        tree.leaf_of[m] = 0  # the root: the search starts there and covers all points
         nearby.limit[:] = math.inf
         find_nearby(tree, m, per_quadrant, k, nearby)
         have = _choose(nearby.found, nearby.near, per_quadrant, k, nearby.chosen)
@@ -54,12 +53,11 @@ def fill_directed_candidates(
 
 @kernel
 def lay_route(cost: CostModel, route: Route, rules: Rules, open_: NDArray, spot: NDArray, missing: NDArray) -> None:
-    """Lay a path from the node at place 0: always on to the cheapest node whose predecessors are all on it.
+    """Build a path from the node at place 0, always to the cheapest node whose predecessors are all on the path.
 
-    Symbols: open_ int32[n], nodes that may come next; spot int32[n], where each stands there, -1 for those that do not.
-    The node at place 0 is not among them; missing int32[n], how many predecessors of each node are not on the path.
-    There are no rings in the precedence. Among candidates first; where none may come next, among all that may.
-
+    Symbols: open_ int32[n], nodes that may come next, without the node at place 0; spot int32[n], index of each node
+    there, -1 for the others; missing int32[n], number of predecessors that are not on the path yet. The precedence has
+    no cycles. Candidates are tried first; if none may come next, all open nodes.
     Changes: node, place, open_, spot, missing.
     """
     n, near = len(route.node), rules.onward.near

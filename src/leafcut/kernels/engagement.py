@@ -1,4 +1,4 @@
-"""The part of a tool's edge that is in material at every place of a way."""
+"""The engaged part of a tool's edge at every point of a path."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from leafcut.kernels import kernel, part
 from leafcut.kernels.bands import Bands, band_at, from_left
 
 _HALF = 0.5 * math.pi
-#: Distances of places that are compared first when intervals are sorted (M. Ciura, FCT 2001).
+#: Gaps of Shell's sort (M. Ciura, FCT 2001).
 _GAPS = (701, 301, 132, 57, 23, 10, 4, 1)
 
 
 class ToolEdge(NamedTuple):
-    """Numbers of a tool's edge.
+    """Parameters of a tool's edge.
 
     ========= =======================================================================
     radius    of the tool, mm
-    edge      radius at which material is looked for, mm: less by the tolerance
-    near      discs of one run that are nearer along the way are as small, mm
-    nothing   an angle below this is rounding, rad
+    edge      radius at which material is searched, mm: smaller by the tolerance
+    near      discs of the same run within this path length have that radius too, mm
+    nothing   angles below this are rounding errors, rad
     ========= =======================================================================
     """
 
@@ -34,7 +34,7 @@ class ToolEdge(NamedTuple):
 
 @part
 def sort_intervals(low: NDArray, high: NDArray, count: int) -> None:
-    """Sort the first intervals by where they begin (Shell's sort). Changes: low, high."""
+    """Sort the first intervals by their starts (Shell's sort). Changes: low, high."""
     for gap in _GAPS:
         for k in range(gap, count):
             a, b, j = low[k], high[k], k
@@ -48,10 +48,10 @@ def sort_intervals(low: NDArray, high: NDArray, count: int) -> None:
 def uncovered(
     low: NDArray, high: NDArray, count: int, left: float, right: float, nothing: float
 ) -> tuple[float, float, float]:
-    """Return what intervals leave of −π/2 … π/2: how much of it, of its sines, and the least angle either way.
+    """Return the uncovered part of −π/2 … π/2: its angle, the sum of its sines, and its smallest absolute angle.
 
-    low, high    float64[count + 2], where they begin and end
-    left, right  from −π/2 to `left` and from `right` to π/2 all is covered
+    low, high    float64[count + 2], starts and ends of the intervals
+    left, right  −π/2 to `left` and `right` to π/2 are covered
 
     Changes: low, high.
     """
@@ -60,7 +60,7 @@ def uncovered(
     low[count], high[count] = right, _HALF
     count += 1
     sort_intervals(low, high, count)
-    # One of no width at the end: what is uncovered before it is seen as any other gap.
+    # An interval of width 0 at the end, so that a gap before it is handled like any other.
     low[count], high[count] = _HALF, _HALF
     covered, sines, least, done = left + _HALF, math.sin(left) + 1.0, _HALF, left
     for k in range(count + 1):
@@ -83,28 +83,28 @@ def engaged_edges(
     run: NDArray, station: NDArray, tool: ToolEdge, low: NDArray, high: NDArray, angle: NDArray, width: NDArray,
     nearest: NDArray,
 ) -> None:  # fmt: skip
-    """Find what is engaged at every place of a way: what the discs about earlier places do not cover of its edge.
+    """Find the engagement at every point of a path: the part of the edge not covered by the discs of earlier points.
 
-    A disc at the distance d, an angle a off the way ahead, covers the edge up to acos(d / 2r) from a on both sides. The
-    half of the edge that looks back is not looked at; the disc of the step before covers what is behind that.
+    A disc at distance d, at an angle a from the direction of travel, covers the edge up to acos(d / 2r) on both sides
+    of a. The rear half of the edge is skipped, because the disc of the previous step covers it.
 
     ================ ============= ===============================================================================
-    bands                          the places in bands
-    x, y             float64[n]    places of the way, mm
-    ahead_x, ahead_y float64[n]    unit tangents of the way on
-    back_x, back_y   float64[n]    unit tangents of the way that leads here; NaN where there is none
-    run, station     int64, float64[n]  number of the run; length of the way up to here, mm
-    low, high        float64[2n+2] room for intervals of angles
-    angle            float64[n]    engaged, rad
-    width            float64[n]    its width square to the way, in radii
-    nearest          float64[n]    least angle between the way ahead and what is engaged, rad; π/2 without any
+    bands                          the points in bands
+    x, y             float64[n]    points of the path, mm
+    ahead_x, ahead_y float64[n]    unit tangents of the outgoing path
+    back_x, back_y   float64[n]    unit tangents of the incoming path; NaN for none
+    run, station     int64, float64[n]  number of the run; path length up to here, mm
+    low, high        float64[2n+2] scratch for intervals of angles
+    angle            float64[n]    engagement angle, rad
+    width            float64[n]    engaged width perpendicular to the path, in radii
+    nearest          float64[n]    smallest angle between the direction of travel and the engagement, rad; π/2 for none
     ================ ============= ===============================================================================
 
     Changes: low, high, angle, width, nearest.
     """
     reach = 2.0 * tool.radius
     for i in range(len(x)):
-        # Intervals that begin or end at an end of the half circle are one at each end.
+        # Intervals at an end of the half circle are merged into one per end.
         left, right, count = -_HALF, _HALF, 0
         for band in range(band_at(bands, y[i] - reach), band_at(bands, y[i] + reach) + 1):
             at = from_left(bands, band, x[i] - reach)
@@ -121,7 +121,7 @@ def engaged_edges(
                     along = dx * ahead_x[i] + dy * ahead_y[i]
                 else:
                     along = dx * ahead_x[i] + dy * ahead_y[i]
-                    # With some room for the discs that are looked at a tolerance inside their edge.
+                    # With a margin for discs whose edge is searched at a tolerance inside.
                     if along <= -0.1 * reach and along * along >= 1.1 * square * (1.0 - square / (reach * reach)):
                         continue
                     recent = run[i] == run[j] and station[i] - station[j] < tool.near
@@ -130,7 +130,7 @@ def engaged_edges(
                         cosine = (tool.edge * tool.edge + square - disc * disc) / (2.0 * tool.edge * distance)
                         half = math.acos(min(max(cosine, -1.0), 1.0))
                     elif recent:
-                        continue  # about the very place: nothing that the step before does not cover
+                        continue  # at the same position: the previous step covers the rest
                     else:
                         half = math.pi
                 middle = math.atan2(ahead_x[i] * dy - ahead_y[i] * dx, along)

@@ -1,4 +1,4 @@
-"""Fireflies as closed tours: how far they are apart, and the inversions by which they fly.
+"""Fireflies as closed tours: their distance, and the inversions by which they move.
 
 Source: G. K. Jati and Suyanto, Evolutionary discrete firefly algorithm for travelling salesman problem, ICAIS 2011,
 LNAI 6943, 393–403: the distance of two tours by their different edges, and inversions of random runs as moves.
@@ -18,13 +18,13 @@ from leafcut.kernels.random import below
 _A, _B, _C = np.uint64(13), np.uint64(7), np.uint64(17)
 _HALF, _LOW = np.uint64(32), np.uint64(0xFFFFFFFF)
 
-#: Runs that are inverted, one inside reach of the other, before local search mends. One alone it would turn back.
+#: Number of nearby inversions before local search; a single inversion would be undone by it.
 INVERSIONS = 2
 
 
 @kernel
 def edges_apart(tour: NDArray, other: NDArray, place: NDArray) -> int:
-    """Return how many edges of a closed tour int32[h] are not in `other`, whose inverse is `place`, int32[h] each."""
+    """Return the number of edges of a closed tour int32[h] that are not in `other`; `place` int32[h] is its inverse."""
     h, apart = len(tour), 0
     for k in range(h):
         at, before = place[tour[k]], tour[k - 1]
@@ -44,18 +44,19 @@ def longest_edge(costs: NDArray, tour: NDArray) -> float:
 
 @kernel
 def fly(costs: NDArray, tour: NDArray, place: NDArray, moves: int, longest: int, words: NDArray, k: int) -> float:
-    """Try `moves` inversions of random runs, one after the other; keep those that make the tour no longer.
+    """Try `moves` inversions of random runs one after the other; keep those that do not lengthen the tour.
 
-    Return what was gained. An inversion costs four looks at the table, and one where its first new edge alone is
-    longer than the two that go: that is most of them. Tours that are as long are taken, or nothing would move on grids.
+    Return the gain. An inversion needs four table lookups, or a single one if its first new edge alone is longer than
+    the two removed edges, which is the usual case. Tours of equal length are accepted, otherwise nothing would move on
+    grids.
 
     ======= ============= ==================================================================
-    costs   float32[h, h] of all edges: half the memory, twice as many inversions in a second
+    costs   float32[h, h] of all edges: half the memory, twice as many inversions per second
     tour    int32[h]      `place` int32[h] is its inverse
     longest int           nodes of the longest run, 2 … h - 2; lengths from 2 on are equally likely
     ======= ============= ==================================================================
 
-    Changes: tour, place, words[k] (a step of `random.uniform` an inversion: its halves are the place and the length).
+    Changes: tour, place, words[k] (one step of `random.uniform` per inversion: its halves give place and length).
     """
     h, total, word = len(tour), 0.0, words[k]
     places, lengths = np.uint64(h), np.uint64(longest - 1)
@@ -74,7 +75,7 @@ def fly(costs: NDArray, tour: NDArray, place: NDArray, moves: int, longest: int,
             continue
         b, d = tour[first], tour[last + 1 if last + 1 < h else 0]
         bd = np.float64(costs[b, d])
-        # The same two lengths in another order have the same sum: no rounding stands in the way of a tie.
+        # The same two lengths in another order have the same sum, so rounding does not break a tie.
         gain = (np.float64(costs[a, b]) + np.float64(costs[c, d])) - (ac + bd)
         if gain >= 0.0:
             reverse(tour, place, int(first), int(last))
@@ -86,7 +87,7 @@ def fly(costs: NDArray, tour: NDArray, place: NDArray, moves: int, longest: int,
 
 @kernel
 def places_apart(tour: NDArray, other: NDArray) -> int:
-    """Return at how many places two tours int32[h] have different nodes: the distance of Hamming."""
+    """Return the number of places at which two tours int32[h] differ (Hamming distance)."""
     apart = 0
     for k in range(len(tour)):
         if tour[k] != other[k]:
@@ -98,13 +99,14 @@ def places_apart(tour: NDArray, other: NDArray) -> int:
 def best_inversion(
     cost: CostModel, tour: NDArray, tries: int, longest: int, words: NDArray, k: int, moved: NDArray
 ) -> float:
-    """Lay into `moved` the tour with the best of `tries` inversions of random runs of it; return what that adds.
+    """Write to `moved` the tour with the best of `tries` inversions of random runs; return the added cost.
 
-    All are tried on the same tour; the best is taken even where it makes the tour longer. A run has 2 … `longest`
-    nodes and does not go on past the end of the array. A tied edge stays: where all runs would break it, nothing moves.
-
+    All inversions are tried on the same tour; the best is applied even if it lengthens the tour. A run has 2 …
+    `longest` nodes and does not wrap around the end of the array. A tied edge is kept; if all runs would break it,
+    nothing moves.
     Changes: moved int32[h], words[k].
-    Source: G. K. Jati and Suyanto, ICAIS 2011, section 3 (inversion mutation). Differs: `tries` for one new tour.
+    Source: G. K. Jati and Suyanto, ICAIS 2011, section 3 (inversion mutation). Differs: `tries` inversions for one new
+    tour.
     """
     h, best, begin, end = len(tour), np.inf, 0, -1
     for _ in range(tries):
@@ -123,7 +125,7 @@ def best_inversion(
 
 @part
 def invert(cost: CostModel, tour: Tour, first: int, length: int) -> float:
-    """Invert the run of `length` places from `first` on, to be mended or taken back; return what that costs.
+    """Invert the run of `length` places from `first` on; return the added cost.
 
     Changes: tour.
     """
@@ -153,10 +155,10 @@ def fly_and_mend(
     words: NDArray,
     k: int,
 ) -> float:
-    """Make `moves` moves, each of them `INVERSIONS` near each other with local search at what they touched.
+    """Make `moves` moves, each of `INVERSIONS` nearby inversions and local search at the touched nodes.
 
-    A move that makes the tour longer is taken back. Return what was gained. Symbols: candidates, lengths, breadth as
-    in `lin_kernighan.find_move`; longest as in `fly`.
+    A move that lengthens the tour is undone. Return the gain. Symbols: candidates, lengths, breadth as in
+    `lin_kernighan.find_move`; longest as in `fly`.
     Changes: tour, words[k].
     """
     h, total = len(tour.node), 0.0

@@ -1,10 +1,10 @@
-"""GRBL 1.1 as a clock: one processor that reads lines, plans blocks and cuts them into segments for the motors.
+"""Simulation of GRBL 1.1 for cycle times: a processor that reads lines, plans blocks and splits them into segments.
 
-The main program does one thing at a time. A line is read when its last byte has come over the serial line; its moves
-become blocks of the planner, which holds 15; a full planner makes the line wait. At certain places the main program
-makes segments of the oldest block, up to 5 in advance. A motion begins when the planner is full, when nothing has come
-to be read, or when something waits for the machine to stand. What is planned last ends at rest: with few blocks in the
-planner, because lines come too slowly, the machine goes no faster than it can stop within them.
+The main program does one thing at a time. A line is read when its last byte has arrived over the serial line. Its moves
+become blocks of the planner, which holds 15; a full planner delays the line. At certain points the main program
+prepares segments of the oldest block, up to 5 ahead. A motion starts when the planner is full, when no input is
+waiting, or when a command waits for the machine to stop. The last planned block ends at rest. If the planner has few
+blocks because lines arrive slowly, the machine moves no faster than it can stop within them.
 
 Facts from the source of GRBL 1.1h (gnea/grbl: planner.c, stepper.c, motion_control.c, protocol.c, config.h), measured
 against that firmware on a simulated board (`python -m benchmarks grbl_time`). mm, s.
@@ -20,56 +20,56 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
 
-#: Blocks in the planner (BLOCK_BUFFER_SIZE - 1), and segments made in advance (SEGMENT_BUFFER_SIZE - 1).
+#: Blocks in the planner (BLOCK_BUFFER_SIZE - 1), and prepared segments (SEGMENT_BUFFER_SIZE - 1).
 BLOCKS, SEGMENTS = 15, 5
-#: Places in the ring of blocks; a power of two is quick to count round.
+#: Size of the ring of blocks; a power of two makes the modulo fast.
 PLACES = 16
-#: A segment lasts so long, s (ACCELERATION_TICKS_PER_SECOND), and goes at least so many steps.
+#: Duration of a segment, s (ACCELERATION_TICKS_PER_SECOND), and its minimum number of steps.
 SEGMENT_S, SEGMENT_STEPS = 0.01, 1.25
-#: Of a long move at one speed all segments are one but for those of its end, which lasts so long, s.
+#: The segments of a long move at constant speed are merged, except in its last part of this duration, s.
 SOON_S = 1.0
-#: The processor's clock, Hz, and the longest tick of its timer; slow steps are 2, 4 or 8 ticks.
+#: Clock of the processor, Hz, and longest tick of its timer; slow steps are 2, 4 or 8 ticks.
 CLOCK, LONGEST_TICK = 16e6, 65535
-#: Bytes that a sender may have on the way: the receive buffer holds 128.
+#: Bytes that a sender may have in transit: the receive buffer holds 128.
 ON_THE_WAY = 127
-#: The slowest feed, mm/s (MINIMUM_FEED_RATE).
+#: Minimum feed, mm/s (MINIMUM_FEED_RATE).
 SLOWEST = 1.0 / 60.0
-#: Cosine from which on a bend is none, or a reversal.
+#: Cosine limit of a straight continuation, or negative: of a reversal.
 STRAIGHT = 0.999999
 
-#: What the processor takes, s: for a line, each word and byte of it, and a chord; …
-#: … for a block, each axis of it that moves, a corner, and each block that is planned again; …
-#: … for a block that is begun or planned anew, a segment, and a tick of the motors' timer.
+#: Processor times, s: per line, word and byte of a line, and chord; …
+#: … per block, moving axis of a block, corner, and replanned block; …
+#: … per started or replanned block, segment, and tick of the stepper timer.
 LINE_S, WORD_S, BYTE_S, CHORD_S = 0.15e-3, 0.09e-3, 15e-6, 0.13e-3
 BLOCK_S, AXIS_S, CORNER_S, PLAN_S = 0.27e-3, 0.19e-3, 0.37e-3, 55e-6
 LOAD_S, CUT_S, TICK_S = 0.27e-3, 0.33e-3, 22e-6
-#: From an answer to the next line of a sender, s: the answer's own four bytes, and the time to see it.
+#: Time from an answer to the sender's next line, s: the four bytes of the answer, and the reaction time.
 ANSWER_S = 0.6e-3
 
-# Columns of the ring of blocks: how much of it is left, mm; acceleration; speed asked for; squares of the highest and
-# of the planned speed at its beginning; steps per mm of its busiest axis; the item that it belongs to.
+# Columns of the ring of blocks: remaining length, mm; acceleration; requested speed; squares of the maximum and of the
+# planned entry speed; steps per mm of its dominant axis; the item that it belongs to.
 LEFT, RATE, NOMINAL, MOST2, ENTRY2, PER_MM, OWNER = range(N_COLUMNS := 7)
-# Numbers of the state: the main program's time; when the last segment ends; speed and steps left at its end; time of
-# the last part of a step; part of the processor's time that the motors leave; when the first motion began.
+# State: time of the main program; end of the last segment; speed and steps left at its end; time of the last partial
+# step; share of the processor's time left by the stepper interrupts; start of the first motion.
 NOW, ENDS, SPEED, STEPS, REST, SHARE, BEGAN = range(N_STATE := 7)
-# Counts: blocks that are cut into segments, planned, and planned for good; segments made; whether the motors run;
-# whether the oldest block has been begun, and whether it is planned anew.
+# Counters: blocks that are segmented, planned, and planned for good; prepared segments; whether the motors run;
+# whether the oldest block is started, and whether it is replanned.
 DONE, PLANNED, FIXED, MADE, RUNNING, BEGUN, CHANGED = range(N_COUNT := 7)
 
 
 class Board(NamedTuple):
-    """A board at work: what it is set to, and its memory.
+    """A running board: its settings and its memory.
 
     byte_s  float            a byte over the serial line, s
-    lock_s  float            how long the motors are held after a motion, s ($1)
-    pace    float            what the processor takes, of what it takes
+    lock_s  float            time that the motors stay locked after a motion, s ($1)
+    pace    float            factor on the processor times
     ring    float64[16, 7]   blocks
     state   float64[7]
     counts  int64[7]
-    ends    float64[5]       when the last segments end, s
+    ends    float64[5]       ends of the last segments, s
     unit    float64[2, 3]    direction of the last block and of the next
-    steps   float64[3]       where the last block ends
-    done    float64[n]       when each item is over, s
+    steps   float64[3]       end of the last block
+    done    float64[n]       end of each item, s
     """
 
     byte_s: float
@@ -85,7 +85,7 @@ class Board(NamedTuple):
 
 
 def new_board(n_items: int, byte_s: float, lock_s: float, pace: float) -> Board:
-    """Return a board at rest, for so many items."""
+    """Return a board at rest for `n_items` items."""
     state, count = np.zeros(N_STATE), np.zeros(N_COUNT, dtype=np.int64)
     state[SHARE] = 1.0
     memory = (np.zeros((PLACES, N_COLUMNS)), state, count, np.zeros(SEGMENTS), np.zeros((2, 3)), np.zeros(3))
@@ -94,24 +94,24 @@ def new_board(n_items: int, byte_s: float, lock_s: float, pace: float) -> Board:
 
 @part
 def _spend(board: Board, seconds: float) -> None:
-    """Let the main program work for some time; while the motors run it is slower."""
+    """Let the main program work for a time; it is slower while the motors run."""
     board.state[NOW] += board.pace * seconds / (board.state[SHARE] if board.counts[RUNNING] else 1.0)
 
 
 @part
 def _next_room(board: Board) -> float:
-    """Return when there is room for another segment, s."""
+    """Return the time at which there is space for another segment, s."""
     when: float = board.ends[board.counts[MADE] % SEGMENTS]
     return when
 
 
 @part
 def _run_segment(board: Board, left: float, speed: float, time: float) -> None:
-    """Put a segment of the oldest block, made whole steps of equal ticks, behind those that the motors run.
+    """Append a segment of the oldest block, rounded to whole steps of equal ticks, to the prepared segments.
 
-    left   float   how much of the block is left after it, mm
+    left   float   remaining length of the block after it, mm
     speed  float   at its end, mm/s
-    time   float   how long it should last, s
+    time   float   intended duration, s
     """
     ring, state, count = board.ring, board.state, board.counts
     at = count[DONE] % PLACES
@@ -135,7 +135,7 @@ def _run_segment(board: Board, left: float, speed: float, time: float) -> None:
 
 @part
 def _cut_segment(board: Board) -> None:
-    """Make the next segment of the oldest block."""
+    """Prepare the next segment of the oldest block."""
     ring, state, count = board.ring, board.state, board.counts
     at = count[DONE] % PLACES
     left, rate, per_mm = ring[at, LEFT], ring[at, RATE], ring[at, PER_MM]
@@ -183,7 +183,7 @@ def _cut_segment(board: Board) -> None:
 
 @part
 def _fill(board: Board) -> None:
-    """Make segments while there is room; find that the motors have run out of them."""
+    """Prepare segments while there is space; detect that the motors have run out of them."""
     state, count = board.state, board.counts
     while count[RUNNING]:
         if state[NOW] > state[ENDS]:
@@ -200,7 +200,7 @@ def _fill(board: Board) -> None:
 
 @part
 def _start(board: Board) -> None:
-    """Begin a motion if there is one and the machine stands."""
+    """Start a motion if there is one and the machine is at rest."""
     count = board.counts
     if not count[RUNNING] and count[DONE] < count[PLANNED]:
         count[RUNNING] = 1
@@ -213,7 +213,7 @@ def _start(board: Board) -> None:
 
 @part
 def _run_until(board: Board, until: float) -> None:
-    """Let the main program wait, and make segments meanwhile."""
+    """Let the main program wait, and prepare segments meanwhile."""
     state, count = board.state, board.counts
     _fill(board)
     while count[RUNNING] and state[NOW] < until:
@@ -225,7 +225,7 @@ def _run_until(board: Board, until: float) -> None:
 
 @part
 def _stand(board: Board) -> None:
-    """Wait until all that is planned is done and the machine stands."""
+    """Wait until all planned blocks are finished and the machine is at rest."""
     state, count = board.state, board.counts
     while count[DONE] < count[PLANNED]:
         _start(board)
@@ -239,7 +239,7 @@ def _stand(board: Board) -> None:
 
 @part
 def _wait_for_room(board: Board) -> None:
-    """Wait until the planner has room for a block."""
+    """Wait until the planner has space for a block."""
     state, count = board.state, board.counts
     _fill(board)
     while count[PLANNED] - count[DONE] >= BLOCKS:
@@ -251,9 +251,9 @@ def _wait_for_room(board: Board) -> None:
 
 @part
 def _plan(board: Board) -> int:
-    """Plan again after a block has been added, and return how many blocks that took.
+    """Replan after a block was added; return the number of blocks visited.
 
-    From the last, which ends at rest, back to the first that the new one may change, and from there on.
+    A backward pass from the last block, which ends at rest, to the first that may change, and a forward pass.
     """
     ring, state, count = board.ring, board.state, board.counts
     first, last = max(count[FIXED], count[DONE]), count[PLANNED] - 1
@@ -280,7 +280,7 @@ def _plan(board: Board) -> int:
 
 @part
 def _least_ratio(limits: NDArray, unit: NDArray) -> float:
-    """Return how much there may be along a unit vector so that no axis has more than its limit."""
+    """Return the maximum value along a unit vector that keeps every axis within its limit."""
     least = math.inf
     for axis in range(3):
         if unit[axis] != 0.0:
@@ -290,7 +290,7 @@ def _least_ratio(limits: NDArray, unit: NDArray) -> float:
 
 @part
 def _corner2(board: Board, acceleration: NDArray, deviation: float) -> float:
-    """Return the square of the highest speed from the last block into the next, (mm/s)²."""
+    """Return the square of the maximum speed from the last block into the next, (mm/s)²."""
     before, after = board.unit[0], board.unit[1]
     cosine = -(before[0] * after[0] + before[1] * after[1] + before[2] * after[2])
     if cosine > STRAIGHT:
@@ -312,10 +312,10 @@ def _corner2(board: Board, acceleration: NDArray, deviation: float) -> float:
 
 @part
 def _add_block(board: Board, end: NDArray, feed: float, limits: NDArray, deviation: float, owner: int) -> None:
-    """Put a straight move to `end` into the planner; one of less than a step is none.
+    """Add a straight move to `end` to the planner; a move of less than a step is dropped.
 
     end     float64[3]      mm
-    limits  float64[3, 3]   steps per mm, highest speed, acceleration of each axis
+    limits  float64[3, 3]   steps per mm, maximum speed, acceleration of each axis
     """
     ring, count, unit = board.ring, board.counts, board.unit
     most, length2 = 0.0, 0.0
@@ -373,27 +373,27 @@ def grbl_clock(
     answered: NDArray,
     point: NDArray,
 ) -> None:
-    """Run items (moves, stops, lines) through the controller and tell when each is over.
+    """Run items (moves, stops, lines) through the controller and compute the end time of each.
 
-    move       int64[n]           the item's move, -1 for none
-    size       int64[n]           bytes of the line that begins with the item, 0 where none does
+    move       int64[n]           move of the item, -1 for none
+    size       int64[n]           bytes of the line that starts with the item, 0 for none
     words      int64[n]           words of that line
-    stops      bool[n]            the machine must stand before the item
-    wait       float64[n]         and then waits, s
+    stops      bool[n]            the machine must stop before the item
+    wait       float64[n]         dwell after the stop, s
     place      float64[m + 1, 3]  move i goes from place i to place i + 1, mm
     feed       float64[m]         mm/s; inf for a rapid
-    chords     int64[m]           straight parts of the move
-    spin       float64[m]         angle of one part of an arc, rad
+    chords     int64[m]           chords of the move
+    spin       float64[m]         angle per chord of an arc, rad
     out        float64[m, 3]      from the centre of an arc to its start, mm
-    across     float64[m, 3]      the same a quarter turn on, mm
-    rise       float64[m, 3]      how far one part of a helix goes along its axis, mm
-    limits     float64[3, 3]      steps per mm, highest speed, acceleration of each axis
-    deviation  float              of corners, mm ($11)
-    answered   float64[n]         scratch: when each line has been answered, s
+    across     float64[m, 3]      the same, rotated by a quarter turn, mm
+    rise       float64[m, 3]      advance per chord of a helix along its axis, mm
+    limits     float64[3, 3]      steps per mm, maximum speed, acceleration of each axis
+    deviation  float              junction deviation, mm ($11)
+    answered   float64[n]         scratch: time of the answer to each line, s
     point      float64[3]         scratch
 
     Changes: board, answered, point.
-    Source: GRBL 1.1h, see above. Differs: numbers of double precision; the processor's times are means.
+    Source: GRBL 1.1h, see above. Differs: double precision; the processor times are means.
     """
     state = board.state
     opened, oldest, on_the_way, sent, free = 0, 0, 0, 0.0, 0.0

@@ -1,16 +1,16 @@
-"""The greedy tour: the cheapest edges first, as far as they leave room for a tour.
+"""Greedy tour: add the cheapest edges first, as long as they fit into a tour.
 
-Edges come from lists of neighbours. What they leave are fragments: paths whose inner nodes have their two edges. The
-ends of the fragments are joined in the same way by new lists of the ends alone, until one path is left.
+Edges come from neighbour lists and form fragments: paths whose inner nodes have both their edges. The ends of the
+fragments are joined in the same way, with new lists of the ends only, until one path remains.
 
 ======= ================ ======================================================================================
-edges   uint64[m]        cost (as the bits of a float32, so that it can be sorted as a whole number) · 2³² + row·k + c
-tail    int32[n]         the other end of the fragment that a node is an end of (itself, if alone); -1 for inner nodes
-beside  int32[n, 2]      the neighbours of a node in its fragment, -1 for none
+edges   uint64[m]        cost (bits of a float32, sortable as an integer) · 2³² + row·k + c
+tail    int32[n]         other end of the fragment that ends at a node (itself, if alone); -1 for inner nodes
+beside  int32[n, 2]      neighbours of a node in its fragment, -1 for none
 ======= ================ ======================================================================================
 
 Source: J. L. Bentley, Fast algorithms for geometric traveling salesman problems, ORSA J. Computing 4 (1992) (greedy).
-Differs: lists and a sort instead of a queue of the nearest ends: less work, and next to the same edges.
+Differs: lists and a sort instead of a queue of the nearest ends: less work, and nearly the same edges.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ from leafcut.kernels import kernel
 def list_edges(
     candidates: NDArray, lengths: NDArray, nodes: NDArray, tail: NDArray, limit: float, edges: NDArray
 ) -> int:
-    """List once every edge that can be joined and costs no more than `limit`; return how many there are.
+    """List each edge once that can be added and costs at most `limit`; return their number.
 
     ========== ================ ===================================
     candidates int32[rows, k]   neighbours of every row, -1 for none
     lengths    float64[rows, k] their costs
-    nodes      int32[rows]      the node that each row stands for
+    nodes      int32[rows]      node of each row
     ========== ================ ===================================
 
-    Costs are cut to seven digits, as float32. Changes: edges[≥rows·k].
+    Costs are rounded to seven digits (float32). Changes: edges[≥rows·k].
     """
     count = 0
     k = candidates.shape[1]
@@ -54,7 +54,7 @@ def list_edges(
                     listed = listed or candidates[j, other] == i
             if not listed:
                 bits = np.uint64(np.float32(length).view(np.uint32))
-                # Negative numbers, of matrices only, are ordered the other way round.
+                # Negative costs occur only in matrices; their bits sort in reverse order.
                 key = bits ^ np.uint64(0xFFFFFFFF if length < 0.0 else 0x80000000)
                 edges[count] = (key << np.uint64(32)) | np.uint64(i * k + c)
                 count += 1
@@ -63,7 +63,7 @@ def list_edges(
 
 @kernel
 def join(tail: NDArray, beside: NDArray, i: int, j: int) -> bool:
-    """Join two nodes, if they are ends of different fragments; return whether they were. Changes: tail, beside."""
+    """Join two nodes if they are ends of different fragments; return whether they were. Changes: tail, beside."""
     a, b = tail[i], tail[j]
     if a < 0 or b < 0 or a == j:
         return False
@@ -76,9 +76,9 @@ def join(tail: NDArray, beside: NDArray, i: int, j: int) -> bool:
 
 @kernel
 def join_edges(edges: NDArray, count: int, candidates: NDArray, nodes: NDArray, tail: NDArray, beside: NDArray) -> None:
-    """Join nodes by the first `count` edges, in their order, wherever it can be done.
+    """Join nodes by the first `count` edges, in order, where possible.
 
-    ``nodes`` int32[rows] says which node a row of candidates int32[rows, k] stands for. Changes: tail, beside.
+    ``nodes`` int32[rows] is the node of each row of candidates int32[rows, k]. Changes: tail, beside.
     """
     k = candidates.shape[1]
     for e in range(count):
@@ -91,7 +91,7 @@ def join_edges(edges: NDArray, count: int, candidates: NDArray, nodes: NDArray, 
 
 @kernel
 def walk_path(beside: NDArray, begin: int, tour: NDArray) -> None:
-    """Write down the path that begins at a node. Changes: tour int32[n]."""
+    """Write the path that starts at a node. Changes: tour int32[n]."""
     came, at = -1, begin
     for step in range(len(tour)):
         tour[step] = at

@@ -1,9 +1,9 @@
-"""Taking clusters out of a path and putting them back where that is cheapest.
+"""Remove clusters from a path and reinsert them at the cheapest place.
 
 Source: G. Schrimpf et al., J. Computational Physics 159 (2000) (ruin and recreate); J. Christiaens and G. Vanden
-Berghe, Transportation Science 54 (2020) (pieces of the path near a place taken out, blinks when putting back);
-S. L. Smith and F. Imeson, Computers & Operations Research 87 (2017) (GLNS: sets taken out and inserted).
-Differs: precedence bounds the places of a cluster; gaps are passed over by what the clusters beside them cost at least.
+Berghe, Transportation Science 54 (2020) (removed pieces of the path near a place, blinks on reinsertion); S. L. Smith
+and F. Imeson, Computers & Operations Research 87 (2017) (GLNS: removal and insertion of sets).
+Differs: precedence bounds the places of a cluster; gaps are pruned by the minimum cost between clusters.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from leafcut.kernels.random import below, uniform
 
 
 class AntPath(NamedTuple):
-    """The path of one ant, the one it tries, and the best it has had; one object per ant.
+    """Current path of one ant, its trial path, and its best path; one object per ant.
 
     ======= ============== ===========================================================================
-    path    int32[m]       the path: nodes in the order of their visit
-    trial   int32[m]       the path being tried
-    best    int32[m]       the best path so far
-    place   int32[m]       where each cluster stands in `trial`, -1 for one that was taken out
-    out     int32[m]       clusters that were taken out
+    path    int32[m]       the path: nodes in the order of visit
+    trial   int32[m]       trial path
+    best    int32[m]       best path so far
+    place   int32[m]       place of each cluster in `trial`, -1 if removed
+    out     int32[m]       removed clusters
     dirty   uint8[m]       1 for places of `trial` whose nodes are to be chosen again
-    costs   float64[2]     what path and best cost
-    sums    float64[2, w]  w is the most nodes that a cluster has
+    costs   float64[2]     costs of path and best
+    sums    float64[2, w]  w is the maximum number of nodes of a cluster
     links   int32[m, w]
     ======= ============== ===========================================================================
     """
@@ -48,9 +48,9 @@ class AntPath(NamedTuple):
 
 @part
 def take_piece(layers: Clusters, walk: AntPath, c: int, length: int, have: int, words: NDArray, k: int) -> int:
-    """Take a piece of the path out that has cluster c in it; return how many are out then.
+    """Remove a piece of the path that contains cluster c; return the number of removed clusters.
 
-    Changes: place (only marked, the path is closed by `close_path`), out, words[k].
+    Changes: place (only marked; `close_path` closes the path), out, words[k].
     """
     m, place = len(walk.trial), walk.place
     at = place[c] - below(words, k, length)
@@ -66,7 +66,7 @@ def take_piece(layers: Clusters, walk: AntPath, c: int, length: int, have: int, 
 
 @part
 def close_path(layers: Clusters, walk: AntPath) -> int:
-    """Close the gaps of the clusters that were taken out; return how many places are left.
+    """Close the gaps of the removed clusters; return the number of remaining places.
 
     Changes: trial, place, dirty.
     """
@@ -93,9 +93,9 @@ def close_path(layers: Clusters, walk: AntPath) -> int:
 def find_gap(
     layers: Clusters, walk: AntPath, c: int, have: int, blink: float, words: NDArray, k: int
 ) -> tuple[int, int]:
-    """Return the place among `have` where cluster c is put in most cheaply, and the node of it.
+    """Return the cheapest place among `have` for cluster c, and the node to use there.
 
-    Of the gaps that precedence leaves, each is overlooked with the chance `blink`. Changes: words[k].
+    Each gap that precedence allows is skipped with probability `blink`. Changes: words[k].
     """
     trial, place, owner, table, back = walk.trial, walk.place, layers.owner, layers.table, layers.back
     first, last = layers.anchored[0], have
@@ -121,7 +121,7 @@ def find_gap(
 
 @part
 def put_back(layers: Clusters, walk: AntPath, c: int, have: int, blink: float, words: NDArray, k: int) -> None:
-    """Put cluster c into the path of `have` places where that is cheapest. Changes: trial, place, dirty, words[k]."""
+    """Insert cluster c at the cheapest place of the path of `have` places. Changes: trial, place, dirty, words[k]."""
     trial, place, dirty = walk.trial, walk.place, walk.dirty
     spot, node = find_gap(layers, walk, c, have, blink, words, k)
     for at in range(have, spot, -1):

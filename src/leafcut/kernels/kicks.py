@@ -1,7 +1,6 @@
-"""Kicks: small changes at one place of a good tour, mended by local search at the touched nodes only.
+"""Kicks: small local changes of a good tour, followed by local search at the touched nodes only.
 
-A kick and its repair cost what they touch, whatever the size of the tour; a result that is not as good is taken back
-from the log.
+The effort of a kick and its repair is independent of the size of the tour; a worse result is undone from the log.
 
 Source: O. Martin, S. W. Otto and E. W. Felten, Operations Research Letters 11 (1992) (the double bridge); D. Applegate,
 W. Cook and A. Rohe, INFORMS J. Computing 15 (2003), section 3 (local kicks, no global work per kick).
@@ -16,13 +15,13 @@ from leafcut.kernels.cost import CostModel, travel
 from leafcut.kernels.lin_kernighan import ENDS, Tour, improve_queued, is_one_tour, make_move, pop, push, take_back
 from leafcut.kernels.random import below
 
-#: Longest piece that a kick moves. Shorter ones are soon exhausted, longer ones are seldom mended.
+#: Maximum length of a piece moved by a kick. Shorter ones are soon exhausted, longer ones are seldom repaired.
 LONGEST_PIECE = 50
 
 
 @part
 def segment_kick(cost: CostModel, tour: Tour, words: NDArray, k: int) -> float:
-    """Swap two neighbouring pieces of 1 … 50 nodes at a random place; return what that costs.
+    """Swap two adjacent pieces of 1 … 50 nodes at a random place; return the added cost.
 
     Changes: tour, words[k].
     """
@@ -57,7 +56,7 @@ def kick_and_mend(
     k: int,
     kicks: int,
 ) -> float:
-    """Kick and mend `kicks` times, taking back what made the tour longer; return the gain of all together.
+    """Kick and repair `kicks` times, undoing results that lengthen the tour; return the total gain.
 
     Changes: tour, words[k].
     """

@@ -1,9 +1,8 @@
-"""An order of clusters, and which of its nodes each is visited through: the ground of `insertion` and `annealing`.
+"""Order of clusters with a chosen node per cluster: the data structure of `insertion` and `annealing`.
 
-A path is an array of nodes, one per cluster; which cluster a node belongs to is known, so that the array is the order
-of the clusters as well. It is a ring: behind the last place comes the first. An open path has a cluster more, its
-anchor, which stays at place 0; leaving it costs what the way from the start does, coming back to it what the way to the
-end does.
+A path is an array of nodes, one per cluster. The cluster of each node is known, so the array also is the order of the
+clusters. It is a ring: the first place follows the last. An open path has an additional cluster, its anchor, which
+stays at place 0; leaving it costs the travel from the start, returning to it the travel to the end.
 """
 
 from __future__ import annotations
@@ -19,21 +18,21 @@ from leafcut.kernels.cost import CostModel, travel
 
 
 class Clusters(NamedTuple):
-    """Clusters of nodes and what precedes what; nothing of it changes while paths are sought.
+    """Clusters of nodes and their precedence; constant during the search.
 
-    The nodes of a cluster have consecutive numbers. What working a node costs is in the ways to it.
+    The nodes of a cluster have consecutive numbers. Travel costs include the work at the destination.
 
     ============ ============== =====================================================================================
     begin        int32[m + 1]   the nodes of cluster c are begin[c] … begin[c + 1] - 1
-    owner        int32[n]       the cluster of each node
-    table        float64[n, n]  what it costs to go from u to v and work v
-    back         float64[n, n]  the same, from v to u: the columns of `table` as rows
-    least        float64[m, m]  the least that going from one cluster to another can cost
+    owner        int32[n]       cluster of each node
+    table        float64[n, n]  cost of travel from u to v and of the work at v
+    back         float64[n, n]  the same, from v to u: the transposed table
+    least        float64[m, m]  minimum cost from one cluster to another
     least_back   float64[m, m]  the same, from the second to the first
-    near         int32[m, k]    other clusters, those that are cheap to go to or to come from first
-    after_begin  int32[m + 1]   the clusters that must come after c, also by way of others, are
+    near         int32[m, k]    other clusters, cheapest travel in either direction first
+    after_begin  int32[m + 1]   the clusters that must come after c, also indirectly, are
     after        int32[k]       after[after_begin[c] … after_begin[c + 1] - 1]
-    before_begin int32[m + 1]   likewise those that must come before
+    before_begin int32[m + 1]   likewise the clusters that must come before
     before       int32[k]
     anchored     int64[1]       1: the cluster at place 0 stays there
     ============ ============== =====================================================================================
@@ -57,7 +56,7 @@ class Clusters(NamedTuple):
 def fill_table(
     cost: CostModel, leave: NDArray, enter: NDArray, service: NDArray, owner: NDArray, table: NDArray, least: NDArray
 ) -> None:
-    """Fill in what it costs to go from every node to every other, and the least of it between clusters.
+    """Compute the costs from every node to every other, and the minimum between clusters.
 
     Symbols: leave, enter int32[n], rows of the cost model; service float64[n]; owner int32[n].
     Changes: table float64[n, n], least float64[m, m] (infinite from a cluster to itself).
@@ -75,7 +74,7 @@ def fill_table(
 
 @part
 def ring_length(layers: Clusters, path: NDArray) -> float:
-    """Return the length of a path int32[m], taken as a ring."""
+    """Return the length of a path int32[m] as a ring."""
     total = 0.0
     for at in range(len(path)):
         total += layers.table[path[at - 1], path[at]]
@@ -84,12 +83,11 @@ def ring_length(layers: Clusters, path: NDArray) -> float:
 
 @part
 def choose_between(layers: Clusters, path: NDArray, first: int, last: int, sums: NDArray, links: NDArray) -> None:
-    """Choose the nodes of the clusters at the places first … last again, so that the way through them is shortest.
+    """Choose the nodes of the clusters at the places first … last again, so that the path through them is shortest.
 
-    The nodes before and behind stay; places may go beyond the end of the array, where the ring begins again. By
-    dynamic programming, layer by layer.
-
-    Changes: path; sums float64[2, w] and links int32[m, w], where w is the most nodes that a cluster has.
+    The nodes before and after are fixed. Places may exceed the end of the array, where the ring continues at its start.
+    Dynamic programming, layer by layer.
+    Changes: path; sums float64[2, w] and links int32[m, w], where w is the maximum number of nodes of a cluster.
     Source: M. Fischetti, J. J. Salazar González and P. Toth, Operations Research 45 (1997), section 3.
     """
     m, table = len(path), layers.table

@@ -1,9 +1,9 @@
 """Sequential exchanges of up to five edges, found depth first along candidate edges (Lin and Kernighan's idea).
 
-A move removes k edges and adds k: t0–t1 goes, t1–t2 comes, t2–t3 goes, … and t(2k-1)–t0 closes the tour. It is looked
-for without touching the tour: whether it leaves one tour is read off the sorted places of the 2k nodes, so steps that
-cut the tour in pieces on the way are no obstacle. Only a move that improves is made; then all but the longest piece
-is written anew, and what was overwritten goes to a log from which it can be taken back.
+A move removes k edges and adds k: t0–t1 is removed, t1–t2 added, t2–t3 removed, … and t(2k-1)–t0 closes the tour. The
+search does not change the tour: the sorted places of the 2k nodes determine whether the move yields a single tour, so
+intermediate steps may split the tour. Only improving moves are made: all pieces except the longest are rewritten, and
+the overwritten entries are logged for undo.
 
 Source: S. Lin and B. W. Kernighan, Operations Research 21 (1973); K. Helsgaun, European J. Operational Research 126
 (2000), section 5 (sequential 5-opt moves as basis), and Mathematical Programming Computation 1 (2009), section 3
@@ -21,16 +21,16 @@ from numpy.typing import NDArray
 from leafcut.kernels import EPSILON, kernel, part
 from leafcut.kernels.cost import CostModel, is_straight, straight, travel
 
-#: Most edges that one move exchanges.
+#: Maximum number of edges exchanged by a move.
 DEPTH = 5
 
-#: In `Tour.queued`: not in the queue, and not to be pushed.
+#: Value of `Tour.queued`: not in the queue, and not to be pushed.
 WAITING = 2
 
-#: Which moves leave one tour: a bit for every key. Edge e, the e-th that is removed after t0–t1, adds its bits to the
-#: key: `on` of `find_move`, then for each edge removed before it whether that begins nearer to t1. Of moves of three
-#: edges 4 do, of four 20, of five 148. Keys of five edges have ten bits: the last four say in which number, the others
-#: which bit of it.
+#: Bit sets of the moves that yield a single tour, indexed by a key. Edge e, the e-th removed after t0–t1, adds its bits
+#: to the key: `on` of `find_move`, then for each edge removed before it whether that one starts nearer to t1. Valid are
+#: 4 moves of three edges, 20 of four, 148 of five. Keys of five edges have ten bits: the last four select the number,
+#: the others its bit.
 LEAVES_3, LEAVES_4 = 0x1E, 0x1E030D50406678
 LEAVES_5 = np.array([
     0x1E66020AB0C07800, 0x1E780107E0801E78, 0x1050000040000000, 0x1040000010400000, 0x0E030D0000000000,
@@ -43,18 +43,18 @@ ENDS, ORDER, RANK, KEY = 0, 1, 2, 3
 
 
 class Tour(NamedTuple):
-    """A tour being worked on, and all that a search in it needs; one object per worker.
+    """A tour under improvement, with the state of the search; one object per worker.
 
     ======== =============== ==========================================================================
     node     int32[n]        nodes in the order of the tour
-    place    int32[n]        where each node stands in it
-    queue    int32[n]        ring buffer of nodes worth looking at; counts[0] is its first, counts[1] how many
+    place    int32[n]        place of each node in it
+    queue    int32[n]        ring buffer of nodes to examine; counts[0] is its first, counts[1] its length
     queued   uint8[n]        1 for nodes in the queue, WAITING for those whose move was too long for the buffer
-    counts   int64[4]        queue's first, queue's length, entries in the log, 1 when the log was too small
-    log      int32[m, 2]     (place, node that stood there) of everything overwritten; m = 0 where no log is kept
-    buffer   int32[b]        pieces on their way; a move that writes more places is not made
+    counts   int64[4]        first of the queue, length of the queue, entries in the log, 1 if the log was too small
+    log      int32[m, 2]     (place, previous node) of every overwritten entry; m = 0 without a log
+    buffer   int32[b]        pieces being moved; a move that writes more places is not made
     move     int64[4, 2·DEPTH]  of a move: rows ENDS t0, t1, …; ORDER, their indices by place; RANK, its inverse; KEY
-    gain     float64[1]      of a move: what it gains
+    gain     float64[1]      gain of a move
     ======== =============== ==========================================================================
     """
 
@@ -71,7 +71,7 @@ class Tour(NamedTuple):
 
 @part
 def push(tour: Tour, node: int) -> None:
-    """Put a node into the queue, if it is not there. Changes: queue, queued, counts."""
+    """Append a node to the queue, unless it is there. Changes: queue, queued, counts."""
     if tour.queued[node] == 0:
         tour.queued[node] = 1
         n = len(tour.queue)
@@ -82,7 +82,7 @@ def push(tour: Tour, node: int) -> None:
 
 @kernel
 def pop(tour: Tour) -> int:
-    """Take the first node out of the queue. Changes: queued, counts."""
+    """Remove the first node from the queue. Changes: queued, counts."""
     first = tour.counts[0]
     node = tour.queue[first]
     tour.counts[0] = first + 1 if first + 1 < len(tour.queue) else 0
@@ -93,22 +93,22 @@ def pop(tour: Tour) -> int:
 
 @part
 def after(node: NDArray, place: NDArray, v: int) -> int:
-    """Return the node that follows v."""
+    """Return the successor of v."""
     at = place[v] + 1
     return int(node[at if at < len(node) else 0])
 
 
 @part
 def before(node: NDArray, place: NDArray, v: int) -> int:
-    """Return the node that precedes v."""
+    """Return the predecessor of v."""
     return int(node[place[v] - 1])
 
 
 @part
 def sort_ends(place: NDArray, move: NDArray, k: int) -> None:
-    """Sort the 2k ends of the k removed edges by place, from just behind the first removed edge round to its front.
+    """Sort the 2k ends of the k removed edges by place, starting directly after the first removed edge.
 
-    Even ranks then begin a piece of the tour and odd ranks end one; a piece of one node has both, the beginning first.
+    Even ranks then start a piece of the tour and odd ranks end one; a piece of one node has both, the start first.
     Changes: rows ORDER, RANK, KEY of move.
     """
     n = len(place)
@@ -121,7 +121,7 @@ def sort_ends(place: NDArray, move: NDArray, k: int) -> None:
             a += n
         if b < 0:
             b += n
-        # The one that stands later begins a piece, the other ends one; the first edge closes the circle.
+        # The later end starts a piece, the other ends one; the first edge closes the circle.
         begins_b = (a == n - 1) if e == 0 else (b == a + 1)
         move[KEY, 2 * e] = 2 * a + (1 if begins_b else 0)
         move[KEY, 2 * e + 1] = 2 * b + (0 if begins_b else 1)
@@ -138,7 +138,7 @@ def sort_ends(place: NDArray, move: NDArray, k: int) -> None:
 
 @part
 def next_piece(move: NDArray, rank: int, k: int) -> int:
-    """Return the rank at which the new tour enters the next piece, after it entered one at `rank`.
+    """Return the rank at which the new tour enters the next piece, after entering one at `rank`.
 
     It leaves the piece at its other end, which is joined to a partner: t1–t2, t3–t4, …, t(2k-1)–t0.
     """
@@ -152,7 +152,7 @@ def next_piece(move: NDArray, rank: int, k: int) -> int:
 
 @part
 def is_one_tour(place: NDArray, move: NDArray, k: int) -> bool:
-    """Return whether the move leaves one tour. Changes: rows ORDER, RANK, KEY of move."""
+    """Return whether the move yields a single tour. Changes: rows ORDER, RANK, KEY of move."""
     sort_ends(place, move, k)
     rank, pieces = 0, 0
     while True:
@@ -164,9 +164,9 @@ def is_one_tour(place: NDArray, move: NDArray, k: int) -> bool:
 
 @part
 def make_move(tour: Tour, k: int) -> bool:
-    """Make the move, whose ends are sorted: keep the longest piece, write the others behind it.
+    """Make the move, whose ends are sorted: keep the longest piece, and write the others after it.
 
-    Return whether there was room for it; without, nothing is changed, and counts[3] is set if a log is kept.
+    Return whether there was space for it; otherwise nothing changes, and counts[3] is set if a log is kept.
     Changes: node, place, log, counts, buffer.
     """
     node, place, move = tour.node, tour.place, tour.move
@@ -182,7 +182,7 @@ def make_move(tour: Tour, k: int) -> bool:
     if n - most - 1 > (len(tour.log) - tour.counts[2] if logged else len(tour.buffer)):
         tour.counts[3] = 1 if logged else 0
         return False
-    # Copy the pieces in the order in which the new tour meets them behind the longest one.
+    # Copy the pieces in the order in which the new tour visits them after the longest piece.
     rank = next_piece(move, 2 * longest, k)
     filled = 0
     while rank != 2 * longest:
@@ -219,7 +219,7 @@ def make_move(tour: Tour, k: int) -> bool:
 
 @part
 def take_back(tour: Tour) -> None:
-    """Undo everything in the log, last first, and empty it. Changes: node, place, counts."""
+    """Undo all entries of the log, last first, and empty it. Changes: node, place, counts."""
     for entry in range(tour.counts[2] - 1, -1, -1):
         at, v = tour.log[entry, 0], tour.log[entry, 1]
         tour.node[at] = v
@@ -229,7 +229,7 @@ def take_back(tour: Tour) -> None:
 
 @part
 def _is_gone(ends: NDArray, last: int, c: int, d: int) -> bool:
-    """Return whether c–d is among the edges 0 … `last` that are removed so far."""
+    """Return whether c–d is among the removed edges 0 … `last`."""
     for e in range(0, 2 * last + 1, 2):
         a, b = ends[e], ends[e + 1]
         if (a == c and b == d) or (a == d and b == c):
@@ -251,29 +251,29 @@ def _is_plain(free: int, tied_a: int, tied_b: int, v: int) -> bool:
 
 @part
 def to_and_home(cost: CostModel, c: int, d: int, t0: int, leaves: bool) -> tuple[float, float]:
-    """Return what it costs to travel from c to d, and from d to t0; for that ∞ where the move does not leave one tour.
+    """Return the costs of travel from c to d and from d to t0; the latter is ∞ if the move does not yield one tour.
 
-    Machine time is dear to work out: not to do it for moves that are not made saves a twentieth of a kick.
+    Machine times are expensive: skipping them for impossible moves saves a twentieth of a kick.
     """
     return travel(cost, c, d), travel(cost, d, t0) if leaves else math.inf
 
 
 @part
 def beside(node: NDArray, at: int) -> tuple[int, int]:
-    """Return the node that follows a place, and the one that precedes it."""
+    """Return the successor and the predecessor of a place."""
     return node[at + 1 if at + 1 < len(node) else 0], node[at - 1]
 
 
 @part
 def how_far(at: int, begin: int, direction: int, n: int) -> int:
-    """Return how many places `at` lies on from `begin`: forward for direction 0, backward for 1."""
+    """Return the number of places from `begin` to `at`: forward for direction 0, backward for 1."""
     r = at - begin if direction == 0 else begin - at
     return r if r >= 0 else r + n
 
 
 @part
 def found_move(place: NDArray, move: NDArray, gain: NDArray, k: int, gained: float) -> int:
-    """Make a move of k edges ready for `make_move`; return k. Changes: rows ORDER, RANK, KEY of move; gain."""
+    """Prepare a move of k edges for `make_move`; return k. Changes: rows ORDER, RANK, KEY of move; gain."""
     sort_ends(place, move, k)
     gain[0] = gained
     return k
@@ -291,11 +291,11 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
     breadth: NDArray,
     t0: int,
 ) -> int:
-    """Look for an improving move that begins at t0; return its number of edges, or 0. Its gain is in gain[0].
+    """Search an improving move that starts at t0; return its number of edges, or 0. Its gain is in gain[0].
 
-    One loop within the other for each edge: a quarter faster than one loop over a stack of them. What a move leaves is
-    looked up by a key (`LEAVES_3`), a number of bits that each edge adds to: a sixth faster than to sort the ends of
-    all moves that would gain, of which one in nine leaves one tour.
+    Nested loops, one per edge, are a quarter faster than one loop with a stack. Whether a move yields a single tour is
+    looked up by a key (`LEAVES_3`) to which each edge adds bits. That is a sixth faster than sorting the ends of all
+    moves with a gain, of which one in nine yields a single tour.
 
     ========== =============== ==========================================================
     candidates int32[n, k]     neighbours of every node, nearest first, -1 for none
@@ -303,14 +303,14 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
     breadth    int64[DEPTH]    candidates tried at each depth; entry 0 is not used
     ========== =============== ==========================================================
 
-    Symbols: r is how many places a node stands behind t1, going away from t0; `on` is 1 where the tour, so gone, meets
-    the even end of a removed edge first; m is how far on that edge begins.
-
+    Symbols: r is the number of places of a node after t1, in the direction away from t0; `on` is 1 if the tour in this
+    direction reaches the even end of a removed edge first; m is the distance of the start of that edge.
     Changes: move, gain.
     """
     ends, code, xy, n = move[ENDS], cost.code, cost.xy, len(node)
     free, tied_a, tied_b = cost.free, cost.tied_a, cost.tied_b
-    # A call of `travel` hands over the cost model: where costs are straight it is only made beside free and tied nodes.
+    # A call of `travel` passes the whole cost model: with straight costs, it is only called next to free and tied
+    # nodes.
     quick = is_straight(cost) and t0 != free and t0 != tied_a and t0 != tied_b
     b1, b2, b3, b4 = breadth[1], breadth[2], breadth[3], breadth[4]
     for direction in range(2):
@@ -326,12 +326,12 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
             at2 = place[t2]
             ahead1, behind1 = beside(node, at2)
             if _is_either(ahead1, behind1, t1):
-                continue  # an edge of the tour: neither way is of use
+                continue  # an edge of the tour: neither direction is useful
             r2 = how_far(at2, begin, direction, n)
             ends[2] = t2
             for side1 in range(2):
                 t3 = ahead1 if side1 == 0 else behind1
-                # With two edges the way round decides; with more, the order of the places.
+                # With two edges the direction decides; with more, the order of the places.
                 leaves = side1 != direction
                 if quick and _is_plain(free, tied_a, tied_b, t2) and _is_plain(free, tied_a, tied_b, t3):
                     gone, back = straight(xy, code, t2, t3), straight(xy, code, t3, t0)
@@ -447,9 +447,9 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
 def improve_queued(
     cost: CostModel, tour: Tour, candidates: NDArray, lengths: NDArray, breadth: NDArray, max_nodes: int
 ) -> float:
-    """Make improving moves at the nodes in the queue until it is empty, the log full, or `max_nodes` were looked at.
+    """Make improving moves at the queued nodes until the queue is empty, the log is full, or `max_nodes` are examined.
 
-    Return the sum of the gains. Changes: tour.
+    Return the total gain. Changes: tour.
     """
     total = 0.0
     looked = 0

@@ -1,7 +1,7 @@
-"""2-opt and Or-opt on candidate lists with a queue of nodes worth looking at.
+"""2-opt and Or-opt on candidate lists with a queue of nodes to examine.
 
-A tour is an array of nodes and `place`, the position of every node in it. All moves are made of one primitive, a 2-opt
-exchange named by its four nodes, which reverses the shorter side: which way the array runs never matters.
+A tour is an array of nodes and `place`, the position of every node. All moves consist of one primitive, a 2-opt
+exchange given by its four nodes, which reverses the shorter side, so the direction of the array never matters.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from leafcut.kernels import EPSILON, kernel, part
 from leafcut.kernels.cost import CostModel, travel
 
-#: Longest run of nodes that Or-opt moves (Or 1976).
+#: Maximum length of a run moved by Or-opt (Or 1976).
 LONGEST_SEGMENT = 3
 
 
@@ -22,12 +22,12 @@ def beside(tour: NDArray, place: NDArray, node: int, forward: bool) -> int:
     at = place[node] + (1 if forward else -1)
     if at == n:
         at = 0
-    return int(tour[at])  # -1 is the last one
+    return int(tour[at])  # -1 is the last node
 
 
 @part
 def reverse(tour: NDArray, place: NDArray, first: int, last: int) -> None:
-    """Reverse the run of positions first … last (round the end if last < first), or the rest when that is shorter.
+    """Reverse the run of positions first … last (wrapping around if last < first), or the rest if that is shorter.
 
     Changes: tour, place.
     """
@@ -55,7 +55,7 @@ def reverse(tour: NDArray, place: NDArray, first: int, last: int) -> None:
 
 @part
 def exchange(tour: NDArray, place: NDArray, a: int, b: int, c: int, d: int) -> None:
-    """Replace the edges a–b and c–d by a–c and b–d, where b follows a and d follows c in one of the two directions.
+    """Replace the edges a–b and c–d by a–c and b–d, where b follows a and d follows c in the same direction.
 
     Changes: tour, place.
     """
@@ -101,7 +101,7 @@ def two_opt_move(cost: CostModel, tour: NDArray, place: NDArray, candidates: NDA
 
 @part
 def _within(tour: NDArray, place: NDArray, a: int, length: int, forward: bool, node: int) -> bool:
-    """Return whether `node` is one of the `length` nodes that begin with a."""
+    """Return whether `node` is one of the `length` nodes that start with a."""
     n = len(tour)
     ahead = place[node] - place[a] if forward else place[a] - place[node]
     if ahead < 0:
@@ -111,9 +111,9 @@ def _within(tour: NDArray, place: NDArray, a: int, length: int, forward: bool, n
 
 @part
 def or_opt_move(cost: CostModel, tour: NDArray, place: NDArray, candidates: NDArray, a: int, touched: NDArray) -> bool:
-    """Move a run of 1 … 3 nodes that begins at a to a better place, either way round, when that improves the tour.
+    """Move a run of 1 … 3 nodes that starts at a to a better place, in either direction, if that improves the tour.
 
-    Symbols: the run is a … e, p the node before a, q the node after e; it goes between c and d, a beside c.
+    Symbols: the run is a … e, p the node before a, q the node after e; it goes between c and d, with a next to c.
     Changes: tour, place, touched int32[≥6].
     Source: I. Or, PhD thesis, Northwestern University 1976.
     """
@@ -176,13 +176,13 @@ def improve(
     use_or_opt: bool,
     max_moves: int,
 ) -> int:
-    """Improve the tour at the nodes in the queue until it is empty or `max_moves` moves were made; return how many.
+    """Improve the tour at the queued nodes until the queue is empty or `max_moves` are made; return their number.
 
-    A node leaves the queue when no move at it improves (its don't-look bit); the ends of every move enter it.
+    A node leaves the queue if no move at it improves the tour (its don't-look bit); the ends of every move enter it.
 
     ========= ========= ===========================================================
     tour      int32[n]  nodes in order; `place` int32[n] is its inverse
-    queue     int32[n]  ring buffer; state int64[2] is (first, how many)
+    queue     int32[n]  ring buffer; state int64[2] is (first, length)
     queued    uint8[n]  1 for nodes in the queue
     touched   int32[6]  scratch
     ========= ========= ===========================================================
@@ -211,7 +211,7 @@ def improve(
 
 @kernel
 def queue_all(tour: NDArray, place: NDArray, queue: NDArray, queued: NDArray, state: NDArray) -> None:
-    """Put every node into the queue in the order of the tour, and set `place`. Changes: all but tour."""
+    """Add every node to the queue in the order of the tour, and set `place`. Changes: all but tour."""
     for k in range(len(tour)):
         place[tour[k]] = k
         queue[k] = tour[k]

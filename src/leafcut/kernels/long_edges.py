@@ -1,12 +1,12 @@
-"""Long edges: one end of an edge that is much too long stays, and the other walks to it along candidate edges.
+"""Repair of long edges: one end stays, the other walks towards it along candidate edges.
 
-Where the fragments of a greedy tour end far apart, an edge is left that no exchange of five edges makes shorter: first
-the tour would get longer, on the way out of a cluster. So one end walks on and on. Each step adds the edge to a
-candidate of the end that walks, and gives up the edge in front of that candidate; the node that loses it is the new
-end. The steps behind the best place are taken back.
+Where fragments of a greedy tour end far apart, a long edge remains that no exchange of five edges shortens, because the
+tour would first get longer on the way out of a cluster. Therefore one end takes many steps. Each step adds the edge to
+a candidate of the walking end, and removes the edge before that candidate; the node that loses it is the new end. The
+steps after the best position are undone.
 
 Source: S. Lin and B. W. Kernighan, Operations Research 21 (1973), section 1 (the step, the gain criterion, and that an
-edge that was added is not given up again). Differs: of all candidates the one is taken that leaves the shortest tour.
+added edge is not removed again). Differs: the candidate that leaves the shortest tour is taken.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from leafcut.kernels.lin_kernighan import Tour, after, before, push
 
 @part
 def turn(tour: Tour, first: int, last: int) -> int:
-    """Turn the part of a tour from the node `first` on to `last`, or what is not in it; return how many places it has.
+    """Reverse the part of a tour from node `first` to `last`, or its complement; return the number of places.
 
     Changes: node, place.
     """
@@ -43,9 +43,9 @@ def turn(tour: Tour, first: int, last: int) -> int:
 
 @part
 def _step(tour: Tour, stays: int, walks: int, to: int) -> int:
-    """Exchange the edge stays–walks and the one in front of `to` for walks–to and the new end's; return the places.
+    """Replace the edge stays–walks and the edge before `to` by walks–to and the edge of the new end; return the places.
 
-    The new end, next to `stays`, is the node in front of `to`. Changes: node, place.
+    The new end, next to `stays`, is the node before `to`. Changes: node, place.
     """
     if after(tour.node, tour.place, stays) == walks:
         return turn(tour, walks, before(tour.node, tour.place, to))
@@ -57,7 +57,7 @@ def _walk(
     cost: CostModel, tour: Tour, candidates: NDArray, lengths: NDArray, onto: NDArray, steps: NDArray,
     stays: int, walks: int, places: int,
 ) -> tuple[float, int]:  # fmt: skip
-    """Let one end of an edge walk; return the gain of what is kept, and how many of the `places` are left to write.
+    """Let one end of an edge walk; return the gain of the kept steps, and the remaining number of `places` to write.
 
     Changes: tour, onto, steps.
     """
@@ -103,18 +103,18 @@ def bring_home(
     cost: CostModel, tour: Tour, candidates: NDArray, lengths: NDArray, edges: NDArray, onto: NDArray, steps: NDArray,
     places: int,
 ) -> float:  # fmt: skip
-    """Try to make long edges shorter, first one end walking, then the other; return the gain.
+    """Try to shorten long edges, with first one end walking, then the other; return the gain.
 
     ========== =============== ==========================================================
     candidates int32[n, k]     neighbours of every node, nearest first, -1 for none
     lengths    float64[n, k]   costs of those edges
-    edges      int32[m, 2]     the edges; those that are gone meanwhile are left out
-    onto       int32[n]        the node that an end walked to, -1 for none, as it is afterwards
-    steps      int32[most, 2]  the steps of one walk: the end that walked, and where to
-    places     int             about how many places of the tour may be written
+    edges      int32[m, 2]     the edges; those that no longer exist are skipped
+    onto       int32[n]        node that an end walked to, -1 for none, also afterwards
+    steps      int32[most, 2]  steps of one walk: the walking end and its destination
+    places     int             approximate maximum number of places to write
     ========== =============== ==========================================================
 
-    What was touched is in the queue. Changes: tour, onto, steps.
+    Touched nodes are queued. Changes: tour, onto, steps.
     """
     total = 0.0
     for e in range(len(edges)):

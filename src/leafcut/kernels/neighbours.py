@@ -1,7 +1,7 @@
-"""A k-d tree over the nodes: nearest neighbours by quadrant, and the nearest node not yet visited.
+"""A k-d tree over the nodes: nearest neighbours per quadrant, and the nearest unvisited node.
 
-The points are numbered in the order of the leaves, so a leaf is a run of memory, and points with near numbers are near
-each other. Points on one place ("twins") always have numbers in a row.
+Points are numbered in the order of the leaves, so that a leaf is contiguous in memory, and points with close numbers
+are close to each other. Points at the same position ("twins") have consecutive numbers.
 
 Source: J. L. Bentley, K-d trees for semidynamic point sets, SoCG 1990 (bottom-up search, deletion by counting).
 """
@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
 
-#: Points per leaf: the whole leaf is scanned, so a few points cost less than one more level.
+#: Points per leaf: a leaf is scanned completely, which is cheaper than another level for a few points.
 LEAF_SIZE = 8
 
-#: Most points on its own place that a point is shown.
+#: Maximum number of twins listed for a point.
 MOST_TWINS = 2
 
-#: Rows of `Nearby` behind those of the quadrants 0 … 3.
+#: Rows of `Nearby` after those of the quadrants 0 … 3.
 REST, TWINS = 4, 5
 
 
@@ -31,11 +31,11 @@ class Tree(NamedTuple):
 
     ======= ============= ===================================================
     x, y    float64[n]    the points, in the order of the leaves
-    leaf_of int32[n]      the leaf of every point
-    begin   int32[m]      first of the points of a tree node
-    stop    int32[m]      one past its last
-    box     float64[m, 4] the smallest x0, y0, x1, y1 round its points
-    child   int32[m]      left child; right is the next one; -1 for a leaf
+    leaf_of int32[n]      leaf of every point
+    begin   int32[m]      first point of a tree node
+    stop    int32[m]      one past its last point
+    box     float64[m, 4] bounding box x0, y0, x1, y1 of its points
+    child   int32[m]      left child; the right child is the next node; -1 for a leaf
     parent  int32[m]      -1 for the root
     ======= ============= ===================================================
     """
@@ -51,14 +51,14 @@ class Tree(NamedTuple):
 
 
 class Nearby(NamedTuple):
-    """What a search by quadrant finds: rows of points, nearest first; one object per worker.
+    """Result of a search by quadrant: rows of points, nearest first; one object per worker.
 
     ====== ============= ============================================================================================
-    found  int32[6, w]   points by quadrant, the rest (row REST), and those on the same place (row TWINS); -1 for none
+    found  int32[6, w]   points by quadrant, the rest (row REST), and twins (row TWINS); -1 for none
     near   float64[6, w] their squared distances, infinite for none
-    chosen int32[w]      those of the points that are taken
-    limit  float64[6]    from this squared distance on nothing more is wanted of a row
-    stack  int32[64]     tree nodes still to be looked at
+    chosen int32[w]      selected points
+    limit  float64[6]    squared distance from which on a row accepts no more points
+    stack  int32[64]     tree nodes to visit
     ====== ============= ============================================================================================
     """
 
@@ -101,7 +101,7 @@ def _select(u: NDArray, v: NDArray, label: NDArray, low: int, high: int, middle:
 
 @part
 def _split(u: NDArray, v: NDArray, label: NDArray, begin: int, stop: int) -> int:
-    """Split the run of points near its middle by u, equal values on one side; return where the right part begins.
+    """Split the run of points near its middle by u, with equal values on one side; return the start of the right part.
 
     Changes: u, v, label.
     """
@@ -117,7 +117,7 @@ def _split(u: NDArray, v: NDArray, label: NDArray, begin: int, stop: int) -> int
         if u[i] == value:
             _swap(u, v, label, i, last)
             last += 1
-    # The run first … last - 1 is of one value; cut on that side of it which is nearer the middle, if anything is there.
+    # The run first … last - 1 has equal values; cut on the side nearer to the middle, if that is not empty.
     if first > begin and (last == stop or middle - first <= last - middle):
         return first
     return last if last < stop else middle
@@ -125,7 +125,7 @@ def _split(u: NDArray, v: NDArray, label: NDArray, begin: int, stop: int) -> int
 
 @part
 def _sort_leaf(x: NDArray, y: NDArray, label: NDArray, begin: int, stop: int) -> None:
-    """Sort a few points by place, then by label, so that twins come in a row. Changes: x, y, label."""
+    """Sort a few points by position, then by label, so that twins are consecutive. Changes: x, y, label."""
     for i in range(begin + 1, stop):
         j = i
         while j > begin and (
@@ -138,7 +138,7 @@ def _sort_leaf(x: NDArray, y: NDArray, label: NDArray, begin: int, stop: int) ->
 
 @part
 def _measure(x: NDArray, y: NDArray, begin: int, stop: int, box: NDArray, node: int) -> None:
-    """Set the box of a tree node. Changes: box[node]."""
+    """Set the bounding box of a tree node. Changes: box[node]."""
     x0, y0, x1, y1 = math.inf, math.inf, -math.inf, -math.inf
     for i in range(begin, stop):
         x0, x1 = min(x0, x[i]), max(x1, x[i])
@@ -160,12 +160,11 @@ def grow_tree(
     parent: NDArray,
     stack: NDArray,
 ) -> int:
-    """Bring the points into the order of the leaves, fill the arrays of a `Tree`, and return how many nodes it has.
+    """Sort the points into the order of the leaves, fill the arrays of a `Tree`, and return the number of tree nodes.
 
-    The last `apart` points (≤ LEAF_SIZE) get a leaf of their own, so that they stay where they are. Room is needed for
+    The last `apart` points (≤ LEAF_SIZE) get a leaf of their own and so keep their positions. The arrays need space for
     2n + 1 tree nodes: every leaf has a point.
-
-    Changes: all arrays. `label` int32[n] goes with the points.
+    Changes: all arrays. `label` int32[n] is permuted with the points.
     """
     begin[0], stop[0], parent[0] = 0, len(x), -1
     stack[0] = 0
@@ -191,7 +190,7 @@ def grow_tree(
         child[node] = count
         begin[count], stop[count], parent[count] = b, cut, node
         begin[count + 1], stop[count + 1], parent[count + 1] = cut, s, node
-        # Left first and depth first: what is near in the plane is near in memory, here and in every search.
+        # Left first and depth first, so that neighbours in the plane are close in memory, here and in every search.
         stack[height], stack[height + 1] = count + 1, count
         height += 2
         count += 2
@@ -200,7 +199,7 @@ def grow_tree(
 
 @part
 def _insert(found: NDArray, near: NDArray, row: int, room: int, j: int, d: float) -> None:
-    """Put j at squared distance d into the sorted row; the last of `room` falls out. Changes: found, near."""
+    """Insert j at squared distance d into the sorted row, dropping the last of `room`. Changes: found, near."""
     place = room - 1
     while place > 0 and near[row, place - 1] > d:
         near[row, place], found[row, place] = near[row, place - 1], found[row, place - 1]
@@ -210,7 +209,7 @@ def _insert(found: NDArray, near: NDArray, row: int, room: int, j: int, d: float
 
 @part
 def _note_twin(found: NDArray, j: int) -> None:
-    """Note a point on the same place, if there is room. Changes: found."""
+    """Record a twin, if there is space. Changes: found."""
     for c in range(MOST_TWINS):
         if found[TWINS, c] == j:
             return
@@ -223,9 +222,9 @@ def _note_twin(found: NDArray, j: int) -> None:
 def _scan(
     x: NDArray, y: NDArray, begin: int, stop: int, i: int, found: NDArray, near: NDArray, per_quadrant: int, room: int
 ) -> int:
-    """Keep those points of a run that are among the nearest of their quadrant, or of the rest as far as it has room.
+    """Keep the points of a run that are among the nearest of their quadrant, or of the rest as far as there is space.
 
-    Of twins only the first and the last are looked at. Returns the room that is left for the rest.
+    Of twins, only the first and the last are examined. Returns the space left for the rest.
     Changes: found, near.
     """
     xi, yi, last = x[i], y[i], per_quadrant - 1
@@ -258,7 +257,7 @@ def _scan(
 
 @part
 def squared_gap(box: NDArray, node: int, x: float, y: float) -> float:
-    """Return the squared distance from a place to the box of a tree node; 0 inside."""
+    """Return the squared distance from a position to the bounding box of a tree node; 0 inside."""
     dx = max(box[node, 0] - x, x - box[node, 2], 0.0)
     dy = max(box[node, 1] - y, y - box[node, 3], 0.0)
     return float(dx * dx + dy * dy)
@@ -266,19 +265,19 @@ def squared_gap(box: NDArray, node: int, x: float, y: float) -> float:
 
 @part
 def _set_limits(found: NDArray, near: NDArray, per_quadrant: int, room: int, limit: NDArray) -> None:
-    """Set the squared distance from which on nothing is wanted, by row; in row REST the largest. Changes: limit."""
+    """Set the squared distance limit of each row; row REST gets the largest. Changes: limit."""
     rest = near[REST, room - 1] if room > 0 else -1.0
     limit[REST] = 0.0
     for quadrant in range(4):
         limit[quadrant] = max(near[quadrant, per_quadrant - 1], rest)
         limit[REST] = max(limit[REST], limit[quadrant])
-    # A twin is at no distance at all: nothing but 0 is below this.
+    # Twins have distance 0, the only value below this limit.
     limit[TWINS] = 1e-300 if found[TWINS, MOST_TWINS - 1] < 0 else 0.0
 
 
 @part
 def _reaches(box: NDArray, node: int, x: float, y: float, limit: NDArray) -> bool:
-    """Return whether a box reaches into a quadrant round (x, y) nearer than its limit, or may hold a twin."""
+    """Return whether a box reaches into a quadrant around (x, y) nearer than its limit, or may contain a twin."""
     d = squared_gap(box, node, x, y)
     if d >= limit[REST]:
         return False
@@ -296,12 +295,11 @@ def _reaches(box: NDArray, node: int, x: float, y: float, limit: NDArray) -> boo
 
 @part
 def find_nearby(tree: Tree, i: int, per_quadrant: int, k: int, nearby: Nearby) -> None:
-    """Find the points nearest to point i in every quadrant, the nearest of the rest up to k in all, and its twins.
+    """Find the nearest points of point i per quadrant, the nearest of the rest up to k in total, and its twins.
 
-    Quadrants are half open, so that every direction belongs to exactly one. Twins of i belong to none: there may be
-    thousands; it gets the one before and the one after it, so that they form a chain, or else any. Of the twins on
-    another place only the first and the last are seen: more would crowd out other places.
-
+    Quadrants are half open, so that every direction belongs to exactly one. Twins of i belong to none, as there may be
+    thousands: i gets the twins before and after it, so that they form a chain, or any others. Of twins at another
+    position, only the first and the last count, because more would crowd out other positions.
     Changes: nearby.
     """
     x, y, box, child = tree.x, tree.y, tree.box, tree.child
@@ -337,7 +335,7 @@ def find_nearby(tree: Tree, i: int, per_quadrant: int, k: int, nearby: Nearby) -
 
 @kernel
 def remove(tree: Tree, alive: NDArray, i: int) -> None:
-    """Take point i out of the counts. Changes: alive int32[m]."""
+    """Remove point i from the counts. Changes: alive int32[m]."""
     node = tree.leaf_of[i]
     while node >= 0:
         alive[node] -= 1
@@ -346,9 +344,9 @@ def remove(tree: Tree, alive: NDArray, i: int) -> None:
 
 @part
 def nearest_unvisited(tree: Tree, alive: NDArray, visited: NDArray, i: int, stack: NDArray) -> int:
-    """Return the unvisited point nearest to point i, or -1 when all are visited.
+    """Return the unvisited point nearest to point i, or -1 if all are visited.
 
-    Symbols: alive int32[m], unvisited points under every tree node; visited uint8[n].
+    Symbols: alive int32[m], unvisited points below every tree node; visited uint8[n].
     Changes: stack int32[64].
     """
     box, x, y = tree.box, tree.x, tree.y

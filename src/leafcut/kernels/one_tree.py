@@ -1,8 +1,9 @@
-"""1-trees on a sparse graph, and the ascent on node penalties that makes the smallest of them heavy.
+"""Minimum 1-trees on a sparse graph, and the subgradient ascent on node penalties for a lower bound.
 
-A 1-tree is a spanning tree of all nodes but one, the hub, and two edges of the hub. Every tour is one, so no tour costs
-less than the smallest 1-tree. A penalty on a node, added to the cost of all its edges, changes all tours alike and
-1-trees as their degrees are: penalties on nodes of many edges and rewards on ends of branches drive 1-trees to tours.
+A 1-tree is a spanning tree of all nodes but one, the hub, plus two edges of the hub. Every tour is a 1-tree, so no tour
+costs less than the minimum 1-tree. A node penalty, added to the cost of all edges of the node, changes all tours
+equally, but 1-trees by their degrees. Penalties on nodes with many edges and rewards on leaves drive 1-trees towards
+tours.
 
 Source: M. Held and R. M. Karp, The traveling-salesman problem and minimum spanning trees, Operations Research 18 (1970)
 and Mathematical Programming 1 (1971).
@@ -17,24 +18,24 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
 
-#: Children of a place in the heap: four share a line of the cache, and it is half as high as with two.
+#: Children per heap node: four share a cache line, and the heap is half as high as with two.
 WAYS = 4
 
-#: In `TreeScratch.place`: the node is not in the heap yet, or in the tree already.
+#: Values of `TreeScratch.place`: not in the heap yet; already in the tree.
 OUTSIDE, DONE = -1, -2
 
-#: The least width of a set, as a part of the distance to the next node outside over the number of nodes inside: sets on
-#: a grid would have none. Tried on eight boards: 0 was worse where holes are clustered, 1 where they are on grids.
+#: Minimum width of a set, times the distance to the next node outside over the number of nodes inside; sets on a grid
+#: would have width 0. Tried on eight boards: 0 was worse for clustered holes, 1 for grids.
 SLACK = 0.3
 
 
 class Graph(NamedTuple):
-    """A sparse graph over n nodes; every edge stands with both its ends.
+    """A sparse graph over n nodes; every edge is stored at both ends.
 
     ====== ============ =======================================================
     begin  int32[n+1]   the edges of node i are begin[i] … begin[i + 1] - 1
-    near   int32[2e]    the other end
-    length float64[2e]  the cost
+    near   int32[2e]    other end
+    length float64[2e]  cost
     ====== ============ =======================================================
     """
 
@@ -44,12 +45,12 @@ class Graph(NamedTuple):
 
 
 class Sets(NamedTuple):
-    """Sets of nodes that grow together: set i < n is node i, the later ones are joined from two earlier ones each.
+    """A hierarchy of node sets: set i < n is node i, each later set is the union of two earlier sets.
 
     ===== =========== ==============================================================================
     left  int32[2n]   one part of a set ≥ n
-    right int32[2n]   the other
-    width float64[2n] how much farther the nearest node outside is than the gaps inside, or a little
+    right int32[2n]   the other part
+    width float64[2n] distance to the nearest node outside minus the gaps inside, or a minimum
     ===== =========== ==============================================================================
     """
 
@@ -59,14 +60,14 @@ class Sets(NamedTuple):
 
 
 class TreeScratch(NamedTuple):
-    """The tree in the making, and scratch.
+    """The tree under construction, and scratch.
 
     ====== =========== =================================================================================
-    parent int32[n]    the node through which a node joined the tree; -1 for the first
-    key    float64[n]  the penalised cost of that edge
-    heap   int32[n]    nodes next to the tree, the cheapest first
-    place  int32[n]    where in the heap a node is
-    excess float64[2n] the degree of a node less two; of sets: the sum
+    parent int32[n]    node through which a node joined the tree; -1 for the first
+    key    float64[n]  penalised cost of that edge
+    heap   int32[n]    nodes next to the tree, cheapest first
+    place  int32[n]    position of a node in the heap
+    excess float64[2n] degree of a node minus two; for sets: the sum
     ====== =========== =================================================================================
     """
 
@@ -79,7 +80,7 @@ class TreeScratch(NamedTuple):
 
 @part
 def _rise(heap: NDArray, place: NDArray, key: NDArray, hole: int, node: int) -> None:
-    """Put a node into the heap at `hole` or above. Changes: heap, place."""
+    """Insert a node into the heap at `hole` or above. Changes: heap, place."""
     while hole > 0:
         up = (hole - 1) // WAYS
         other = heap[up]
@@ -94,7 +95,7 @@ def _rise(heap: NDArray, place: NDArray, key: NDArray, hole: int, node: int) -> 
 
 @part
 def _sink(heap: NDArray, place: NDArray, key: NDArray, size: int, node: int) -> None:
-    """Put a node into the heap in the place of its top. Changes: heap, place."""
+    """Replace the top of the heap by a node. Changes: heap, place."""
     hole = 0
     while WAYS * hole + 1 < size:
         low = WAYS * hole + 1
@@ -112,9 +113,9 @@ def _sink(heap: NDArray, place: NDArray, key: NDArray, size: int, node: int) -> 
 
 @part
 def sparse_tree(graph: Graph, penalty: NDArray, root: int, work: TreeScratch) -> float:
-    """Find the smallest spanning tree of a connected graph under penalties, and return its penalised cost.
+    """Find the minimum spanning tree of a connected graph under penalties, and return its penalised cost.
 
-    Nodes without edges stay out. Changes: work.parent, key, heap, place.
+    Nodes without edges are left out. Changes: work.parent, key, heap, place.
     Source: R. C. Prim, Bell System Technical Journal 36 (1957).
     """
     parent, key, heap, place = work.parent, work.key, work.heap, work.place
@@ -147,7 +148,7 @@ def sparse_tree(graph: Graph, penalty: NDArray, root: int, work: TreeScratch) ->
 
 @part
 def two_spokes(spokes: NDArray, penalty: NDArray, hub: int, tied: int) -> tuple[int, int]:
-    """Return the other ends of the hub's two cheapest edges, the tied one among them if there is one (else -1).
+    """Return the other ends of the hub's two cheapest edges, including the tied one if there is one (otherwise -1).
 
     Symbols: spokes float64[n], the cost of the edge from the hub to every node.
     """
@@ -166,10 +167,10 @@ def two_spokes(spokes: NDArray, penalty: NDArray, hub: int, tied: int) -> tuple[
 
 @part
 def close_tree(spokes: NDArray, hub: int, tied: int, root: int, penalty: NDArray, work: TreeScratch) -> float:
-    """Make a 1-tree of the spanning tree in `work`, count its degrees, and return what is to be added to its cost.
+    """Complete the spanning tree in `work` to a 1-tree, count its degrees, and return the cost to add.
 
-    That is the cost of two edges of the hub, less what the penalties add to every tour. The penalty of the hub is 0.
-
+    This is the cost of the hub's two edges, minus the penalties' contribution to every tour. The penalty of the hub is
+    0.
     Changes: work.excess, which is 0 at the hub.
     """
     a, b = two_spokes(spokes, penalty, hub, tied)
@@ -191,13 +192,13 @@ def close_tree(spokes: NDArray, hub: int, tied: int, root: int, penalty: NDArray
 def join_sets(
     a: NDArray, b: NDArray, length: NDArray, n: int, up: NDArray, formed: NDArray, size: NDArray, sets: Sets
 ) -> None:
-    """Join the n nodes into sets along the edges of a spanning tree, the shortest first (single linkage).
+    """Join the n nodes into sets along the edges of a spanning tree, shortest first (single linkage).
 
     ====== =========== =====================================
     a, b   int32[e]    ends of the edges, length ascending
-    up     int32[2n]   scratch: the set that a set is part of
-    formed float64[2n] scratch: the length that joined a set
-    size   float64[2n] scratch: how many nodes are in a set
+    up     int32[2n]   scratch: the set that contains a set
+    formed float64[2n] scratch: length that joined a set
+    size   float64[2n] scratch: number of nodes in a set
     ====== =========== =====================================
 
     Changes: up, formed, size, sets.
@@ -221,10 +222,9 @@ def join_sets(
 
 @part
 def shifts(sets: Sets, n: int, excess: NDArray) -> float:
-    """Turn the excess of nodes into the way their penalties should go; return the product of the two.
+    """Convert the excess of nodes to the direction of their penalties; return the inner product of the two.
 
-    Every set moves by its excess times its width, and takes its nodes along.
-
+    Every set moves by its excess times its width, together with its nodes.
     Changes: excess float64[2n].
     """
     last = 2 * n - 3
@@ -256,17 +256,16 @@ def climb(
     best_value: float,
     work: TreeScratch,
 ) -> float:
-    """Take the steps first … last - 1 of `steps` from `penalty`, keep the best penalties met, and return their value.
+    """Take the steps first … last - 1 of `steps` from `penalty`, keep the best penalties, and return their value.
 
-    A step goes along the excess of the smallest 1-tree, as far as would close the gap to `upper`, the cost of a tour,
-    if the value rose evenly; steps get shorter to nothing.
-
+    A step follows the excess of the minimum 1-tree, as far as would close the gap to `upper`, the cost of a tour, if
+    the value rose linearly; the steps shrink to zero.
     Changes: penalty, best (float64[n] each), work.
     Source: M. Held, P. Wolfe and H. P. Crowder, Validation of subgradient optimization, Mathematical Programming 6
     (1974) (the length); T. Volgenant and R. Jonker, European J. Operational Research 9 (1982) (the squared decline).
-    Differs: not only single nodes move but all sets of `Sets`, each as far as it has room. The sets stand for the moats
-    of M. Jünger and W. R. Pulleyblank (1993): a cluster of holes needs a reward as a whole, and node by node it would
-    take thousands of steps to grow.
+    Differs: besides single nodes, all sets of `Sets` move, each by its width. The sets correspond to the moats of M.
+    Jünger and W. R. Pulleyblank (1993): a cluster of holes needs a common reward, which would take thousands of steps
+    node by node.
     """
     n = len(penalty)
     root = 0 if hub != 0 else 1

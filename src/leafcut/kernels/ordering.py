@@ -1,6 +1,6 @@
-"""Orders of clusters: what an ant lays along trails, the inversions of fireflies, and the choice of nodes.
+"""Orders of clusters: construction by ants, inversions by fireflies, and the choice of nodes.
 
-An order is an array of clusters; precedence is always kept. `Clusters` has what there is to know of the clusters.
+An order is an array of clusters that always satisfies the precedence. `Clusters` describes the clusters.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from leafcut.kernels.random import below, uniform
 def draw_next(
     weights: NDArray, nearness: NDArray, missing: NDArray, last: int, greedy_probability: float, words: NDArray, k: int
 ) -> int:
-    """Return the cluster to go to: the best with `greedy_probability`, else drawn by weight. Changes: words[k].
+    """Return the next cluster: the best with `greedy_probability`, otherwise drawn by weight. Changes: words[k].
 
-    Where no step has pheromone, nearness alone decides.
-    Symbols: weights, nearness float64[m, m]; missing int32[m], 0 for clusters that may come next; last, where the
-    ant is, or -1.
+    If no step has pheromone, the nearness alone decides.
+    Symbols: weights, nearness float64[m, m]; missing int32[m], 0 for clusters that may come next; last, the current
+    cluster, or -1.
     Source: Dorigo and Stützle 2004, equations 3.2 and 3.10.
     """
     m, best, total, free = len(missing), -1, 0.0, 0
@@ -75,12 +75,12 @@ def lay_order(
     missing: NDArray,
     order: NDArray,
 ) -> None:
-    """Lay one order along the trails; with `local_rate` above 0, the trail of every step taken goes towards `initial`.
+    """Construct one order; with `local_rate` above 0, the trail of every step taken decays towards `initial`.
 
     Symbols: pheromone, nearness (η^β), weights (τ^α·η^β) float64[m, m]; missing int32[m] is scratch.
     Changes: order int32[m], missing, words[k]; pheromone and weights if `local_rate` > 0.
-    Source: Dorigo and Stützle 2004, equations 3.2, 3.10 and 3.12. Differs: clusters whose predecessors are not all in
-    the order are not drawn.
+    Source: Dorigo and Stützle 2004, equations 3.2, 3.10 and 3.12. Differs: only clusters whose predecessors are all in
+    the order are drawn.
     """
     m, last = len(order), -1
     for c in range(m):
@@ -104,7 +104,7 @@ def lay_order(
 def choose_all(layers: Clusters, order: NDArray, path: NDArray, trial: NDArray, sums: NDArray, links: NDArray) -> float:
     """Choose the best node of every cluster of an order int32[m]; return the length of the ring.
 
-    Exact: the ring is cut at its smallest cluster, and every node of that is tried.
+    Exact: the ring is cut at its smallest cluster, whose nodes are all tried.
     Changes: path, trial int32[m]; sums and links as in `choose_between`.
     """
     m, cut = len(order), 0
@@ -130,7 +130,7 @@ def choose_all(layers: Clusters, order: NDArray, path: NDArray, trial: NDArray, 
 
 @part
 def may_invert(layers: Clusters, order: NDArray, place: NDArray, first: int, last: int) -> bool:
-    """Return whether precedence lets the places first … last of an order be inverted: no pair of it is in there."""
+    """Return whether the places first … last of an order may be inverted: they contain no precedence pair."""
     for at in range(first, last):
         c = order[at]
         for e in range(layers.after_begin[c], layers.after_begin[c + 1]):
@@ -143,9 +143,9 @@ def may_invert(layers: Clusters, order: NDArray, place: NDArray, first: int, las
 def invert_runs(
     layers: Clusters, order: NDArray, place: NDArray, runs: int, longest: int, words: NDArray, k: int
 ) -> None:
-    """Invert `runs` runs of 2 … `longest` clusters near each other at a random place, as far as precedence lets.
+    """Invert `runs` nearby runs of 2 … `longest` clusters at a random place, as far as the precedence allows.
 
-    What comes after the end of an order is not in a run, nor is the cluster that all orders begin with, if any.
+    A run does not wrap around the end of an order, nor contain the fixed first cluster, if any.
     Changes: order, place int32[m], words[k].
     """
     m, fixed = len(order), int(layers.anchored[0])
@@ -165,7 +165,7 @@ def invert_runs(
 
 @kernel
 def steps_apart(order: NDArray, place: NDArray) -> int:
-    """Return how many steps of an order int32[m] are not steps of another one, whose places int32[m] are given."""
+    """Return the number of steps of an order int32[m] that are missing in another order with the places int32[m]."""
     apart = 0
     for at in range(1, len(order)):
         if place[order[at]] != place[order[at - 1]] + 1:

@@ -1,7 +1,7 @@
-"""Pheromone on candidate edges: evaporation, deposit, and the product that ants choose by.
+"""Pheromone on candidate edges: evaporation, deposit, and the weights by which ants choose.
 
-`pheromone[i, c]` lies on the edge from node i to its c-th candidate; an edge that stands in both its nodes' lists has
-two equal entries. Memory is n·k, not n².
+`pheromone[i, c]` belongs to the edge from node i to its c-th candidate; an edge in the lists of both its nodes has two
+equal entries. Memory is n·k, not n².
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from leafcut.kernels.cost import CostModel, travel
 
 @kernel
 def fill_nearness(cost: CostModel, candidates: NDArray, weight: float, offset: float, nearness: NDArray) -> None:
-    """Fill η^β = (1 / (cost + offset))^β of every candidate edge; the offset keeps nodes on one place finite.
+    """Compute η^β = (1 / (cost + offset))^β of every candidate edge; the offset keeps it finite at distance 0.
 
     Changes: nearness float64[n, k].
     """
@@ -28,7 +28,7 @@ def fill_nearness(cost: CostModel, candidates: NDArray, weight: float, offset: f
 
 @kernel
 def fill_weights(pheromone: NDArray, nearness: NDArray, pheromone_weight: float, weights: NDArray) -> None:
-    """Fill weights = τ^α · η^β. Changes: weights float64[n, k]."""
+    """Compute weights = τ^α · η^β. Changes: weights float64[n, k]."""
     for i in range(pheromone.shape[0]):
         for c in range(pheromone.shape[1]):
             trail = pheromone[i, c]
@@ -37,7 +37,7 @@ def fill_weights(pheromone: NDArray, nearness: NDArray, pheromone_weight: float,
 
 @kernel
 def evaporate(pheromone: NDArray, rate: float, lowest: float) -> None:
-    """Let every trail lose the part `rate`, but not below `lowest`. Changes: pheromone.
+    """Reduce every trail by the share `rate`, but not below `lowest`. Changes: pheromone.
 
     Source: Dorigo and Stützle 2004, equations 3.3 and 3.5 (lower trail limit of MAX–MIN: section 3.3.4).
     """
@@ -50,7 +50,7 @@ def evaporate(pheromone: NDArray, rate: float, lowest: float) -> None:
 def deposit(
     candidates: NDArray, tour: NDArray, amount: float, highest: float, one_way: bool, pheromone: NDArray
 ) -> None:
-    """Add `amount` to every edge of the closed tour, up to `highest`; `one_way`: only as it is gone along.
+    """Add `amount` to every edge of the closed tour, up to `highest`; `one_way`: only in the direction of the tour.
 
     Changes: pheromone.
     Source: Dorigo and Stützle 2004, equation 3.4; upper trail limit of MAX–MIN: section 3.3.4.
@@ -93,7 +93,7 @@ def wear(
     i: int,
     c: int,
 ) -> None:
-    """Wear off one trail towards `initial`: τ ← (1 − ξ)τ + ξτ0; its weight follows. Changes: pheromone, weights.
+    """Decay one trail towards `initial`, τ ← (1 − ξ)τ + ξτ0, and update its weight. Changes: pheromone, weights.
 
     Source: Dorigo and Stützle 2004, equation 3.12 (local update of Ant Colony System).
     """
@@ -104,13 +104,12 @@ def wear(
 
 @kernel
 def branching(candidates: NDArray, pheromone: NDArray, share: float) -> float:
-    """Return the mean over the nodes of how many of a node's edges have a trail τ ≥ τ_min + λ·(τ_max − τ_min).
+    """Return the mean number of edges per node with a trail τ ≥ τ_min + λ·(τ_max − τ_min).
 
-    τ_min and τ_max are the least and the largest trail of that node; λ is `share`. It falls from the length of the
-    lists to 2 as ants come to agree.
-
-    Source: Dorigo and Stützle 2004, section 3.3.4 (mean λ-branching factor; λ = 0.05 there). Differs: edges are those
-    of the candidate lists; with full lists, all. An entry that leads back to its own node is no edge.
+    τ_min and τ_max are the smallest and the largest trail of that node; λ is `share`. The value falls from the length
+    of the lists to 2 as the ants converge.
+    Source: Dorigo and Stützle 2004, section 3.3.4 (mean λ-branching factor; λ = 0.05 there). Differs: only edges in the
+    candidate lists count; with full lists, all edges. An entry that leads back to its own node is ignored.
     """
     total, nodes = 0, 0
     for i in range(candidates.shape[0]):

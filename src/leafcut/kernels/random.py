@@ -1,4 +1,4 @@
-"""Random numbers as an argument: one 64-bit word per ant."""
+"""Random numbers with explicit state: one 64-bit word per ant."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _SCALE = 1.0 / 9007199254740992.0  # 2**-53
 
 @kernel
 def uniform(words: NDArray, k: int) -> float:
-    """Return a number in [0, 1) and step the word ``words[k]`` (uint64, never 0).
+    """Return a number in [0, 1) and advance the word ``words[k]`` (uint64, never 0).
 
     Changes: words[k].
     Source: G. Marsaglia, Xorshift RNGs, J. Statistical Software 8 (2003), triple (13, 7, 17).
@@ -28,5 +28,5 @@ def uniform(words: NDArray, k: int) -> float:
 
 @part
 def below(words: NDArray, k: int, n: int) -> int:
-    """Return a whole number in 0 … n - 1. Changes: words[k]."""
+    """Return an integer in 0 … n - 1. Changes: words[k]."""
     return int(uniform(words, k) * n)

@@ -1,9 +1,9 @@
-"""A path with a direction, being worked on: what an exchange does to it, and how it is taken back.
+"""A directed path under improvement: exchanges and undo.
 
-The path is an array with an anchor at place 0 (the depot of an open path), taken as a circle: behind the last place
-comes the first. An exchange cuts it behind up to three places p < q < r into A = … p, B = p + 1 … q, C = q + 1 … r and
-D = r + 1 …, and puts it together again with B and C swapped, turned round, or both. What turning a piece round costs
-inside it is the difference of two sums along the path, so that it is known without walking the piece.
+The path is an array with an anchor at place 0 (the depot of an open path), treated as a circle: the first place follows
+the last. An exchange cuts it after up to three places p < q < r into A = … p, B = p + 1 … q, C = q + 1 … r and
+D = r + 1 …, and reassembles it with B and C swapped, reversed, or both. The cost of reversing a piece is the difference
+of two prefix sums, so it is known without walking the piece.
 """
 
 from __future__ import annotations
@@ -16,36 +16,36 @@ from numpy.typing import NDArray
 from leafcut.kernels import kernel, part
 from leafcut.kernels.cost import CostModel, travel
 
-#: log2 of the places that share one entry of `Route.shift`.
+#: log2 of the number of places that share one entry of `Route.shift`.
 BLOCK = 8
 
-#: Columns of `Route.move`: the three cuts, and what becomes of the two pieces between them.
+#: Columns of `Route.move`: the three cuts, and the changes of the two pieces between them.
 P, Q, R, SWAPPED, TURNED_B, TURNED_C = 0, 1, 2, 3, 4, 5
 
 #: Entries of `Route.flags`.
 TWISTED, RING = 0, 1
 
-#: In the log, in place of the third cut of an exchange: another way of one node was chosen.
+#: In the log, instead of the third cut of an exchange: another option of a node was chosen.
 CHOICE = -2
 
 
 class Route(NamedTuple):
-    """A path being worked on, and all that a search in it needs; one object per worker.
+    """A path under improvement, with the state of the search; one object per worker.
 
     ======== =============== ==========================================================================
     node     int32[n]        nodes in the order of the path
-    place    int32[n]        where each node stands in it
-    enter    int32[n]        the row of `CostModel.xy` (or of its matrix) where a node is entered
-    leave    int32[n]        and where it is left
-    bias     float64[n]      with shift: how much more the way back to the anchor costs than the way from there
+    place    int32[n]        place of each node in it
+    enter    int32[n]        row of `CostModel.xy` (or of its matrix) at which a node is entered
+    leave    int32[n]        row at which it is left
+    bias     float64[n]      with shift: excess cost of travel back to the anchor over travel from it
     shift    float64[b]      added to `bias` of 2**BLOCK places each
-    flags    int64[2]        TWISTED: some way does not cost the same both ways, else bias is not used;
-                             RING: the path may begin anywhere, else the node at place 0 stays there
-    queue    int32[n]        ring buffer of nodes worth looking at; counts[0] is its first, counts[1] how many
+    flags    int64[2]        TWISTED: some travel is asymmetric, otherwise bias is not used;
+                             RING: the path may start anywhere, otherwise the node at place 0 is fixed
+    queue    int32[n]        ring buffer of nodes to examine; counts[0] is its first, counts[1] its length
     queued   uint8[n]        1 for nodes in the queue
-    counts   int64[4]        queue's first, queue's length, entries in the log, 1 when the log was too small
-    log      int32[m]        what was overwritten, the last on top; m = 0 where no log is kept
-    buffer   int32[b]        pieces on their way; an exchange that writes more places is not made
+    counts   int64[4]        first of the queue, length of the queue, entries in the log, 1 if the log was too small
+    log      int32[m]        overwritten entries, the last on top; m = 0 without a log
+    buffer   int32[b]        pieces being moved; an exchange that writes more places is not made
     move     int64[6]        the exchange that was found
     ======== =============== ==========================================================================
     """
@@ -66,12 +66,12 @@ class Route(NamedTuple):
 
 
 class Lists(NamedTuple):
-    """Candidates of every node in one direction of the path, cheapest first, -1 and infinite where there are fewer.
+    """Candidates of every node in one direction of the path, cheapest first; -1 and infinite for none.
 
     ========= ============== ===================================================
-    near      int32[n, c]    nodes that are cheap to go to from a node
-    near_cost float64[n, c]  what that costs; of several ways, the least of them
-    back      int32[n, c]    nodes from which it is cheap to go to a node
+    near      int32[n, c]    nodes that are cheap to reach from a node
+    near_cost float64[n, c]  their costs; the minimum over several options
+    back      int32[n, c]    nodes from which a node is cheap to reach
     back_cost float64[n, c]
     ========= ============== ===================================================
     """
@@ -83,19 +83,19 @@ class Lists(NamedTuple):
 
 
 class Rules(NamedTuple):
-    """What does not change while a path is worked on.
+    """Data that are constant during the improvement of a path.
 
     ============ ============= ==================================================================================
     after_begin  int32[n + 1]  the nodes that must come after node v are after[after_begin[v] … after_begin[v+1] - 1]
     after        int32[k]
-    before_begin int32[n + 1]  likewise those that must come before
+    before_begin int32[n + 1]  likewise the nodes that must come before
     before       int32[k]
-    way_begin    int32[n + 1]  likewise the ways to work a node, of which one is taken
-    way          int32[w]      the row where a way is entered
-    beyond       int64[1]      the row where it is left is so much larger
-    service      float64[rows] what a way itself costs, by the row where it is entered
+    way_begin    int32[n + 1]  likewise the options of a node, of which one is taken
+    way          int32[w]      row at which an option is entered
+    beyond       int64[1]      offset from this row to the row at which it is left
+    service      float64[rows] cost of an option itself, by its entry row
     onward       Lists         candidates along the path
-    backward     Lists         the same for the path seen from its end
+    backward     Lists         the same for the reversed path
     ============ ============= ==================================================================================
     """
 
@@ -113,7 +113,7 @@ class Rules(NamedTuple):
 
 @part
 def push(route: Route, v: int) -> None:
-    """Put a node into the queue, if it is not there. Changes: queue, queued, counts."""
+    """Append a node to the queue, unless it is there. Changes: queue, queued, counts."""
     if route.queued[v] == 0:
         n, tail = len(route.queue), route.counts[0] + route.counts[1]
         route.queue[tail - n if tail >= n else tail] = v
@@ -123,7 +123,7 @@ def push(route: Route, v: int) -> None:
 
 @part
 def pop(route: Route) -> int:
-    """Take the first node out of the queue. Changes: queued, counts."""
+    """Remove the first node from the queue. Changes: queued, counts."""
     first = route.counts[0]
     v = route.queue[first]
     route.counts[0] = first + 1 if first + 1 < len(route.queue) else 0
@@ -134,7 +134,7 @@ def pop(route: Route) -> int:
 
 @part
 def leg(cost: CostModel, route: Route, u: int, v: int, s: int) -> float:
-    """Return what it costs to go from node u to node v; with s = -1, from v to u."""
+    """Return the cost of travel from node u to node v; with s = -1, from v to u."""
     if s > 0:
         return travel(cost, route.leave[u], route.enter[v])
     return travel(cost, route.leave[v], route.enter[u])
@@ -142,7 +142,7 @@ def leg(cost: CostModel, route: Route, u: int, v: int, s: int) -> float:
 
 @part
 def set_bias(cost: CostModel, route: Route, low: int, high: int) -> None:
-    """Bring bias and shift up to date after the nodes at the places low … high have changed. Changes: bias, shift."""
+    """Update bias and shift after changes of the nodes at the places low … high. Changes: bias, shift."""
     node, bias, shift, n = route.node, route.bias, route.shift, len(route.node)
     value = bias[low - 1] + shift[(low - 1) >> BLOCK] if low > 0 else 0.0
     for at in range(low, min(high + 2, n)):
@@ -162,7 +162,7 @@ def set_bias(cost: CostModel, route: Route, low: int, high: int) -> None:
 
 @kernel
 def begin_bias(cost: CostModel, route: Route) -> None:
-    """Make bias anew: its changes would carry their rounding on for ever. Changes: bias, shift."""
+    """Recompute bias, because incremental changes accumulate rounding errors. Changes: bias, shift."""
     if route.flags[TWISTED] == 1:
         route.shift[:] = 0.0
         set_bias(cost, route, 0, len(route.node) - 1)
@@ -170,7 +170,7 @@ def begin_bias(cost: CostModel, route: Route) -> None:
 
 @part
 def keeps_order(route: Route, rules: Rules, p: int, q: int, r: int, swapped: bool, b: bool, c: bool) -> bool:
-    """Return whether all pairs are in order after an exchange: of pieces swapped, and of B or C turned round."""
+    """Return whether precedence holds after an exchange: with pieces swapped, and B or C reversed."""
     node, place, after_begin, after = route.node, route.place, rules.after_begin, rules.after
     if len(after) == 0:
         return True
@@ -196,7 +196,7 @@ def keeps_order(route: Route, rules: Rules, p: int, q: int, r: int, swapped: boo
 
 @part
 def log_exchange(route: Route, p: int, r: int) -> bool:
-    """Log what stands at the places p + 1 … r; return whether there was room. Changes: log, counts."""
+    """Log the nodes at the places p + 1 … r; return whether there was space. Changes: log, counts."""
     log, top = route.log, route.counts[2]
     if len(log) == 0:
         return True
@@ -213,9 +213,9 @@ def log_exchange(route: Route, p: int, r: int) -> bool:
 
 @part
 def make_exchange(cost: CostModel, route: Route) -> bool:
-    """Make the exchange in `move`, log what it overwrites and push the nodes at its cuts.
+    """Make the exchange in `move`, log the overwritten entries and queue the nodes at its cuts.
 
-    Return whether there was room in the log. Changes: node, place, bias, shift, queue, queued, counts, log, buffer.
+    Return whether there was space in the log. Changes: node, place, bias, shift, queue, queued, counts, log, buffer.
     """
     node, place, move, buffer = route.node, route.place, route.move, route.buffer
     n, p, q, r = len(node), move[P], move[Q], move[R]
@@ -243,7 +243,7 @@ def make_exchange(cost: CostModel, route: Route) -> bool:
 
 @part
 def way_cost(cost: CostModel, route: Route, rules: Rules, v: int, row: int) -> float:
-    """Return what it costs to come to node v, work it the way that is entered at `row`, and go on."""
+    """Return the cost of travel to node v, of its option entered at `row`, and of travel to the next node."""
     at = route.place[v]
     u, w = route.node[at - 1], route.node[at + 1 if at + 1 < len(route.node) else 0]
     there, on = travel(cost, route.leave[u], row), travel(cost, row + rules.beyond[0], route.enter[w])
@@ -252,9 +252,9 @@ def way_cost(cost: CostModel, route: Route, rules: Rules, v: int, row: int) -> f
 
 @part
 def take_way(cost: CostModel, route: Route, rules: Rules, v: int, row: int) -> bool:
-    """Work node v the way that is entered at `row`, log what it was, and push v and its neighbours.
+    """Switch node v to the option entered at `row`, log the previous one, and queue v and its neighbours.
 
-    Return whether there was room in the log. Changes: enter, leave, bias, shift, queue, queued, counts, log.
+    Return whether there was space in the log. Changes: enter, leave, bias, shift, queue, queued, counts, log.
     """
     at, top = route.place[v], route.counts[2]
     if len(route.log) > 0:
@@ -274,7 +274,7 @@ def take_way(cost: CostModel, route: Route, rules: Rules, v: int, row: int) -> b
 
 @part
 def choose_way(cost: CostModel, route: Route, rules: Rules, v: int, least: float) -> float:
-    """Work node v the way that is best between its neighbours, if that gains more than `least`; return the gain, or 0.
+    """Switch node v to its best option between its neighbours if that gains more than `least`; return the gain, or 0.
 
     Changes: as `take_way`.
     """
@@ -295,7 +295,7 @@ def choose_way(cost: CostModel, route: Route, rules: Rules, v: int, least: float
 
 @part
 def take_back(cost: CostModel, route: Route, rules: Rules) -> None:
-    """Undo everything in the log, last first, and empty it. Changes: node, place, enter, leave, bias, shift, counts."""
+    """Undo the log, last entry first, and empty it. Changes: node, place, enter, leave, bias, shift, counts."""
     top, log = route.counts[2], route.log
     while top > 0:
         p, r = log[top - 2], log[top - 1]

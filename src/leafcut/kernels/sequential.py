@@ -1,16 +1,16 @@
-"""A search for paths with a direction: costs that are not the same both ways, and nodes that must precede others.
+"""Local search for directed paths: asymmetric costs and precedence.
 
-Exchanges of two or three ways are found along candidate lists. Of the pieces of `kernels.route` they make
+Exchanges of two or three edges are found along candidate lists. With the pieces of `kernels.route` they produce
 
-    A C B D,   A B' D,   A C B' D,   A C' B D   or   A B' C' D   (' turned round).
+    A C B D,   A B' D,   A C B' D,   A C' B D   or   A B' C' D   (' reversed).
 
-The first keeps all directions; alone it is the path-preserving exchange of the literature. Whether an exchange keeps
-the precedence is asked last, of one that gains. Everything is written for one direction and used for both: seen from
-its end the path is a path as well. There a node's coordinate is its distance from the anchor against the direction.
+The first keeps all directions; alone it is the path-preserving exchange of the literature. Precedence is checked last,
+for exchanges with a gain. All functions are written for one direction and used for both: a reversed path is a path as
+well, in which the coordinate of a node is its distance from the anchor against the direction.
 
 Source: L. M. Gambardella and M. Dorigo, INFORMS J. Computing 12 (2000) (path-preserving exchanges of three edges, with
 precedence). Differs: candidate lists and gains along the exchange instead of labels in a search over all places; pieces
-may be turned; kicks as in `kernels.kicks`.
+may be reversed; kicks as in `kernels.kicks`.
 """
 
 from __future__ import annotations
@@ -47,22 +47,22 @@ from leafcut.kernels.route import (
     way_cost,
 )
 
-#: Longest piece that a kick moves, and how often it looks for a place where precedence lets it.
+#: Maximum length of a piece moved by a kick, and maximum number of draws for a place that precedence allows.
 LONGEST_PIECE, DRAWS = 50, 12
 
-#: Where nodes can be worked in several ways, the share of kicks that change the way of one.
+#: Share of kicks that switch the option of a node, if nodes have several options.
 WAY_SHARE = 0.3
 
-#: Kicks at once, when the path may get longer: a single one is mended too well on paths of few nodes.
+#: Maximum number of simultaneous kicks if the path may get longer: on short paths, a single kick is simply repaired.
 MOST_AT_ONCE = 3
 
-#: Exchanges looked for after a kick before it is given up.
+#: Maximum number of exchanges searched after a kick.
 MOST_LOOKS = 10_000
 
 
 @part
 def coordinate(route: Route, v: int, s: int) -> int:
-    """Return how far node v is from the anchor in direction s, 0 … n - 1."""
+    """Return the distance of node v from the anchor in direction s, 0 … n - 1."""
     at = route.place[v]
     return int(at if s > 0 or at == 0 else len(route.place) - at)
 
@@ -78,7 +78,7 @@ def node_at(route: Route, x: int, s: int) -> int:
 
 @part
 def turning(route: Route, s: int, x: int, y: int) -> float:
-    """Return what it costs inside the piece of coordinates x … y to turn it round."""
+    """Return the cost of reversing the piece of coordinates x … y, within it."""
     if route.flags[TWISTED] == 0:
         return 0.0
     n, bias, shift = len(route.bias), route.bias, route.shift
@@ -88,7 +88,7 @@ def turning(route: Route, s: int, x: int, y: int) -> float:
 
 @part
 def new_way(cost: CostModel, route: Route, rules: Rules, listed: float, u: int, v: int, s: int) -> float:
-    """Return what going from u to v costs: as listed, where nodes have no choice of ways."""
+    """Return the cost of travel from u to v: the listed cost if nodes have a single option."""
     if len(rules.way) <= len(route.node):
         return listed
     return leg(cost, route, u, v, s)
@@ -96,7 +96,7 @@ def new_way(cost: CostModel, route: Route, rules: Rules, listed: float, u: int, 
 
 @part
 def settle(route: Route, rules: Rules, s: int, x: int, y: int, z: int, swapped: bool, b: bool, c: bool) -> bool:
-    """Note the exchange that cuts behind the coordinates x < y ≤ z if it may be made, and return whether.
+    """Record the exchange that cuts after the coordinates x < y ≤ z if it is allowed, and return whether it is.
 
     Changes: move.
     """
@@ -107,7 +107,7 @@ def settle(route: Route, rules: Rules, s: int, x: int, y: int, z: int, swapped: 
         p, q, r = n - 1 - z, n - 1 - y, n - 1 - x
         b, c = c, b
     if r - p > room or not keeps_order(route, rules, p, q, r, swapped, b, c):
-        # On a ring A C B, where D is empty, is C B A as well: another order for those that must precede others.
+        # On a ring, A C B with empty D equals C B A: another order with respect to the precedence.
         if not (route.flags[RING] == 1 and swapped and r == n - 1) or b or c:
             return False
         p, q, r = -1, p, q
@@ -123,9 +123,9 @@ def cut_before(
     cost: CostModel, route: Route, rules: Rules, lists: Lists, breadth: int, least: float, s: int, x0: int, t1: int,
     c: int, gain: float,
 ) -> float:  # fmt: skip
-    """Look for an exchange after which the path goes from x0 to c, and which cuts the way that led to c.
+    """Search an exchange after which the path goes from x0 to c, and which removes the edge that led to c.
 
-    Symbols as in `find_exchange`; gain is that of the way to c in place of the way to t1. Returns the gain of the
+    Symbols as in `find_exchange`; gain is that of the edge to c instead of the edge to t1. Returns the gain of the
     exchange, which is in `move`, or 0. Changes: move.
     """
     n = len(route.node)
@@ -134,7 +134,7 @@ def cut_before(
     t3 = node_at(route, cut, s)
     gain += leg(cost, route, t3, c, s)
     span = cut - x0 if cut > x0 else cut - x0 + n
-    for k in range(min(breadth, lists.near.shape[1])):  # A C B D, its cuts in any of three roles
+    for k in range(min(breadth, lists.near.shape[1])):  # A C B D, with its cuts in each of three roles
         e = lists.near[t3, k]
         if e < 0 or gain - lists.near_cost[t3, k] <= least:
             break
@@ -172,7 +172,7 @@ def cut_behind(
     cost: CostModel, route: Route, rules: Rules, lists: Lists, breadth: int, least: float, s: int, x0: int, t1: int,
     xc: int, gain: float,
 ) -> float:  # fmt: skip
-    """Look for an exchange that goes from x0 to the node at xc > x0 + 1, and cuts the way that led on from it.
+    """Search an exchange that goes from x0 to the node at xc > x0 + 1, and removes the edge that led on from it.
 
     As `cut_before`.
     """
@@ -215,13 +215,13 @@ def cut_behind(
 def find_exchange(
     cost: CostModel, route: Route, rules: Rules, lists: Lists, breadth: NDArray, least: float, s: int, t0: int,
 ) -> float:  # fmt: skip
-    """Look for an exchange that gains more than `least` and gives t0 another follower; return its gain, or 0.
+    """Search an exchange that gains more than `least` and gives t0 another successor; return its gain, or 0.
 
     ======= ======== ===============================================================
-    lists   Lists    the candidates in direction s
-    breadth int64[2] how many are tried for the first and for the second new way
-    s       int      direction: 1, or -1 for the path seen from its end
-    x0, t1  int      coordinate of t0, and what follows it now
+    lists   Lists    candidates in direction s
+    breadth int64[2] number of candidates for the first and for the second new edge
+    s       int      direction: 1, or -1 for the reversed path
+    x0, t1  int      coordinate of t0, and its current successor
     ======= ======== ===============================================================
 
     Changes: move.
@@ -254,9 +254,9 @@ def find_exchange(
 
 @kernel
 def improve_route(cost: CostModel, route: Route, rules: Rules, breadth: NDArray, least: float, looks: int) -> float:
-    """Make exchanges at the nodes in the queue until it is empty, the log full, or `looks` of them were looked for.
+    """Make exchanges at the queued nodes until the queue is empty, the log is full, or `looks` searches were made.
 
-    Return the sum of the gains. Changes: route.
+    Return the total gain. Changes: route.
     """
     total = 0.0
     while route.counts[1] > 0 and route.counts[3] == 0 and looks > 0:
@@ -280,7 +280,7 @@ def improve_route(cost: CostModel, route: Route, rules: Rules, breadth: NDArray,
 
 @part
 def swap_pieces(cost: CostModel, route: Route, rules: Rules, words: NDArray, k: int) -> float:
-    """Swap two neighbouring pieces at a random place where precedence lets it; return what that costs.
+    """Swap two adjacent pieces at a random place that precedence allows; return the added cost.
 
     Changes: route, words[k].
     """
@@ -306,7 +306,7 @@ def swap_pieces(cost: CostModel, route: Route, rules: Rules, words: NDArray, k: 
 
 @part
 def change_way(cost: CostModel, route: Route, rules: Rules, words: NDArray, k: int) -> float:
-    """Work a random node in a random way; return what that costs. Changes: route, words[k]."""
+    """Switch a random node to a random option; return the added cost. Changes: route, words[k]."""
     v = below(words, k, len(route.node))
     begin, end = rules.way_begin[v], rules.way_begin[v + 1]
     if end - begin < 2:
@@ -318,7 +318,7 @@ def change_way(cost: CostModel, route: Route, rules: Rules, words: NDArray, k: i
 
 @part
 def kick(cost: CostModel, route: Route, rules: Rules, words: NDArray, k: int, times: int) -> float:
-    """Change the path at random places; return what that costs. Changes: route, words[k]."""
+    """Change the path at random places; return the added cost. Changes: route, words[k]."""
     worse = 0.0
     for _ in range(times):
         if len(rules.way) > len(route.node) and uniform(words, k) < WAY_SHARE:
@@ -340,11 +340,10 @@ def kick_route(
     k: int,
     kicks: int,
 ) -> float:
-    """Kick and mend `kicks` times, taking back what made the path longer; return the gain of all together.
+    """Kick and repair `kicks` times, undoing results that lengthen the path; return the total gain.
 
-    With `heat` above 0 several kicks are mended at once, and the path may be made longer: by x with the probability
+    With `heat` above 0, several kicks are repaired at once, and a path longer by x is accepted with probability
     exp(-x / heat), as in simulated annealing.
-
     Changes: route, words[k].
     """
     total = 0.0

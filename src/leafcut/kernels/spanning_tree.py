@@ -1,7 +1,7 @@
-"""Smallest spanning trees over all pairs of nodes, under penalties: the proof of a lower bound.
+"""Minimum spanning trees over all pairs of nodes, under penalties: the proof of a lower bound.
 
-One node, `apart`, is left out: the hub of a 1-tree. The penalised cost of an edge is d(i, j) + (p_i + p_j), in this
-order of adding, so that both its ends see the same number.
+One node, `apart`, is left out: the hub of a 1-tree. The penalised cost of an edge is d(i, j) + (p_i + p_j), added in
+this order, so that both its ends get the same number.
 """
 
 from __future__ import annotations
@@ -21,10 +21,9 @@ from leafcut.kernels.one_tree import Graph
 def dense_tree(
     cost: CostModel, penalty: NDArray, apart: int, left: NDArray, key: NDArray, near: NDArray, a: NDArray, b: NDArray
 ) -> None:
-    """Find the smallest spanning tree by looking at all n² pairs; any metric, O(n) memory.
+    """Find the minimum spanning tree by a scan of all n² pairs; any metric, O(n) memory.
 
-    Of edges that cost the same it takes the one to the node that joined last: chains rather than stars.
-
+    Among edges of equal cost, the edge to the node that joined last is taken: chains rather than stars.
     Changes: left, near int32[n], key float64[n] (scratch); a, b int32[n-2], the edges.
     Source: R. C. Prim, Bell System Technical Journal 36 (1957).
     """
@@ -38,7 +37,7 @@ def dense_tree(
     for e in range(len(a)):
         low = 0
         for s in range(size):
-            # In a matrix to look up is all there is to do, as tied and free edges are edges of the hub.
+            # In a matrix a lookup suffices, because tied and free edges are edges of the hub.
             d = cost.matrix[i, left[s]] if cost.code == EXPLICIT else travel(cost, i, left[s])
             c = d + (penalty[i] + penalty[left[s]])
             if c <= key[s]:
@@ -52,20 +51,20 @@ def dense_tree(
 
 
 class ForestParts(NamedTuple):
-    """The parts of a forest that grow together to a tree, round by round.
+    """The parts of a forest that are merged to a tree, round by round.
 
     ======= =========== ===============================================================================
-    up      int64[n]    union–find: a part is named by the node that all its nodes lead up to
-    part    int32[n]    the part of every node
-    low     int32[m]    the lowest name of a part that has points in a box of the k-d tree
-    high    int32[m]    the highest; -1 if it has none
-    least   float64[m]  the smallest penalty of its points
-    found   int32[n]    the cheapest node of another part that a node has found, or -1
-    reach   float64[n]  no node of another part costs less than this; the cost of `found`, if there is one
+    up      int64[n]    union–find: a part is identified by the root of its nodes
+    part    int32[n]    part of every node
+    low     int32[m]    smallest id of a part that has points in a box of the k-d tree
+    high    int32[m]    largest id; -1 for none
+    least   float64[m]  smallest penalty of its points
+    found   int32[n]    cheapest node of another part found for a node, or -1
+    reach   float64[n]  lower bound of the cost to other parts; the cost of `found`, if there is one
     best    float64[n]  of every part: the cheapest edge that leaves it, from `leave` to `arrive`
     leave   int64[n]
     arrive  int64[n]
-    stack   int64[128]  boxes to be looked into
+    stack   int64[128]  boxes to visit
     ======= =========== ===============================================================================
     """
 
@@ -100,11 +99,10 @@ def leave_by_graph(graph: Graph, penalty: NDArray, parts: ForestParts) -> None:
 
 @kernel
 def leave_by_tree(cost: CostModel, tree: Tree, penalty: NDArray, apart: int, most: int, parts: ForestParts) -> int:
-    """Find the cheapest edge that leaves each part; return how much was looked at, or -1 if that was more than `most`.
+    """Find the cheapest edge that leaves each part; return the number of visits, or -1 if it exceeds `most`.
 
-    Every metric of places grows with |dx| and with |dy|, also after rounding, and a lift only adds to it: no edge into
-    a box costs less than to the place in it that is nearest. What is in `parts.best` already spares many looks.
-
+    Every metric of positions increases with |dx| and |dy|, also after rounding, and a lift only adds to it. Therefore
+    no edge into a box costs less than to its nearest point. Existing values in `parts.best` prune the search.
     Changes: parts.found, reach, best, leave, arrive, stack.
     """
     part, best, found, reach, low, high = parts.part, parts.best, parts.found, parts.reach, parts.low, parts.high
@@ -132,7 +130,7 @@ def leave_by_tree(cost: CostModel, tree: Tree, penalty: NDArray, apart: int, mos
                 continue
             right = tree.child[at] + 1
             if right > 0:
-                # The nearer one is looked into first: what is found there lowers the limit for the other.
+                # The nearer box is visited first: its result lowers the limit for the other.
                 second = 0 if squared_gap(box, right, x, y) < squared_gap(box, right - 1, x, y) else 1
                 stack[height], stack[height + 1] = right - 1 + second, right - second
                 height += 2
@@ -152,7 +150,7 @@ def leave_by_tree(cost: CostModel, tree: Tree, penalty: NDArray, apart: int, mos
 
 @part
 def _name(up: NDArray, i: int) -> int:
-    """Return the part of node i. Changes: up (shorter ways)."""
+    """Return the part of node i. Changes: up (path compression)."""
     while up[i] != i:
         up[i] = up[up[i]]
         i = up[i]
@@ -161,11 +159,10 @@ def _name(up: NDArray, i: int) -> int:
 
 @kernel
 def join_parts(apart: int, parts: ForestParts, a: NDArray, b: NDArray, have: int) -> int:
-    """Join the parts along the edges that leave them; return how many edges there are now.
+    """Merge the parts along the edges that leave them; return the number of edges.
 
-    Edges that cost the same do no harm: of two that would close a ring the second is left out, and what is left out
-    costs no less than what its part was joined by.
-
+    Edges of equal cost are harmless: of two that would close a cycle, the second is dropped, and it costs no less than
+    the edge by which its part was merged.
     Changes: parts.up, part; a, b int32[n-2] from `have` on.
     Source: O. Borůvka, Práce Moravské přírodovědecké společnosti 3 (1926).
     """

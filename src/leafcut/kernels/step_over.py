@@ -1,4 +1,4 @@
-"""The largest discs beside a path that hold no part of it, and where they touch it next."""
+"""The largest empty discs next to a path, and the point at which they touch it again."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from leafcut.kernels import kernel, part
 from leafcut.kernels.bands import Bands, band_at, from_left
 
-#: A disc looked for reaches this far from its middle, in reaches: room for rounding.
+#: Radius of the search around the centre of a disc, in reaches, with a margin for rounding.
 HALF = 0.5 + 1e-9
 
 
 class Reaches(NamedTuple):
-    """How far a neighbour is looked for, mm: `least` at first, then twice as far each time, `most` at last."""
+    """Search distance for a neighbour, mm: starts at `least`, doubles each time, ends at `most`."""
 
     least: float
     most: float
@@ -23,7 +23,7 @@ class Reaches(NamedTuple):
 
 @part
 def smallest_disc(bands: Bands, x: float, y: float, nx: float, ny: float, reach: float) -> float:
-    """Return the least radius of discs that touch the tangent at a place, on the side of its normal, and a place."""
+    """Return the smallest radius of the discs through a point of the bands that touch the tangent at (x, y)."""
     least, middle_x, middle_y, half = math.inf, x + 0.5 * reach * nx, y + 0.5 * reach * ny, HALF * reach
     for band in range(band_at(bands, middle_y - half), band_at(bands, middle_y + half) + 1):
         at = from_left(bands, band, middle_x - half)
@@ -39,9 +39,9 @@ def smallest_disc(bands: Bands, x: float, y: float, nx: float, ny: float, reach:
 
 @part
 def highest_touched(bands: Bands, x: float, y: float, nx: float, ny: float, reach: float, largest: float) -> int:
-    """Return the place of the bands that is highest over the tangent, of equal ones the last, whose disc is so small.
+    """Return the point highest above the tangent whose disc is small enough; the last of equals.
 
-    largest  radius of the disc, mm, no more than half the reach
+    largest  radius of the disc, mm, at most half the reach
     """
     highest, found = 0.0, -1
     middle_x, middle_y, half = x + 0.5 * reach * nx, y + 0.5 * reach * ny, HALF * reach
@@ -63,16 +63,16 @@ def find_neighbours(
     bands: Bands, x: NDArray, y: NDArray, nx: NDArray, ny: NDArray, reaches: Reaches, equal: float, height: NDArray,
     row: NDArray, radius: NDArray,
 ) -> None:  # fmt: skip
-    """Find the smallest disc that touches the tangent at each place on the side of its normal, and a place.
+    """Find the smallest disc that touches the tangent at each point, on the side of its normal, and another point.
 
-    A disc through q that touches the tangent at p has the radius (q − p)² / (2 n·(q − p)). All that are smaller than
-    half the reach are known when all q within the reach are, so the reach grows until one is found. Of discs that are
-    equally large but for a share the one whose q is highest over the tangent counts.
+    A disc through q that touches the tangent at p has the radius (q − p)² / (2 n·(q − p)). All discs smaller than half
+    the reach are known when all q within the reach are, so the reach grows until a disc is found. Among discs whose
+    radii are equal within a relative tolerance, the one whose q is highest above the tangent counts.
 
     ============ =========== ==============================================
-    x, y, nx, ny float64[n]  places p, mm, and unit normals there
-    equal        float       the share
-    height       float64[n]  of q over the tangent, mm; 0: none is found
+    x, y, nx, ny float64[n]  points p, mm, and unit normals there
+    equal        float       relative tolerance
+    height       float64[n]  of q above the tangent, mm; 0 if none is found
     row          int64[n]    number of q
     radius       float64[n]  of the disc, mm
     ============ =========== ==============================================

@@ -1,4 +1,4 @@
-"""A mesh seen from above: the highest place of its triangles in every cell, and what is highest within a reach."""
+"""A mesh seen from above: the maximum height of its triangles in every cell, and maxima within a reach."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
 
-#: A cell's middle this far outside of a triangle, as a part of it, lies on its edge.
+#: Relative distance of a cell centre outside a triangle up to which it counts as on its edge.
 _ON_EDGE = 1e-6
 
 
@@ -17,7 +17,7 @@ _ON_EDGE = 1e-6
 def _highest_in_column(
     x0: float, y0: float, z0: float, x1: float, y1: float, z1: float, left: float, right: float, low: float, high: float
 ) -> float:
-    """Return the highest place of an edge inside of a rectangle, −∞ where it has none (Liang–Barsky clipping)."""
+    """Return the maximum height of an edge inside a rectangle, −∞ if it is outside (Liang–Barsky clipping)."""
     enter, leave = 0.0, 1.0
     for axis in range(2):
         begin = x0 if axis == 0 else y0
@@ -39,16 +39,16 @@ def _highest_in_column(
 
 @kernel
 def raise_whole_cells(triangles: NDArray, x: float, y: float, cell: float, heights: NDArray) -> None:
-    """Raise every cell to the highest place that a triangle has in it.
+    """Raise every cell to the maximum height of the triangles in it.
 
-    On a rectangle a plane is highest at a corner, and a triangle within it where the rectangle's corner lies under the
-    triangle, or on one of the triangle's own edges: both are looked at, so the height is exact.
+    On a rectangle, a plane is highest at a corner. A triangle is highest at a corner of the rectangle below the
+    triangle, or on one of its own edges. Both are checked, so the height is exact.
 
     ========= ================ ==================================================================
-    triangles float64[n, 3, 3] corners, mm
+    triangles float64[n, 3, 3] vertices, mm
     x, y      float            lower left corner of the first cell, mm
     cell      float            side of a cell, mm
-    heights   float64[r, c]    row by row from the lowest y; −∞ where there is nothing
+    heights   float64[r, c]    row by row from the lowest y; −∞ where empty
     ========= ================ ==================================================================
 
     Changes: heights.
@@ -86,12 +86,12 @@ def raise_whole_cells(triangles: NDArray, x: float, y: float, cell: float, heigh
 
 @kernel
 def raise_around(heights: NDArray, reach: NDArray, widest: NDArray) -> None:
-    """Give every cell the highest of the cells within a reach of it.
+    """Set every cell to the maximum of the cells within reach.
 
     ======= ============= ====================================================================
     heights float64[r, c] of the cells
-    reach   int64[2d + 1] by row from −d to d: how many columns to both sides are within reach
-    widest  float64[r, c] the answer
+    reach   int64[2d + 1] by row from −d to d: number of columns to both sides within reach
+    widest  float64[r, c] result
     ======= ============= ====================================================================
 
     Changes: widest.
@@ -110,13 +110,13 @@ def raise_around(heights: NDArray, reach: NDArray, widest: NDArray) -> None:
 
 @kernel
 def heights_at(triangles: NDArray, x: NDArray, y: NDArray, top: NDArray, under: NDArray) -> None:
-    """Find the highest and the lowest place of triangles over places; walls, which stand upright, are left out.
+    """Find the maximum and minimum height of triangles at given points, without vertical triangles.
 
     ========= ================ =====================================================
-    triangles float64[n, 3, 3] corners, mm
-    x, y      float64[m]       places, mm, sorted by x
-    top       float64[m]       −∞ where no triangle is
-    under     float64[m]       ∞ where no triangle is
+    triangles float64[n, 3, 3] vertices, mm
+    x, y      float64[m]       points, mm, sorted by x
+    top       float64[m]       −∞ without a triangle
+    under     float64[m]       ∞ without a triangle
     ========= ================ =====================================================
 
     Changes: top, under.
@@ -137,7 +137,7 @@ def heights_at(triangles: NDArray, x: NDArray, y: NDArray, top: NDArray, under: 
                 continue
             u = ((x[i] - ax) * (cy - ay) - (cx - ax) * (y[i] - ay)) / area
             v = ((bx - ax) * (y[i] - ay) - (x[i] - ax) * (by - ay)) / area
-            # Where two triangles meet, rounding must not leave a gap.
+            # At a common edge of two triangles, rounding must not leave a gap.
             if u >= -1e-9 and v >= -1e-9 and u + v <= 1.0 + 1e-9:
                 z = az + u * (bz - az) + v * (cz - az)
                 top[i] = max(top[i], z)
@@ -145,7 +145,7 @@ def heights_at(triangles: NDArray, x: NDArray, y: NDArray, top: NDArray, under: 
 
 
 def reach_in_cells(radius: float, cell: float) -> NDArray[np.int64]:
-    """Return the `reach` of `raise_around` for a radius, mm: cells of which any place is as near to any of ours."""
+    """Return the `reach` of `raise_around` for a radius, mm: cells with any point within the radius of ours."""
     d = math.floor(radius / cell) + 1
     apart = np.maximum(np.abs(np.arange(-d, d + 1)) - 1, 0) * cell
     wide = np.sqrt(np.maximum(radius**2 - apart**2, 0.0))
@@ -155,12 +155,12 @@ def reach_in_cells(radius: float, cell: float) -> NDArray[np.int64]:
 
 @kernel
 def raise_cell_middles(heights: NDArray, x: float, y: float, cell: float, triangles: NDArray) -> int:
-    """Raise every cell to the highest triangle over its middle; return how many triangles were seen.
+    """Raise every cell to the highest triangle above its centre; return the number of triangles used.
 
     heights    float32[rows, columns]  height of the material, mm
-    x, y       the middle of the first cell, mm
+    x, y       centre of the first cell, mm
     cell       its side, mm
-    triangles  float64[n, 3, 3]        corners, mm; what stands upright has no place seen from above
+    triangles  float64[n, 3, 3]        vertices, mm; vertical triangles have no area from above
 
     Changes: heights.
     """

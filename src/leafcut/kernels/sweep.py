@@ -1,4 +1,4 @@
-"""Cutting a height field: a tool that moves straight lowers every cell under it to the lowest that it was there."""
+"""Cut a height field: a tool on a straight move lowers every cell below it to its lowest surface there."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
 
-#: Where a round corner is lowest on a slope is found once a step of Newton's is so small a share of the corner: the
-#: next would be about its square. A few steps do; each at least halves what is left, so that no way needs more.
+#: Relative step of Newton's method, per corner radius, at which the minimum of a round corner on a slope is found; the
+#: next step would be about its square. A few steps suffice; each at least halves the error, which bounds their number.
 _CLOSE, _MOST_STEPS = 1e-7, 40
 
 
 class ToolShape(NamedTuple):
-    """A tool's shape as numbers, mm: see `leafcut.model.cutter.Cutter`; slope 0 stands for a cylinder."""
+    """Numbers of a tool's shape, mm: see `leafcut.model.cutter.Cutter`; slope 0 is a cylinder."""
 
     radius: float
     flat: float
@@ -26,7 +26,7 @@ class ToolShape(NamedTuple):
 
 
 class CellGrid(NamedTuple):
-    """Where the cells lie: the middle of the first one, and their side, mm."""
+    """Position of the cells: centre of the first cell, and side, mm."""
 
     x: float
     y: float
@@ -35,7 +35,7 @@ class CellGrid(NamedTuple):
 
 @part
 def surface(shape: ToolShape, r: float) -> float:
-    """Return the height of a tool's surface over its tip, mm, at the distance r ≤ radius from its axis."""
+    """Return the height of a tool's surface above its tip, mm, at the distance r ≤ radius from its axis."""
     if r <= shape.flat:
         return 0.0
     if r <= shape.reach:
@@ -46,9 +46,9 @@ def surface(shape: ToolShape, r: float) -> float:
 
 @part
 def rises_at(shape: ToolShape, d: float, grade: float, w: float) -> bool:
-    """Return whether the corner's arc at the offset w ≥ 0 rises at least as fast as the way falls.
+    """Return whether the corner's arc at the offset w ≥ 0 rises at least as fast as the path falls.
 
-    d, grade  as in `lowest_offset`; the place lies on the arc
+    d, grade  as in `lowest_offset`; the point lies on the arc
     """
     r2 = d * d + w * w
     out = math.sqrt(r2) - shape.flat
@@ -57,30 +57,30 @@ def rises_at(shape: ToolShape, d: float, grade: float, w: float) -> bool:
 
 @part
 def lowest_distance(shape: ToolShape, d: float, grade: float, most: float) -> float:
-    """Return how far from the tool's axis its corner cuts deepest at a distance d < reach from its way, mm.
+    """Return the distance from the axis at which the tool's corner cuts deepest, at a distance d < reach from its path.
 
     flat, corner > 0; grade  as in `lowest_offset`
-    most                     no less than the answer, mm
+    most                     upper bound of the result, mm
 
-    With r² = d² + w², the arc rises along the way as fast as the way falls where
+    With r² = d² + w², the arc rises along the path as fast as the path falls where
 
         (r − flat)² · (1 + grade² − d²/r²) − (grade · corner)² = 0.
 
-    The left side grows with r ≥ max(flat, d) and is convex, so that Newton's steps from a larger r come down to the
-    root and never pass it.
+    The left side increases with r ≥ max(flat, d) and is convex, so Newton's method from a larger r converges to the
+    root from above.
     """
     square, rest = 1.0 + grade * grade, grade * grade * shape.corner * shape.corner
     r = most
-    if d < shape.flat:  # the root is no larger than with the d²/r² of the edge of the flat, which is the largest
+    if d < shape.flat:  # upper bound of the root, from the maximum d²/r² at the edge of the flat
         turn = square - d * d / (shape.flat * shape.flat)
         if turn > 0.0:
             r = min(most, shape.flat + math.sqrt(rest / turn))
-    elif d > shape.flat:  # a step of Newton's from d, below the root, goes past it or meets it
+    elif d > shape.flat:  # a Newton step from d, below the root, reaches or passes it
         out = d - shape.flat
         r = min(most, d + (rest - out * out * grade * grade) / (2.0 * out * (grade * grade + out / d)))
     for _ in range(_MOST_STEPS):
         out, share = r - shape.flat, d * d / (r * r)
-        if out <= 0.0:  # the way is so flat that the root rounds to the edge of the flat
+        if out <= 0.0:  # the path is so flat that the root rounds to the edge of the flat
             return shape.flat
         turn = square - share
         step = (out * out * turn - rest) / (2.0 * out * (turn + out * share / r))
@@ -92,18 +92,19 @@ def lowest_distance(shape: ToolShape, d: float, grade: float, most: float) -> fl
 
 @part
 def lowest_offset(shape: ToolShape, d: float, grade: float, least: float, most: float) -> float:
-    """Return how far ahead, towards the lower end, the tool stands when it cuts deepest at a distance d from its way.
+    """Return the offset ahead, towards the lower end, at which the tool cuts deepest at a distance d from its path.
 
-    d            distance of the place from the way of the tool, mm
-    grade        fall of the way per mm, > 0
-    least, most  the offsets between which the tool is on its way, mm: the caller clamps the answer to them. Where the
-                 deepest one lies outside, any on the same side may be returned.
+    d            distance of the point from the path of the tool, mm
+    grade        descent of the path per mm, > 0
+    least, most  range of offsets on the path, mm: the caller clamps the result to it. If the deepest offset lies
+    outside,
+                 any offset on the same side may be returned.
 
-    The height is surface(√(d² + w²)) − grade · w, convex in w, so that its one minimum is where the slope is 0.
+    The height is surface(√(d² + w²)) − grade · w, convex in w, so its only minimum is where the slope is 0.
     """
     at_reach = math.sqrt(max(shape.reach * shape.reach - d * d, 0.0))
     if d >= shape.reach or (shape.slope > 0.0 and shape.slope * at_reach < grade * shape.reach):
-        if shape.slope <= grade:  # a cylinder, or a cone flatter than the way falls
+        if shape.slope <= grade:  # a cylinder, or a cone flatter than the descent
             return most
         return max(grade * d / math.sqrt(shape.slope * shape.slope - grade * grade), at_reach)
     inner = math.sqrt(max(shape.flat * shape.flat - d * d, 0.0))
@@ -124,9 +125,9 @@ def lowest_offset(shape: ToolShape, d: float, grade: float, least: float, most: 
 
 @part
 def row_stretch(y: float, dx: float, dy: float, radius: float) -> tuple[float, float]:
-    """Return from where to where, in x, a disc that goes from (0, 0) by (dx, dy) covers the row at y; low > high: not.
+    """Return the range in x that a disc moving from (0, 0) by (dx, dy) covers in the row at y; low > high: none.
 
-    Its edge lies farthest out where its normal there is square to the way, or at an end of the way.
+    Its edge is farthest out where its normal is perpendicular to the path, or at an end of the path.
     """
     if abs(dy) < 1e-12:
         if abs(y) > radius:
@@ -150,14 +151,14 @@ def row_stretch(y: float, dx: float, dy: float, radius: float) -> tuple[float, f
 
 @part
 def rows_under(y: float, dy: float, radius: float, first: int, last: int, cell: float) -> tuple[int, int]:
-    """Return the first and the last row, of first … last − 1, that a disc reaches which goes from y by dy."""
+    """Return the first and the last row, within first … last − 1, that a disc moving from y by dy reaches."""
     low, high = min(y, y + dy) - radius, max(y, y + dy) + radius
     return max(first, math.ceil(low / cell)), min(last - 1, math.floor(high / cell))
 
 
 @part
 def columns_under(low: float, high: float, columns: int, cell: float) -> tuple[int, int]:
-    """Return the first and the last column whose middles lie in low … high, an edge that touches included."""
+    """Return the first and the last column whose centres lie in low … high, including touching edges."""
     return max(0, math.ceil(low / cell - 1e-9)), min(columns - 1, math.floor(high / cell + 1e-9))
 
 
@@ -165,18 +166,18 @@ def columns_under(low: float, high: float, columns: int, cell: float) -> tuple[i
 def lowest_height(
     shape: ToolShape, margin: float, along: float, d: float, length: float, grade: float, enough: float
 ) -> float:
-    """Return how low a tool gets over a place under its way, over the tip's first height, mm.
+    """Return the lowest height of a tool above a point under its path, relative to the tip's start, mm.
 
-    along, d  the place: along the way from its begin, and beside it, mm
-    length    of the way across the table, mm; 0: straight up or down
-    grade     rise of the way per mm
-    enough    where it stays higher than this, any height that it does not reach will do, mm
+    along, d  the point: along the path from its start, and beside it, mm
+    length    of the path in the plane, mm; 0: vertical
+    grade     rise of the path per mm
+    enough    above this height, any lower bound of the result may be returned, mm
     """
     if length <= 0.0:
         return surface(shape, min(math.sqrt(d * d + along * along) + margin, shape.radius))
     w = min(max(0.0, -along), length - along)
     if grade != 0.0:
-        # The tip at its lowest, the place at its nearest: the tool gets no lower than that.
+        # Lower bound: the tip at its lowest, the point at its nearest.
         bound = min(0.0, grade * length) + surface(shape, min(math.sqrt(d * d + w * w) + margin, shape.radius))
         if bound >= enough:
             return bound
@@ -194,10 +195,10 @@ def lowest_height(
 def standing_over(
     heights: NDArray, first: int, last: int, grid: CellGrid, shape: ToolShape, move: NDArray, margin: float
 ) -> float:
-    """Return how high material stands over a tool that is wider all round by a margin, mm: the most along its way.
+    """Return the maximum height of material over a tool that is wider by a margin all round, along its path, mm.
 
-    Negative: so far below it; −∞: there is none under it in these rows. Of a move that rises or falls, every place is
-    taken to be passed at the lowest height of the move, at its nearest.
+    Negative: below the tool; −∞: no material under it in these rows. On a sloped move, every point counts as passed at
+    the lowest height of the move, at its nearest.
     """
     xa, ya, z_low = move[0] - grid.x, move[1] - grid.y, min(move[2], move[5])
     dx, dy = move[3] - move[0], move[4] - move[1]
@@ -236,14 +237,14 @@ def met_by_body(
     move: NDArray,
     film: float,
 ) -> tuple[float, float]:
-    """Return how deep a part of a tool above its flutes is in the material at most on a move, and in how many cells.
+    """Return the maximum depth of a part above the flutes in the material during a move, and the number of cells.
 
-    radius  what the tool cuts, mm: a place that comes under it is cut, and no longer in the way of what is above
-    body    the part's underside, as a surface over its lower end
-    above   how far that lower end is above the tip, mm
+    radius  of the cutting tool, mm: a point under it is cut and no longer in the way of the part above
+    body    underside of the part, as a surface above its lower end
+    above   height of that lower end above the tip, mm
 
-    The part is taken smaller by a cell all round, or it would meet each wall that its tool has just cut. One that is
-    no wider than its tool meets only what the tool runs into deeper than its flutes are long.
+    The part is reduced by a cell all round, otherwise it would meet each wall that its tool has just cut. A part no
+    wider than its tool meets only material that the tool enters deeper than its flute length.
     """
     xa, ya, za = move[0] - grid.x, move[1] - grid.y, move[2] + above
     dx, dy, dz = move[3] - move[0], move[4] - move[1], move[5] - move[2]
@@ -257,7 +258,7 @@ def met_by_body(
         length, za = 0.0, lowest
     else:
         ux, uy, grade = dx / length, dy / length, dz / length
-    # What runs into the material ahead does so at the tool's own edge.
+    # Contact with the material ahead happens at the tool's own edge.
     ahead = max(wide, radius)
     row_low, row_high = rows_under(ya, dy, ahead, first, last, grid.cell)
     for row in range(row_low, row_high + 1):
@@ -301,7 +302,7 @@ def meet_bodies(
     bodies: NDArray,
     found: NDArray,
 ) -> None:
-    """Look where all that is above a tool's flutes meets the material on a move; see `sweep`.
+    """Check all parts of a tool above its flutes against the material during a move; see `sweep`.
 
     Changes: found[6], found[7], found[8].
     """
@@ -336,28 +337,27 @@ def sweep(
     bodies: NDArray,
     found: NDArray,
 ) -> int:
-    """Cut some rows of a height field by moves, one after the other; return how often a cell was lowered.
+    """Cut some rows of a height field by moves, one after the other; return the number of lowered cells.
 
     heights      float32[rows, columns]  height of the material in every cell, mm
-    room         float32[rows, columns]  becomes what a rapid makes of `heights`; or float32[0, 0]: is not asked for
-    first, last  the rows that are cut: first … last − 1
-    moves        float64[m, 6]           begin and end of the tip, mm
-    which        int64[k]                the moves that are looked at, in order
-    inset        float64[m]              mm by which the tool of a rapid is taken smaller all round; of others 0
-    margin       how much wider all round the tool is for `found[:, 5]`, mm; negative: it is not asked for
-    film         what is thinner, mm, is rounding and no cut: it goes, but only its volume is told
-    top          no material is higher, mm
-    bodies       float64[b, 8]           parts of the tool above its flutes: the six numbers of a `ToolShape`, how far
-                                         its lower end is above the tip, mm, and 0 for a shank, 1 for a holder
-    found        float64[k, 9]           of every move: heights taken off, mm summed over cells; cells cut; the
-                                         deepest cut, mm; the least and the greatest distance to the left of the way
-                                         where it cut, mm; how high material stood over the wider tool, mm; how deep
-                                         the shank and the holder are in it, mm; in how many cells a shank is that is
-                                         no wider than the tool
+    room         float32[rows, columns]  height of cells lowered by rapids; or float32[0, 0]: not requested
+    first, last  rows to cut: first … last − 1
+    moves        float64[m, 6]           start and end of the tip, mm
+    which        int64[k]                moves to process, in order
+    inset        float64[m]              reduction of the tool radius for rapids, mm; otherwise 0
+    margin       additional radius of the tool for `found[:, 5]`, mm; negative: not requested
+    film         thinner layers, mm, are rounding: they are removed, but count only by their volume
+    top          upper bound of the material, mm
+    bodies       float64[b, 8]           parts of the tool above its flutes: the six numbers of a `ToolShape`, height of
+                                         its lower end above the tip, mm, and 0 for a shank, 1 for a holder
+    found        float64[k, 9]           per move: removed height, mm summed over cells; cut cells; deepest cut, mm;
+                                         minimum and maximum distance to the left of the path at which it cut, mm;
+                                         height of material over the wider tool, mm; depths of the shank and of the
+                                         holder in the material, mm; cells of a shank that is no wider than the tool
 
     Changes: heights, room, found.
-    Source: the swept volume of a convex tool along a line, seen from above: at every place the lowest of the tool's
-    surface along the way, which is convex in the place on the way, too.
+    Source: the swept volume of a convex tool along a line, seen from above: at every point the minimum of the tool's
+    surface along the path, which is convex in the position on the path.
     """
     total = 0
     for k in range(len(which)):
