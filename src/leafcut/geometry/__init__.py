@@ -1,1 +1,1 @@
-"""Plane geometry that several rooms share."""
+"""Plane geometry shared by several packages."""

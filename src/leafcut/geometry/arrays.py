@@ -1,21 +1,21 @@
-"""The names of arrays and places: what a signature calls them, defined once."""
+"""Type aliases of arrays and points for signatures."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-#: A place in the plane: x and y, mm where nothing else is said.
+#: A point in the plane: x and y, mm unless stated otherwise.
 Point = tuple[float, float]
-#: A place in space: x, y and z, mm where nothing else is said.
+#: A point in space: x, y and z, mm unless stated otherwise.
 Point3 = tuple[float, float, float]
-#: Places, float64[n, 2] (or [n, 3] where z comes with them).
+#: Points, float64[n, 2] (or [n, 3] with z).
 Points = NDArray[np.float64]
 #: Numbers of any shape.
 Floats = NDArray[np.float64]
-#: Numbers of nodes and clusters, as kernels want them: orders, tours, clusters.
+#: Numbers of nodes and clusters for kernels: orders, tours, clusters.
 Ints = NDArray[np.int32]
-#: Numbers of rows, by which NumPy takes from other arrays.
+#: Row indices for NumPy.
 Indices = NDArray[np.int64]
-#: Which rows are meant.
+#: Selected rows.
 Mask = NDArray[np.bool_]

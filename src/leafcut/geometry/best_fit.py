@@ -1,9 +1,9 @@
-"""A closed line of noisy points becomes the fewest lines and arcs that explain it, with sharp corners between them.
+"""Convert a closed line of noisy points to the fewest lines and arcs that explain it, with sharp corners.
 
-Which points belong together is found for all at once: every stretch of points costs the squares of what they lie off
-its best line or circle, in units of their noise, and a fee for being a piece of its own; the cheapest division of the
-whole is found by dynamic programming (Perez and Vidal, "Optimum polygonal approximation of digitized curves", Pattern
-Recognition Letters 15 (1994), for lines). Neighbouring pieces end where their lines or circles meet.
+The division into pieces is optimised globally: every run of points costs its squared distances from its best line or
+circle, in units of the noise, plus a fee per piece. Dynamic programming finds the cheapest division (Perez and Vidal,
+"Optimum polygonal approximation of digitized curves", Pattern Recognition Letters 15 (1994), for lines). Neighbouring
+pieces end where their lines or circles meet.
 """
 
 from __future__ import annotations
@@ -18,56 +18,56 @@ from leafcut.geometry.arrays import Floats, Points
 from leafcut.geometry.moments import moments, off_circle, off_line
 from leafcut.geometry.polyline import Polyline
 
-#: What a line and an arc cost beside their points: about the logarithm of the number of points for each of their 3 and
-#: 4 numbers (Schwarz, "Estimating the dimension of a model", 1978), as of some thousand points.
+#: Fees of a line and an arc: about the logarithm of the number of points for each of their 3 and 4 parameters (Schwarz,
+#: "Estimating the dimension of a model", 1978), for some thousand points.
 LINE_FEE, ARC_FEE = 20.0, 26.0
-#: One piece is looked for among so many points; longer ones are put together afterwards.
+#: Maximum number of points of a piece in the search; longer ones are merged afterwards.
 WINDOW = 320
-#: So many starts of pieces are looked at together: what fits in a processor's cache.
+#: Number of piece starts evaluated at a time, to fit into the processor's cache.
 _BLOCK = 48
-#: A piece of at most so many points between two lines may be a rounded corner; it is one, tangent to both, unless its
-#: points lie off that by more than this, in squares of the noise: two numbers less, each of which costs some 12.
+#: A piece of at most this many points between two lines may be a rounded corner. It is made tangent to both, unless
+#: that costs more than this, in squares of the noise: two parameters fewer, worth about 12 each.
 FILLET_POINTS, FILLET_WORTH = 400, 24.0
-#: A radius that costs so much more than the best, in squares of the noise, is as likely.
+#: Additional cost of a radius, in squares of the noise, up to which it is as likely as the best.
 AS_WELL = 1.0
-#: A point farther than this from its line or arc, in units of the distance of points, shows that more pieces are
-#: needed, whatever they cost; down to this share of the fees.
+#: A point farther than this from its line or arc, in point distances, requires more pieces at a lower fee, down to this
+#: share of the fees.
 TRUE, LEAST_SHARE = 0.6, 0.1
-#: An intersection this near to the points is where two pieces meet, in units of the distance of points.
+#: Maximum distance of an intersection from the points at which two pieces meet, in point distances.
 NEAR = 4.0
 _TINY = 1e-12
 
 
 class _Piece(NamedTuple):
-    """A line or an arc through points: indices from and to (excluded), its centre and radius, or a direction."""
+    """A line or an arc through points: index range (end excluded), centre and radius, or point and direction."""
 
     first: int
     beyond: int
     x: float
     y: float
-    #: Of an arc, positive counter-clockwise; 0 for a line.
+    #: Positive for a counter-clockwise arc; 0 for a line.
     radius: float
     dx: float
     dy: float
 
 
 def best_fit(points: Points, noise: Floats) -> Polyline | None:
-    """Return lines and arcs through a closed line of points, or None where they make no closed path.
+    """Return lines and arcs through a closed line of points, or None if they form no closed path.
 
     O(n · `WINDOW`).
 
     Parameters
     ----------
     points
-        float64[n, 2], about one unit (a pixel) from each other, the first not repeated.
+        float64[n, 2], about one unit (a pixel) apart, the first not repeated.
     noise
-        float64[n], by how much each lies off, standard deviation, in the same unit.
+        float64[n], standard deviation of each point, in the same unit.
     """
     if len(points) < 3:
         return None
     weights = noise**-2.0
     cuts = _divided(points, weights)
-    # Where the ring was opened there need not be a corner: open it at one that was found, and divide anew.
+    # The ring was opened at an arbitrary point: open it at a corner that was found, and divide it again.
     shift = cuts[len(cuts) // 2]
     points, weights = np.roll(points, -shift, axis=0), np.roll(weights, -shift)
     cuts = _merged(points, weights, _divided(points, weights))
@@ -81,11 +81,11 @@ def best_fit(points: Points, noise: Floats) -> Polyline | None:
     return _polyline(points, _filleted(points, weights, pieces))
 
 
-# -- which points belong together ------------------------------------------------------------------------------------
+# -- division into pieces ----------------------------------------------------------------------------------------------
 
 
 def _true_pieces(points: Points, weights: Floats, first: int, beyond: int, share: float) -> list[_Piece]:
-    """Return the line or arc through some of the points, or several, for a `share` of the fees, where it is untrue."""
+    """Return the line or arc through some points, or several at a `share` of the fees if it is inaccurate."""
     one = _piece(points, weights, first, beyond)
     own = points[first:beyond]
     if len(own) < 6 or share < LEAST_SHARE or float(np.abs(_distances(one, own)).max()) <= TRUE:
@@ -97,7 +97,7 @@ def _true_pieces(points: Points, weights: Floats, first: int, beyond: int, share
 
 
 def _divided(points: Points, weights: Floats, share: float = 1.0) -> list[int]:
-    """Return the first points of the pieces of the cheapest division of an open line, for a share of the fees."""
+    """Return the first points of the pieces in the cheapest division of an open line, at a share of the fees."""
     n = len(points)
     window = min(WINDOW, n)
     padded = np.concatenate([points, np.repeat(points[-1:], window, axis=0)])
@@ -122,7 +122,7 @@ def _divided(points: Points, weights: Floats, share: float = 1.0) -> list[int]:
 
 
 def _merged(points: Points, weights: Floats, cuts: list[int]) -> list[int]:
-    """Return the cuts without those between pieces that are one: longer than the window, or over the opening."""
+    """Return the cuts without those inside a single piece: longer than the window, or across the opening."""
     cuts = list(cuts)
     k = 1
     while k < len(cuts):
@@ -139,7 +139,7 @@ def _fee(points: Points, weights: Floats, first: int, beyond: int) -> float:
 
 
 def _fees(places: Floats, weights: Floats, share: float = 1.0) -> Floats:
-    """Return what pieces of 1, 2, 3 … points cost, of every row of float64[rows, points, 2]."""
+    """Return the costs of pieces of 1, 2, 3 … points, for every row of float64[rows, points, 2]."""
     m = moments(places, weights)
     total = np.cumsum(weights, axis=1)
     straight, off = off_line(m), off_circle(m)[0]
@@ -150,7 +150,7 @@ def _fees(places: Floats, weights: Floats, share: float = 1.0) -> Floats:
 
 
 def _piece(points: Points, weights: Floats, first: int, beyond: int) -> _Piece:
-    """Return the line or arc through some of the points that costs less."""
+    """Return the cheaper of line and arc through some points."""
     origin, own = points[first], points[first:beyond]
     m = moments(own[None] - origin, weights[None, first:beyond])
     total = float(weights[first:beyond].sum())
@@ -171,21 +171,21 @@ def _piece(points: Points, weights: Floats, first: int, beyond: int) -> _Piece:
 
 
 def _circle(piece: _Piece) -> Polyline | None:
-    """Return the circle that the whole ring is."""
+    """Return the circle formed by the whole ring."""
     if piece.radius == 0.0:
         return None
     return Polyline.circle(piece.x, piece.y, abs(piece.radius), clockwise=piece.radius < 0.0)
 
 
 def _filleted(points: Points, weights: Floats, pieces: list[_Piece]) -> list[_Piece]:
-    """Return the pieces with those between two lines tangent to both, where that explains the points as well."""
+    """Return the pieces, with those between two lines made tangent to both if that explains the points as well."""
     found: list[_Piece] = []
     for k, piece in enumerate(pieces):
         before, after = pieces[k - 1], pieces[(k + 1) % len(pieces)]
         few = piece.beyond - piece.first <= FILLET_POINTS and len(pieces) > 2
         round_one = _fillet(points, weights, piece, before, after) if few else None
         if round_one is None and len(_joint(points, before, piece)) > 1:
-            # A sharp corner would have shown in the pixels: it is rounded, by too few points to be a piece.
+            # A sharp corner would show in the pixels, so it is rounded, by too few points for a piece.
             nothing = _Piece(piece.first, piece.first, 0.0, 0.0, 0.0, 0.0, 0.0)
             corner = _fillet(points, weights, nothing, before, piece)
             found += [corner] if corner is not None else []
@@ -194,16 +194,16 @@ def _filleted(points: Points, weights: Floats, pieces: list[_Piece]) -> list[_Pi
 
 
 def _fillet(points: Points, weights: Floats, piece: _Piece, before: _Piece, after: _Piece) -> _Piece | None:
-    """Return the arc tangent to two lines through the points of a piece, None where they do not lie on one."""
+    """Return the arc tangent to two lines through the points of a piece, None if they do not lie on one."""
     cross = before.dx * after.dy - before.dy * after.dx
     corner = [] if before.radius or after.radius else _meetings(before, after)
     if not corner or abs(cross) < 0.1:
         return None
-    # From the corner the centre lies on the bisector, 1/sin of half the angle between the walls for a radius of 1.
+    # The centre lies on the bisector, at 1/sin of half the angle between the walls from the corner for radius 1.
     half = 0.5 * (math.pi - math.atan2(abs(cross), before.dx * after.dx + before.dy * after.dy))
     bx, by = after.dx - before.dx, after.dy - before.dy
     reach = 1.0 / (math.hypot(bx, by) * math.sin(half))
-    # As many points more of both lines: they have to lie right beside the arc.
+    # Additional points of both lines, which must lie directly next to the arc.
     more = FILLET_POINTS // 8 + piece.beyond - piece.first
     sides = [_last(before, more), (piece.first, piece.beyond), (after.first, min(after.first + more, after.beyond))]
     rows = np.concatenate([np.arange(a, b) for a, b in sides])
@@ -240,10 +240,10 @@ def _length(points: Points, piece: _Piece) -> float:
 
 
 def _likely(cost: Callable[[float], float], low: float, high: float) -> float:
-    """Return the middle of what explains as well as the best, for a cost of squares in units of the noise.
+    """Return the middle of the range that explains the data as well as the best value; cost in squares of the noise.
 
-    On a ladder of 64 steps; the best between the neighbours of the best step, by thirds. Values that cost no more than
-    `AS_WELL` beside it are one standard deviation away at most: in their middle the error can be least.
+    The search uses a ladder of 64 steps, then ternary search around the best. Values that cost at most `AS_WELL` more
+    are within one standard deviation; their middle minimises the error.
     """
     ladder: list[float] = np.geomspace(low, high, 64).tolist()
     costs = [cost(step) for step in ladder]
@@ -266,7 +266,7 @@ def _distances(piece: _Piece, places: Points) -> Floats:
 
 
 def _polyline(points: Points, pieces: list[_Piece]) -> Polyline:
-    """Return the path of lines and arcs one after the other."""
+    """Return the path of the lines and arcs."""
     rows: list[list[float]] = []
     for k, piece in enumerate(pieces):
         begin, end = _joint(points, pieces[k - 1], piece), _joint(points, piece, pieces[(k + 1) % len(pieces)])
@@ -278,7 +278,7 @@ def _polyline(points: Points, pieces: list[_Piece]) -> Polyline:
 
 
 def _joint(points: Points, one: _Piece, other: _Piece) -> list[tuple[float, float]]:
-    """Return where one piece goes over into the next: a place, or two with a line between them."""
+    """Return the transition between two pieces: one point, or two points joined by a line."""
     a, b = points[one.beyond - 1], points[other.first % len(points)]
     middle = 0.5 * (a + b)
     for line, arc in ((one, other), (other, one)):
@@ -291,7 +291,7 @@ def _joint(points: Points, one: _Piece, other: _Piece) -> list[tuple[float, floa
             return [place]
     p, q = _nearest(one, middle), _nearest(other, middle)
     if math.dist(p, q) <= 1.0:
-        # Between them, nearer to the one that more points made.
+        # In between, nearer to the piece with more points.
         share = (other.beyond - other.first) / max(other.beyond - other.first + one.beyond - one.first, 1)
         return [(p[0] + share * (q[0] - p[0]), p[1] + share * (q[1] - p[1]))]
     return [_nearest(one, a), _nearest(other, b)]
@@ -304,7 +304,7 @@ def _touches(line: _Piece, arc: _Piece) -> bool:
 
 
 def _covers_a_middle(a: Points, b: Points, tip: tuple[float, float]) -> bool:
-    """Return whether the triangle of two points and a tip covers the middle of a pixel, which then had shown it."""
+    """Return whether the triangle of two points and a tip contains a pixel centre, which would have shown it."""
     corners = np.array([a, b, tip])
     low, high = np.ceil(corners.min(axis=0) - 0.5) + 0.5, np.floor(corners.max(axis=0) - 0.5) + 0.5
     xs, ys = np.arange(low[0], high[0] + 0.5), np.arange(low[1], high[1] + 0.5)
@@ -318,7 +318,7 @@ def _covers_a_middle(a: Points, b: Points, tip: tuple[float, float]) -> bool:
 
 
 def _nearest(piece: _Piece, place: Points) -> tuple[float, float]:
-    """Return the point of a piece's line or circle that is nearest to a place."""
+    """Return the point of a piece's line or circle nearest to a point."""
     dx, dy = float(place[0]) - piece.x, float(place[1]) - piece.y
     if piece.radius == 0.0:
         along = dx * piece.dx + dy * piece.dy
@@ -328,7 +328,7 @@ def _nearest(piece: _Piece, place: Points) -> tuple[float, float]:
 
 
 def _meetings(one: _Piece, other: _Piece) -> list[tuple[float, float]]:
-    """Return where two lines or circles meet: at none, one or two places."""
+    """Return the intersections of two lines or circles: none, one or two."""
     if one.radius == 0.0 and other.radius == 0.0:
         cross = one.dx * other.dy - one.dy * other.dx
         if abs(cross) < 1e-6:
@@ -340,7 +340,7 @@ def _meetings(one: _Piece, other: _Piece) -> list[tuple[float, float]]:
         apart = math.hypot(x, y)
         if apart < _TINY:
             return []
-        # Both circles share the line across that of their centres, `along` from the first.
+        # Both circles share the radical line, perpendicular to the line of centres at `along` from the first.
         along = 0.5 * (apart + (one.radius**2 - other.radius**2) / apart)
         line = (one.x + along * x / apart, one.y + along * y / apart, -y / apart, x / apart)
         return _line_meets(one, *line)
@@ -349,7 +349,7 @@ def _meetings(one: _Piece, other: _Piece) -> list[tuple[float, float]]:
 
 
 def _line_meets(circle: _Piece, x: float, y: float, dx: float, dy: float) -> list[tuple[float, float]]:
-    """Return where a line through (x, y) meets a circle."""
+    """Return the intersections of a line through (x, y) with a circle."""
     foot = (circle.x - x) * dx + (circle.y - y) * dy
     px, py = x + foot * dx, y + foot * dy
     under = circle.radius**2 - (px - circle.x) ** 2 - (py - circle.y) ** 2
@@ -360,7 +360,7 @@ def _line_meets(circle: _Piece, x: float, y: float, dx: float, dy: float) -> lis
 
 
 def _bulge(points: Points, piece: _Piece, start: tuple[float, float], end: tuple[float, float]) -> float:
-    """Return the bulge from start to end of the arc that a piece is; 0 for a line."""
+    """Return the bulge of a piece's arc from start to end; 0 for a line."""
     if piece.radius == 0.0 or math.dist(start, end) < _TINY:
         return 0.0
     side = math.copysign(1.0, piece.radius)
@@ -368,9 +368,9 @@ def _bulge(points: Points, piece: _Piece, start: tuple[float, float], end: tuple
     turn = side * (angles[1] - angles[0]) % (2.0 * math.pi)
     out = points[piece.first : piece.beyond] - (piece.x, piece.y)
     seen = float(np.ptp(np.unwrap(np.arctan2(out[:, 1], out[:, 0])))) if len(out) else 0.0
-    if turn - seen > math.pi:  # the joints lie the wrong way round: less than a point's distance is left
+    if turn - seen > math.pi:  # the joints are in reverse order: the remaining arc is shorter than a point distance
         return 0.0
-    # Through the middle of the arc, as the joints may lie beside the circle.
+    # Through the middle of the arc, because the joints may lie beside the circle.
     angle, radius = angles[0] + 0.5 * side * turn, abs(piece.radius)
     x, y = piece.x + radius * math.cos(angle), piece.y + radius * math.sin(angle)
     chord = (end[0] - start[0], end[1] - start[1])

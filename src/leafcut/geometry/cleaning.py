@@ -1,4 +1,4 @@
-"""Paths without segments of zero length, arcs beyond a half circle, and arcs of a huge radius."""
+"""Clean paths: no segments of length 0, no arcs beyond a half circle, no arcs with a huge radius."""
 
 from __future__ import annotations
 
@@ -10,22 +10,21 @@ import numpy as np
 from leafcut.geometry.arrays import Points
 from leafcut.geometry.polyline import Polyline
 
-#: Vertices nearer than this are one, mm: a hundredth of what any machine resolves.
+#: Distance within which vertices are one point, mm: a hundredth of a machine's resolution.
 SAME = 1e-5
-#: The bulge of a half circle, and room for rounding.
+#: Bulge of a half circle, with a tolerance for rounding.
 _HALF = 1.0 + 1e-9
-#: A larger arc becomes lines, mm: controllers take no longer radius, and no shop has such a curve.
+#: Maximum arc radius, mm; larger arcs become lines, because controllers reject them and no shop has such curves.
 LARGEST_RADIUS = 5000.0
-#: Such lines leave the arc of a drawing by at most this, mm.
+#: Maximum chord error of such lines, mm.
 FLAT = 0.002
 
 
 def cleaned(path: Polyline) -> Polyline | None:
-    """Return a path whose segments have a length and turn by a half circle at most, or None when nothing is left.
+    """Return a path with segments of nonzero length and at most a half circle, or None if nothing is left.
 
-    An arc of more than `LARGEST_RADIUS` becomes lines within `FLAT` of it.
-
-    A circle drawn as one arc that ends where it began is not known from its vertices, so it is not made here.
+    An arc with a radius above `LARGEST_RADIUS` becomes lines within `FLAT` of it. A circle drawn as a single arc with
+    equal ends cannot be recovered from its vertices.
     """
     if np.abs(path.bulges).max(initial=0.0) > _HALF:
         path = _halved(path)
@@ -46,7 +45,7 @@ def cleaned(path: Polyline) -> Polyline | None:
 
 
 def _halved(path: Polyline) -> Polyline:
-    """Return a path in which every arc of more than a half circle is two arcs."""
+    """Return a path with every arc of more than a half circle split in two."""
     rows: list[tuple[float, float, float]] = []
     for s in path.segments():
         if abs(s.bulge) <= _HALF:
@@ -62,7 +61,7 @@ def _halved(path: Polyline) -> Polyline:
 
 
 def without_huge_arcs(path: Polyline, tolerance: float) -> Polyline:
-    """Return a path in which every arc of more than `LARGEST_RADIUS` is lines within `tolerance` of it, mm."""
+    """Return a path with arcs above `LARGEST_RADIUS` replaced by lines within `tolerance`, mm."""
     if not any(s.is_arc and s.radius > LARGEST_RADIUS for s in path.segments()):
         return path
     rows: list[tuple[float, float, float]] = []
@@ -78,10 +77,10 @@ def without_huge_arcs(path: Polyline, tolerance: float) -> Polyline:
 
 
 def counter_clockwise(path: Polyline) -> Polyline:
-    """Return a closed path counter-clockwise, an open one as it is."""
+    """Return a closed path counter-clockwise, an open path unchanged."""
     return path.reversed() if path.area < 0.0 else path
 
 
 def ends_of(paths: Sequence[Polyline]) -> Points:
-    """Return start and end of open paths by turns, float64[2n, 2]."""
+    """Return start and end of open paths in turn, float64[2n, 2]."""
     return np.array([end for path in paths for end in (path.start, path.end)]).reshape(-1, 2)

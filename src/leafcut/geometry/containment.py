@@ -1,4 +1,4 @@
-"""Which outline lies inside which, and which lie across each other; thousands of them by an index of boxes."""
+"""Nesting and intersections of outlines, for thousands of them, with an index of bounding boxes."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from leafcut.geometry.arrays import Point
 from leafcut.geometry.index import query_pairs
 from leafcut.geometry.overlaps import SAME
 
-#: Pairs of outlines that meet which no sheet has: these, and so many per outline more.
+#: Maximum number of touching pairs of outlines in a valid sheet: constant, and per outline.
 MOST_MEETING, MEETING_PER_SHAPE = 20_000, 8
 
 
 class Conflict(NamedTuple):
-    """Two outlines whose edges meet: ``same``, ``overlap`` or ``touch``; a place where they do."""
+    """Two outlines whose edges meet: ``same``, ``overlap`` or ``touch``; and a place where they do."""
 
     first: int
     second: int
@@ -28,7 +28,7 @@ class Conflict(NamedTuple):
 
 
 def conflicts(shapes: NDArray[Any], same: float = SAME) -> list[Conflict]:
-    """Return the pairs of polygons whose edges come within `same` mm of each other, and in what way.
+    """Return the pairs of polygons whose edges come within `same` mm of each other, and the kind of conflict.
 
     ``overlap``: neither lies inside the other and they share more than an edge. ``touch``: edges or corners meet, from
     outside or inside. ``same``: one outline drawn twice; `first` is the earlier.
@@ -70,9 +70,9 @@ def conflicts(shapes: NDArray[Any], same: float = SAME) -> list[Conflict]:
 
 
 def _copies(shapes: NDArray[Any]) -> tuple[list[Conflict], NDArray[np.int64]]:
-    """Return a conflict for every polygon that is, corner by corner, an earlier one, and the indices of the others.
+    """Return a conflict for every exact copy of an earlier polygon, and the indices of the others.
 
-    A drawing exported twice has thousands of them in one place, where every one would meet every other.
+    A drawing exported twice has thousands of copies, and testing all against all would be slow.
     """
     first: dict[bytes, int] = {}
     found = []
@@ -93,14 +93,14 @@ def _place(a: Any, b: Any, kind: str) -> Point:
 
 
 def nesting(shapes: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return for every polygon how many lie around it, and the index of the one directly around it or -1.
+    """Return for every polygon the number of polygons around it, and the index of the innermost of these or -1.
 
-    The polygons must not overlap or be the same (`conflicts`).
+    The polygons must not overlap or be equal (`conflicts`).
 
     Raises
     ------
     PlanError
-        More lie inside each other than any sheet has.
+        The nesting is deeper than in any valid sheet.
     """
     return around(shapely.point_on_surface(shapes), shapes, shapely.area(shapes))
 
@@ -108,10 +108,10 @@ def nesting(shapes: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]
 def around(
     points: Sequence[Any] | NDArray[Any], shapes: NDArray[Any], areas: NDArray[np.float64] | None = None
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return for every point how many polygons lie around it, and the index of the smallest of them or -1.
+    """Return for every point the number of polygons around it, and the index of the smallest of these or -1.
 
-    With `areas` (mm², one per point) only larger polygons count: a polygon does not lie inside itself, nor inside one
-    of its own holes' outlines.
+    With `areas` (mm², one per point) only larger polygons count: a polygon is not inside itself, nor inside the
+    outlines of its own holes.
     """
     depth, parent = np.zeros(len(points), dtype=np.int64), np.full(len(points), -1, dtype=np.int64)
     if not len(shapes) or not len(points):
@@ -123,7 +123,7 @@ def around(
         larger = size[outline] > areas[at]
         at, outline = at[larger], outline[larger]
     depth += np.bincount(at, minlength=len(points))
-    # The largest first, so that what is written last is the smallest.
+    # Largest first, so that the smallest is written last.
     order = np.argsort(-size[outline], kind="stable")
     parent[at[order]] = outline[order]
     return depth, parent

@@ -1,4 +1,4 @@
-"""B-splines, Bézier curves and ellipses as points or as few arcs, as near as a tolerance asks."""
+"""B-splines, Bézier curves and ellipses as points or as few arcs, within a tolerance."""
 
 from __future__ import annotations
 
@@ -13,42 +13,42 @@ from leafcut.geometry.arrays import Floats, Point, Points
 from leafcut.geometry.fitting import fit_arcs
 from leafcut.geometry.polyline import Polyline
 
-#: Nobody draws with more; the work grows with the square.
+#: Maximum degree; the effort grows with its square.
 MAX_DEGREE = 25
-#: Points of one curve at most.
+#: Maximum number of points of a curve.
 MAX_POINTS = 200_000
-#: Chords between two knots that a first look takes, and at most.
+#: Number of chords per knot span in the first pass, and maximum.
 FIRST_LOOK, MOST_CHORDS = 8, 1024
 
-#: Beyond this a coordinate is a mistake, mm, and following the curve to it a night's work.
+#: Maximum plausible coordinate, mm; a curve beyond it would take hours.
 FARTHEST = 1e6
 
-#: Told how many points a curve needs before they are looked at; may refuse by an exception.
+#: Called with the number of points of a curve before they are processed; may raise to refuse.
 Spend = Callable[[int], None]
-#: Half axes of a circle may differ by this, mm, or by a millionth.
+#: Maximum difference of the half axes of a circle, mm, or a millionth.
 ROUND = 1e-3
 
 
 def free(_: int) -> None:
-    """Let a curve have all the points that it needs."""
+    """Allow any number of points."""
 
 
 def spline_points(control: Floats, degree: int, knots: Floats, weights: Floats | None, tolerance: float) -> Points:
-    """Return points along a B-spline, rational where weights are given; chords leave it by about `tolerance`.
+    """Return points along a B-spline, rational with weights; the chord error is about `tolerance`.
 
-    Only the spline's own domain is walked, knots[degree] … knots[n]: knots need not be repeated at the ends.
+    Only the spline's own domain is used, knots[degree] … knots[n]: knots need not be repeated at the ends.
 
     Parameters
     ----------
     control
-        float64[n, 2 or 3]; the third coordinate is left out.
+        float64[n, 2 or 3]; the third coordinate is ignored.
     knots
-        float64[n + degree + 1], never falling.
+        float64[n + degree + 1], non-decreasing.
 
     Raises
     ------
     PlanError
-        The numbers make no spline.
+        The numbers define no spline.
 
     Source: Piegl and Tiller, The NURBS Book, 2nd edition, equations 2.5 and 4.1; evaluated by de Boor's algorithm.
     """
@@ -79,12 +79,12 @@ def spline_points(control: Floats, degree: int, knots: Floats, weights: Floats |
 
 
 def _chords_needed(look: Floats, tolerance: float) -> Floats:
-    """Return how many chords each span needs: a chord's height falls with the square of their number."""
+    """Return the number of chords of each span: the height of a chord decreases with the square of their number."""
     middles = 0.5 * (look[:, :-2] + look[:, 2:])
     # The height over two steps is four times that over one.
     height = np.hypot(*np.moveaxis(look[:, 1:-1] - middles, -1, 0)).max(axis=1) / 4.0
     counts = np.ceil(FIRST_LOOK * np.sqrt(height / tolerance))
-    # Powers of two, so that few groups of spans are walked.
+    # Powers of two, so that there are few groups of spans.
     powers: Floats = 2.0 ** np.ceil(np.log2(np.clip(counts, 4, MOST_CHORDS)))
     return powers
 
@@ -115,7 +115,8 @@ def ellipse_path(
 ) -> Polyline:
     """Return centre + u·cos(t) + v·sin(t) for t from `start` over `sweep` (radians) as arcs; closed for a full turn.
 
-    Where u and v are as long as each other and square, it is the arc itself; else arcs within `tolerance` mm of it.
+    If u and v have equal lengths and are perpendicular, it is the exact arc; otherwise arcs within `tolerance` mm of
+    it.
 
     Raises
     ------
@@ -145,12 +146,12 @@ def ellipse_path(
 
 
 def fitted(points: Points, tolerance: float, closed: bool, spend: Spend = free) -> Polyline:
-    """Return arcs through points that are a quarter of `tolerance` beside a curve; the last of a ring is its first.
+    """Return arcs through points within a quarter of `tolerance` of a curve; a ring repeats its first point at the end.
 
     Raises
     ------
     PlanError
-        The curve goes where no machine does; also what `spend` raises.
+        A coordinate is out of range; also any error of `spend`.
     """
     if not np.abs(points).max(initial=0.0) <= FARTHEST:
         raise PlanError("coordinates or radius out of range")

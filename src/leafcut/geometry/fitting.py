@@ -1,4 +1,4 @@
-"""Points along a curve become few lines and arcs again."""
+"""Convert points along a curve to few lines and arcs."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Points
 from leafcut.geometry.polyline import Polyline
 
-#: An arc turns at most this far, so that its bulge stays well-conditioned: a little more than a half circle.
+#: Maximum bulge of an arc, slightly above a half circle, so that it is well-conditioned.
 MAX_BULGE = 1.05
 #: A fitted arc flatter than this is a line: over 100 mm it rises by half a micrometre.
 FLAT = 1e-5
@@ -17,13 +17,13 @@ FLAT = 1e-5
 def fit_arcs(points: Points, tolerance: float, closed: bool = False) -> Polyline:
     """Return lines and arcs that pass within `tolerance` of all points and of the middles of their chords.
 
-    Greedy: from each place the longest arc or line that is true to the points, ends on points. A closed one begins at
-    its sharpest corner. O(n log n).
+    Greedy: from each point the longest arc or line within the tolerance, ending at a point. A closed line starts at its
+    sharpest corner. O(n log n).
 
     Parameters
     ----------
     points
-        float64[n, 2], mm, dense where the curve bends; the first is not repeated at the end of a closed one.
+        float64[n, 2], mm, dense in curves; the first is not repeated at the end of a closed line.
     """
     if closed:
         points = np.roll(points, -_sharpest(points), axis=0)
@@ -40,7 +40,7 @@ def fit_arcs(points: Points, tolerance: float, closed: bool = False) -> Polyline
 
 
 def _sharpest(points: Points) -> int:
-    """Return the index of the point of a ring where its direction changes most."""
+    """Return the index of the point of a ring with the largest change of direction."""
     ahead = np.roll(points, -1, axis=0) - points
     behind = np.roll(ahead, 1, axis=0)
     cross = behind[:, 0] * ahead[:, 1] - behind[:, 1] * ahead[:, 0]
@@ -49,7 +49,7 @@ def _sharpest(points: Points) -> int:
 
 
 def _longest(points: Points, at: int, tolerance: float, last: int) -> tuple[int, float]:
-    """Return where the longest segment from `at` ends (index ≤ `last`), and its bulge: doubling, then halving."""
+    """Return the end of the longest segment from `at` (index ≤ `last`), and its bulge: doubling, then bisection."""
     good, bulge = at + 1, 0.0
     step, bad = 2, last + 1
     while at + step < bad:
@@ -70,7 +70,7 @@ def _longest(points: Points, at: int, tolerance: float, last: int) -> tuple[int,
 
 
 def _fitted(points: Points, tolerance: float) -> float | None:
-    """Return the bulge of the line or arc from the first to the last point that is true to all between, or None."""
+    """Return the bulge of the line or arc from the first to the last point that fits all points between, or None."""
     start, chord = points[0], points[-1] - points[0]
     length = float(np.hypot(*chord))
     if length <= tolerance:
@@ -83,7 +83,7 @@ def _fitted(points: Points, tolerance: float) -> float | None:
     bulge = -2.0 * rise / length
     if not FLAT < abs(bulge) <= MAX_BULGE:
         return None
-    # Centre on the chord's bisector, (1 − b²)/4b of the chord to its left; distances from it to all places.
+    # The centre lies on the chord's bisector, (1 − b²)/4b of the chord to its left; distances of all points from it.
     cy = (1.0 - bulge * bulge) / (4.0 * bulge) * length
     radius = np.hypot(0.5 * length, cy)
     if float(np.abs(np.hypot(along - 0.5 * length, off - cy) - radius).max()) > tolerance:
@@ -93,7 +93,7 @@ def _fitted(points: Points, tolerance: float) -> float | None:
 
 
 def _rise(along: NDArray[np.float64], off: NDArray[np.float64], length: float) -> float:
-    """Return the height of the arc over its chord: by the point nearest to the chord's bisector."""
+    """Return the height of the arc above its chord, from the point nearest to the chord's bisector."""
     k = int(np.argmin(np.abs(along - 0.5 * length)))
     x, y = float(along[k]) - 0.5 * length, float(off[k])
     if y == 0.0:

@@ -1,4 +1,4 @@
-"""Pairs of shapes that are near to each other, by an index of boxes (shapely's STRtree), within bounds of memory."""
+"""Pairs of nearby shapes, by an index of bounding boxes (shapely's STRtree), with bounded memory."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from numpy.typing import NDArray
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Indices, Points
 
-#: Pairs that no drawing has: these, and so many per shape more.
+#: Maximum number of pairs in a valid drawing: constant, and per shape.
 MOST_PAIRS, MOST_PER_SHAPE = 500_000, 64
-#: Shapes that one question to the index is about: few where many lie together, so that it is found out early.
+#: Shapes per query of the index: few in crowded drawings, to detect them early.
 _FEWEST, _MOST = 16, 4096
-#: Lines whose neighbours `NearLines` asks the index for, and pairs that it looks at, at once.
+#: Batch sizes of `NearLines`: lines per query, and pairs evaluated at a time.
 _LINES, _PAIRS = 256, 500_000
-#: Distances of boxes and of points are as exact as this; what is nearer to the limit is measured by GEOS.
+#: Relative accuracy of box and point distances; pairs closer to the limit are measured by GEOS.
 _EXACT = 1e-9
 
 
 def query_pairs(
     shapes: Any, others: Any, what: str, predicate: str, distance: float | None = None
 ) -> Iterator[tuple[Indices, Indices]]:
-    """Yield pairs (index in `shapes`, index in `others`) that fulfil a predicate of shapely, some at a time.
+    """Yield pairs (index in `shapes`, index in `others`) that satisfy a shapely predicate, in batches.
 
     Raises
     ------
     PlanError
-        There are more than any drawing has; `what` says of what.
+        There are more than in any valid drawing; `what` names them.
     """
     tree: Any = shapely.STRtree(others)
     more = {} if distance is None else {"distance": distance}
@@ -46,12 +46,12 @@ def query_pairs(
 
 
 def near_pairs(points: Points, distance: float) -> tuple[Indices, Indices, NDArray[np.float64]]:
-    """Return all pairs i < j of points (float64[n, 2]) within a distance, and how far apart they are.
+    """Return all pairs i < j of points (float64[n, 2]) within a distance, and their distances.
 
     Raises
     ------
     PlanError
-        Hundreds lie in one place.
+        Hundreds of points lie in one place.
     """
     places = shapely.points(points)
     found = [np.zeros((2, 0), dtype=np.int64)]
@@ -62,10 +62,10 @@ def near_pairs(points: Points, distance: float) -> tuple[Indices, Indices, NDArr
 
 
 class NearLines:
-    """Short lines and points, object[n] of shapely, that are asked for those which come near to each other.
+    """Short lines and points, object[n] of shapely, for finding near pairs.
 
-    Most pairs are decided by boxes and three points of each, without a look at how far apart the lines are; where many
-    lie beside each other, that is nearly all of the work.
+    Most pairs are decided by bounding boxes and three points of each, without measuring the distance of the lines; in
+    crowded drawings that is most of the work.
     """
 
     def __init__(self, lines: NDArray[np.object_]) -> None:
@@ -78,9 +78,9 @@ class NearLines:
     def pairs(
         self, others: NearLines, reach: float, wanted: Callable[[Indices, Indices], NDArray[np.bool_]] | None = None
     ) -> Iterator[tuple[Indices, Indices]]:
-        """Yield (index here, index in `others`) of lines not farther apart than `reach`, some at a time.
+        """Yield (index here, index in `others`) of lines at most `reach` apart, in batches.
 
-        `wanted` says of pairs, int64[k] and int64[k], which are asked for, bool[k].
+        `wanted` selects the pairs to test: from int64[k] and int64[k] to bool[k].
         """
         for begin in range(0, len(others.lines), _LINES):
             left, low, right, high = others.boxes[begin : begin + _LINES].T
@@ -95,7 +95,7 @@ class NearLines:
                 yield self._near(one, others, other, reach)
 
     def _near(self, one: Indices, others: NearLines, other: Indices, reach: float) -> tuple[Indices, Indices]:
-        """Return those of some pairs that are near."""
+        """Return the near pairs among some pairs."""
         a, b = self.boxes[one], others.boxes[other]
         apart = np.maximum(np.maximum(a[:, :2] - b[:, 2:], b[:, :2] - a[:, 2:]), 0.0)
         may = np.hypot(*apart.T) <= reach * (1.0 + _EXACT)
@@ -111,7 +111,7 @@ class NearLines:
 
 
 def unique_pairs(first: Indices, second: Indices) -> Indices:
-    """Return int64[k, 2], the pairs (first, second) once each, in order; neither is negative."""
+    """Return int64[k, 2], the distinct pairs (first, second), in order; both are non-negative."""
     wide = int(second.max(initial=0)) + 1
     keys = np.sort(first * wide + second)
     keys = keys[np.diff(keys, prepend=-1) > 0]
@@ -119,7 +119,7 @@ def unique_pairs(first: Indices, second: Indices) -> Indices:
 
 
 def linked(n: int, first: Indices, second: Indices) -> Indices:
-    """Return a number for each of 0 … n - 1, int64[n], equal for those that pairs (first, second) link, however far."""
+    """Return a component number for each of 0 … n - 1, int64[n]; the pairs (first, second) are edges."""
     parent = list(range(n))
 
     def root(k: int) -> int:

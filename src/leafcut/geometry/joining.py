@@ -1,4 +1,4 @@
-"""Open paths joined end to end into closed ones and longer ones."""
+"""Join open paths end to end to closed or longer ones."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from leafcut.geometry.cleaning import ends_of
 from leafcut.geometry.index import near_pairs
 from leafcut.geometry.polyline import Polyline
 
-#: Ends this near to each other are drawn as one point, mm: drawings keep 4 to 6 digits.
+#: Distance within which ends are drawn as one point, mm: drawings keep 4 to 6 digits.
 EXACT = 1e-4
-#: Two paths that leave a place at a smaller angle than this lie on each other, radians.
+#: Minimum angle between two paths at a common end, radians; below it they overlap.
 DOUBLED_BACK = 1e-3
 
 
 class Joined(NamedTuple):
-    """A path, the indices of what it is made of from its beginning on, and the gaps that were closed (place, mm)."""
+    """A path, the indices of its members from its start on, and the closed gaps (place, mm)."""
 
     path: Polyline
     members: list[int]
@@ -30,9 +30,9 @@ class Joined(NamedTuple):
 
 @dataclass
 class Joining:
-    """What joining made, in the order of the drawing, and the branches: places where more than two ends meet.
+    """Result of joining, in drawing order, and the branches: places where more than two ends meet.
 
-    Which of them belong together is then a guess by the drawing's order.
+    At a branch, the drawing order decides which ends belong together, which is a guess.
     """
 
     paths: list[Joined] = field(default_factory=list)
@@ -40,11 +40,11 @@ class Joining:
 
 
 def join(paths: Sequence[Polyline], tolerance: float) -> Joining:
-    """Join open paths whose ends are within `tolerance` mm of each other, the nearest first; O(n log n).
+    """Join open paths whose ends are within `tolerance` mm of each other, nearest first; O(n log n).
 
-    Ends that are drawn as one point are joined before any gap is closed; where more than two meet, those that follow
-    each other in the drawing belong together, then those that make the sharpest corner, as of two outlines that touch
-    neither runs across the other. Both ends of a closed gap move to its middle. Closed paths stay.
+    Ends drawn as one point are joined before any gap is closed. If more than two meet, consecutive paths of the drawing
+    are joined first, then those with the sharpest corner, so that touching outlines do not cross. Both ends of a closed
+    gap move to its middle. Closed paths are kept.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def join(paths: Sequence[Polyline], tolerance: float) -> Joining:
     first, second, gaps = near_pairs(ends, tolerance)
     lengths = np.array([p.length for p in chosen])
     own = first // 2 == second // 2
-    # A short line does not close on itself: both its ends are near to each other because it is short.
+    # A short line is not closed on itself: its ends are close only because it is short.
     fair = ~own | (lengths[first // 2] > 3.0 * np.maximum(gaps, EXACT)) & (lengths[first // 2] > 2.0 * tolerance)
     first, second, gaps, own = first[fair], second[fair], gaps[fair], own[fair]
     mate = _mates(chosen, first, second, gaps, own)
@@ -76,7 +76,7 @@ def join(paths: Sequence[Polyline], tolerance: float) -> Joining:
 def _mates(
     paths: Sequence[Polyline], first: Indices, second: Indices, gaps: NDArray[np.float64], own: NDArray[np.bool_]
 ) -> Indices:
-    """Return the end that each end is joined to, or -1: nearest first, and of ends in one place as they are drawn."""
+    """Return the end that each end is joined to, or -1: nearest first; among ends in one place, by drawing order."""
     drawn_together = np.where(gaps <= EXACT, 0.0, gaps)
     follow = np.abs(first // 2 - second // 2) == 1
     # The end of one line and the start of the next in the drawing: i is even for a start, odd for an end.
@@ -95,7 +95,7 @@ def _mates(
 def _angles(
     paths: Sequence[Polyline], first: Indices, second: Indices, exact: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
-    """Return the angle between the paths at pairs of ends where more than two meet, else π; radians."""
+    """Return the angle between the paths at pairs of ends where more than two meet, otherwise π; radians."""
     crowded = np.bincount(np.concatenate([first[exact], second[exact]]), minlength=2 * len(paths)) > 1
     ways = {end: _leaving(paths[end // 2], end % 2 == 1) for end in np.flatnonzero(crowded).tolist()}
     angles = np.full(len(first), np.pi)
@@ -111,7 +111,7 @@ def _leaving(path: Polyline, at_end: bool) -> Point:
 
 
 def _branches(ends: Points, mate: Indices, first: Indices, second: Indices, gaps: NDArray[np.float64]) -> list[Point]:
-    """Return the places where three ends or more meet, or where an end found no partner that was still free."""
+    """Return the places where three or more ends meet, or where an end found no free partner."""
     partners = np.bincount(np.concatenate([first, second]), minlength=len(ends))
     close = gaps <= EXACT
     exact = np.bincount(np.concatenate([first[close], second[close]]), minlength=len(ends))
@@ -120,7 +120,7 @@ def _branches(ends: Points, mate: Indices, first: Indices, second: Indices, gaps
 
 
 def _walks(mate: Indices) -> list[tuple[list[int], bool]]:
-    """Return the ends at which paths are entered, and whether each closes; end 2i enters path i at its start."""
+    """Return the ends at which paths are entered, and whether each chain closes; end 2i enters path i at its start."""
     table = mate.tolist()
     done = [False] * (len(table) // 2)
     walks = []
@@ -142,7 +142,7 @@ def _walks(mate: Indices) -> list[tuple[list[int], bool]]:
 
 
 def _assembled(paths: list[Polyline], walk: list[int], loop: bool, gaps: list[tuple[Point, float]]) -> Polyline:
-    """Return one path of several, each entered at one of its ends; what gaps it closes is added to `gaps`."""
+    """Return one path from several, each entered at one of its ends; closed gaps are added to `gaps`."""
     pieces = [paths[end // 2].reversed() if end % 2 else paths[end // 2] for end in walk]
     tables = [piece.vertices.copy() for piece in pieces]
     for k in range(0 if loop else 1, len(tables)):

@@ -1,4 +1,4 @@
-"""How far points lie off their best line and their best circle, from moments, for all stretches of points at once."""
+"""Distances of points from their best line and best circle, by moments, for all runs of points at once."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _TINY = 1e-12
 
 
 class Moments(NamedTuple):
-    """Means, and central moments of x, y and z = x² + y²; each of every row and number of points."""
+    """Means, and central moments of x, y and z = x² + y², for every row and number of points."""
 
     x: Floats
     y: Floats
@@ -30,7 +30,7 @@ def moments(places: Floats, weights: Floats) -> Moments:
     Parameters
     ----------
     places
-        float64[rows, n, 2], near 0, or digits are lost.
+        float64[rows, n, 2], near 0 to keep precision.
     weights
         float64[rows, n].
     """
@@ -65,7 +65,7 @@ def off_line(m: Moments) -> Floats:
 
 
 def off_circle(m: Moments) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return the mean square distance from the best circle, about, its centre from the mean, and its radius.
+    """Return the approximate mean square distance from the best circle, its centre from the mean, and its radius.
 
     Source: Taubin, "Estimation of planar curves …", IEEE Trans. PAMI 13 (1991); the root by Newton's method from 0 as
     in Chernov, "Circular and linear regression" (2010), section 5.9.
@@ -82,7 +82,7 @@ def off_circle(m: Moments) -> tuple[Floats, Floats, Floats, Floats]:
             step = (a0 + root * (a1 + root * (a2 + root * a3))) / slope
             root = root - np.where(np.isfinite(step), step, 0.0)
         root = np.where(np.isfinite(root) & (root >= 0.0), root, 0.0)
-        # Three points always lie on a circle; the root is 0 then but for rounding.
+        # Three points always lie on a circle; the root is then 0 within rounding.
         down = 2.0 * (root * root - root * trace + area)
         x = (m.xz * (m.yy - root) - m.yz * m.xy) / down
         y = (m.yz * (m.xx - root) - m.xz * m.xy) / down

@@ -1,4 +1,4 @@
-"""A closed path grown or shrunk by a distance, arcs kept as arcs: kerf compensation, clearance, spacing."""
+"""Offset a closed path by a distance, keeping arcs: kerf compensation, clearance, spacing."""
 
 from __future__ import annotations
 
@@ -15,30 +15,30 @@ from leafcut.geometry.fitting import fit_arcs
 from leafcut.geometry.parallel import parallel
 from leafcut.geometry.polyline import Polyline
 
-#: The chords that the answer is checked against leave the path by this share of the tolerance at most.
+#: Chord error in the check of a result, as a share of the tolerance.
 FINE = 0.125
-#: GEOS moves the points of flat hollows by up to this share of the distance (its `simplifyFactor`).
+#: GEOS moves the points of shallow concave parts by up to this share of the distance (its `simplifyFactor`).
 GEOS_SLACK = 0.01
 
 
 def offset(path: Polyline, distance: float, tolerance: float = 0.01) -> list[Polyline]:
-    """Return the edges of what a closed path encloses when it grows by `distance` mm on all sides.
+    """Return the edges of the area inside a closed path after growing it by `distance` mm on all sides.
 
-    Outward corners become arcs about the corner: the edge of what a round tool of that radius sweeps. Lines stay
-    lines and arcs arcs wherever every element of the path has its parallel; else the edge is found with chords
-    (shapely's buffer), and arcs are fitted to them. Either is checked: every point of the answer is at the distance
-    from the path, within `tolerance`.
+    Outward corners become arcs about the corner: the edge of the area swept by a round tool of that radius. Lines stay
+    lines and arcs stay arcs if every element of the path has a parallel; otherwise the edge is found with chords
+    (shapely's buffer), and arcs are fitted to them. Both are checked: every point of the result is at the distance from
+    the path, within `tolerance`.
 
     Parameters
     ----------
     distance
-        Positive grows the area inside, negative shrinks it, whichever way round the path runs.
+        Positive grows the area inside, negative shrinks it, whatever the direction of the path.
 
     Returns
     -------
     list of Polyline
-        Closed, the largest first. Counter-clockwise: an outer edge; clockwise: the edge of a hole that growing closed
-        off. Empty where nothing is left.
+        Closed, largest first. Counter-clockwise: an outer edge; clockwise: the edge of a hole that growing enclosed.
+        Empty if nothing is left.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def offset(path: Polyline, distance: float, tolerance: float = 0.01) -> list[Pol
 
 
 def _fitted(ring: Points, check: _Check, tolerance: float) -> Polyline:
-    """Return lines and arcs along one ring of chords; the chords themselves where arcs are not true to the path."""
+    """Return lines and arcs along one ring of chords; the chords themselves if arcs do not fit the path."""
     moved = check.settled(ring)
     for points, reach in ((moved, 0.5), (moved, 0.2), (ring, 0.2)):
         candidate = fit_arcs(points, reach * tolerance, closed=True)
@@ -71,7 +71,7 @@ def _fitted(ring: Points, check: _Check, tolerance: float) -> Polyline:
 
 
 def _rings(region: Any, distance: float, fine: float, tolerance: float) -> Iterator[Points]:
-    """Yield the rings of the buffered region, float64[n, 2] without the repeated end, the largest first."""
+    """Yield the rings of the buffered region, float64[n, 2] without the repeated end, largest first."""
     step = 2.0 * math.acos(max(1.0 - fine / abs(distance), 0.0))
     grown = region.buffer(distance, quad_segs=min(max(math.ceil(0.5 * math.pi / step), 4), 256))
     pieces = [p for p in getattr(grown, "geoms", [grown]) if not p.is_empty]
@@ -81,14 +81,14 @@ def _rings(region: Any, distance: float, fine: float, tolerance: float) -> Itera
         points = np.asarray(ring.coords)[:-1, :2]
         x, y = points.T - points[0][:, None]
         area = 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
-        # What is left of a place just as wide as the tool is no edge to cut along.
+        # The remainder of a place exactly as wide as the tool is not an edge to cut.
         if 2.0 * abs(area) > tolerance * ring.length:
             sized.append((abs(area), points if area * sign > 0.0 else points[::-1]))
     yield from (points for _, points in sorted(sized, key=lambda pair: -pair[0]))
 
 
 class _Check:
-    """The path in fine chords, and whether an answer lies at its distance from it."""
+    """The path in fine chords, and the check whether a result lies at its distance from it."""
 
     def __init__(self, path: Polyline, distance: float, tolerance: float) -> None:
         self.distance, self.tolerance = distance, tolerance
@@ -103,7 +103,7 @@ class _Check:
         shapely.prepare(self.edge)
 
     def agrees(self, answer: Polyline, ring: Points) -> bool:
-        """Return whether an answer is at the distance from the path everywhere, simple, and all of the ring."""
+        """Return whether a result is at the distance from the path everywhere, simple, and complete."""
         if answer.n_segments < 2:
             return False
         points = answer.flattened(FINE * self.tolerance)
@@ -118,7 +118,7 @@ class _Check:
         return bool(shapely.dwithin(own, shapely.points(there), loose).all())
 
     def settled(self, ring: Points) -> Points:
-        """Return the points of a ring moved to the exact distance from the nearest point of the path."""
+        """Return the points of a ring, moved to the exact distance from the nearest point of the path."""
         points = shapely.points(ring)
         lines = shapely.shortest_line(self.edge, points)
         feet = shapely.get_coordinates(shapely.get_point(lines, 0))

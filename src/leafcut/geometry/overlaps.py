@@ -1,7 +1,7 @@
-"""Lines and arcs drawn on top of each other, taken once, unless two neighbouring outlines share them.
+"""Remove lines and arcs drawn on top of each other, unless two neighbouring outlines share them.
 
-Lines that lie over each other are divided at each other's ends, so that what is double is the same from end to end;
-of these one stays. A second one comes back where outlines would miss it: where an odd number of ends would meet.
+Overlapping lines are split at each other's ends, so that duplicates match exactly; one of each is kept. A duplicate is
+restored if outlines would miss it, that is, where an odd number of ends would meet.
 """
 
 from __future__ import annotations
@@ -20,23 +20,22 @@ from leafcut.geometry.cleaning import ends_of
 from leafcut.geometry.index import linked, near_pairs, query_pairs
 from leafcut.geometry.polyline import Polyline
 
-#: Lines this near to each other are drawn in one place, mm.
+#: Distance within which lines coincide, mm.
 SAME = 0.01
 _FULL = 2.0 * np.pi
 
 
 class Uncovered(NamedTuple):
-    """What is left: paths, each with the index of the one it is (a piece of), and what was taken away."""
+    """Remaining paths, each with the index of its source path, and the places of the removed pieces."""
 
     paths: list[tuple[Polyline, int]]
     removed: list[Point]
 
 
 def without_overlaps(paths: Sequence[Polyline], same: float = SAME) -> Uncovered:
-    """Return open paths with every line and arc that is drawn more than once taken once; O(n log n).
+    """Return open paths with every repeated line and arc kept once; O(n log n).
 
-    Closed paths come back as they are, and open ones that lie on nothing, too; of the others what is left of them in
-    pieces.
+    Closed paths and open paths without overlap are unchanged; the others are returned in pieces.
     """
     table = _segments(paths)
     cuts = _cuts(table, same)
@@ -59,7 +58,7 @@ def without_overlaps(paths: Sequence[Polyline], same: float = SAME) -> Uncovered
 
 
 class _Segments(NamedTuple):
-    """All lines and arcs of open paths: ends, bulge, length, circle (NaN for lines), and whose they are."""
+    """All lines and arcs of open paths: ends, bulge, length, circle (NaN for lines), and path index."""
 
     a: Points
     b: Points
@@ -88,7 +87,7 @@ def _segments(paths: Sequence[Polyline]) -> _Segments:
 
 
 def _cuts(table: _Segments, same: float) -> dict[int, list[float]]:
-    """Return for every segment that lies over another where it is to be divided, mm along it, in order."""
+    """Return for every overlapping segment the positions at which to split it, mm along it, in order."""
     found: dict[int, list[float]] = {}
     for one, other in (_line_pairs(table, same), _arc_pairs(table, same)):
         for i, j in ((one, other), (other, one)):
@@ -110,7 +109,7 @@ def _apart(stops: list[float], same: float) -> list[float]:
 
 
 def _line_pairs(table: _Segments, same: float) -> tuple[Indices, Indices]:
-    """Return pairs of lines that lie on each other over some length."""
+    """Return pairs of lines that overlap over some length."""
     lines = np.flatnonzero(table.bulge == 0.0)
     if len(lines) < 2:
         return lines[:0], lines[:0]
@@ -136,7 +135,7 @@ def _on_each_other(table: _Segments, i: Indices, j: Indices, same: float) -> NDA
 
 
 def _reach(table: _Segments, i: Indices, j: Indices) -> tuple[Floats, Floats]:
-    """Return where the ends of segments j lie along segments i of the same line or circle, mm from the start of i."""
+    """Return the positions of the ends of segments j along segments i of the same line or circle, mm along i."""
     line = table.bulge[i] == 0.0
     with np.errstate(invalid="ignore"):
         way = (table.b[i] - table.a[i]) / table.length[i][:, None]
@@ -146,14 +145,14 @@ def _reach(table: _Segments, i: Indices, j: Indices) -> tuple[Floats, Floats]:
         round_ = []
         for p in (table.a[j], table.b[j]):
             angle = np.arctan2(*(p - table.center[i]).T[::-1]) - first
-            # What lies a hair before the start is before it, not nearly a turn behind.
+            # A point slightly before the start counts as before it, not as nearly a full turn after it.
             turn = np.mod(side * angle + 1e-9, _FULL) - 1e-9
             round_.append(turn * radius)
     return np.where(line, straight[0], round_[0]), np.where(line, straight[1], round_[1])
 
 
 def _arc_pairs(table: _Segments, same: float) -> tuple[Indices, Indices]:
-    """Return pairs of arcs of one circle that lie on each other over some length."""
+    """Return pairs of arcs of one circle that overlap over some length."""
     arcs = np.flatnonzero(table.bulge != 0.0)
     if len(arcs) < 2:
         return arcs[:0], arcs[:0]
@@ -183,7 +182,7 @@ def _arcs_overlap(table: _Segments, i: Indices, j: Indices, same: float) -> NDAr
 
 
 def _doubles(pieces: list[Polyline], same: float) -> list[int]:
-    """Return the indices of pieces that are the same as one before them, either way round."""
+    """Return the indices of pieces that equal an earlier one, in either direction."""
     if not pieces:
         return []
     middles = np.array([p.point_at(0.5 * p.length) for p in pieces])
@@ -200,9 +199,9 @@ def _doubles(pieces: list[Polyline], same: float) -> list[int]:
 
 
 def _missed(pieces: list[tuple[Polyline, int]], extra: list[int], others: list[Polyline], same: float) -> set[int]:
-    """Return which extra pieces outlines need: a set of them after which no odd number of three ends or more meets.
+    """Return the extra pieces that outlines need, so that no odd number of three or more ends meets.
 
-    Along every tree of extra pieces the ends that are odd are joined in pairs (a T-join, leaves first).
+    Along every tree of extra pieces, the odd ends are joined in pairs (a T-join, leaves first).
     """
     ends = ends_of([*(p for p, _ in pieces), *others])
     node = _nodes(ends, 2.0 * same)
@@ -240,6 +239,6 @@ def _missed(pieces: list[tuple[Polyline, int]], extra: list[int], others: list[P
 
 
 def _nodes(ends: Points, same: float) -> Indices:
-    """Return a number for every end, equal for ends that are within `same` of each other or linked by such."""
+    """Return a number for every end, equal for ends linked by distances within `same`."""
     first, second, _ = near_pairs(ends, same)
     return linked(len(ends), first, second)

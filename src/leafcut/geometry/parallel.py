@@ -1,6 +1,6 @@
-"""The parallel of a closed path, element by element: lines stay lines and arcs stay arcs.
+"""Parallel of a closed path, element by element: lines stay lines and arcs stay arcs.
 
-Exact where every line and arc of the path has its own in the parallel; the caller checks whether that is so.
+Exact if every line and arc of the path has a counterpart in the parallel; the caller checks that.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from leafcut.geometry.polyline import Polyline, Segment
 
 
 class Element(NamedTuple):
-    """A line or arc beside one of the path: `turn` is the arc's angle, positive counter-clockwise, 0 for a line."""
+    """A parallel line or arc; `turn` is the arc's angle, positive counter-clockwise, 0 for a line."""
 
     start: Point
     end: Point
@@ -27,14 +27,14 @@ class Element(NamedTuple):
 def parallel(path: Polyline, distance: float, close: float) -> Polyline | None:
     """Return the parallel at `distance` mm to the right of a closed path (negative: to its left), or None.
 
-    Gaps at corners are closed by arcs about the corner, overlaps cut at the intersection. None where an element has no
-    place beside it (an arc of smaller radius than the distance) or two neighbours do not meet. The answer may
-    still cross itself.
+    Gaps at corners are closed by arcs about the corner, overlaps are cut at the intersection. None if an element has no
+    parallel (an arc with a radius smaller than the distance) or two neighbours do not meet. The result may still cross
+    itself.
 
     Parameters
     ----------
     close
-        Ends that are this near to each other are one point, mm.
+        Distance within which ends are one point, mm.
     """
     beside = [_beside(s, distance) for s in path.segments() if s.start != s.end]
     if len(beside) < 2 or any(e is None for e in beside):
@@ -86,7 +86,7 @@ def _beside(s: Segment, distance: float) -> Element | None:
 
 
 def _way(e: Element, at_end: bool) -> Point:
-    """Return the direction of travel at an end of an element; its length says nothing."""
+    """Return the direction of travel at an end of an element, not normalised."""
     if e.turn == 0.0:
         return (e.end[0] - e.start[0], e.end[1] - e.start[1])
     x, y = e.end if at_end else e.start
@@ -100,7 +100,7 @@ def _turn(a: Point, b: Point) -> float:
 
 
 def _meeting(a: Element, b: Element) -> Point | None:
-    """Return where the lines or circles of two elements meet, nearest to the ends that should be one; else None."""
+    """Return the intersection of the lines or circles of two elements nearest to their common end; None for none."""
     near = (0.5 * (a.end[0] + b.start[0]), 0.5 * (a.end[1] + b.start[1]))
     if a.turn == 0.0 and b.turn == 0.0:
         places = _line_line(a, b)
@@ -149,9 +149,9 @@ def _circle_circle(a: Element, b: Element) -> list[Point]:
 
 
 def _trimmed(e: Element) -> float | None:
-    """Return the bulge of an element whose ends were cut back, or None where nothing of it is left.
+    """Return the bulge of a trimmed element, or None if nothing of it is left.
 
-    A line that was cut back past its own beginning turns round and is caught by the caller's check of distances.
+    A line trimmed beyond its own start reverses its direction; the caller's distance check detects that.
     """
     if e.turn == 0.0:
         return 0.0

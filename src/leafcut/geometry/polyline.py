@@ -1,6 +1,6 @@
-"""`Polyline`: lines and circular arcs end to end, open or closed; what contours, leads and cuts are made of.
+"""`Polyline`: connected lines and circular arcs, open or closed, for contours, leads and cuts.
 
-An arc is said by its bulge, as in DXF (LWPOLYLINE, group code 42): the tangent of a quarter of its angle, positive
+An arc is given by its bulge, as in DXF (LWPOLYLINE, group code 42): the tangent of a quarter of its angle, positive
 counter-clockwise; 0 is a straight line, 1 a half circle. A full circle is two half circles.
 """
 
@@ -19,12 +19,12 @@ from numpy.typing import ArrayLike, NDArray
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Points
 
-#: A bulge below this is a straight line: over a metre its arc rises by less than a nanometre.
+#: Maximum bulge of a straight line: over a metre its arc rises by less than a nanometre.
 STRAIGHT = 1e-9
 
 
 class Segment(NamedTuple):
-    """One line or arc: from `start` to `end` (mm), `bulge` 0 for a line; `center` and `radius` of an arc, else NaN."""
+    """A line or arc: from `start` to `end` (mm), `bulge` 0 for a line; `center` and `radius` are NaN for a line."""
 
     start: tuple[float, float]
     end: tuple[float, float]
@@ -34,19 +34,19 @@ class Segment(NamedTuple):
 
     @property
     def is_arc(self) -> bool:
-        """True: an arc; counter-clockwise where `bulge` is positive."""
+        """True: an arc; counter-clockwise if `bulge` is positive."""
         return self.bulge != 0.0
 
 
 @dataclass(frozen=True, eq=False)
 class Polyline:
-    """Vertices and the bulge of the segment that begins at each.
+    """Vertices and the bulge of the segment that starts at each.
 
     Attributes
     ----------
     vertices
-        float64[n, 3]: x and y in mm, and the bulge to the next vertex. The last one's bulge closes a closed polyline
-        (its first vertex is not repeated); of an open one it is 0.
+        float64[n, 3]: x and y in mm, and the bulge to the next vertex. The last bulge closes a closed polyline (its
+        first vertex is not repeated); for an open one it is 0.
     closed
         True: a segment leads from the last vertex back to the first.
     """
@@ -63,7 +63,7 @@ class Polyline:
 
     @classmethod
     def of_points(cls, points: ArrayLike, closed: bool = False) -> Polyline:
-        """Return straight lines through n points (x, y in mm); a repeated last point of a closed one is left out."""
+        """Return straight lines through n points (x, y in mm); a repeated last point is dropped if closed."""
         xy = np.asarray(points, dtype=np.float64).reshape(-1, 2)
         if closed and len(xy) > 1 and np.array_equal(xy[0], xy[-1]):
             xy = xy[:-1]
@@ -71,7 +71,7 @@ class Polyline:
 
     @classmethod
     def circle(cls, x: float, y: float, radius: float, clockwise: bool = False) -> Polyline:
-        """Return a circle that begins at its right, counter-clockwise unless told otherwise."""
+        """Return a circle that starts at its rightmost point, counter-clockwise by default."""
         bulge = -1.0 if clockwise else 1.0
         return cls(np.array([[x + radius, y, bulge], [x - radius, y, bulge]]), closed=True)
 
@@ -89,7 +89,7 @@ class Polyline:
 
     @cached_property
     def bulges(self) -> Points:
-        """Bulge of every segment, float64[m]; what is straight but for rounding is 0."""
+        """Bulge of every segment, float64[m]; 0 if straight within rounding."""
         bulges = self.vertices[: self.n_segments, 2]
         return np.where(np.abs(bulges) < STRAIGHT, 0.0, bulges)
 
@@ -106,16 +106,16 @@ class Polyline:
 
     @cached_property
     def length(self) -> float:
-        """Length of the whole, mm."""
+        """Total length, mm."""
         return float(self.lengths.sum())
 
     @cached_property
     def area(self) -> float:
-        """Area inside a closed polyline, mm²; negative when it runs clockwise, 0 for an open one."""
+        """Area inside a closed polyline, mm²; negative if clockwise, 0 for an open polyline."""
         if not self.closed:
             return 0.0
         x0, y0, x1, y1 = self._ends.T
-        # About the first vertex, so that the digits of a far-away place do not drown a small area.
+        # Relative to the first vertex, so that large coordinates do not cost the precision of a small area.
         x0, x1, y0, y1 = (
             x0 - self.vertices[0, 0],
             x1 - self.vertices[0, 0],
@@ -128,7 +128,7 @@ class Polyline:
         return float(np.sum(0.5 * (x0 * y1 - x1 * y0) + 0.5 * radius**2 * (angle - np.sin(angle))))
 
     def segment(self, index: int) -> Segment:
-        """Return one segment; `index` from 0, or from the end where it is negative."""
+        """Return one segment; negative indices count from the end."""
         return self._segments[index]
 
     @cached_property
@@ -151,17 +151,17 @@ class Polyline:
 
     @property
     def start(self) -> tuple[float, float]:
-        """Where it begins, mm."""
+        """Start point, mm."""
         return (float(self.vertices[0, 0]), float(self.vertices[0, 1]))
 
     @property
     def end(self) -> tuple[float, float]:
-        """Where it ends: a closed one where it began, mm."""
+        """End point, mm; for a closed polyline the start."""
         return self.start if self.closed else (float(self.vertices[-1, 0]), float(self.vertices[-1, 1]))
 
     @cached_property
     def extents(self) -> tuple[float, float, float, float]:
-        """Smallest x and y, largest x and y, arcs included, mm."""
+        """Minimum x and y, maximum x and y, arcs included, mm."""
         places = [self.vertices[:, :2]]
         arcs = np.flatnonzero(self.bulges).tolist() if self.vertices[:, 2].any() else []
         for s in map(self._segment, arcs):
@@ -179,7 +179,7 @@ class Polyline:
         return (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
 
     def flattened(self, tolerance: float = 0.01) -> Points:
-        """Return points (x, y) along it, float64[k, 2]; chords leave arcs by at most `tolerance` mm.
+        """Return points (x, y) along it, float64[k, 2]; the chord error of arcs is at most `tolerance` mm.
 
         The points of a closed polyline end with the first one again.
         """
@@ -190,7 +190,7 @@ class Polyline:
         return np.concatenate(points)
 
     def reversed(self) -> Polyline:
-        """Return it the other way round; a closed one begins at the same vertex."""
+        """Return the reversed polyline; a closed one starts at the same vertex."""
         xy = self.vertices[::-1, :2]
         if self.closed:
             xy = np.roll(xy, 1, axis=0)
@@ -200,11 +200,11 @@ class Polyline:
         return Polyline(np.column_stack([xy, bulges]), self.closed)
 
     def moved(self, dx: float, dy: float) -> Polyline:
-        """Return it moved by (dx, dy) mm."""
+        """Return the polyline moved by (dx, dy) mm."""
         return Polyline(self.vertices + np.array([dx, dy, 0.0]), self.closed)
 
     def turned(self, angle: float) -> Polyline:
-        """Return it turned by `angle` (rad) counter-clockwise about the origin."""
+        """Return the polyline rotated by `angle` (rad) counter-clockwise about the origin."""
         cos, sin = math.cos(angle), math.sin(angle)
         x, y, bulge = self.vertices.T
         return Polyline(np.column_stack([cos * x - sin * y, sin * x + cos * y, bulge]), self.closed)
@@ -216,7 +216,7 @@ class Polyline:
         return ends
 
     def _place(self, distance: float) -> tuple[int, float]:
-        """Return the segment at a distance from the start, and the share of the segment that is behind."""
+        """Return the segment at a distance from the start, and the share of the segment before that point."""
         if self.closed and self.length > 0.0:
             distance %= self.length
         ends = self._reach
@@ -226,12 +226,12 @@ class Polyline:
         return index, min(max((distance - before) / length, 0.0), 1.0) if length > 0.0 else 0.0
 
     def point_at(self, distance: float) -> tuple[float, float]:
-        """Return the place at a distance along it from its start, mm; beyond an end of an open one, that end."""
+        """Return the point at a distance along it from its start, mm; beyond an end of an open polyline, that end."""
         index, share = self._place(distance)
         return _along(self.segment(index), share)
 
     def direction_at(self, distance: float) -> tuple[float, float]:
-        """Return the unit vector of travel at a distance along it; at a vertex, of the segment that begins."""
+        """Return the unit vector of travel at a distance along it; at a vertex, that of the following segment."""
         index, share = self._place(distance)
         s = self.segment(index)
         if not s.is_arc:
@@ -244,8 +244,7 @@ class Polyline:
     def piece(self, start: float, end: float) -> Polyline:
         """Return the open polyline between two distances along it, `start` ≤ `end`, mm.
 
-        Of a closed polyline `end` may lie beyond its length: the piece goes on past the start, at most once round
-        more.
+        For a closed polyline, `end` may exceed its length: the piece continues past the start, at most one more round.
         """
         if not self.closed:
             start, end = max(start, 0.0), min(end, self.length)
@@ -272,7 +271,7 @@ class Polyline:
 
 
 def joined(*pieces: Polyline) -> Polyline:
-    """Return the open polyline of open ones, each beginning where the one before ends."""
+    """Return the concatenation of open polylines, each starting at the end of the previous one."""
     rows = [p.vertices[:-1] for p in pieces if p.n_segments]
     ends = [p for p in pieces if p.n_segments]
     if not ends:
@@ -282,7 +281,7 @@ def joined(*pieces: Polyline) -> Polyline:
 
 
 def _along(s: Segment, share: float) -> tuple[float, float]:
-    """Return the place at a share (0 … 1) of a segment."""
+    """Return the point at a share (0 … 1) of a segment."""
     if share <= 0.0:
         return s.start
     if share >= 1.0:
@@ -293,7 +292,7 @@ def _along(s: Segment, share: float) -> tuple[float, float]:
     return (s.center[0] + s.radius * math.cos(angle), s.center[1] + s.radius * math.sin(angle))
 
 
-#: Chords of one arc at most: a tolerance too small for an arc must not fill the memory.
+#: Maximum number of chords per arc, so that too small a tolerance does not fill the memory.
 MAX_CHORDS = 2000
 
 

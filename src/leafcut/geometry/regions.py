@@ -1,4 +1,4 @@
-"""Regions of the plane as shapely polygons: made of paths, shrunk and grown so that no chord comes too near."""
+"""Regions of the plane as shapely polygons: created from paths, offset so that no chord comes too close."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ import shapely
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
 
-#: Chords of walls and offsets leave the exact edge by this share of the tolerance at most.
+#: Chord error of walls and offsets, as a share of the tolerance.
 FINE = 0.125
-#: A slot as wide as the tool is longer than this, in tool radii; what is shorter is the tip of a corner.
+#: Minimum length of a slot as wide as the tool, in tool radii; shorter ones are tips of corners.
 LONG = 0.05
 
 
 def region(outline: Polyline, islands: Sequence[Polyline] = (), tolerance: float = 0.01, name: str = "region") -> Any:
-    """Return what lies inside an outline and outside islands as a valid shapely Polygon, counter-clockwise outside.
+    """Return the area inside an outline and outside islands as a valid shapely Polygon, exterior counter-clockwise.
 
-    Its chords leave the arcs of the paths by at most an eighth of the tolerance.
+    The chord error of arcs is at most an eighth of the tolerance.
 
     Raises
     ------
     PlanError
-        A path crosses itself, or an island touches the outline or another island; `name` says whose.
+        A path crosses itself, or an island touches the outline or another island; `name` identifies the region.
     """
     fine = FINE * tolerance
     shape = shapely.Polygon(outline.flattened(fine), [island.flattened(fine) for island in islands])
@@ -38,17 +38,17 @@ def region(outline: Polyline, islands: Sequence[Polyline] = (), tolerance: float
 
 
 def shrunk(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
-    """Return a polygon shrunk by a distance, mm: every point of the answer is at least that far from its edge."""
+    """Return a polygon shrunk by a distance, mm: every point of the result is at least that far from its edge."""
     fine = FINE * tolerance
-    # A buffer's arcs are chords that come nearer to the edge than the distance by the height of a chord.
+    # A buffer's arcs are chords, which come closer to the edge by the height of a chord.
     return shape.buffer(-(distance + fine), quad_segs=quarter(distance, fine))
 
 
 def tool_centres(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
-    """Return where the centre of a tool may be that keeps a distance, mm, from the edge of a polygon.
+    """Return the allowed centres of a tool that keeps a distance, mm, from the edge of a polygon.
 
-    Where the shape is as wide as the tool, but for the tolerance, that is its middle: a strip half a tolerance wide to
-    either side, on which the tool touches both walls.
+    Where the shape is as wide as the tool, within the tolerance, this is its centre line: a strip half a tolerance wide
+    on either side, on which the tool touches both walls.
     """
     room = shrunk(shape, distance, tolerance)
     slack = 0.5 * tolerance
@@ -66,18 +66,18 @@ def _span(shape: Any) -> float:
 
 
 def swept(shape: Any, radius: float, tolerance: float = 0.01) -> Any:
-    """Return what a disc of a radius sweeps whose centre visits a shape (lines or polygons), inside by a chord."""
+    """Return the area swept by a disc whose centre visits a shape (lines or polygons), within a chord error."""
     return shape.buffer(radius, quad_segs=quarter(radius, FINE * tolerance))
 
 
 def quarter(radius: float, fine: float) -> int:
-    """Return how many chords a quarter circle needs to be true within `fine` mm."""
+    """Return the number of chords per quarter circle for a chord error of `fine` mm."""
     step = 2.0 * math.acos(max(1.0 - fine / max(radius, fine), 0.0))
     return min(max(math.ceil(0.5 * math.pi / step), 4), 256)
 
 
 def polygons(shape: Any) -> list[Any]:
-    """Return the polygons that a shapely geometry is made of."""
+    """Return the polygons of a shapely geometry."""
     return [p for p in getattr(shape, "geoms", [shape]) if p.geom_type == "Polygon" and not p.is_empty]
 
 

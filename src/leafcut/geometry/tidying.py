@@ -1,4 +1,4 @@
-"""From the strokes of a drawing to outlines: joined, with what is drawn twice taken once."""
+"""Convert the strokes of a drawing to outlines: joined, without duplicates."""
 
 from __future__ import annotations
 
@@ -18,29 +18,29 @@ from leafcut.geometry.joining import Joined, Joining, join
 from leafcut.geometry.overlaps import SAME, without_overlaps
 from leafcut.geometry.polyline import Polyline
 
-#: Outlines are looked at in chords that leave their arcs by this, mm.
+#: Chord error of outlines in tests, mm.
 CHORDS = 0.01
-#: And in so many chords at most, all together.
+#: Maximum total number of these chords.
 MOST_CHORDS = 20_000_000
-#: The widest --join-tolerance that a message proposes, mm. Gaps by mistake are smaller. The ends of the cross in the
-#: centre of a hole are farther apart: they would be joined into a diamond.
+#: Maximum --join-tolerance that a message proposes, mm. Accidental gaps are smaller. The ends of a cross in the centre
+#: of a hole are farther apart; they would be joined to a diamond.
 WIDEST_PROPOSED_JOIN = 0.5
 
 
 @dataclass
 class Tidy(Joining):
-    """Paths made of strokes, branches, and the places of what was drawn twice."""
+    """Paths made of strokes, branches, and the places of duplicates."""
 
     doubles: list[Point] = field(default_factory=list)
 
 
 def join_advice(number: int, paths: Sequence[Polyline]) -> str:
-    """Return where the end nearest to an end of an open path is, and how to close the gap between them.
+    """Return the place of the end nearest to an open path's ends, and how to close the gap.
 
     Parameters
     ----------
     number
-        Of the path in `paths`; its own other end counts too.
+        Index of the path in `paths`; its own other end counts too.
     """
     ends = ends_of(paths)
     own = slice(2 * number, 2 * number + 2)
@@ -55,7 +55,7 @@ def join_advice(number: int, paths: Sequence[Polyline]) -> str:
 
 
 def tidy(strokes: Sequence[Polyline], tolerance: float) -> Tidy:
-    """Return strokes joined into outlines; those that do not close are tried again without what is drawn twice.
+    """Return strokes joined to outlines; those that do not close are tried again without duplicates.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def tidy(strokes: Sequence[Polyline], tolerance: float) -> Tidy:
 
 
 def _sources(made: Joined, pieces: Sequence[tuple[Polyline, int]], loose: Sequence[int]) -> list[int]:
-    """Return the strokes that a path is made of, each once, in the order of the path."""
+    """Return the strokes of a path, each once, in path order."""
     return list(dict.fromkeys(loose[pieces[k][1]] for k in made.members))
 
 
@@ -94,7 +94,7 @@ def polygons(paths: Sequence[Polyline]) -> Any:
     Raises
     ------
     PlanError
-        They come to more than `MOST_CHORDS`.
+        They need more than `MOST_CHORDS`.
     """
     if not paths:
         return np.array([], dtype=object)
@@ -110,14 +110,14 @@ def polygons(paths: Sequence[Polyline]) -> Any:
 
 
 def _flawed(paths: Sequence[Polyline]) -> list[bool]:
-    """Return for closed paths whether each crosses itself or encloses nothing."""
+    """Return whether each closed path crosses itself or encloses nothing."""
     shapes = polygons(paths)
     thin = 2.0 * shapely.area(shapes) <= SAME * shapely.length(shapes)
     return list(thin | ~shapely.is_valid(shapes))
 
 
 def _covered(loose: Sequence[Polyline], outlines: Sequence[Polyline]) -> list[bool]:
-    """Return for open strokes whether each lies on one outline all along, and no other stroke goes on from its ends."""
+    """Return whether each open stroke lies entirely on one outline, and no other stroke continues from its ends."""
     if not loose or not outlines:
         return [False] * len(loose)
     lines: Any = shapely.linearrings(
@@ -131,7 +131,7 @@ def _covered(loose: Sequence[Polyline], outlines: Sequence[Polyline]) -> list[bo
     pairs, counts = np.unique(np.stack([at // len(shares), outline]), axis=1, return_counts=True)
     on = np.zeros(len(loose), dtype=bool)
     on[pairs[0][counts == len(shares)]] = True
-    # An outline may run along its neighbour's edge: a stroke that others go on from is theirs.
+    # An outline may run along its neighbour's edge: a stroke that others continue belongs to them.
     ends = np.array([end for p in loose for end in (p.start, p.end)])
     first, second, _ = near_pairs(ends, SAME)
     for a, b in ((first, second), (second, first)):

@@ -1,7 +1,7 @@
-"""Large shapes in small tiles, so that what is near a place is found without measuring to all of their edge.
+"""Large shapes split into small tiles, for fast distance queries.
 
-The distance to a shape is the distance to the nearest of its tiles, and an index of boxes finds that one at once: a
-part with a thousand holes costs no more to ask than the few holes around the place.
+The distance to a shape is the distance to its nearest tile, which an index of bounding boxes finds at once: a part with
+a thousand holes costs no more than the few holes near the point.
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-#: A tile has no more points than this, unless so many lie in one place.
+#: Maximum number of points of a tile, unless too many lie in one place.
 MOST_POINTS = 64
-#: A shape is halved this often at most.
+#: Maximum number of halvings of a shape.
 DEEPEST = 24
 
 
 class Tiles:
     """An index of shapes (shapely polygons or lines) in tiles.
 
-    `shapes` are the tiles, `owner` int64[n] tells for each the shape it is of.
+    `shapes` are the tiles, `owner` int64[n] the shape of each tile.
     """
 
     def __init__(self, shapes: Sequence[Any]) -> None:
@@ -32,7 +32,7 @@ class Tiles:
         self._tree = shapely.STRtree(self.shapes)
 
     def near(self, places: Any, distance: float) -> NDArray[np.int64]:
-        """Return pairs (place, shape) as near to each other as `distance`, mm, int64[2, k], each once, sorted."""
+        """Return pairs (point, shape) within `distance`, mm, int64[2, k], each once, sorted."""
         pairs = np.atleast_2d(
             self._tree.query(np.asarray(places, dtype=object), predicate="dwithin", distance=distance)
         )
@@ -41,7 +41,7 @@ class Tiles:
 
 
 def _tiles(shape: Any) -> list[Any]:
-    """Return a polygon or a line in tiles that make the same together."""
+    """Split a polygon or a line into tiles."""
     done, halves = [], [(shape, 0)]
     while halves:
         one, depth = halves.pop()

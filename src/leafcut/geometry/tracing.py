@@ -1,8 +1,8 @@
-"""From a picture of a region to its outline, more exact than its pixels: level lines, then lines and arcs through them.
+"""Trace the outline of a region in a picture with subpixel accuracy: level lines, then lines and arcs through them.
 
-A level line crosses from pixel to pixel where the brightness says (marching squares; Lorensen and Cline, "Marching
-cubes", SIGGRAPH 1987, in two dimensions). Where a picture has no shades between dark and bright, the wall lies anywhere
-between the middles of two pixels, and a straight wall looks like stairs.
+A level line crosses between pixels at a position interpolated from the brightness (marching squares; Lorensen and
+Cline, "Marching cubes", SIGGRAPH 1987, in two dimensions). Without shades between dark and bright, the wall may be
+anywhere between two pixel centres, and a straight wall looks like stairs.
 """
 
 from __future__ import annotations
@@ -16,31 +16,31 @@ from leafcut.geometry.best_fit import best_fit
 from leafcut.geometry.fitting import fit_arcs
 from leafcut.geometry.polyline import Polyline
 
-#: A line of fewer points, round a pixel or two, is taken as it is.
+#: A line with fewer points, around a pixel or two, is used unchanged.
 FEW_POINTS = 10
-#: A level line that crosses this near to the middle of two pixels, pixels, crosses from plain dark to plain bright.
+#: A crossing this close to the middle between two pixels, pixels, has no shades between dark and bright.
 PLAIN = 0.1
-#: How far the wall is from there, standard deviation, pixels: it is anywhere on the way of one pixel; with shades
-#: between, about that of an anti-aliased edge.
+#: Standard deviation of the wall from the crossing, pixels: uniform over one pixel without shades; with shades about
+#: that of an anti-aliased edge.
 NOISE_OF_STEPS, NOISE_OF_SHADES = 0.29, 0.1
-#: Lines and arcs that leave the level line by more than this are not taken, pixels.
+#: Maximum distance of accepted lines and arcs from the level line, pixels.
 FARTHEST = 1.0
-#: And no more than this share of its points by more than so many times their noise.
+#: Maximum share of its points that are off by more than this multiple of their noise.
 FEW, MANY = 0.03, 3.0
-#: Then arcs are laid along the smoothed line within this, pixels.
+#: Tolerance of arcs fitted to the smoothed line otherwise, pixels.
 FIT = 0.15
-#: Rounds of smoothing, and its two weights: Taubin, "A signal processing approach to fair surface design", SIGGRAPH
-#: 1995, section 3: forth and a little more back, so that stairs go and circles keep their size.
+#: Rounds of smoothing and its two weights: Taubin, "A signal processing approach to fair surface design", SIGGRAPH
+#: 1995, section 3: forwards and slightly more backwards, so that stairs vanish and circles keep their size.
 ROUNDS = 40
 FORTH, BACK = 0.5, -0.53
-#: A level line is smoothed within this of where it crosses from one pixel to the next, pixels.
+#: Maximum shift of a level line from its crossings by smoothing, pixels.
 HALF = 0.5
 
 
 def level_lines(height: NDArray[np.float32]) -> list[Points]:
-    """Return the closed lines between what is below 0 and what is not, float64[n, 2], the first not repeated.
+    """Return the closed lines between values below 0 and others, float64[n, 2], the first point not repeated.
 
-    Coordinates are pixels from the upper left corner of the picture, x right and y down; beyond its edge all is 1.
+    Coordinates are pixels from the upper left corner of the picture, x right and y down; outside, all values are 1.
     """
     import contourpy
 
@@ -51,7 +51,7 @@ def level_lines(height: NDArray[np.float32]) -> list[Points]:
     for chunk, starts in zip(points, offsets, strict=True):
         if chunk is None or starts is None:
             continue
-        # The middle of the first pixel is half a pixel from the corner, and one pixel was added.
+        # The centre of the first pixel is half a pixel from the corner, and one pixel was added.
         moved = chunk - 0.5
         found += [moved[a : b - 1] for a, b in zip(starts[:-1].tolist(), starts[1:].tolist(), strict=True) if b - a > 3]
     return found
@@ -62,7 +62,7 @@ def fitted_outline(line: Points) -> Polyline:
     if len(line) < FEW_POINTS:
         return smoothed_outline(line)
     middle = line - 0.5
-    # A place in the middle between two pixels tells only that the wall is somewhere between them.
+    # A crossing in the middle between two pixels only shows that the wall is somewhere between them.
     shift = np.abs(np.abs(middle - np.round(middle)) - 0.5).min(axis=1)
     noise = np.where(shift < PLAIN, NOISE_OF_STEPS, NOISE_OF_SHADES)
     path = best_fit(line, noise)
@@ -77,15 +77,15 @@ def fitted_outline(line: Points) -> Polyline:
 
 
 def smoothed_outline(line: Points) -> Polyline:
-    """Return arcs along a level line after its stairs are smoothed away; quicker, and rounder at corners."""
+    """Return arcs along a smoothed level line; faster, and rounder at corners."""
     if len(line) < FEW_POINTS:
         return Polyline.of_points(line, closed=True)
     return fit_arcs(_smoothed(line), FIT, closed=True)
 
 
 def _smoothed(line: Points) -> Points:
-    """Return a level line without stairs; every point stays on its way from pixel to pixel."""
-    # A point lies between two pixels side by side, and moves in x, or one above the other, and moves in y.
+    """Return a level line without stairs; every point moves only between its two pixels."""
+    # A point between two pixels side by side moves in x, between two above each other in y.
     middle = line - 0.5
     in_row = np.abs(middle[:, 1] - np.round(middle[:, 1])) <= np.abs(middle[:, 0] - np.round(middle[:, 0]))
     free = np.column_stack([in_row, ~in_row])

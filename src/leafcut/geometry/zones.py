@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-#: How far outside a rectangle a point may be and still touch it, mm: room for the rounding of coordinates only.
+#: Tolerance for touching a rectangle, mm, for rounded coordinates only.
 _TOUCH = 1e-9
 
 
 def widened(zones: ArrayLike, by: ArrayLike) -> NDArray[np.float64]:
-    """Return `zones` (float64[k, 4]: x0 ≤ x1, y0 ≤ y1) with every side moved outwards by `by` mm, one or float64[k]."""
+    """Return `zones` (float64[k, 4]: x0 ≤ x1, y0 ≤ y1), every side moved outwards by `by` mm, scalar or float64[k]."""
     table = np.asarray(zones, dtype=np.float64).reshape(-1, 4)
     wider: NDArray[np.float64] = table + np.multiply.outer(np.asarray(by, dtype=np.float64), [-1.0, -1.0, 1.0, 1.0])
     return wider
@@ -19,10 +19,9 @@ def widened(zones: ArrayLike, by: ArrayLike) -> NDArray[np.float64]:
 def touches_any_zone(a: ArrayLike, b: ArrayLike, zones: ArrayLike, *, dogleg: bool = False) -> NDArray[np.bool_]:
     """Return for every move from `a` to `b` (float64[n, 2], mm) whether it touches one of `zones` (float64[k, 4]).
 
-    A segment and a rectangle are apart exactly when a line separates them, along an axis or along the segment
-    (separating axis theorem for two convex shapes). With `dogleg` the axes do not arrive together and the way is not
-    straight: then all of the rectangle between start and end counts. A coordinate that is not known (NaN) touches
-    nothing.
+    A segment and a rectangle are disjoint exactly if a line along an axis or along the segment separates them
+    (separating axis theorem for two convex shapes). With `dogleg`, the axes are not synchronised and the path is not
+    straight, so the whole rectangle between start and end counts. An unknown coordinate (NaN) touches nothing.
     """
     begin, end = (np.asarray(p, dtype=np.float64).reshape(-1, 2) for p in (a, b))
     touched = np.zeros(len(begin), dtype=bool)
@@ -42,16 +41,16 @@ def touches_any_zone(a: ArrayLike, b: ArrayLike, zones: ArrayLike, *, dogleg: bo
     return touched
 
 
-#: A way round a rectangle passes its corners at this distance, mm.
+#: Distance at which a detour passes the corners of a rectangle, mm.
 PASSING = 1.0
 
 
 def way_round(
     a: tuple[float, float], b: tuple[float, float], zones: ArrayLike, *, dogleg: bool = False
 ) -> list[tuple[float, float]] | None:
-    """Return the corners at which the shortest way from `a` to `b` round all `zones` turns; None where there is none.
+    """Return the corners of the shortest path from `a` to `b` around all `zones`; None if there is none.
 
-    Dijkstra's algorithm over the corners of the rectangles, each a little outside; `dogleg` as in `touches_any_zone`.
+    Dijkstra's algorithm over the corners of the rectangles, each slightly outside; `dogleg` as in `touches_any_zone`.
     """
     wide = widened(zones, PASSING)
     corners = np.concatenate([wide[:, [0, 1]], wide[:, [2, 1]], wide[:, [2, 3]], wide[:, [0, 3]]])

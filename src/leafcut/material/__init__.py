@@ -1,1 +1,1 @@
-"""What a tool removes: swept areas, engagement and step-over; used by planning and by proof, made by neither."""
+"""Material removal: swept areas, engagement and step-over, shared by planning and proof."""

@@ -1,4 +1,4 @@
-"""Places sorted into horizontal bands for the kernels that look for what is near a place."""
+"""Sort points into horizontal bands, for kernels that search near a point."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from leafcut.kernels.bands import Bands, near_places
 
 
 def bands_of(places: Floats, side: float) -> Bands:
-    """Return places, float64[n, 2], in bands so high, mm; higher where there would be more bands than places."""
+    """Return points, float64[n, 2], in bands of height `side`, mm; higher if there would be more bands than points."""
     x, y = places.T
     low, high = float(y.min()), float(y.max())
     side = max(side, (high - low) / len(places))
@@ -20,7 +20,7 @@ def bands_of(places: Floats, side: float) -> Bands:
 
 
 def pieces_near(begin: Floats, end: Floats, places: Floats, limits: Floats) -> tuple[Indices, Indices]:
-    """Return the pairs (straight piece, place) that are no further apart than the limit of the place, by piece.
+    """Return the pairs (segment, point) whose distance is within the limit of the point, by segment.
 
     Arrays are float64[m, 2], float64[n, 2] and float64[n], mm.
     """

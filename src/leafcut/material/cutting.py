@@ -1,4 +1,4 @@
-"""What a program takes off its material, move by move: volumes, depths, widths, air, and rapids in the material."""
+"""Material removal of a program, move by move: volumes, depths, widths, air cutting, and rapids in the material."""
 
 from __future__ import annotations
 
@@ -16,38 +16,37 @@ from leafcut.material.straight_moves import StraightMoves
 from leafcut.model.cutter import Body, BodyPart, Cutter
 from leafcut.model.heartbeat import Heartbeat, unseen
 
-#: The field is cut in so many strips, whatever the threads, so that sums come out the same.
+#: Number of strips in which the field is cut, independent of the threads, so that sums are reproducible.
 _STRIPS = 16
-#: So many moves are cut in one go: between two, a heartbeat.
+#: Number of moves per batch, between two heartbeats.
 _AT_ONCE = 200_000
-#: What is thinner is rounding, mm: heights are kept in single precision.
+#: Thinner layers are rounding errors, mm: heights have single precision.
 FILM = 1e-3
-#: A rapid is looked at with a tool that is smaller by so many cells all round: it may go along a wall that was cut.
+#: Reduction of the tool radius for rapids, cells: a rapid may pass along a finished wall.
 RAPID_INSET = 1.0
-#: A shank no wider than its tool runs into material where, one after the other, so many diameters of cells stand
-#: higher than the flutes, with no longer gap than so many cells: single ones stand where a tool comes back to a wall.
+#: A shank no wider than its tool collides if this many tool diameters of successive cells are higher than the flutes,
+#: with gaps of at most this many cells. Single cells remain where a tool returns to a wall.
 _SHANK_CELLS, _SHANK_GAP = 0.5, 2.0
 
 
 class Removed(NamedTuple):
-    """What every move takes off, float64[m] each.
+    """Removal of every move, float64[m] each.
 
     Attributes
     ----------
     volume
         mm³.
     area
-        What is cut, seen from above, mm².
+        Cut area seen from above, mm².
     depth
-        The deepest cut, mm.
+        Deepest cut, mm.
     left, right
-        How far to the left and the right of its way the tool cuts at most, mm; negative: beside the way only on the
-        other side.
+        Maximum distance of the cut to the left and right of the path, mm; negative: the cut is only on the other side.
     over
-        How high material stood over the tool, taken wider all round by a margin, just before the move, mm: negative
-        where it stayed so far below it. −∞ without a margin.
+        Height of material above the tool, widened by a margin all round, just before the move, mm; negative if lower.
+        −∞ without a margin.
     shank, holder
-        How deep what is above the flutes is in the material, mm; 0: not at all, or of no known shape.
+        Depth of the parts above the flutes in the material, mm; 0 if they do not touch it or their shape is unknown.
     """
 
     volume: Floats
@@ -61,7 +60,7 @@ class Removed(NamedTuple):
 
     @property
     def cuts(self) -> NDArray[np.bool_]:
-        """Whether a move cuts anything that is thicker than a film."""
+        """Whether a move cuts anything thicker than a film."""
         return self.area > 0
 
 
@@ -77,23 +76,23 @@ def cut(
     room: HeightField | None = None,
     bodies: Mapping[int, Sequence[BodyPart]] | None = None,
 ) -> Removed:
-    """Cut material by the moves of a program, in their order; the field is changed.
+    """Cut material by the moves of a program, in order; changes the field.
 
-    A rapid cuts, too, what it meets more than a cell inside of the tool. The answer is the same with any number of
-    threads.
+    A rapid also cuts material that it meets more than a cell inside the tool. The result does not depend on the number
+    of threads.
 
     Parameters
     ----------
     cutters
-        By the number of the tool; every tool of the moves is there.
+        By tool number; contains every tool of the moves.
     margin
-        How much wider the tools are taken for `Removed.over`, mm.
+        Additional tool radius for `Removed.over`, mm.
     beside
-        How high material stands beside the field for `Removed.over`, mm; None: up to the field's floor.
+        Height of material outside the field for `Removed.over`, mm; None: the field's floor.
     room
-        A field of the same cells: where a rapid lowers the material, it gets the height that it is lowered to.
+        A field with the same cells: where a rapid lowers the material, it gets the new height.
     bodies
-        What is above the flutes, by the number of the tool; of tools that are not there it is not known.
+        Parts above the flutes, by tool number; unknown for missing tools.
     """
     from leafcut.kernels.sweep import CellGrid, ToolShape, sweep
 
@@ -150,7 +149,7 @@ def cut(
 
 
 def _rows(parts: Sequence[BodyPart]) -> Floats:
-    """Return what is above the flutes as the kernel takes it, float64[b, 8]."""
+    """Return the parts above the flutes as kernel input, float64[b, 8]."""
     rows = [
         (one.radius, one.flat, 0.0, one.flat, 0.0, 0.0 if math.isinf(one.slope) else one.slope, one.above,
          float(one.body is Body.HOLDER))
@@ -160,7 +159,7 @@ def _rows(parts: Sequence[BodyPart]) -> Floats:
 
 
 def _runs_in(moves: StraightMoves, cells: Floats, cutters: Mapping[int, Cutter], cell: float) -> NDArray[np.bool_]:
-    """Return on which moves a shank is in the material, by the cells in which each is: one after the other, enough."""
+    """Return the moves in which a shank collides, from the cells of each: enough successive cells."""
     met = np.zeros(len(moves), dtype=np.bool_)
     hits = np.flatnonzero(cells > 0)
     if not len(hits):
@@ -181,7 +180,7 @@ def _shape(cutter: Cutter) -> tuple[float, ...]:
 
 
 def _stretches(tool: NDArray[np.int64]) -> Iterable[tuple[int, int, int]]:
-    """Yield moves of one tool that follow each other, not too many at once: begin, end, tool."""
+    """Yield runs of moves with the same tool, limited in length: start, end, tool."""
     if not len(tool):
         return
     changes = np.flatnonzero(np.diff(tool)) + 1

@@ -2,10 +2,9 @@
 
 Sources: O. Kienzle, Die Bestimmung von Kräften und Leistungen an spanenden Werkzeugen und Werkzeugmaschinen, VDI-Z 94
 (1952), p. 299: kc = kc1.1 h^-mc; Dijet, general catalogue 2018, p. F007: kc = kc1 hm^-mc, Pc = ap ae vf kc / (6·10⁷ η);
-Sandvik Coromant, Machining formulas and definitions, Milling and Drilling: hm, Pc and Mc. In mm, N, s and rad the
-numbers 6·10⁷, 240·10³ and 30·10³ of their kW, m/min and rpm go away. kc11 is that of a rake of 0°: sharp tools with
-more need about 1 % less for each degree (Sandvik Coromant, Specific cutting force); it is left in, as room for wear.
-
+Sandvik Coromant, Machining formulas and definitions, Milling and Drilling: hm, Pc and Mc. In mm, N, s and rad, the
+factors 6·10⁷, 240·10³ and 30·10³ for kW, m/min and rpm disappear. kc11 is for a rake angle of 0°: sharp tools need
+about 1 % less per degree of rake (Sandvik Coromant, Specific cutting force); this is kept as a reserve for wear.
 Torque and thrust of twist drills as measured: Tungaloy, general catalogue 2020-2021, p. L068, Cutting forces and power
 requirement: Mc = K D² (0.630 + 16.84 f) / 100, N·m; Tc = 570 K D f^0.85, N; K = 1 for cast iron of 177 HB.
 """
@@ -22,33 +21,33 @@ from leafcut.units import SECONDS_PER_MINUTE
 
 #: A twist drill has two lips, each with half of the feed.
 _LIPS = 2
-#: Torque of a twist drill by its constant, N·mm and mm: K D² (a + b f); and its thrust: K D c f^d, N (Tungaloy).
+#: Torque of a twist drill from its constant, N·mm and mm: K D² (a + b f); and its thrust: K D c f^d, N (Tungaloy).
 _TORQUE, _TORQUE_BY_FEED = 6.30, 168.4
 _THRUST, _THRUST_FEED = 570.0, 0.85
-#: Thrust of a drill by the specific cutting force, as a share: Common Drilling Formulas (scribd.com, 262196644), Ff =
-#: 0.7 D/2 f kc, "approximately". With 0.7 C45 needs 2470 N at 10 mm and 0.3 mm; Mitsubishi Materials' course Basic
+#: Factor of a drill's thrust from the specific cutting force: Common Drilling Formulas (scribd.com, 262196644), Ff =
+#: 0.7 D/2 f kc, "approximately". With 0.7, C45 needs 2470 N at 10 mm and 0.3 mm; Mitsubishi Materials' course Basic
 #: Drilling (mmc-permanent.learnways.com) prints 2500 N.
 _THRUST_SHARE = 0.7
-#: Share of the spindle's power that reaches the tool (estimate for belts and gears; makers state 0.7 to 0.8).
+#: Share of the spindle's power that reaches the tool (estimate for belts and gears; manufacturers state 0.7 to 0.8).
 DRIVE_EFFICIENCY = 0.75
 #: W per N·mm/s.
 _WATT = 0.001
 
 
 def mean_chip(feed_per_tooth: Floats | float, width: Floats | float, diameter: float) -> Floats:
-    """Return the mean chip thickness hm of a mill that cuts at one side, mm.
+    """Return the mean chip thickness hm of a one-sided milling cut, mm.
 
-    hm = f_z (1 − cos φ) / φ, where the tooth is in the cut over the angle φ, cos φ = 1 − 2 ae/D: the mean of f_z sin φ
-    (Altintas, Manufacturing Automation, 2nd ed., section 2.6). At the full width that is 2 f_z / π. The catalogues'
-    f_z √(ae/D) for narrow cuts is what it tends to.
+    hm = f_z (1 − cos φ) / φ for a tooth engaged over the angle φ, with cos φ = 1 − 2 ae/D: the mean of f_z sin φ
+    (Altintas, Manufacturing Automation, 2nd ed., section 2.6). At full width this is 2 f_z / π. It tends to the
+    catalogues' f_z √(ae/D) for narrow cuts.
 
     Parameters
     ----------
     width
-        ae: how wide the cut is, mm; more than the diameter counts as that.
+        ae: width of cut, mm; limited to the diameter.
     """
     share = np.clip(np.asarray(width, dtype=float) / diameter, 1e-12, 1.0)
-    angle = 2.0 * np.arcsin(np.sqrt(share))  # arccos(1 − 2 share), exact where share is small
+    angle = 2.0 * np.arcsin(np.sqrt(share))  # arccos(1 − 2 share), accurate for small shares
     return np.asarray(np.asarray(feed_per_tooth) * 2.0 * share / angle)
 
 
@@ -65,11 +64,11 @@ def milling_power(
     Parameters
     ----------
     rate
-        Material removed by time, mm³/s.
+        Material removal rate, mm³/s.
     chip
         Mean chip thickness, mm: `mean_chip`.
     efficiency
-        Of the machine's drive, η; with 1 it is the power at the cutter.
+        η of the machine's drive; 1 gives the power at the cutter.
     """
     return np.asarray(_WATT * np.asarray(rate) * specific_force(material, chip) / efficiency)
 
@@ -81,18 +80,18 @@ def ramp_power(
     side_chip: Floats | float,
     end_chip: Floats | float,
 ) -> Floats:
-    """Return the power of a mill that goes down on a slope, W: what its side takes off, and what its end does.
+    """Return the power of a mill on a sloped descent, W: the sum for its side and its end.
 
-    P = kc(h) Q of both, each with its own chip. That of the end is as thick as the mill sinks for each tooth: on a flat
-    ramp it is much thinner, and so needs more force by its area. What the end takes off is counted with the thinner
-    one of both chips, as where the end begins is not known of every shape.
+    P = kc(h) Q for both, each with its own chip thickness. That of the end is the descent per tooth: on a flat ramp it
+    is much thinner and needs a higher specific force. The removal of the end is calculated with the thinner chip of
+    both, because the boundary of the end is not known for every shape.
 
     Parameters
     ----------
     side_rate, end_rate
-        Material removed by time, mm³/s.
+        Material removal rate, mm³/s.
     side_chip, end_chip
-        Chip thickness, mm: the mean one of the motion across, and how far the mill sinks for each tooth. More than 0.
+        Chip thickness, mm: the mean of the horizontal motion, and the descent per tooth. More than 0.
     """
     return np.asarray(
         milling_power(material, side_rate, side_chip)
@@ -116,8 +115,8 @@ def drilling_torque(
 ) -> Floats:
     """Return the torque of a drill, N·mm, at a feed, mm per revolution.
 
-    As measured (`WorkMaterial.drill_constant`) where that is known; else M = kc f D² / 8, with the chip f/2 sin κ of
-    one lip, κ half of the point's angle.
+    As measured (`WorkMaterial.drill_constant`) if known; otherwise M = kc f D² / 8, with the chip f/2 sin κ per lip,
+    where κ is half the point angle.
     """
     if material.drill_constant:
         return np.asarray(material.drill_constant * diameter**2 * (_TORQUE + _TORQUE_BY_FEED * np.asarray(feed)))
@@ -129,8 +128,8 @@ def drilling_thrust(
 ) -> Floats:
     """Return the thrust of a drill, N, at a feed, mm per revolution.
 
-    As measured (`WorkMaterial.drill_constant`) where that is known; else F = 0.7 kc f D/2, which a drill with a thinned
-    web comes near: an unthinned one needs up to twice as much.
+    As measured (`WorkMaterial.drill_constant`) if known; otherwise F = 0.7 kc f D/2, which is close for a drill with a
+    thinned web; an unthinned web needs up to twice as much.
     """
     if material.drill_constant:
         return np.asarray(material.drill_constant * _THRUST * diameter * np.asarray(feed) ** _THRUST_FEED)

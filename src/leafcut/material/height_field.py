@@ -1,4 +1,4 @@
-"""Material as a height field: how high it stands in every cell of a grid, seen from above."""
+"""Material as a height field: its height in every cell of a grid, seen from above."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Floats
 
-#: Most cells of a field: 4 bytes each, twice over while a program is proved.
+#: Maximum number of cells: 4 bytes each, twice while a program is proved.
 MOST_CELLS = 64_000_000
-#: So many cells are aimed at where nobody names their size.
+#: Target number of cells if the cell size is not given.
 USUAL_CELLS = 4_000_000
-#: A cell is at most this share of the smallest tool's diameter where nobody names its size …
+#: Default cell size: at most this share of the smallest tool's diameter …
 SHARE_OF_TOOL = 0.025
-#: … on a stock that is too large for that this one, as long as so many cells fit: coarser ones miss its cuts.
+#: … for a stock too large for that, at most this share, while the cells fit into memory: coarser cells miss its cuts.
 COARSEST = 0.2
-#: … and need not be finer than this, mm.
+#: … and at least this size, mm.
 FINEST = 0.01
 
 
@@ -45,14 +45,14 @@ class HeightField:
     Attributes
     ----------
     heights
-        float32[rows, columns], mm: row by row from the lowest y, in a row from the lowest x. What stands under the
-        floor was cut through.
+        float32[rows, columns], mm: rows by ascending y, columns by ascending x. Below the floor, the material was cut
+        through.
     x, y
-        The middle of the first cell, mm.
+        Centre of the first cell, mm.
     cell
         Side of a cell, mm.
     floor
-        Where the material ends below, mm.
+        Lower end of the material, mm.
     """
 
     heights: NDArray[np.float32]
@@ -63,7 +63,7 @@ class HeightField:
 
     @classmethod
     def of_block(cls, block: StockBlock, cell: float) -> HeightField:
-        """Return a block as cells; where its sides are no whole cells long, the last cell stands out by a part.
+        """Return a block as cells; if its sides are not multiples of the cell, the last cells extend beyond it.
 
         Raises
         ------
@@ -74,7 +74,7 @@ class HeightField:
         if columns * rows > MOST_CELLS:
             wide, high = (block.high[k] - block.low[k] for k in range(2))
             least = math.sqrt(wide * high / MOST_CELLS)
-            # No side is a whole number of cells: the last one of each row and column counts, too.
+            # The sides are not multiples of the cell: the last cell of each row and column counts too.
             while math.ceil(wide / least) * math.ceil(high / least) > MOST_CELLS:
                 least *= 1.01
             raise PlanError(
@@ -85,11 +85,11 @@ class HeightField:
         return cls(heights, block.low[0] + 0.5 * cell, block.low[1] + 0.5 * cell, cell, block.low[2])
 
     def copy(self) -> HeightField:
-        """Return the same material, to be cut by itself."""
+        """Return an independent copy of the material."""
         return HeightField(self.heights.copy(), self.x, self.y, self.cell, self.floor)
 
     def contains(self, ends: Floats, reach: Floats) -> NDArray[np.bool_]:
-        """Return which moves stay within the cells, float64[m, 6], with all that lies within a reach of them, mm."""
+        """Return which moves, float64[m, 6], stay within the cells, including everything within a reach of them, mm."""
         half = 0.5 * self.cell
         inside = np.ones(len(ends), dtype=np.bool_)
         for axis, first, count in ((0, self.x, self.heights.shape[1]), (1, self.y, self.heights.shape[0])):
@@ -100,14 +100,14 @@ class HeightField:
 
     @property
     def volume(self) -> float:
-        """How much material there is, mm³."""
-        # Row by row: all cells in double precision would be twice as large as the field.
+        """Volume of the material, mm³."""
+        # Row by row: double precision for all cells at once would take twice the memory of the field.
         return sum(float(np.maximum(row.astype(np.float64) - self.floor, 0.0).sum()) for row in self.heights) * (
             self.cell**2
         )
 
     def at(self, x: float, y: float) -> float:
-        """Return the height at a place, mm; the floor beside the field."""
+        """Return the height at a position, mm; the floor outside the field."""
         column, row = round((x - self.x) / self.cell), round((y - self.y) / self.cell)
         rows, columns = self.heights.shape
         return float(self.heights[row, column]) if 0 <= row < rows and 0 <= column < columns else self.floor
@@ -120,10 +120,10 @@ def usual_cell(
     cells: int = USUAL_CELLS,
     most_cells: int = MOST_CELLS,
 ) -> float:
-    """Return the side of a cell for a block and the diameter of the smallest tool, mm, where nobody names it.
+    """Return the default cell size for a block and the diameter of the smallest tool, mm.
 
-    That share of the tool's diameter, larger where it would be more than so many cells, up to a fifth of the diameter;
-    still larger only where that is too many to be kept. In steps of a hundredth.
+    A share of the tool's diameter. If that gives too many cells, larger, up to a fifth of the diameter; even larger
+    only if the cells would not fit into memory. In steps of 0.01 mm.
     """
     area = (block.high[0] - block.low[0]) * (block.high[1] - block.low[1])
     usual = max(share * smallest, math.sqrt(area / cells))

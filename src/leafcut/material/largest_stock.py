@@ -1,4 +1,4 @@
-"""The most material that a program leaves room for: what nobody has described may stand wherever it never went."""
+"""The largest possible stock of a program: undescribed material may be anywhere the program never went."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from leafcut.material.straight_moves import StraightMoves
 from leafcut.model.cutter import Cutter
 from leafcut.model.heartbeat import Heartbeat, unseen
 
-#: Where the tool never was, material stands so far above its highest way, mm.
+#: Height of unknown material above the program's greatest height, mm.
 _ABOVE = 1.0
 
 
@@ -25,15 +25,15 @@ def largest_stock(
     threads: int = 1,
     look: Heartbeat = unseen,
 ) -> HeightField:
-    """Return the highest material over the cuts of a program in which no rapid of it would meet any.
+    """Return the maximum material over the cuts of a program that none of its rapids would meet.
 
-    A program that works as it is bears witness: where one of its rapids goes, and no cut went as deep before, there
-    can be no material above it. Everywhere else there may be.
+    The program is assumed to be safe: above a rapid there can be no material, unless a cut went as deep before.
+    Everywhere else there may be material.
 
     Parameters
     ----------
     dogleg
-        Of rapids that move several axes only the end is believed: the way there is not straight.
+        For rapids that move several axes, only the end counts, because the path is not straight.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The least of some values near every piece of a way: a feed gives way before and behind what it gives way to."""
+"""Moving minimum along a path: a feed is reduced before and after the place that requires it."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from leafcut.geometry.arrays import Floats
 
 
 def least_around(values: Floats, length: Floats, reach: float) -> Floats:
-    """Return the least of the values within a distance along the way before and behind every piece.
+    """Return the minimum of the values within a distance along the path before and after every piece.
 
     Parameters
     ----------
     values, length
-        Of every piece, in the order of the way; lengths and `reach` in mm.
+        Of every piece, in path order; lengths and `reach` in mm.
     """
     at = np.cumsum(length) - 0.5 * length
     first, last = np.searchsorted(at, at - reach, side="left"), np.searchsorted(at, at + reach, side="right")
-    # The least of 2^k values each, by doubling; two of them that overlap make any stretch.
+    # Minima of 2^k values by doubling; two overlapping ones cover any range.
     table = [values]
     while 2 << len(table) - 1 <= int((last - first).max(initial=1)):
         half, longer = 1 << len(table) - 1, table[-1].copy()

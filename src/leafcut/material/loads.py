@@ -1,4 +1,4 @@
-"""What every piece of a program's motions meets in its stock: chips, widths and volumes, and how near material is."""
+"""Cutting loads of every piece of a program's motion: chips, widths, volumes, and the distance to material."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ from leafcut.model.tool import MILLS, Tool, ToolKind
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: A cut that falls by more than this per mm goes down into the material.
+#: Slope of a cut from which it descends into the material.
 _LEVEL = 0.001
-#: Tools whose feed goes by their chips.
+#: Tools whose feed depends on the chip thickness.
 MILLING = (*MILLS, ToolKind.SLOT_MILL)
 
 
 @dataclass(frozen=True, eq=False)
 class StockBefore:
-    """The material before a program: its cells, how high it stands beside them, mm, and whether it was described."""
+    """The material before a program: its cells, the height around them, mm, and whether it was described."""
 
     field: HeightField
     beside: float
@@ -40,20 +40,20 @@ class StockBefore:
 
 @dataclass(frozen=True, eq=False)
 class Loads:
-    """What every straight piece of a program's motions meets.
+    """Loads of every straight piece of a program's motion.
 
     Attributes
     ----------
     moves, removed
-        The pieces, and what they take off.
+        The pieces and their removal.
     feed, rpm
         Of every piece: mm/s, 0 for rapids; 1/min.
     share, width
-        The thickest chip as a share of the feed per tooth; how wide is cut, mm.
+        Maximum chip thickness as a share of the feed per tooth; width of cut, mm.
     rate
-        Volume by time, mm³/s.
+        Material removal rate, mm³/s.
     source
-        int64[m]: the row of the path.
+        int64[m]: row of the path.
     """
 
     moves: StraightMoves
@@ -67,7 +67,7 @@ class Loads:
 
     @cached_property
     def chip(self) -> Floats:
-        """The thickest chip in one revolution, mm: of one tooth, if it had but one; that of a slot where it sinks."""
+        """Maximum chip thickness per revolution, mm, as for a single tooth; on a ramp, that of a slot."""
         share = np.where(self.sinks, 1.0, self.share)
         with np.errstate(divide="ignore", invalid="ignore"):
             chip: Floats = np.where(self.rpm > 0, SECONDS_PER_MINUTE * share * self.feed / self.rpm, 0.0)
@@ -75,37 +75,37 @@ class Loads:
 
     @cached_property
     def upright(self) -> NDArray[np.bool_]:
-        """Which pieces go straight up or down."""
+        """Pieces that go straight up or down."""
         return np.asarray(np.hypot(*(self.moves.ends[:, 3:5] - self.moves.ends[:, :2]).T) < 1e-9)
 
     @cached_property
     def mills(self) -> NDArray[np.bool_]:
-        """Which pieces are fed through material, and not down into it."""
+        """Pieces that cut without descending."""
         mills: NDArray[np.bool_] = self._fed & ~self.upright & ~self._falls
         return mills
 
     @cached_property
     def sinks(self) -> NDArray[np.bool_]:
-        """Which pieces are fed down into material on a slope: ramps and helices."""
+        """Pieces that cut on a sloped descent: ramps and helices."""
         sinks: NDArray[np.bool_] = self._fed & ~self.upright & self._falls
         return sinks
 
     @cached_property
     def plunges(self) -> NDArray[np.bool_]:
-        """Which pieces are fed straight down into material."""
+        """Pieces that plunge straight into material."""
         plunges: NDArray[np.bool_] = self._fed & self.upright & self._falls
         return plunges
 
     @cached_property
     def down(self) -> Floats:
-        """How fast each piece comes down, mm/s; 0 for those that do not."""
+        """Downward speed of each piece, mm/s; 0 for others."""
         ends = self.moves.ends
         fall = np.maximum(ends[:, 2] - ends[:, 5], 0.0)
         return np.divide(self.feed * fall, self.length, out=np.zeros_like(fall), where=self.length > 0)
 
     @cached_property
     def length(self) -> Floats:
-        """Of every piece, mm."""
+        """Length of every piece, mm."""
         ends = self.moves.ends
         return np.asarray(np.sqrt(((ends[:, 3:] - ends[:, :3]) ** 2).sum(axis=1)))
 
@@ -120,17 +120,17 @@ class Loads:
         return np.asarray(ends[:, 5] - ends[:, 2] < -_LEVEL * across)
 
     def cuts_of(self, number: int) -> NDArray[np.bool_]:
-        """Return which pieces a tool mills; if it does nothing but to go down, its ramps and helices, or plunges."""
+        """Return the pieces that a tool mills; if it only descends, its ramps and helices, or its plunges."""
         of_tool = self.moves.tool == number
         ways = (np.asarray(one & of_tool) for one in (self.mills, self.sinks, self.plunges))
         return next((one for one in ways if one.any()), np.zeros(len(of_tool), dtype=np.bool_))
 
     def power(self, spindle: SpindleLoad, teeth: int, diameter: float) -> Floats:
-        """Return the power that every piece takes at the tool, W, 0 where it cuts nothing.
+        """Return the power of every piece at the tool, W; 0 without a cut.
 
-        Straight down the end of the tool takes off all, with a chip as thick as the tool sinks for each tooth. Of what
-        a ramp or a helix takes off, the end takes no more than its whole area times what it sinks; the side takes the
-        rest. `material.cutting_force` says how each is reckoned.
+        In a plunge, the end of the tool removes everything, with the descent per tooth as chip thickness. On a ramp or
+        a helix, the end removes at most its whole area times the descent, and the side the rest.
+        `material.cutting_force` has the formulas.
         """
         turns = self.rpm > 0
         mills, sinks, plunges = self.mills & turns, self.sinks & turns, self.plunges & turns
@@ -143,7 +143,7 @@ class Loads:
         power[sinks] = ramp_power(
             spindle.material, (self.rate - end)[sinks], end[sinks], chip[sinks], (self.down / teeth_by_time)[sinks]
         )
-        # One piece may begin in the air: while it cuts it takes off what it cuts, seen from above, times what it sinks.
+        # A piece may start in the air: while it cuts, its rate is the cut area seen from above times the descent.
         down = self.down[plunges]
         power[plunges] = milling_power(
             spindle.material, self.removed.area[plunges] * down, down / teeth_by_time[plunges]
@@ -151,7 +151,7 @@ class Loads:
         return power
 
     def spindle_ratio(self, limit: ToolLimits, diameter: float) -> Floats:
-        """Return how much faster every piece of a tool may be until power or torque is at its limit: a factor."""
+        """Return the factor by which every piece may be faster until power or torque reaches its limit."""
         spindle = limit.spindle
         if spindle is None:
             return np.full(len(self.feed), math.inf)
@@ -159,7 +159,7 @@ class Loads:
         with np.errstate(divide="ignore", invalid="ignore"):
             of_torque = spindle.torque / spindle_torque(power, self.rpm)
             ratio = np.minimum(spindle.power * spindle.efficiency / power, of_torque)
-            # A thicker chip takes less force by its area: power grows with f^(1 − mc).
+            # A thicker chip has a lower specific force: the power is proportional to f^(1 − mc).
             return np.asarray(np.where(power > 0, ratio ** (1.0 / (1.0 - spindle.material.mc)), math.inf))
 
 
@@ -171,7 +171,7 @@ def loads_of(
     threads: int = 1,
     look: Heartbeat = unseen,
 ) -> Loads:
-    """Return what every piece of the motions of a path meets in the stock, which stays as it is.
+    """Return the loads of every piece of a path in the stock, which is not changed.
 
     Raises
     ------
@@ -195,9 +195,9 @@ def loads_of(
 
 
 def limits_of(loads: Loads, tools: Mapping[int, Tool], rules: PaceRules) -> dict[int, ToolLimits]:
-    """Return what every milling tool is asked for at most: by its library, else by the program's own worst cut.
+    """Return the limits of every milling tool: from its library, otherwise from the program's own worst cut.
 
-    Limits of which something is not known are left out.
+    Limits that depend on unknown values are left out.
     """
     limits: dict[int, ToolLimits] = {}
     chip = loads.chip
@@ -219,5 +219,5 @@ def limits_of(loads: Loads, tools: Mapping[int, Tool], rules: PaceRules) -> dict
 
 
 def has_chip(tool: Tool) -> bool:
-    """Return whether the library of a tool says how thick its chips may be: by a feed and a speed."""
+    """Return whether a tool's library defines its chip thickness by feed and speed."""
     return tool.feed > 0 and tool.spindle_rpm > 0 and not tool.assumed

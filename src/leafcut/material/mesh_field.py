@@ -1,4 +1,4 @@
-"""A solid of triangles as a height field: what is seen of it from above."""
+"""A triangle mesh as a height field: its upper surface seen from above."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from leafcut.errors import PlanError
 from leafcut.material.height_field import HeightField, StockBlock
 from leafcut.model.mesh import Mesh
 
-#: Cells under all triangles together, each as often as there are triangles over it, at most: minutes of work.
+#: Maximum sum of cells below all triangles, for a run time of minutes.
 _MOST_LOOKS = 10_000_000_000
-#: What lies so near to the lowest place of a solid is its floor, mm.
+#: Tolerance above the lowest point of a solid for its floor, mm.
 _FLAT = 0.01
 
 
 def block_of_mesh(mesh: Mesh) -> StockBlock:
-    """Return the box around a solid.
+    """Return the bounding box of a solid.
 
     Raises
     ------
@@ -27,14 +27,14 @@ def block_of_mesh(mesh: Mesh) -> StockBlock:
 
 
 def field_of_mesh(mesh: Mesh, cell: float) -> HeightField:
-    """Return a solid as cells of a side, mm: how high it stands over the middle of each; its floor where it is not.
+    """Return a solid as cells of side `cell`, mm: its height above each cell centre, or its floor elsewhere.
 
-    Material under an overhang is taken to be solid: see `overhang`.
+    Material below an overhang counts as solid: see `overhang`.
 
     Raises
     ------
     PlanError
-        There would be too many cells, or too many triangles over each.
+        There would be too many cells, or too many triangles per cell.
     """
     field = HeightField.of_block(block_of_mesh(mesh), cell)
     field.heights[:] = field.floor
@@ -43,12 +43,12 @@ def field_of_mesh(mesh: Mesh, cell: float) -> HeightField:
 
 
 def raise_by_mesh(field: HeightField, mesh: Mesh) -> None:
-    """Raise the cells of a field to the highest triangle over the middle of each.
+    """Raise the cells of a field to the highest triangle above each centre.
 
     Raises
     ------
     PlanError
-        There would be too many triangles over each.
+        There are too many triangles per cell.
     """
     from leafcut.kernels.surface import raise_cell_middles
 
@@ -64,10 +64,10 @@ def raise_by_mesh(field: HeightField, mesh: Mesh) -> None:
 
 
 def overhang(mesh: Mesh) -> float:
-    """Return the area that faces down above the floor of a solid, seen from below, mm²: a height field fills it."""
+    """Return the downward-facing area above the floor of a solid, seen from below, mm²: a height field fills it."""
     a, b, c = (mesh.triangles[:, k] for k in range(3))
     cross = np.cross(b - a, c - a)
-    turned = float((a * cross).sum())  # six times the volume, negative where the triangles are turned inside out
+    turned = float((a * cross).sum())  # six times the volume, negative for inverted triangles
     down = cross[:, 2] * (1.0 if turned >= 0 else -1.0) < 0
     above = mesh.triangles[:, :, 2].max(axis=1) > float(mesh.low[2]) + _FLAT
     return 0.5 * float(np.abs(cross[down & above, 2]).sum())

@@ -1,4 +1,4 @@
-"""What a path over a pocket removes, found by sweeping the tool along it: nothing of how it was planned is used."""
+"""Area that a pocket path removes, by sweeping the tool along it, independent of its planning."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from leafcut.material.engagement import Engaged, engagement
 from leafcut.material.tool_steps import ToolWay, way_of
 from leafcut.model.pocket import Pocket, PocketPath, PocketRules
 
-#: Steps that are swept together: bounds the memory.
+#: Steps swept at a time; bounds the memory.
 _AT_ONCE = 4096
 
 
 @dataclass(frozen=True, eq=False)
 class Removal:
-    """What a path over a pocket leaves and what it should not have taken.
+    """Removal of a path over a pocket: what is left, and gouges.
 
     Attributes
     ----------
     pocket, reachable, centres
-        shapely geometry: the pocket, what the tool can clear of it, where its centre may be.
+        shapely geometry: the pocket, the area that the tool can clear, the allowed tool centres.
     swept
-        What the tool sweeps.
+        Area swept by the tool.
     gouges
-        What it cuts beyond the walls where that is more than the tolerance deep.
+        Cuts beyond the walls that are deeper than the tolerance.
     uncovered
-        What it leaves of the reachable ground; films thinner than the tolerance left out.
+        Remaining reachable area, without films thinner than the tolerance.
     """
 
     pocket: Any
@@ -43,11 +43,11 @@ class Removal:
 
 
 def removal(pocket: Pocket, path: PocketPath, rules: PocketRules) -> Removal:
-    """Sweep a disc of the tool's diameter along all feed of a path.
+    """Sweep a disc of the tool's diameter along all feed moves of a path.
 
-    Every chord (true within an eighth of the tolerance) is swept by itself and the capsules are united: a buffer of
-    the whole line would round its hollows. Whether a wall is hurt is told by the distance of the path from the walls,
-    which is exact, so that a path that keeps its distance gouges by 0, and not by a sliver.
+    Every chord (accurate to an eighth of the tolerance) is swept separately and the capsules are united, because a
+    buffer of the whole line would round its concave corners. Gouges are decided by the distance of the path from the
+    walls, which is exact: a path that keeps its distance gouges by 0, not by a sliver.
 
     Raises
     ------
@@ -66,28 +66,28 @@ def removal(pocket: Pocket, path: PocketPath, rules: PocketRules) -> Removal:
 
 
 def engaged_way(path: PocketPath, rules: PocketRules) -> tuple[ToolWay, Engaged]:
-    """Return the way of a path in steps, and what the tool engages along it; nothing where it comes down."""
+    """Return the tool path in steps and the engagement along it, without engagement during the entry."""
     way = way_of(path, rules)
     return way, engagement(way, rules, entered(path, way))
 
 
 def entered(path: PocketPath, way: ToolWay) -> NDArray[np.bool_]:
-    """Return which places of a way lie on the loop along which the tool comes down."""
+    """Return the points of a path that lie on the loop along which the tool descends."""
     entered: NDArray[np.bool_] = np.array([piece.kind == "entry" for piece in path.pieces], dtype=bool)[way.piece]
     return entered
 
 
 def much_wider(rules: PocketRules) -> float:
-    """Return the width of a cut, mm, from which on it is told as wider than the step-over.
+    """Return the width of cut from which it is reported as wider than the step-over, mm.
 
-    In a curve round what is left a pass takes off somewhat more than the step-over, in one round what is cleared
-    somewhat less. Told is what takes off half a step-over more, or comes half way nearer to a cut into the full.
+    In a curve around remaining material, a pass removes slightly more than the step-over; in a curve around cleared
+    area, slightly less. Reported are cuts wider by half a step-over, or by half the distance to a full-width cut.
     """
     return rules.step_over + 0.5 * min(rules.step_over, rules.tool_diameter - rules.step_over)
 
 
 def _steps(path: PocketPath, rules: PocketRules) -> Any:
-    """Return the chords of all pieces, float64[n, 2, 2]; a piece that stands still is a chord without length."""
+    """Return the chords of all pieces, float64[n, 2, 2]; a piece without motion is a chord of length 0."""
     fine, chords = FINE * rules.tolerance, [np.zeros((0, 2, 2))]
     for piece in path.pieces:
         points = piece.path.flattened(fine)
@@ -98,9 +98,9 @@ def _steps(path: PocketPath, rules: PocketRules) -> Any:
 
 
 def capsules(steps: Any, radius: float, rules: PocketRules) -> Any:
-    """Return the union of the discs along all steps."""
+    """Return the union of the capsules of all steps."""
     chords = quarter(radius, FINE * rules.tolerance)
-    # A line of no length has no buffer in GEOS: it is a point.
+    # In GEOS a line of length 0 has no buffer: use a point.
     moving = (steps[:, 0] != steps[:, 1]).any(axis=1)
     lines = np.concatenate([shapely.linestrings(steps[moving]), shapely.points(steps[~moving, 0])])
     unions = [
@@ -111,15 +111,15 @@ def capsules(steps: Any, radius: float, rules: PocketRules) -> Any:
 
 
 def _gouges(shape: Any, steps: Any, rules: PocketRules) -> Any:
-    """Return what the steps cut beyond the walls where it is more than the tolerance deep."""
+    """Return the area that the steps cut beyond the walls by more than the tolerance."""
     lines, walls = shapely.linestrings(steps), shape.boundary
     shapely.prepare(shape)
     shapely.prepare(walls)
-    # Room for the chords of the walls and of the path.
+    # Tolerance for the chords of the walls and of the path.
     near = shapely.dwithin(walls, lines, rules.radius - rules.tolerance) | ~shapely.intersects(shape, lines)
     if not near.any():
         return shapely.Polygon()
     outside = capsules(steps[near], rules.radius, rules).difference(shape)
     deep = outside.difference(shape.buffer(rules.tolerance))
-    # The part of a gouge that is less than the tolerance deep belongs to it; films along sound walls do not.
+    # The shallow part of a gouge belongs to it; films along intact walls do not.
     return outside.intersection(deep.buffer(2.0 * rules.tolerance))

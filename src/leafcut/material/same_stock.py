@@ -1,4 +1,4 @@
-"""Whether two programs leave the same of a stock: height fields compared, cell by cell."""
+"""Compare the remaining stock of two programs: height fields, cell by cell."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from leafcut.material.height_field import HeightField
 
-#: Cells that differ are told together within squares of so many.
+#: Side of the squares in which differing cells are grouped, cells.
 _TILE = 64
 
 
 class StockDifference(NamedTuple):
-    """A place where two fields differ: where that is worst and its two heights, mm; in how many cells they differ."""
+    """A place where two fields differ: position of the largest difference, both heights there, mm, and cell count."""
 
     x: float
     y: float
@@ -24,15 +24,15 @@ class StockDifference(NamedTuple):
 
 
 def stock_differences(before: HeightField, after: HeightField, tolerance: float) -> list[StockDifference]:
-    """Return where two height fields of the same cells differ, the largest places first.
+    """Return the differences of two height fields with the same cells, largest places first.
 
-    A cell differs where its height is more than `tolerance`, mm, outside of what the other field has in the cell and
-    its eight neighbours: a wall that moved by less than a cell is the same wall. Near cells are one place.
+    A cell differs if its height is more than `tolerance`, mm, outside the range of the other field in the cell and its
+    eight neighbours, so that a wall moved by less than a cell counts as equal. Nearby cells are one place.
 
     Raises
     ------
     ValueError
-        The fields have other cells.
+        The fields have different cells.
     """
     wrong = differing_cells(before, after, tolerance)
     rows, columns = np.nonzero(wrong)
@@ -58,9 +58,9 @@ def stock_differences(before: HeightField, after: HeightField, tolerance: float)
 
 
 def regions(cells: NDArray[np.bool_], near: int = 8) -> list[NDArray[np.int64]]:
-    """Return groups of cells, int64[k, 2] rows and columns each, the largest first.
+    """Return groups of cells, int64[k, 2] rows and columns each, largest first.
 
-    Cells within squares of `near` cells that touch are one group.
+    Cells in touching squares of `near` cells are one group.
     """
     places = np.argwhere(cells)
     squares: dict[tuple[int, int], list[int]] = {}
@@ -79,12 +79,12 @@ def regions(cells: NDArray[np.bool_], near: int = 8) -> list[NDArray[np.int64]]:
 
 
 def differing_cells(before: HeightField, after: HeightField, tolerance: float) -> NDArray[np.bool_]:
-    """Return which cells differ, bool[rows, columns], as `stock_differences` takes it.
+    """Return the differing cells, bool[rows, columns], as defined in `stock_differences`.
 
     Raises
     ------
     ValueError
-        The fields have other cells.
+        The fields have different cells.
     """
     if before.heights.shape != after.heights.shape or (before.x, before.y, before.cell) != (
         after.x, after.y, after.cell,
@@ -94,7 +94,7 @@ def differing_cells(before: HeightField, after: HeightField, tolerance: float) -
 
 
 def _outside(one: NDArray[np.float32], other: NDArray[np.float32], tolerance: float) -> NDArray[np.bool_]:
-    """Return which cells of a field are higher or lower than all of the other's nine cells there."""
+    """Return the cells of a field that are higher or lower than all nine cells of the other field there."""
     low, high = other.copy(), other.copy()
     for axis in (0, 1):
         for extreme, wide in ((np.minimum, low), (np.maximum, high)):

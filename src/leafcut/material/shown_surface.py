@@ -1,4 +1,4 @@
-"""Material that is no block, as it is shown: a solid or a skin seen from above, and what holds it."""
+"""Material with an arbitrary surface, for display: a solid or a surface seen from above, and its fixtures."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from leafcut.model.cutter import Cutter
 from leafcut.model.mesh import Mesh
 from leafcut.model.shown_stock import ShownStock
 
-#: What is below a skin is not known: it is shown so thick, as a share of its longer side, and mm at least.
+#: Displayed thickness of a surface without a known lower side: share of its longer side, and minimum, mm.
 _THICK, _LEAST_THICK = 0.03, 1.0
-#: Holes whose middles are nearer than this are one, mm.
+#: Distance of hole centres up to which they are one hole, mm.
 _SAME = 1e-3
 
 
 def block_of_surface(mesh: Mesh, stock: ShownStock) -> StockBlock:
-    """Return the box around a surface and what holds it; it ends below where the surface does.
+    """Return the bounding box of a surface and its fixtures; its lower end is that of the surface.
 
     Raises
     ------
@@ -44,18 +44,18 @@ def field_of_surface(
     mesh: Mesh, stock: ShownStock, block: StockBlock, origin: tuple[float, float], cell: float,
     moves: StraightMoves, cutters: dict[int, Cutter],
 ) -> tuple[HeightField, NDArray[np.bool_]]:  # fmt: skip
-    """Return a surface as cells of a block, and which cells are of what holds it.
+    """Return a surface as cells of a block, and the cells of its fixtures.
 
-    The block and the moves are relative to an origin. Of a finished part holes that the moves drill are filled.
+    The block and the moves are relative to an origin. For a finished part, holes drilled by the moves are filled.
 
     Raises
     ------
     PlanError
-        There would be too many cells, or too many triangles over each.
+        There would be too many cells, or too many triangles per cell.
     """
     moved = replace(mesh, triangles=mesh.triangles - (*origin, 0.0))
     field = HeightField.of_block(block, cell)
-    # A last cell that stands out of the block has its middle beside the surface.
+    # A last cell that extends beyond the block has its centre outside the surface.
     rows, columns = (
         max(int((edge - begin) / cell + 1e-9) + 1, 1)
         for edge, begin in ((block.high[1], field.y), (block.high[0], field.x))
@@ -74,7 +74,7 @@ def field_of_surface(
 
 
 def _fill_holes(field: HeightField, mesh: Mesh, moves: StraightMoves, cutters: dict[int, Cutter]) -> None:
-    """Raise what is open under a tool that goes straight down to the lowest place of the rim."""
+    """Fill open holes below straight plunges up to the lowest point of the rim."""
     ends = moves.ends
     down = ~moves.rapid & (ends[:, 0] == ends[:, 3]) & (ends[:, 1] == ends[:, 4]) & (ends[:, 5] < ends[:, 2])
     if not down.any():
@@ -97,7 +97,7 @@ def _fill_holes(field: HeightField, mesh: Mesh, moves: StraightMoves, cutters: d
 
 
 def _cells(field: HeightField, low: tuple[float, float], high: tuple[float, float]) -> tuple[slice, slice]:
-    """Return the rows and the columns of cells whose middles lie in a rectangle."""
+    """Return the rows and columns of the cells whose centres lie in a rectangle."""
     spans = []
     for begin, first, last, most in zip(
         (field.y, field.x), low[::-1], high[::-1], field.heights.shape, strict=True

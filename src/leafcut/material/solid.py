@@ -25,7 +25,7 @@ from leafcut.model.toolpath import Toolpath
 
 #: Cells along the longer side.
 CELLS = 512
-#: Length of pieces of cuts, as a share of the smallest tool's diameter, unless they become too many.
+#: Length of the pieces of cuts, as a share of the smallest tool's diameter, unless there are too many.
 _PIECE, _PIECES = 0.5, 400_000
 #: Maximum number of moves of a program that is shown.
 _MOST_MOVES = 1_000_000
@@ -33,9 +33,9 @@ _MOST_MOVES = 1_000_000
 _STRAYS = 0.05
 #: Margin of a block around the cuts: share of its longer side, minimum and maximum, mm; and its depth below them, mm.
 _BESIDE, _LEAST_BESIDE, _MOST_BESIDE, _BELOW = 0.06, 1.0, 12.0, 1.0
-#: Minimum depth as a share of its longer side, so that it is no foil.
+#: Minimum depth as a share of the longer side, so that the block is not a foil.
 _THICK = 0.03
-#: Maximum number of collisions that are shown.
+#: Maximum number of displayed collisions.
 _MOST_COLLISIONS = 500
 #: Number of places along a rapid that are tested for being in the block.
 _PLACES = 65
@@ -54,23 +54,23 @@ class Collision(NamedTuple):
 class Solid:
     """The stock before and after a run, and its moves.
 
-    Places are relative to `origin` and rounded to single precision for drawing: `before` cut by `moves` is `after`.
+    Positions are relative to `origin` and rounded to single precision for drawing: `before` cut by `moves` is `after`.
 
     Attributes
     ----------
     origin
         x and y, mm.
     block
-        The block, where it lies in the program.
+        The block in program coordinates.
     before, after
         The stock.
     held
         bool[rows, columns]: cells of the fixture.
     moves
-        The pieces of the program's motions.
+        The pieces of the program's motion.
     width, chip
-        float64[m]: width of cut and thickest chip of each move, as shares of the tool's diameter and of the feed
-        per tooth.
+        float64[m]: width of cut and maximum chip thickness of each move, as shares of the tool's diameter and of the
+        feed per tooth.
     """
 
     origin: tuple[float, float]
@@ -88,12 +88,12 @@ class Solid:
 
 
 def shown_block(path: Toolpath, stock: ShownStock) -> StockBlock:
-    """Return the block of material for showing a run.
+    """Return the block of material for displaying a run.
 
     Raises
     ------
     PlanError
-        It is not known.
+        The block is unknown.
     OptionError
         A tool has no diameter.
     """
@@ -220,7 +220,7 @@ def _collisions(
 
 
 def _place_in(move: NDArray[np.float64], block: StockBlock, origin: tuple[float, float]) -> tuple[float, float, float]:
-    """Return the middle of the part of a move inside a block, relative to the origin; else its lower end."""
+    """Return the middle of the part of a move inside a block, relative to the origin; otherwise its lower end."""
     share = np.linspace(0.0, 1.0, _PLACES)[:, None]
     places = move[:3] + share * (move[3:] - move[:3])
     low, high = np.array(block.low) - (*origin, math.inf), np.array(block.high) - (*origin, 0.0)

@@ -1,4 +1,4 @@
-"""The step-over of a path that is there: how far neighbouring passes are from each other."""
+"""Measure the step-over of an existing path: the distance between neighbouring passes."""
 
 from __future__ import annotations
 
@@ -16,58 +16,60 @@ from leafcut.material.bands import bands_of
 from leafcut.material.tool_steps import STRAIGHT_ON, ToolWay
 from leafcut.model.pocket import PocketRules
 
-#: Passes further from each other than this, in diameters, are no neighbours: uncut ground is between them, and told.
+#: Maximum distance of neighbouring passes, in diameters; between more distant passes there is uncut area, which is
+#: reported.
 FARTHEST = 1.5
-#: Directions of neighbouring passes differ by this at most, rad.
+#: Maximum angle between neighbouring passes, rad.
 SIDE_BY_SIDE = math.radians(30.0)
-#: Discs that are equally large but for this share touch all the passes that any of them touches.
+#: Relative tolerance of disc radii within which a disc touches all passes that any of them touches.
 _EQUAL = 1e-4
-#: Steps that end or begin nearer than this to each other meet, mm.
+#: Distance within which the ends of steps are one point, mm.
 _SAME = 1e-5
-#: Gaps that are looked at together whether they lie inside the region.
+#: Number of gaps tested at a time for being inside the region.
 _AT_ONCE = 512
 
 
 class PassGaps(NamedTuple):
-    """How far neighbouring passes are from each other, mm: `step_over`, and `core` where two fronts meet."""
+    """Distances between neighbouring passes, mm: `step_over`, and `core` where two fronts meet."""
 
     step_over: float
     core: float
 
 
 def widest_gaps(way: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None = None) -> PassGaps:
-    """Return the largest distances between neighbouring passes, mm; 0 where no pass has a neighbour.
+    """Return the largest distances between neighbouring passes, mm; 0 if no pass has a neighbour.
 
-    At every place of the way, on either side of it, the largest disc is laid that touches the pass there and holds no
-    part of the way. Where it touches next is the neighbour of this place, and its height over the tangent of the pass
-    is the gap: what a machinist measures square to the pass. Where the disc touches a corner of the neighbour, the gap
-    is measured from the sides of that corner.
+    At every point of the path, on both sides, the largest empty disc that touches the pass there is constructed. The
+    next point that it touches is the neighbour, and its height above the tangent of the pass is the gap, as a machinist
+    measures it perpendicular to the pass. If the disc touches a corner of the neighbour, the gap is measured from the
+    sides of that corner.
 
-    The step-over is the largest, over all places, of the gap on the nearer side: the pass was laid beside that
-    neighbour, or beside the wall, which is no gap. What is left on the farther side is where two fronts meet: the two
-    sides of a last ring, passes along the walls of a narrow way. Below two step-overs no further pass fits in there
-    that is a full one from both; such a core is told as `core`, and is no wider than the tool where all is cleared.
-    Wider ones count. Clearing by rings a step-over apart has
-    that step-over by this measure, whatever is left in the middle; equal lines too far apart have what they have.
+    The step-over is the maximum over all points of the gap on the nearer side: the pass was planned next to that
+    neighbour, or next to the wall, which has no gap. The gap on the farther side is where two fronts meet: the two
+    sides of a last ring, or passes along the walls of a narrow channel. Below two step-overs, no additional full pass
+    fits in; such a gap is reported as `core`, and is at most as wide as the tool if everything is cleared. Wider gaps
+    count as step-over. Rings one step-over apart therefore have that step-over, whatever remains in the middle, and
+    parallel lines too far apart have their distance.
 
-    Between straight lines a gap is their distance, between rings that were offset from each other their offset,
-    along a spiral its pitch, without knowing what the path is made of. The diagonal between the corners of two rings
-    is longer (1.41 times at a right angle), as ever in pockets cleared by offsets: the corner of one ring is still at
-    the offset from both sides of the other, and so it counts. A corner that is rounded without coming nearer counts
-    more. The sides of a corner of one pass are no neighbours: sides that part by more than `SIDE_BY_SIDE` are half as
-    far apart on average as where they are widest. Not a gap is what the path has on one side only (its distance from
-    a wall; too much of it shows as uncovered ground), and a disc whose centre, or the way to it, lies where the tool
-    must not be: passes on both sides of an island are no neighbours. Passes more than `FARTHEST` diameters apart have
-    uncovered ground between.
+    Between straight lines the gap is their distance, between offset rings their offset, along a spiral its pitch,
+    independent of the kind of path. The diagonal between the corners of two rings is longer (1.41 times at a right
+    angle), as in all offset pockets, but the corner of one ring is at the offset from both sides of the other, and this
+    distance counts. A corner that is rounded without coming closer counts more. The two sides of a corner of one pass
+    are not neighbours: sides that diverge by more than `SIDE_BY_SIDE` are on average half as far apart as at their
+    widest.
 
-    Exact within the chords of arcs and the steps of the way: some hundredths of a percent.
+    No gaps are: distances to a wall, on one side of the path only (too large a distance shows as uncovered area); and
+    discs whose centre, or the line to it, lies outside the allowed tool centres: passes on both sides of an island are
+    not neighbours. Passes more than `FARTHEST` diameters apart have uncovered area between them.
+
+    Accurate within the chords of arcs and the steps of the path: some hundredths of a percent.
 
     Parameters
     ----------
     centres
         shapely geometry of the allowed tool centres.
     passes
-        Places whose neighbours are looked for; None: all.
+        Points whose neighbours are searched; None: all.
     """
     found = _sides(way, centres, rules, passes)
     if found is None:
@@ -78,7 +80,7 @@ def widest_gaps(way: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[
 
 
 def wide_places(way: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None = None) -> Floats:
-    """Return the places of a way, float64[n, 2], whose nearer neighbour is further away than the step-over."""
+    """Return the points of a path, float64[n, 2], whose nearer neighbour is farther away than the step-over."""
     found = _sides(way, centres, rules, passes)
     if found is None:
         return np.zeros((0, 2))
@@ -89,9 +91,9 @@ def wide_places(way: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[
 
 
 class _Sides(NamedTuple):
-    """Sides of steps that have a neighbour: rows of `discs`, the gap there, the lesser of those on both sides, mm.
+    """Sides of steps with a neighbour: rows of `discs`, the gap there, and the smaller gap of both sides, mm.
 
-    `lost`: there a whole pass is missing.
+    `lost`: a whole pass is missing there.
     """
 
     discs: _Discs
@@ -105,23 +107,23 @@ def _sides(way: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[np.bo
     at = np.flatnonzero((way.step > 0.0) & (True if passes is None else passes))
     if not len(at):
         return None
-    # In the middle of the steps, where the tangent is not that of a corner.
+    # In the middle of the steps, away from the tangents of corners.
     xy = way.xy[at] - 0.5 * way.step[at, None] * way.chord[at]
     normal = np.column_stack([-way.chord[at, 1], way.chord[at, 0]])
     start, normal = np.concatenate([xy, xy]), np.concatenate([normal, -normal])
     height, touch, radius = _neighbours(start, normal, way.xy, rules)
-    # Contacts an angle a apart, seen from the disc's centre, are r (1 − cos a) high over each other's tangents.
+    # Contacts an angle a apart, seen from the disc's centre, are r (1 − cos a) above each other's tangents.
     beside = height >= radius * (1.0 + math.cos(SIDE_BY_SIDE))
     gap = _from_sides(way, at, np.where(beside, height, 0.0), touch, start, normal)
     rows = np.flatnonzero(gap > 0.0)
     discs = _Discs(start, start + radius[:, None] * normal, way.xy[touch], centres, rules)
-    # Whatever touches the disc on the other side is near there, side by side or not; nothing is a wall.
+    # Any contact on the other side counts there, at any angle; a wall has none.
     nearer = np.minimum(gap, np.roll(height, len(at)))[rows]
     return _Sides(discs, rows, gap[rows], nearer, gap[rows] >= 2.0 * rules.step_over * (1.0 - _EQUAL))
 
 
 class _Discs:
-    """Discs between neighbouring passes: on the left of every step, then on the right."""
+    """Discs between neighbouring passes: those on the left of every step, then those on the right."""
 
     def __init__(self, start: Floats, middle: Floats, touch: Floats, centres: Any, rules: PocketRules) -> None:
         self.corners = np.stack([start, middle, touch], axis=1)
@@ -129,7 +131,7 @@ class _Discs:
         shapely.prepare(self.room)
 
     def widest(self, rows: Indices, sizes: Floats, both: bool) -> float:
-        """Return the largest size whose disc lies in the room; with `both`, also the one on the other side of it."""
+        """Return the largest size whose disc lies in the region; with `both`, also the disc on the other side."""
         order = np.argsort(-sizes)
         rows, sizes = rows[order], sizes[order]
         for first in range(0, len(rows), _AT_ONCE):
@@ -146,16 +148,16 @@ class _Discs:
         return (rows + len(self.corners) // 2) % len(self.corners)
 
     def fits(self, rows: Indices) -> NDArray[np.bool_]:
-        """Return whether discs, and the ways to their middles, lie in the room."""
+        """Return whether discs, and the lines to their centres, lie in the region."""
         fits: NDArray[np.bool_] = shapely.covers(self.room, shapely.linestrings(self.corners[rows]))
         return fits
 
 
 def _from_sides(way: ToolWay, at: Indices, height: Floats, touch: Indices, start: Floats, normal: Floats) -> Floats:
-    """Return the heights with those of neighbours that are corners measured from the sides of the corner, if less.
+    """Return the heights, with corner neighbours measured from the sides of the corner if that is less.
 
     `at` are the rows of the steps; the other arrays hold the left sides of all steps, then the right sides. A height of
-    0 says that there is no neighbour side by side.
+    0 means no parallel neighbour.
     """
     ends, begins = way.xy[at], way.xy[at] - way.step[at, None] * way.chord[at]
     steps, place = len(at), numbered(np.concatenate([ends, begins, way.xy]), _SAME)
@@ -178,7 +180,7 @@ def _from_sides(way: ToolWay, at: Indices, height: Floats, touch: Indices, start
 
 
 def _turned(ahead: Floats, corner: Indices) -> NDArray[np.bool_]:
-    """Return whether the steps at the place of each one go in different directions; those of a place are together."""
+    """Return whether the steps at each point have different directions; the steps of a point are consecutive."""
     new = np.append(True, corner[1:] != corner[:-1])
     group = np.cumsum(new) - 1
     along = np.abs((ahead * ahead[np.flatnonzero(new)][group]).sum(axis=1))
@@ -187,9 +189,9 @@ def _turned(ahead: Floats, corner: Indices) -> NDArray[np.bool_]:
 
 
 def _neighbours(xy: Floats, normal: Floats, others: Floats, rules: PocketRules) -> tuple[Floats, Indices, Floats]:
-    """Return, on the side of the normal of every place, the height of the neighbour over the tangent (0: none).
+    """Return the height of the neighbour above the tangent, on the side of the normal of every point (0: none).
 
-    The neighbour's row and the radius of the disc come along.
+    Also returns the neighbour's row and the radius of the disc.
     """
     height, row, radius = np.zeros(len(xy)), np.zeros(len(xy), np.int64), np.zeros(len(xy))
     reaches = Reaches(0.255 * rules.step_over, FARTHEST * rules.tool_diameter)

@@ -1,4 +1,4 @@
-"""`StockCut`: what a program takes off its stock, and what it leaves."""
+"""`StockCut`: the material that a program removes, and the remaining stock."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from leafcut.model.tool import Tool
 
 @dataclass(frozen=True)
 class ToolCut:
-    """What one tool of a program does to the stock.
+    """Effect of one tool of a program on the stock.
 
     Attributes
     ----------
     tool
-        The tool, of the library or as the program's comments describe it.
+        The tool, from the library or from the program's comments.
     removed_mm3
-        What it takes off.
+        Removed volume.
     cut_s, air_s
-        How long it is fed in the material and in the air, s.
+        Feed time in the material and in the air, s.
     deepest_mm, widest_mm
-        Its deepest cut, and the widest one across, seen from above.
+        Maximum depth and width of its cuts.
     """
 
     tool: Tool
@@ -38,7 +38,7 @@ class ToolCut:
 
 @dataclass(frozen=True)
 class RapidCut:
-    """A rapid in the material: its line, and how deep it is in it, mm."""
+    """A rapid in the material: its line and depth, mm."""
 
     line: int
     depth_mm: float
@@ -46,7 +46,7 @@ class RapidCut:
 
 @dataclass(frozen=True)
 class BodyCut:
-    """A move on which the shank or the holder of a tool is in the material: its line, the tool, how deep, mm."""
+    """A move in which the shank or holder of a tool is in the material: its line, tool, body and depth, mm."""
 
     line: int
     tool: int
@@ -56,31 +56,31 @@ class BodyCut:
 
 @dataclass(frozen=True, eq=False)
 class StockCut:
-    """What a program takes off its stock, and what it leaves.
+    """The material that a program removes, and the remaining stock.
 
     Attributes
     ----------
     program
-        Its name, as it was given.
+        Its name as given.
     machine
-        On which it was timed.
+        Machine of the times.
     block, derived
-        The stock before the first cut, and whether that was made from the cuts.
+        The stock before the first cut, and whether it was derived from the cuts.
     field
-        What is left.
+        The remaining stock.
     tools
-        In the order in which they are first used.
+        In the order of first use.
     rapids, collisions
-        Rapids in the material, by line, and shanks and holders in it, by tool and line.
+        Rapids in the material, by line; shanks and holders in it, by tool and line.
     same_as, differences
-        The other program, None without one, and where that leaves something else, the largest places first: `before`
-        is what the other one leaves.
+        The other program (None without one), and the places where it leaves different stock, largest first: `before` is
+        the height of the other.
     issues
-        What is dangerous in the program, and what was assumed.
+        Dangers of the program, and assumptions.
     defaults
-        Which of the options that were used are of the person's own defaults.
+        Options used from the user's defaults.
     part
-        The file of the part that was the stock before the program's cuts; "" for a block.
+        File of the part that was the stock before the program's cuts; "" for a block.
     """
 
     program: str
@@ -99,5 +99,5 @@ class StockCut:
 
     @property
     def removed_mm3(self) -> float:
-        """What all tools take off."""
+        """Volume removed by all tools."""
         return sum(one.removed_mm3 for one in self.tools)

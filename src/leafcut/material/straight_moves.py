@@ -1,4 +1,4 @@
-"""A toolpath as straight moves of the tip: cycles written out, arcs as chords, cuts in pieces."""
+"""A toolpath as straight moves of the tip: cycles expanded, arcs as chords, cuts in pieces."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from leafcut.model.cutter import Cutter
 from leafcut.model.cycles import expand
 from leafcut.model.toolpath import Kind, Toolpath, plane_axes
 
-#: More moves than this in one program cannot be kept in memory beside the material.
+#: Maximum number of moves of a program that fits into memory besides the material.
 MOST_MOVES = 20_000_000
 
 
@@ -27,18 +27,18 @@ class StraightMoves:
     Attributes
     ----------
     ends
-        float64[m, 6], mm: begin and end.
+        float64[m, 6], mm: start and end.
     row
-        int64[m]: the row of `path` that each belongs to.
+        int64[m]: row of `path` that each belongs to.
     rapid
         bool[m].
     tool
-        int64[m]: the tool's number.
+        int64[m]: tool number.
     path
-        The toolpath with its cycles written out.
+        The toolpath with expanded cycles.
     unknown
-        Rows of `path` of which a coordinate is not known where they begin: they are taken to be at their end all the
-        time. Those whose end is not known are left out.
+        Rows of `path` with an unknown start coordinate; the coordinate of their end is used. Rows with an unknown end
+        are left out.
     """
 
     ends: NDArray[np.float64]
@@ -59,7 +59,7 @@ class StraightMoves:
         )  # fmt: skip
 
     def extent(self, which: NDArray[np.bool_], cutters: Mapping[int, Cutter]) -> tuple[Floats, Floats]:
-        """Return the lowest and the highest corner of what tools sweep on some moves, at least one, mm.
+        """Return the lowest and highest corner of the area swept by tools on some moves, at least one, mm.
 
         Z is that of the tip.
         """
@@ -76,9 +76,9 @@ def straight_moves(path: Toolpath, strays: float, longest: float) -> StraightMov
     Parameters
     ----------
     strays
-        How far a chord may lie off its arc, mm.
+        Maximum chord error of arcs, mm.
     longest
-        Cuts are divided so that no move is longer than this across the table, mm; rapids stay whole.
+        Maximum length of the pieces of cuts in the plane, mm; rapids are not split.
 
     Raises
     ------
@@ -117,7 +117,7 @@ def straight_moves(path: Toolpath, strays: float, longest: float) -> StraightMov
 
 
 class _Arcs(NamedTuple):
-    """Arcs among the rows: which they are, their axes, centres (in the plane), radii, starts and signed sweeps."""
+    """Arcs among the rows: indices, axes, centres (in the plane), radii, start angles and signed sweeps."""
 
     at: NDArray[np.int64]
     axes: NDArray[np.int64]
@@ -149,7 +149,7 @@ class _Arcs(NamedTuple):
         )  # fmt: skip
 
     def bend(self, place: NDArray[np.float64], which: NDArray[np.int64], share: NDArray[np.float64]) -> None:
-        """Put what lies on arcs, by its share of the sweep, onto them."""
+        """Move points of arcs onto the arcs, by their share of the sweep."""
         if not len(self.at):
             return
         number = np.full(int(which[-1]) + 1, -1)
@@ -157,7 +157,7 @@ class _Arcs(NamedTuple):
         on = np.flatnonzero(number[which] >= 0)
         arc = number[which[on]]
         angle = self.start[arc] + share[on] * self.sweep[arc]
-        # Where a program's radii differ at both ends, as controllers allow a little, it goes from one to the other.
+        # If the radii at both ends differ, which controllers allow within limits, interpolate between them.
         radius = self.radius[arc] + share[on] * (self.end_radius - self.radius)[arc]
         place[on, self.axes[arc, 0]] = self.centre[arc, 0] + radius * np.cos(angle)
         place[on, self.axes[arc, 1]] = self.centre[arc, 1] + radius * np.sin(angle)

@@ -1,4 +1,4 @@
-"""A mesh seen from above: how high it must be crossed, and where holes begin and end in it."""
+"""A mesh seen from above: crossing heights, and the start and end of holes in it."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats
 
-#: Tiles along the longer side of a part; where the axes of a rapid do not arrive together every tile of the box between
-#: two places counts, and there are fewer. 8 bytes each: half a megabyte.
+#: Tiles along the longer side of a part; fewer for unsynchronised rapids, for which every tile of the box between two
+#: places counts. 8 bytes each: half a megabyte.
 TILES, TILES_DOGLEG = 256, 64
-#: Tiles are no finer than this, mm, and so many at most lie within the reach of a tool: more take long.
+#: Minimum size of a tile, mm, and maximum number within the reach of a tool, to limit the run time.
 FINEST_TILE, MOST_IN_REACH = 0.2, 24
-#: The rim of a hole is looked at so far outside of its tool, mm, at so many places.
+#: Distance of the rim of a hole outside its tool, mm, and number of points on it.
 RIM, RIM_PLACES = 0.1, 24
 
 
 class SafeTiles(NamedTuple):
-    """Square tiles, and the height at which each may be crossed.
+    """Square tiles and the minimum crossing height of each.
 
     Attributes
     ----------
     heights
-        float64[rows, columns], mm: row by row from the lowest y; −∞ where nothing stands.
+        float64[rows, columns], mm: rows by ascending y; −∞ without material.
     x, y, side
-        The lower left corner of the first tile, and the side of a tile, mm.
+        Lower left corner of the first tile, and side of a tile, mm.
     """
 
     heights: NDArray[np.float64]
@@ -43,11 +43,11 @@ class Rims(NamedTuple):
     Attributes
     ----------
     top
-        The highest place of the rim and the middle.
+        Highest point of the rim and the centre.
     lowest
-        The lowest place of the rim's upper side; −∞ where part of the rim has no material under it.
+        Lowest point of the upper surface on the rim; −∞ if part of the rim has no material below it.
     under
-        The lowest place of all triangles under the rim.
+        Lowest point of all triangles below the rim.
     """
 
     top: Floats
@@ -62,23 +62,23 @@ def safe_tiles(
     most: int = TILES,
     bodies: Sequence[tuple[float, float]] = (),
 ) -> SafeTiles:
-    """Return how high a tool's tip must be to cross a surface.
+    """Return the minimum height of a tool tip for crossing a surface.
 
-    Exact in height; around what stands the tiles are taken whole, so up to two tiles too much aside.
+    Exact in height; horizontally, whole tiles are used, so up to two tiles too wide.
 
     Parameters
     ----------
     triangles
         float64[n, 3, 3], mm.
     radius
-        Of the tool, with the room that it keeps aside, mm.
+        Tool radius including lateral clearance, mm.
     above
-        How far over the surface it stays, mm.
+        Clearance above the surface, mm.
     most
         Tiles along the longer side.
     bodies
-        Of what is above the flutes: radius, and how far over the surface the tip must be for it, mm; negative where it
-        is higher than the tip by more than the room that it keeps.
+        Parts above the flutes: radius, and the height of the tip above the surface that they require, mm; negative if
+        the part is higher above the tip than its clearance.
     """
     from leafcut.kernels.surface import raise_around, raise_whole_cells, reach_in_cells
 
@@ -99,10 +99,10 @@ def safe_tiles(
 
 
 def rims_of(triangles: NDArray[np.float64], xy: NDArray[np.float64], radius: Floats) -> Rims:
-    """Return what the surface is around the holes at places float64[n, 2] for tools of these radii, float64[n].
+    """Return the surface around holes at positions float64[n, 2], for tools of radii float64[n].
 
-    In the mesh of a finished part a hole is open already, and in that of a blank it is not: so its rim counts, just
-    outside of the tool, and its middle.
+    In the mesh of a finished part a hole is already open, in that of a blank it is not: therefore its rim just outside
+    the tool counts, and its centre.
     """
     from leafcut.kernels.surface import heights_at
 

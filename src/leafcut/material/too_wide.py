@@ -1,4 +1,4 @@
-"""Where a path is too wide, asked of one path after another: what is as it was is not looked at again."""
+"""Incremental search for cuts that are too wide: unchanged parts of successive paths are not searched again."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from leafcut.material.step_over import FARTHEST, wide_places
 from leafcut.material.tool_steps import way_of
 from leafcut.model.pocket import PocketPath, PocketRules
 
-#: Places this near to each other are the same, mm.
+#: Distance within which points are equal, mm.
 _SAME = 1e-4
-#: What a change may reach, in farthest neighbours: the neighbour of a place, and of that what is a corner.
+#: Update radius of a change, in maximum neighbour distances: the neighbour of a point, and that neighbour's corner.
 _REACHES = 2
 
 
 class TooWide:
-    """Returns the places of a path where the nearer neighbour is further away than the step-over, float64[n, 2], mm.
+    """Returns the points of a path whose nearer neighbour is farther away than the step-over, float64[n, 2], mm.
 
-    A path that differs from the last one in some places only is looked at there only.
+    A path that differs from the previous one in a few places is only searched there.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class TooWide:
         self.last, self.found = np.zeros((0, 2)), np.zeros((0, 2))
 
     def __call__(self, path: PocketPath) -> Floats:
-        """Return the places of a path."""
+        """Return the points of a path."""
         way = way_of(path, self.rules)
         moved = self.cells.of(np.vstack([_not_in(way.xy, self.last), _not_in(self.last, way.xy)]))
         changed = self.cells.around(moved, _REACHES)
@@ -47,6 +47,6 @@ class TooWide:
 
 
 def _not_in(places: Floats, others: Floats) -> Floats:
-    """Return the places that are not among others but for rounding."""
+    """Return the points that are not among others, within the tolerance."""
     key = numbered(np.vstack([places, others]), _SAME)
     return places[~np.isin(key[: len(places)], key[len(places) :])]

@@ -1,4 +1,4 @@
-"""The way of a tool over a pocket in small steps: what engagement, step-over and pictures are measured on."""
+"""The path of a tool over a pocket in small steps, for measuring engagement and step-over, and for pictures."""
 
 from __future__ import annotations
 
@@ -12,34 +12,34 @@ from leafcut.geometry.arrays import Floats, Point, Points
 from leafcut.geometry.polyline import Polyline, Segment
 from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketRules
 
-#: A step is at most this share of the tool's diameter.
+#: Maximum step as a share of the tool's diameter.
 STEP = 0.05
-#: A step along an arc turns by this at most, rad: it is then off its chord by an eight-hundredth of the radius.
+#: Maximum turn of a step along an arc, rad: the chord error is then an eight-hundredth of the radius.
 BEND = 0.1
-#: A change of direction below this is a chord of a curve, rad.
+#: Maximum change of direction between chords of a curve, rad.
 STRAIGHT_ON = math.radians(4.0)
 
 
 @dataclass(frozen=True, eq=False)
 class ToolWay:
-    """Places along the feed of a path, in the order of cutting.
+    """Points along the feed moves of a path, in cutting order.
 
-    There is a place at the end of every step, one where every piece begins that the tool is let down to, and one more
-    at every corner, so that both directions are looked at there.
+    There is a point at the end of every step, one at the start of every piece after a plunge, and an additional one at
+    every corner, so that both directions are evaluated there.
 
     Attributes
     ----------
     xy
         float64[n, 2], mm.
     back, ahead
-        Unit tangents of the way that leads here and of the way on, float64[n, 2]; `back` is NaN where the tool was let
-        down. They differ at corners only; between the chords of a curve both lie half way between them.
+        Unit tangents of the incoming and the outgoing path, float64[n, 2]; `back` is NaN after a plunge. They differ
+        only at corners; between chords of a curve, both are the mean direction.
     chord
-        Unit vector of the step that ends here, or of the way on where that has no length, float64[n, 2].
+        Unit vector of the step that ends here, or of the outgoing path if its length is 0, float64[n, 2].
     step
-        Length of the step that ends here, mm, float64[n]; 0 where the tool was let down and for the way on at corners.
+        Length of the step that ends here, mm, float64[n]; 0 after a plunge and for the outgoing point of a corner.
     run
-        int64[n]: number of the run, feed without a lift.
+        int64[n]: number of the run, feed moves without a retract.
     piece
         int64[n]: number of the piece.
     """
@@ -57,15 +57,15 @@ class ToolWay:
 
 
 def step_of(rules: PocketRules) -> float:
-    """Return the length of a step, mm: `STEP` diameters at most.
+    """Return the length of a step, mm: at most `STEP` diameters.
 
-    Discs one step apart leave cusps of step²/8r between them; they are at most half the tolerance high.
+    Discs one step apart leave cusps of height step²/8r between them, at most half the tolerance.
     """
     return min(STEP * rules.tool_diameter, math.sqrt(4.0 * rules.radius * rules.tolerance))
 
 
 def way_of(path: PocketPath, rules: PocketRules) -> ToolWay:
-    """Return the way of the tool in steps, every place and tangent on the arcs of the path exactly."""
+    """Return the path of the tool in steps; all points and tangents on arcs are exact."""
     steps, parts, run, last = step_of(rules), [], -1, None
     for number, piece in enumerate(path.pieces):
         lifted = last is None or math.dist(last[0], piece.path.start) > SAME_PLACE
@@ -90,7 +90,7 @@ def way_of(path: PocketPath, rules: PocketRules) -> ToolWay:
 
 @dataclass(frozen=True, eq=False)
 class _Chords:
-    """Chords of a piece, float64[m, 2] each: where they begin, their vectors, and the tangents at both ends."""
+    """Chords of a piece, float64[m, 2] each: starts, vectors, and the tangents at both ends."""
 
     begin: Points
     vector: Points
@@ -99,7 +99,7 @@ class _Chords:
 
     @classmethod
     def of(cls, path: Polyline, longest: float) -> _Chords:
-        """Return lines as they are, and arcs in steps."""
+        """Return lines unchanged, and arcs in steps."""
         if not path.bulges.any():
             points = path.flattened()
             vector = np.diff(points, axis=0)
@@ -128,7 +128,7 @@ def _arc(s: Segment, longest: float) -> _Chords:
 
 
 def _steps(line: _Chords, longest: float, came: Floats | None, run: int, piece: int, start: Point) -> ToolWay:
-    """Return the steps of one piece; `came` is the direction in which the tool arrives at it, None: from above."""
+    """Return the steps of one piece; `came` is the direction of arrival, None after a plunge."""
     length = np.hypot(line.vector[:, 0], line.vector[:, 1])
     before = np.full((1, 2), np.nan) if came is None else came[None]
     if not len(length):
@@ -136,7 +136,7 @@ def _steps(line: _Chords, longest: float, came: Floats | None, run: int, piece: 
         return ToolWay(np.array([start]), before, still, still, np.zeros(1), np.array([run]), np.array([piece]))
     unit = line.vector / length[:, None]
     arrives = np.concatenate([before, line.arrives[:-1]])
-    turned = ~((arrives * line.leaves).sum(axis=1) >= math.cos(STRAIGHT_ON))  # true, too, where it comes from above
+    turned = ~((arrives * line.leaves).sum(axis=1) >= math.cos(STRAIGHT_ON))  # also true after a plunge
     count = np.maximum(np.ceil(length / longest - 1e-9).astype(np.int64), 1)
     rows = np.repeat(np.arange(len(length)), count + turned)
     first = np.cumsum(count + turned) - (count + turned)
