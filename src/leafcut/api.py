@@ -173,7 +173,6 @@ def reorder(
 
 
 def _files(*names: str | None) -> list[str]:
-    """Return the names of machines and dialects that are file paths."""
     return [name for name in names if name and name.lower().endswith(".toml")]
 
 
@@ -215,7 +214,6 @@ def _settings(
 
 
 def _usual(settings: Settings, word: str) -> Settings:
-    """Return the settings with the defaults of the requested process."""
     asked = registry.of_drawings(word)
     return asked.usual(settings) if asked else settings
 

@@ -133,7 +133,6 @@ def run(arguments: Sequence[str]) -> int:
 
 
 def _answered(arguments: Sequence[str]) -> int:
-    """Run one command line and return its exit status."""
     words = _with_command(arguments)
     held = [HELD if word == DASH else word for word in words]
     held = ["--help" if word == HELP_ALL else word for word in held]
@@ -170,7 +169,6 @@ def _command_names() -> list[str]:
 
 
 def _told(problem: CycloptsError, command: str) -> str:
-    """Return the message for a command line that the parser refuses."""
     works = _working_command(command)[1] if command in _working_names() else []
 
     def why(flag: str, name: str) -> str:
@@ -271,7 +269,6 @@ def _working_command(name: str) -> tuple[Callable[..., int], Sequence[Work], dic
 
 
 def _making_command(process: Process) -> tuple[Callable[..., int], Sequence[Work], dict[str, Any]]:
-    """Return the command of a process."""
     special: dict[str, Any] = {"first": process.form[0][1], "help": process.help}
     if not process.reads:
         return resolve_name(_NEST), [process], special

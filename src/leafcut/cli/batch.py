@@ -223,7 +223,6 @@ def _figure(value: float | None) -> str:
 
 
 def _kept(task: BatchTask, answer: Any) -> BatchResult:
-    """Write the program and the report of an answer; return the result."""
     if isinstance(answer, BaseException):
         line = f"{type(answer).__name__}: {answer}"
         answer = BatchResult(BatchRow(task.name, Path(task.target).name, REFUSED, line=line, key=task.key))

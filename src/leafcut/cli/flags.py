@@ -133,7 +133,6 @@ def _plain(value: Any) -> Any:
 
 
 def _unseen(parameter: inspect.Parameter) -> inspect.Parameter:
-    """Return a parameter that is hidden in the help."""
     return parameter.replace(annotation=Annotated[parameter.annotation, Parameter(show=False)])
 
 
@@ -153,7 +152,6 @@ def usage_of(name: str, command: Callable[..., int]) -> str:
 
 
 def _group(group: type[OptionGroup], place: int, name: str, first: Sequence[str]) -> Group:
-    """Return the section of the help for a flag."""
     if name in first:
         return Group("Main options", sort_key=9)
     return Group(f"More: {group.title}" if first else group.title, sort_key=10 + place)

@@ -154,7 +154,6 @@ def _stand_in(signature: inspect.Signature) -> Callable[..., int]:
 
 
 def _shell_type(parameter: inspect.Parameter, choices: Sequence[str]) -> Any:
-    """Return the annotation of an argument with choices or files instead of texts."""
     kind, *notes = get_args(parameter.annotation) if get_origin(parameter.annotation) is Annotated else (str,)
     instead: Any = Literal[tuple(choices)] if choices else Path
     typed = _with_texts_as(kind, instead)

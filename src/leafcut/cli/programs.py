@@ -163,7 +163,6 @@ def _without_known_note(outcome: Outcome) -> Outcome:
 
 
 def _check_one_file(given: Mapping[str, Any], several: str) -> None:
-    """Refuse options that name a single output file if there are several programs."""
     for _, name, spec in all_options():
         if spec.is_output and given.get(name):
             raise OptionError(f"{flag_name(name)}: names one file but {several}; run them one by one")
@@ -222,7 +221,6 @@ def _optimize_each(
 
 
 def _print_results(results: Sequence[BatchResult], folder: str | None, *, as_json: bool, quiet: bool) -> int:
-    """Print the results of several inputs; return the exit status."""
     from leafcut.report.several import print_programs, several_as_json
 
     rows = [result.as_json() for result in results]

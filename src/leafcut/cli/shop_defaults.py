@@ -116,7 +116,6 @@ def _typed(group: type[OptionGroup], name: str, spec: OptionSpec, value: Any) ->
 
 
 def _commands() -> Iterator[tuple[str, Work]]:
-    """Yield the commands that read the defaults, and their kinds of work."""
     for work in registry.works():
         yield getattr(work, "command", work.name), work
 

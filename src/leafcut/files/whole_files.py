@@ -407,7 +407,6 @@ def _sync(paths: Iterable[Path]) -> None:
 
 
 def _mode(path: Path) -> int:
-    """Return the permissions of a file, or the defaults of a new file."""
     if path.exists():
         return path.stat().st_mode & 0o777
     mask = os.umask(0)

@@ -171,7 +171,6 @@ def _piece(points: Points, weights: Floats, first: int, beyond: int) -> _Piece:
 
 
 def _circle(piece: _Piece) -> Polyline | None:
-    """Return the circle formed by the whole ring."""
     if piece.radius == 0.0:
         return None
     return Polyline.circle(piece.x, piece.y, abs(piece.radius), clockwise=piece.radius < 0.0)
@@ -266,7 +265,6 @@ def _distances(piece: _Piece, places: Points) -> Floats:
 
 
 def _polyline(points: Points, pieces: list[_Piece]) -> Polyline:
-    """Return the path of the lines and arcs."""
     rows: list[list[float]] = []
     for k, piece in enumerate(pieces):
         begin, end = _joint(points, pieces[k - 1], piece), _joint(points, piece, pieces[(k + 1) % len(pieces)])
@@ -298,7 +296,6 @@ def _joint(points: Points, one: _Piece, other: _Piece) -> list[tuple[float, floa
 
 
 def _touches(line: _Piece, arc: _Piece) -> bool:
-    """Return whether a line is tangent to a circle."""
     off = (arc.x - line.x) * line.dy - (arc.y - line.y) * line.dx
     return abs(abs(off) - abs(arc.radius)) < 1e-6
 
@@ -318,7 +315,6 @@ def _covers_a_middle(a: Points, b: Points, tip: tuple[float, float]) -> bool:
 
 
 def _nearest(piece: _Piece, place: Points) -> tuple[float, float]:
-    """Return the point of a piece's line or circle nearest to a point."""
     dx, dy = float(place[0]) - piece.x, float(place[1]) - piece.y
     if piece.radius == 0.0:
         along = dx * piece.dx + dy * piece.dy
@@ -328,7 +324,6 @@ def _nearest(piece: _Piece, place: Points) -> tuple[float, float]:
 
 
 def _meetings(one: _Piece, other: _Piece) -> list[tuple[float, float]]:
-    """Return the intersections of two lines or circles: none, one or two."""
     if one.radius == 0.0 and other.radius == 0.0:
         cross = one.dx * other.dy - one.dy * other.dx
         if abs(cross) < 1e-6:

@@ -105,5 +105,4 @@ def _rise(along: NDArray[np.float64], off: NDArray[np.float64], length: float) -
 
 
 def _goes_on(steps: NDArray[np.float64]) -> bool:
-    """Return whether no step goes back."""
     return bool((steps >= -1e-12).all())

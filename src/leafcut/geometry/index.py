@@ -95,7 +95,6 @@ class NearLines:
                 yield self._near(one, others, other, reach)
 
     def _near(self, one: Indices, others: NearLines, other: Indices, reach: float) -> tuple[Indices, Indices]:
-        """Return the near pairs among some pairs."""
         a, b = self.boxes[one], others.boxes[other]
         apart = np.maximum(np.maximum(a[:, :2] - b[:, 2:], b[:, :2] - a[:, 2:]), 0.0)
         may = np.hypot(*apart.T) <= reach * (1.0 + _EXACT)

@@ -281,7 +281,6 @@ def joined(*pieces: Polyline) -> Polyline:
 
 
 def _along(s: Segment, share: float) -> tuple[float, float]:
-    """Return the point at a share (0 … 1) of a segment."""
     if share <= 0.0:
         return s.start
     if share >= 1.0:

@@ -84,7 +84,6 @@ def tidy(strokes: Sequence[Polyline], tolerance: float) -> Tidy:
 
 
 def _sources(made: Joined, pieces: Sequence[tuple[Polyline, int]], loose: Sequence[int]) -> list[int]:
-    """Return the strokes of a path, each once, in path order."""
     return list(dict.fromkeys(loose[pieces[k][1]] for k in made.members))
 
 

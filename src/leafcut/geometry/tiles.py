@@ -41,7 +41,6 @@ class Tiles:
 
 
 def _tiles(shape: Any) -> list[Any]:
-    """Split a polygon or a line into tiles."""
     done, halves = [], [(shape, 0)]
     while halves:
         one, depth = halves.pop()

@@ -135,7 +135,6 @@ def _run_segment(board: Board, left: float, speed: float, time: float) -> None:
 
 @part
 def _cut_segment(board: Board) -> None:
-    """Prepare the next segment of the oldest block."""
     ring, state, count = board.ring, board.state, board.counts
     at = count[DONE] % PLACES
     left, rate, per_mm = ring[at, LEFT], ring[at, RATE], ring[at, PER_MM]
@@ -213,7 +212,6 @@ def _start(board: Board) -> None:
 
 @part
 def _run_until(board: Board, until: float) -> None:
-    """Let the main program wait, and prepare segments meanwhile."""
     state, count = board.state, board.counts
     _fill(board)
     while count[RUNNING] and state[NOW] < until:
@@ -239,7 +237,6 @@ def _stand(board: Board) -> None:
 
 @part
 def _wait_for_room(board: Board) -> None:
-    """Wait until the planner has space for a block."""
     state, count = board.state, board.counts
     _fill(board)
     while count[PLANNED] - count[DONE] >= BLOCKS:

@@ -245,7 +245,6 @@ def _is_either(a: int, b: int, v: int) -> bool:
 
 @part
 def _is_plain(free: int, tied_a: int, tied_b: int, v: int) -> bool:
-    """Return whether a node is neither free nor tied."""
     return v != free and v != tied_a and v != tied_b
 
 

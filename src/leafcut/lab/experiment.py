@@ -188,7 +188,6 @@ def curve_of(found: Solution, study: Study, most: int) -> Iterator[tuple[int, fl
 
 
 def _bound(part: Part, best: Solution | None, options: Mapping[str, Any], ended: threading.Event) -> float | None:
-    """Return the lower bound of the map, unless ``bound`` is off."""
     if best is None or options.get("bound") is False:
         return None
     from leafcut.order.certificate import certify

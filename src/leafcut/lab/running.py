@@ -260,7 +260,6 @@ def _warm() -> set[tuple[str, str, str]]:
 
 
 def _in_new_process(task: RunTask) -> dict[str, Any]:
-    """Return the answer of the command in a new process."""
     words = [task.command, str(task.input), "--json", "--no-defaults"]
     for name, value in task.options.items():
         if isinstance(value, bool):

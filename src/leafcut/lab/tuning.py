@@ -392,7 +392,6 @@ def _names(inputs: Sequence[str]) -> list[str]:
 
 
 def _within(progress: OnProgress, share: float, width: float) -> OnProgress:
-    """Return a progress callback for a part of all work."""
 
     def tell(now: Progress) -> None:
         progress(replace(now, share=min(share + width * now.share, 1.0)))

@@ -47,6 +47,5 @@ class TooWide:
 
 
 def _not_in(places: Floats, others: Floats) -> Floats:
-    """Return the points that are not among others, within the tolerance."""
     key = numbered(np.vstack([places, others]), _SAME)
     return places[~np.isin(key[: len(places)], key[len(places) :])]

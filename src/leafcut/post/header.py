@@ -57,7 +57,6 @@ def header_lines(
 
 
 def _short(length: float) -> str:
-    """Return a length with three decimals, without trailing zeros."""
     return f"{round(length, 3) + 0.0:.3f}".rstrip("0").rstrip(".")
 
 

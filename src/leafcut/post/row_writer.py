@@ -76,7 +76,6 @@ class Writer:
         return signed("\n".join(self.out.lines) + "\n")
 
     def _writing(self) -> dict[Kind, Callable[[Motion], None]]:
-        """Return the method that writes the rows of each kind."""
         return {
             Kind.RAPID: self._rapid,
             Kind.FEED: self._feed,
@@ -287,7 +286,6 @@ class Writer:
         return self.numbers.length(cycle.height_after(initial)) == self.numbers.length(height)
 
     def _expand(self, row: Motion, cycle: DrillCycle) -> None:
-        """Write a cycle as rapids, feeds and dwells."""
         if cycle.name == "G84":
             raise PostError("a tapped hole after which the tool does not return to its R plane or its initial plane")
         self._leave_cycle()

@@ -105,7 +105,6 @@ def _long_dwells(program: Program, words: Dialect) -> Iterator[Issue]:
 
 
 def _unknown_changes(program: Program, words: Dialect) -> Iterator[Issue]:
-    """Report that the controller does not support M6."""
     if 6 in words.m_codes:
         return
     for line in np.unique(program.path.line[program.path.kind == Kind.TOOL]).tolist():
@@ -119,7 +118,6 @@ def _unknown_changes(program: Program, words: Dialect) -> Iterator[Issue]:
 
 
 def _board_commands(program: Program, words: Dialect) -> Iterator[Issue]:
-    """Report a command of GRBL, such as ``$H``, for another controller."""
     if words.family.startswith("grbl"):
         return
     for number, line in enumerate(program.lines, 1):

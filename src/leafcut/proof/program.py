@@ -123,7 +123,6 @@ def _check_surface(
     tool_radii: Mapping[int, float],
     bodies: Mapping[int, Sequence[tuple[float, float]]],
 ) -> list[Difference]:
-    """Return every motion that meets an uneven surface, if there is one."""
     if surface is None:
         return []
     from leafcut.proof.surface import check_surface  # start-up time: needs GEOS, and most plates are flat
@@ -139,7 +138,6 @@ def _check_obstacles(
     tool_radii: Mapping[int, float],
     bodies: Mapping[int, Sequence[tuple[float, float]]],
 ) -> list[Difference]:
-    """Return every motion that comes too close to an obstacle, if there are any."""
     if zones is None or not zones.size:
         return []
     from leafcut.proof.obstacles import check_obstacles  # start-up time: needs GEOS, and most tables are empty

@@ -85,7 +85,6 @@ def convergence(solution: Solution, nearest: float | None, words: str) -> str:
 
 
 def _thinned(history: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Return at most `_MOST_POINTS` points, including the first and the last."""
     if len(history) <= _MOST_POINTS:
         return history
     last = len(history) - 1

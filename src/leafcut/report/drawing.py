@@ -129,7 +129,6 @@ def build_scene(outcome: Outcome) -> Scene:
 
 
 def _frame(work: NDArray[np.float64], rapids: NDArray[np.float64]) -> Frame:
-    """Return the frame that shows all work, and rapids near it."""
     if not len(work):
         work = rapids if len(rapids) else np.zeros((1, 2))
     low, high = work.min(axis=0), work.max(axis=0)
@@ -147,7 +146,6 @@ def _size_of_unsized(frame: Frame, holes: int, smallest: float) -> float:
 
 
 def _apart(places: NDArray[np.float64]) -> float:
-    """Return the median distance to the nearest neighbour."""
     if len(places) < 2:
         return math.inf
     apart = np.hypot(*(places[:, None, :] - places[None, :, :]).transpose(2, 0, 1))
@@ -297,7 +295,6 @@ def _radii(scene: Scene, places: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _font(places: NDArray[np.float64]) -> float:
-    """Return a font size that suits the median distance between holes."""
     if len(places) < 2:
         return 11.0
     apart = np.hypot(*(places[:, None, :] - places[None, :, :]).transpose(2, 0, 1))

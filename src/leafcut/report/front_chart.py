@@ -165,7 +165,6 @@ def _unit(points: Sequence[CuttingPoint]) -> tuple[float, str]:
 
 
 def _thinned(points: tuple[CuttingPoint, ...], chosen: int) -> list[CuttingPoint]:
-    """Return some of the points, including the ends and the chosen point."""
     last = len(points) - 1
     if last < _MOST_POINTS:
         return list(points)
@@ -224,7 +223,6 @@ def _own(one: ToolFront) -> CuttingPoint | None:
 
 
 def _dots(points: list[CuttingPoint], place: Callable[[CuttingPoint], Point], shade: Callable[[float], int]) -> str:
-    """Return the points, one path per colour."""
     by_colour: dict[int, list[str]] = {}
     for point in points:
         px, py = place(point)
@@ -300,7 +298,6 @@ def _diamond(x: float, y: float) -> str:
 
 
 def _legend(shortest: float, longest: float, top: float, own: bool) -> str:
-    """Return the legend of colours and marks."""
     begin, wide = 16.0 + 110.0, 180.0
     y = top + 20
     step = wide / (RAMP - 1)

@@ -64,7 +64,6 @@ def as_json(report: PathReport[Any]) -> dict[str, Any]:
 
 
 def _put(answer: dict[str, Any], key: Sequence[str], value: Any) -> None:
-    """Set a value in a nested answer."""
     for name in key[:-1]:
         answer = answer.setdefault(name, {})
     answer[key[-1]] = plain_number(value) if isinstance(value, float) else value

@@ -54,7 +54,6 @@ def path_svg(report: PathReport[Any], which: Which) -> str:
 
 
 def _own_css(report: PathReport[Any]) -> str:
-    """Return the additional styles of this kind of work."""
     return style_sheet(f"{report.template}.css", report.package) if report.package != "leafcut.report" else ""
 
 
@@ -63,7 +62,6 @@ def _hash(css: str) -> str:
 
 
 def _content(report: PathReport[Any]) -> dict[str, Any]:
-    """Return the content of the page that all processes share."""
     outcome, facts, savings = report.outcome, report.facts, report.savings()
     return {
         "name": clean(outcome.part.name),

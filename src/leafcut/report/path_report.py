@@ -228,7 +228,6 @@ class PathReport(Generic[D]):
 
 
 def _legend(outcome: Outcome, scene: Scene) -> dict[str, Any]:
-    """Return the legend entries that occur in the drawings."""
     # A hole has the colour of its last tool; a tool that is always followed by another has no holes in its colour.
     shown = {d.tool for d in scene.dots} | {tool for tool, _, _ in scene.slots}
     cutting = cut_tools(scene)

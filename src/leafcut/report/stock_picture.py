@@ -123,7 +123,6 @@ def _sized(picture: Picture) -> Picture:
 
 
 def _ramp(steps: int) -> NDArray[np.float64]:
-    """Return the colours from the top down, float64[steps, 3]."""
     place, stops = np.linspace(0.0, 1.0, steps), np.linspace(0.0, 1.0, len(DEPTHS))
     return np.stack([np.interp(place, stops, [colour[k] for colour in DEPTHS]) for k in range(3)], axis=-1)
 

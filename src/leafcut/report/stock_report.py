@@ -127,7 +127,6 @@ def print_stock(found: StockCut, output: str | None, console: Console) -> None:
 
 
 def _compared(found: StockCut) -> list[str]:
-    """Return the comparison with the other program, in lines."""
     if found.same_as is None:
         return []
     if not found.differences:

@@ -52,7 +52,6 @@ def _worst(outcome: Outcome) -> list[RenderableType]:
 
 
 def _others(outcome: Outcome) -> list[Issue]:
-    """Return the issues that are neither a danger nor missing work."""
     return [issue for issue in outcome.issues if issue.severity not in _WORST]
 
 
@@ -66,7 +65,6 @@ def _title(report: PathReport[Any]) -> Text:
 
 
 def _table(report: PathReport[Any]) -> Table:
-    """Return the table of the orders, or of the strategies."""
     from rich.table import Table
     from rich.text import Text
 

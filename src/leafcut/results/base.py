@@ -75,7 +75,6 @@ class Result:
         )
 
     def _files(self, file: Path) -> Iterable[tuple[str, str | bytes]]:
-        """Yield the files that `save` writes: name and content."""
         kinds = self._kinds()
         content = kinds.get(file.suffix.lower(), kinds.get(""))
         if content is None:
@@ -84,7 +83,6 @@ class Result:
         yield str(file), content()
 
     def _endings(self) -> Iterable[str]:
-        """Return the extensions that `save` supports."""
         return self._kinds()
 
     def _kinds(self) -> Kinds:

@@ -339,7 +339,6 @@ def _check_start(job: SendJob, facts: Facts, path: Toolpath) -> None:
 
 
 def _differences(job: SendJob, facts: Facts) -> list[Issue]:
-    """Return a warning that lists the differences between the machine profile and the controller."""
     mine, its = job.machine, facts.timed(job.machine)
     low, high = facts.travel()
     names = facts.names

@@ -162,7 +162,6 @@ def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, place: XYZ, h
 
 
 def _rapid_feed(job: SendJob, axes: str) -> str:
-    """Return the feed of a rapid, for controllers whose rapids have a feed."""
     if not job.words.rapid_feed:
         return ""
     return f" F{number_in_mm(60.0 * min(job.machine.rapid_velocity['XYZ'.index(axis)] for axis in axes))}"

@@ -303,7 +303,6 @@ class SendRun:
             self.talk.resume()
 
     def _step_override(self) -> None:
-        """Change the feed override by one step towards the requested value."""
         if self._wanted is None or self._changing:
             return
         if self._wanted == self._overrides[0]:
@@ -431,7 +430,6 @@ class SendRun:
             self.line = min(self._earliest, max(self.taken, self._first))
 
     def _program_place(self, status: Status) -> XYZ | None:
-        """Return the position in program coordinates, mm."""
         return self.facts.work_place(status, self._offset)
 
     def _view(self, status: Status, place: XYZ | None) -> RunView:
@@ -481,7 +479,6 @@ class SendRun:
         self._heard_at, self._rests = self.talk.clock(), 0
 
     def _obey_line(self, text: str) -> list[str]:
-        """Execute a line typed by the operator; return the answers."""
         try:
             data = text.upper() if text.isascii() and text.isprintable() else ""
             if not data or len(data) > 79 or set(data) & set("!?~"):
@@ -541,7 +538,6 @@ class SendRun:
         return self._ending(reason, status)
 
     def _stop_unheard(self) -> str:
-        """Send stop commands in case the machine still receives."""
         try:
             return self.talk.stop_unheard()
         except LeafcutError:

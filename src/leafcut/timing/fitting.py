@@ -129,7 +129,6 @@ def _why(error: float, name: str) -> str:
 
 
 def _start(machine: Machine, sought: Sequence[str]) -> Floats:
-    """Return the logarithms of the profile's values, float64[p]."""
     values = {"acceleration": 1.0, "corner": machine.corner_deviation}
     return np.log([values[name] for name in sought])
 
@@ -141,7 +140,6 @@ def _ends(sought: Sequence[str]) -> tuple[Floats, Floats]:
 
 
 def _at_end(found: Floats, sought: Sequence[str]) -> list[str]:
-    """Return the parameters at the end of their search range."""
     each = zip(sought, found, *_ends(sought), strict=True)
     return [name for name, value, least, most in each if not least + 1e-9 < value < most - 1e-9]
 

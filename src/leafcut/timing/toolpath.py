@@ -180,7 +180,6 @@ def _timed(
     lines: SentLines | None = None,
     pace: float = 1.0,
 ) -> _Timed:
-    """Return the path with expanded cycles, and the times of its rows."""
     style = corner_style(machine)
     path, source, mode, tolerance, joining = _expanded(path, style)
     path, touching = _touched(path)
