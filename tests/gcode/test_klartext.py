@@ -171,8 +171,8 @@ def test_the_planes_of_cycle_200_count_from_the_surface() -> None:
 @pytest.mark.parametrize(
     "blocks, words",
     [
-        ("TOOL CALL 1 Z", "begins with BEGIN PGM"),
-        ("BEGIN PGM A INCH", "begins with BEGIN PGM"),
+        ("TOOL CALL 1 Z", "starts with BEGIN PGM"),
+        ("BEGIN PGM A INCH", "starts with BEGIN PGM"),
         ("BEGIN PGM A MM|L Z+5 R0 FMAX", "before the first TOOL CALL"),
         (HEAD + "L X+1 R0 FMAX M99", "M99 without a cycle"),
         (HEAD + CYCLE.replace("Q201=-5", "Q201=+5"), "Q201 below it"),
@@ -189,7 +189,7 @@ def test_the_planes_of_cycle_200_count_from_the_surface() -> None:
         (HEAD + "CC X+0 Y+0", "reads only its own"),
         (HEAD + "L X+1 RL F100", "reads only its own"),
         (HEAD + "L X+Q1 R0 FMAX", "reads only its own"),
-        (HEAD + CYCLE + " ~", "the last block goes on (~), but there is no more"),
+        (HEAD + CYCLE + " ~", "the last block is incomplete (~)"),
         (HEAD + "M30|END PGM A MM|M5", "there is more behind END PGM"),
         ("BEGIN PGM A MM|TOOL CALL 1 Z|M3", "M3 without a speed: TOOL CALL lacks S"),
         (HEAD + "CYCL DEF 9.0 DWELL TIME|CYCL DEF 9.1 DWELL -1", "a dwell cannot be negative"),

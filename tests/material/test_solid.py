@@ -89,7 +89,7 @@ def test_what_is_not_known_is_refused_in_one_line(stock: ShownStock, words: str)
 
 
 def test_cuts_above_zero_alone_do_not_tell_where_the_stock_ends() -> None:
-    with pytest.raises(PlanError, match="nothing is cut below Z0"):
+    with pytest.raises(PlanError, match="cuts nothing below Z0"):
         solid_of(slot(depth=1.0), ShownStock({1: MILL}))
 
 

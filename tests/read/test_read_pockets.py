@@ -355,7 +355,7 @@ def test_an_open_pocket_is_never_advised_a_join_tolerance_above_half_a_millimetr
 @pytest.mark.parametrize(
     "layer, outline, words",
     [
-        ("ISLAND", square(10, 100, 0), "the island that begins at (100, 0) on layer ISLAND lies in no pocket"),
+        ("ISLAND", square(10, 100, 0), "the island that starts at (100, 0) on layer ISLAND lies in no pocket"),
         ("ISLAND", square(10, 40, 20), "touches a wall, at (50, "),
         ("ISLAND", square(10, 45, 20), "overlap"),
         ("ISLAND", [(10, 10), (20, 20), (20, 10), (10, 20)], "crosses or touches itself at (15, 15)"),

@@ -150,7 +150,7 @@ def test_a_library_says_what_is_above_the_flutes_of_a_tool(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        ('holder = "28 x 40"', "'holder' needs 'stickout': where it begins above the tip"),
+        ('holder = "28 x 40"', "'holder' needs 'stickout': its start above the tip"),
         ('shank_diameter = "6 mm"', "'shank_diameter' needs 'flute_length'"),
         ('stickout = "9 mm"\nholder = "28 x 40, 30"', "has the piece '30', but must be such as '28 x 40'"),
         ('stickout = "9 mm"\nholder = "28 x -4"', "has the piece '28 x -4'"),

@@ -65,7 +65,7 @@ def test_of_several_tools_the_gap_says_what_it_is_a_bound_of(outcome_of):
     """Two tools, 84 s above 80 s: each tool's path begins where the one before it ended."""
     words = report_of(outcome_of([(1.0, 1.0)], [(2.0, 2.0)])).bound_words()
     assert words.startswith("travel time at most 5.00 % above the least possible")
-    assert words.endswith("each tool from where the one before it ended")
+    assert words.endswith("each tool from the end of the last")
 
 
 def test_no_colour_when_it_is_not_wanted(outcome_of, monkeypatch):

@@ -147,7 +147,7 @@ def test_a_board_of_another_kind_than_said_is_refused() -> None:
         ({b"\n": b"error:9\r\n"}, r"is not GRBL, grblHAL, FluidNC or Marlin \('error:9'\)"),
         ({b"\n": b"ok\r\n"}, r"is not GRBL, grblHAL, FluidNC or Marlin \('ok'\)"),
         ({b"\n": b"\r\nERROR\r\n"}, r"is not GRBL, grblHAL, FluidNC or Marlin \('ERROR'\)"),
-        ({b"?": b"<Idle|MPos:0,0,0|FS:0,0>\r\n"}, "says what it does, but takes no line"),
+        ({b"?": b"<Idle|MPos:0,0,0|FS:0,0>\r\n"}, "reports its state, but accepts no line"),
         ({b"?": b"<Idle|MPos:0,0,0|FS:0,0>\r\n", b"\n": b"ok\r\n"}, r"what answers on fake is not GRBL \('ok'\)"),
     ],
 )

@@ -89,7 +89,7 @@ def test_a_line_that_does_not_fit_is_not_sent() -> None:
         ("error:99", r"line 20 'G0 X4 Y0': error 99: not in the list"),
         ("alarm", r"alarm 1: a limit switch was reached.*the machine is locked by an alarm"),
         ("reset", r"the controller was reset while it was in line \d+"),
-        ("garbage", r"what came over the line makes no sense: 'o.k.*look at the cable"),
+        ("garbage", r"the answer makes no sense: 'o.k.*look at the cable"),
         ("drop", r"an answer was lost on the way"),
         ("twice", r"is another program speaking to it"),
         ("silent", r"nothing answers on fake any more.*it runs the lines that it has, at most to line \d+"),

@@ -61,7 +61,7 @@ def write_addon(name: str, folder: str | Path) -> list[Path]:
     if name not in ADDONS:
         raise OptionError(f"unknown add-on '{name}'{nearest(name, ADDONS)}")
     if not Path(folder).is_dir():
-        raise OutputError(f"{folder}: not a folder; create it first, or name the one in which the other program looks")
+        raise OutputError(f"{folder}: not a folder; create it first, or name the other program's folder")
     texts = {}
     for file in ADDONS[name].files:
         text = (resources.files("leafcut.addons") / name / file).read_text(encoding="utf-8")

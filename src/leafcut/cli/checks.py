@@ -102,7 +102,7 @@ def stock(
     output: Annotated[
         File | None,
         Parameter(
-            name=["--output", "-o"], help="what is left, as a picture (.png) or a solid for other programs (.stl)"
+            name=["--output", "-o"], help="remaining stock, as a picture (.png) or a solid for other programs (.stl)"
         ),
     ] = None,
     same_as: Annotated[

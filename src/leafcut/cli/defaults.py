@@ -25,7 +25,7 @@ def show_defaults(
     ] = None,
     template: Annotated[
         bool,
-        switch("--template", help="print a file of defaults to begin with"),
+        switch("--template", help="print a new file of defaults"),
     ] = False,
     as_json: Json = False,
 ) -> int:
@@ -35,7 +35,7 @@ def show_defaults(
 
     if template:
         if command or options_file or as_json:
-            raise OptionError("--template prints a file to begin with; leave the others out")
+            raise OptionError("--template prints a new file; leave the others out")
         print(TEMPLATE, end="")
         return 0
     refuse_dash("--options", options_file)

@@ -47,7 +47,7 @@ _Executor = Annotated[
     Parameter(name="--executor", help="where runs are done: here one after the other, processes, or dask://host:port"),
 ]
 _Workers = Annotated[
-    int | None, Parameter(name="--workers", help="so many runs at once (default: one per core, all of a cluster)")
+    int | None, Parameter(name="--workers", help="number of parallel runs (default: one per core, all of a cluster)")
 ]
 
 
@@ -157,14 +157,12 @@ def tune_options(
     *,
     algorithm: Annotated[str, Parameter(name="--algorithm", help="the algorithm whose parameters are sought")],
     output: Annotated[str, Parameter(name=["--output", "-o"], help="the folder to write into")] = ".",
-    process: Annotated[
-        str, Parameter(name="--process", help="what is done with them: a process, or solve for maps")
-    ] = "auto",
+    process: Annotated[str, Parameter(name="--process", help="command to run: a process, or solve for maps")] = "auto",
     options_file: Annotated[
         str | None, Parameter(name="--options", help="a TOML file of options that all runs have")
     ] = None,
-    trials: Annotated[int, Parameter(name="--trials", help="so many sets of parameters are tried")] = 50,
-    seeds: Annotated[int, Parameter(name="--seeds", help="so many runs of each set on each input")] = 3,
+    trials: Annotated[int, Parameter(name="--trials", help="number of parameter sets to try")] = 50,
+    seeds: Annotated[int, Parameter(name="--seeds", help="number of runs of each set on each input")] = 3,
     iterations: Annotated[
         int | None, Parameter(name="--iterations", help="iterations of each run (default: 50, without --time-limit)")
     ] = None,
@@ -242,7 +240,7 @@ def _at_work(results: str, executor: str, workers: int | None) -> Iterator[tuple
         try:
             yield store, {"performer": performer, "progress": reporter, "cancelled": ended}
         except KeyboardInterrupt:
-            raise OptionError("interrupted; what was finished is kept, and the same command goes on") from None
+            raise OptionError("interrupted; finished runs are kept, and the same command continues") from None
 
 
 def _described(name: str, reduced: bool) -> Any:

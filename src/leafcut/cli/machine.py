@@ -100,21 +100,21 @@ def new_machine(
         str | None, Parameter(name="--controller", help="haas, centroid, or any of `leafcut list dialects`")
     ] = None,
     process: Annotated[
-        str | None, Parameter(name="--process", help="what does the work: spindle, torch, laser, flame or water")
+        str | None, Parameter(name="--process", help="head: spindle, torch, laser, flame or water")
     ] = None,
     units: Annotated[
         str | None, Parameter(name="--units", help="of a program that does not state them: mm or in")
     ] = None,
     rapid: Annotated[str | None, Parameter(name="--rapid", help="speed of rapids, one or x,y,z: 1000ipm")] = None,
     acceleration: Annotated[
-        str | None, Parameter(name="--acceleration", help="one or x,y,z: 0.25g (default: that of a like machine)")
+        str | None, Parameter(name="--acceleration", help="one or x,y,z: 0.25g (default: of a similar machine)")
     ] = None,
     travel: Annotated[
-        str | None, Parameter(name="--travel", help="of x,y,z: 30in,16in,20in (default: unknown, nothing is checked)")
+        str | None, Parameter(name="--travel", help="of x,y,z: 30in,16in,20in (default: unknown, not checked)")
     ] = None,
     max_feed: Annotated[str | None, Parameter(name="--max-feed", help="highest feed rate (default: the rapid)")] = None,
     spindle_speed: Annotated[
-        str | None, Parameter(name="--spindle-speed", help="highest (default: that of a like machine)")
+        str | None, Parameter(name="--spindle-speed", help="highest (default: of a similar machine)")
     ] = None,
     tool_changer: Annotated[
         str | None, Parameter(name="--tool-changer", help="whether the machine changes tools: yes or no")
@@ -182,9 +182,7 @@ def check_machine(
         str | None, Parameter(name="--times", help="a table instead (CSV): program,seconds in each row")
     ] = None,
     machine: Annotated[str, Parameter(name="--machine", help="the machine, by name or profile file")],
-    output: Annotated[
-        str | None, Parameter(name=["--output", "-o"], help="profile to write with what was fitted (.toml)")
-    ] = None,
+    output: Annotated[str | None, Parameter(name=["--output", "-o"], help="fitted profile to write (.toml)")] = None,
     dialect: Annotated[
         str | None, Parameter(name="--dialect", help="dialect of the programs (default: the machine's)")
     ] = None,
@@ -204,7 +202,7 @@ def check_machine(
     files = [machine if machine.lower().endswith(".toml") else None, times, *(program for program, _ in pairs)]
     _check_output(output, files)
     if output and len(pairs) < 2:
-        raise OptionError("-o: one program cannot tell what to change; measure at least two")
+        raise OptionError("-o: one program is not enough to fit a machine; measure at least two")
     fitted, found = api.check_times(pairs, machine, dialect=dialect, units=units)
     written = ""
     if output and (fitted.acceleration is not None or fitted.corner is not None):

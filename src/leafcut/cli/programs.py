@@ -112,7 +112,7 @@ def optimize(
             inputs, output, report, given, executor, workers, dry_run=dry_run, as_json=as_json, quiet=quiet
         )
     if executor is not None or workers is not None:
-        raise OptionError(f"--{'workers' if executor is None else 'executor'}: there is one input only; leave it out")
+        raise OptionError(f"--{'workers' if executor is None else 'executor'}: only for several inputs; leave it out")
     from leafcut import api
 
     source = StandardInput.read() if inputs == [DASH] else inputs[0] if len(inputs) == 1 else inputs

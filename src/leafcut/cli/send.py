@@ -59,7 +59,7 @@ def send(
         bool,
         switch(
             "--dry-run",
-            help="ask the machine and check all, but send nothing of the program",
+            help="query the machine and check everything, but do not send the program",
         ),
     ] = False,
     home: Annotated[bool, switch("--home", help="home the machine first ($H)")] = False,
@@ -116,7 +116,7 @@ def send(
     job = read_job(program, machine, dialect_name=dialect, units=units, accept=accepted)
     speaker = speaker_of(job.machine, machine)
     if check and not speaker.check_line:
-        raise OptionError("--check: Marlin has no check mode; --dry-run checks the program, and sends nothing of it")
+        raise OptionError("--check: Marlin has no check mode; --dry-run checks the program without sending it")
     if port is None:
         raise OptionError(f"send needs --port; {ports_in_words()}")
     with _logging(log) as add, _terminating():
@@ -152,9 +152,9 @@ def _check_wishes(
         raise OptionError("send -: a program is sent from a file, which can be gone on with after a break")
     check_place(from_hole, from_line)
     if check and dry_run:
-        raise OptionError("--check and --dry-run exclude each other: the one sends the program, the other does not")
+        raise OptionError("--check and --dry-run exclude each other: --check sends the program, --dry-run does not")
     if not (check or dry_run or yes or (sys.stdin is not None and sys.stdin.isatty())):
-        raise OptionError("nobody is there to say when to start: use a terminal, or add --yes")
+        raise OptionError("no terminal to confirm the start: use a terminal, or add --yes")
 
 
 def _ready(talk: Conversation, job: SendJob, *, unhomed: bool, quiet: bool) -> tuple[Facts, SendJob]:

@@ -18,7 +18,7 @@ from leafcut.processes.settings import PlacedOption, collect, placed_options, us
 TEMPLATE = f"""\
 # Defaults of this shop. Remove the # in front of a line, and write your own value.
 # The command line goes before --options, and that before this file. Paths are relative to its folder.
-# leafcut defaults drill tells all options of drilling, and where the value of each comes from.
+# leafcut defaults drill lists all options of drilling with their sources.
 {OPTIONS.line}
 
 # machine = "haas-vf2"          # a name of `leafcut list machines`, or a profile: "my.toml"

@@ -31,9 +31,7 @@ def tool_speeds(
     ] = None,
     /,
     *more: Annotated[str, Parameter(show=False)],
-    objective: Annotated[
-        str, Parameter(name="--objective", help="what the speeds are chosen for [time, cost, life]")
-    ] = "cost",
+    objective: Annotated[str, Parameter(name="--objective", help="goal of the speeds [time, cost, life]")] = "cost",
     save: Annotated[
         str | None,
         Parameter(name="--save", help="tool library to write, a copy of --tools with the chosen speeds (.toml)"),

@@ -291,7 +291,7 @@ class BlockRunner(Reader):
 
     def _program_number(self, number: int) -> None:
         if self._blocks and not self.begins:
-            raise BlockError(f"O{number}: another program begins before this one has ended")
+            raise BlockError(f"O{number}: another program starts before the end of the first")
 
     def _subprograms(self, words: SortedBlock) -> None:
         """Note calls and ends of subprograms, and the codes after which nothing is certain."""

@@ -163,7 +163,7 @@ class Flow:
         else:
             construct = self._of_line.get(line) if self._of_line else None
             if construct is None:
-                raise BlockError(f"'o{control.label} {control.keyword}' has no matching beginning before it")
+                raise BlockError(f"'o{control.label} {control.keyword}' has no matching start before it")
             after = getattr(self, f"_obey_{control.keyword}")(construct, scanner, line)
         if not scanner.at_end():
             raise BlockError(f"'{control.rest[scanner.position :][:12]}' has no use after '{control.keyword}'")

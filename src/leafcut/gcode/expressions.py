@@ -269,7 +269,7 @@ class Scanner:
         key = self._target()
         if self.peek() != "=":
             found = self.text[self.position : self.position + 12]
-            raise BlockError(f"'{found}': '=' is expected after a parameter; if # begins a comment, put it in ( )")
+            raise BlockError(f"'{found}': '=' is expected after a parameter; if # starts a comment, put it in ( )")
         self.position += 1
         value = self._operation(1) if self.parameters.fanuc else self.value()
         self.computed = True

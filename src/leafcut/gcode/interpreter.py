@@ -396,4 +396,4 @@ def _check_one_command(block: Block, tool_alone: bool) -> None:
         return
     commands = [word for word in block.words if word.letter in "GM"]
     if len(commands) != 1 or block.words[0] != commands[0]:
-        raise BlockError("each block must be one G or M word with its other words behind it")
+        raise BlockError("each block must be one G or M word, followed by its other words")

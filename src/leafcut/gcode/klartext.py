@@ -96,7 +96,7 @@ def _blocks(text: str) -> Iterator[tuple[int, str]]:
             yield begin, "\n".join(parts)
             parts = []
     if parts:
-        raise BlockError("the last block goes on (~), but there is no more")
+        raise BlockError("the last block is incomplete (~)")
 
 
 class _Reader:
@@ -123,7 +123,7 @@ class _Reader:
     def _begin(self, block: str) -> None:
         begin = _BEGIN.fullmatch(block)
         if begin is None:
-            raise BlockError("a program begins with BEGIN PGM, its name and MM")
+            raise BlockError("a program starts with BEGIN PGM, its name and MM")
         self.name = begin[1]
 
     def _end(self, block: str) -> bool:

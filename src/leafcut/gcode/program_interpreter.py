@@ -177,7 +177,7 @@ class _ProgramPass:
             at = self._step(at)
         if flow.calls and not self.ended:
             start = flow.calls[-1].start
-            raise ReadError(self.file, "the subprogram that begins here has no end (M99)", start + 1)
+            raise ReadError(self.file, "the subprogram that starts here has no end (M99)", start + 1)
         for block, line in enumerate(self.record.line):
             if flow.jumps.is_goal(line - 1):
                 self.record.fixed.setdefault(block, _GOAL)

@@ -165,7 +165,7 @@ class InterpreterState:
         if unit == "s" or (unit == "point" and not whole):
             return word.value
         if unit in ("ms", "cs") and not whole:
-            raise UnclearBlock(f"{word}: with a decimal point, what it means differs between machines")
+            raise UnclearBlock(f"{word}: with a decimal point, its meaning differs between machines")
         return word.value / (100.0 if unit == "cs" else 1000.0)
 
 

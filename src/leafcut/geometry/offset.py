@@ -46,7 +46,7 @@ def offset(path: Polyline, distance: float, tolerance: float = 0.01) -> list[Pol
         The path is open or crosses itself.
     """
     if not path.closed:
-        raise PlanError("only a closed path can be grown or shrunk; this one is open")
+        raise PlanError("only a closed path can be grown or shrunk; the path is open")
     path = path if path.area >= 0.0 else path.reversed()
     if distance == 0.0:
         return [path]

@@ -335,7 +335,7 @@ def _pareto(results: Results, analysis: Analysis, response: Response) -> ReportB
         label = f"{response.title} against {other.title.lower()} on {instance.name}"
         drawn.append((instance.name, charts.pareto(points, front, other.heading, response.heading, label)))
     if not drawn:
-        raise OptionError("a Pareto plot needs two ways with both figures")
+        raise OptionError("a Pareto plot needs two methods with both figures")
     return ReportBlock(f"{response.title} against {other.title.lower()}", tuple(words), (), tuple(drawn))
 
 

@@ -98,5 +98,5 @@ def compare_on(
         analyses=(*judged, pareto),
         published=(),
         listed=False,
-        notes=("One part: what is proved holds for it alone.",),
+        notes=("One part: the proof holds for this part only.",),
     )

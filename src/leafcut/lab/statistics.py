@@ -166,7 +166,7 @@ def one_way(groups: Groups, alpha: float = 0.05) -> OneWay:
     ss_within = float(sum(((one - one.mean()) ** 2).sum() for one in values.values()))
     between, within = len(values) - 1, len(every) - len(values)
     if ss_within + ss_between == 0.0:
-        raise OptionError("all figures are equal: there is nothing to analyse")
+        raise OptionError("all figures are equal; no analysis is possible")
     ms_within = ss_within / within
     f = math.inf if ms_within == 0.0 else ss_between / between / ms_within
     t = float(stats.t.ppf(1.0 - alpha / 2.0, within))
@@ -219,7 +219,7 @@ def crossed(rows: Sequence[tuple[str, str, float]], names: tuple[str, str]) -> t
     if len(cells) < len(first) * len(second):
         raise OptionError("a combination of the two factors has no figure yet")
     if len({row[2] for row in rows}) < 2:
-        raise OptionError("all figures are equal: there is nothing to analyse")
+        raise OptionError("all figures are equal; no analysis is possible")
     repeated = len(rows) > len(cells)
     frame = pandas.DataFrame(rows, columns=["a", "b", "y"])
     found = anova_lm(ols(f"y ~ C(a) {'*' if repeated else '+'} C(b)", data=frame).fit(), typ=2)
@@ -251,7 +251,7 @@ def ranked(ways: Groups, alpha: float = 0.05) -> Ranked:
 
     table = np.array([list(one) for one in ways.values()], dtype=np.float64)
     if len(table) < 2:
-        raise OptionError("a comparison needs two ways or more")
+        raise OptionError("a comparison needs two methods or more")
     if table.shape[1] < LEAST_OF_PAIRS:
         raise OptionError(f"a comparison by ranks needs {LEAST_OF_PAIRS} blocks or more; there are {table.shape[1]}")
     blocks = table.shape[1]

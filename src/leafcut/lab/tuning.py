@@ -121,7 +121,7 @@ class TuningTask:
             raise OptionError("--hold-out: choose a share between 0 and 1")
         twice = next((one for one, times in Counter(self.inputs).items() if times > 1), None)
         if twice is not None:
-            raise OptionError(f"{twice}: is given twice; what is learnt from may not judge")
+            raise OptionError(f"{twice}: is given for tuning and for testing; use different inputs")
         for name in self.options:
             if name in {one.name for one in RANGES[self.algorithm]} | {"algorithm", "seed"}:
                 raise OptionError(f"{flag_name(name)}: is sought or set by the search; leave it out of the options")

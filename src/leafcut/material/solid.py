@@ -175,7 +175,7 @@ def _around(moves: StraightMoves, cutters: dict[int, Cutter], stock: ShownStock)
     ends = moves.ends
     deep = ~moves.rapid & (np.minimum(ends[:, 2], ends[:, 5]) < 0.0)
     if not deep.any():
-        raise PlanError("nothing is cut below Z0, so the top of the stock is not known; give --workpiece")
+        raise PlanError("the program cuts nothing below Z0, so the top of the stock is unknown; give --workpiece")
     radius = np.array([cutters[number].radius for number in moves.tool[deep].tolist()])[:, None]
     begin, end = ends[deep, :3], ends[deep, 3:]
     low = (np.minimum(begin, end)[:, :2] - radius).min(axis=0)

@@ -272,12 +272,12 @@ class _DrillOptions1(TypedDict, total=False):
     through: bool | None
     """Drill each hole through the part, as thick as the surface is there."""
     fixture: str | Sequence[str] | None
-    """Boxes that stand on the surface, such as clamps: 'x0 y0 z0 x1 y1 z1' in mm, separated by commas; ways go
-    over (default: none).
+    """Boxes that stand on the surface, such as clamps: 'x0 y0 z0 x1 y1 z1' in mm, separated by commas; rapids go
+    over them (default: none).
     """
     fixture_file: str | Path | None
-    """STL or STEP file of what holds the part, such as clamps or a vise, with the zero of the surface; ways go
-    over (default: none).
+    """STL or STEP file of the fixture, such as clamps or a vise, with the zero of the surface; rapids go over it
+    (default: none).
     """
     cycle: Literal["G81", "G82", "G83", "G73", "G84", "G85", None]
     """Drilling cycle for tools without one in the library (default: G83 with --peck, G82 with --dwell, else G81)."""
@@ -346,7 +346,7 @@ class _CutOptions1(TypedDict, total=False):
     sweep: Literal["free", "x", "y", None]
     """Cut parts in bands along an axis, to keep the rest of the sheet flat (default: free)."""
     start_corner: Literal["free", "lower-left", "lower-right", "upper-left", "upper-right", None]
-    """Sheet corner where cutting begins (default: free)."""
+    """Sheet corner where cutting starts (default: free)."""
     sheet_size: str | None
     """Sheet size, such as 3000x1500, with its lower left corner at 0,0 (default: the outline in the drawing, else
     unknown).

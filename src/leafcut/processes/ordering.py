@@ -122,7 +122,7 @@ def check_order(stages: Sequence[Stage], order: Order) -> None:
         if len(nodes) != problem.n_clusters or (place < 0).any():
             wrong = f"{len(nodes)} visits do not do each of the {problem.n_clusters} tasks once"
         elif (place[before] > place[after]).any():
-            wrong = "a task is done before another one that must come first"
+            wrong = "a task is done before its predecessor"
         else:
             continue
         raise PlanError(f"{stage.name}: {wrong}; this is a fault of the algorithm, choose another --algorithm")

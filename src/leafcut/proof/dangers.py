@@ -193,8 +193,8 @@ def _zero_lowered(program: Program) -> Iterator[Issue]:
         moved = f"{after[row] - before[row]:.3f} mm down" if np.isfinite(after[row]) else "by an unknown height"
         yield Issue(
             "L816",
-            f"Z0 is moved {moved}: rapids behind it were compared with the new Z0, and not with the surface of the "
-            "cuts before it",
+            f"Z0 is moved {moved}: later rapids were compared with the new Z0, and not with the surface of earlier "
+            "cuts",
             f"line {int(path.line[row])}",
         )
         return

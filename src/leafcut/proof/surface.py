@@ -72,7 +72,7 @@ def check_surface(
         for above, wide in discs:
             rows = _rows_meeting(path, before, mine, triangles, above, np.full(len(mine), wide), dogleg)
             seen.update(rows)
-    body = "what is above the flutes of the tool meets the surface"
+    body = "the tool meets the surface above its flutes"
     wrong += [
         Difference("shank or holder in the part", 0, int(path.line[row]), f"{body}; {_from_to(path, before, row)}")
         for row in sorted(seen)

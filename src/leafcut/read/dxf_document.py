@@ -83,7 +83,7 @@ def _opened(source: Source, issues: list[Issue]) -> Any:
         if b"\n" not in data:
             data = data.replace(b"\r", b"\n")
         if not re.search(DXF_SECTION, data[:65536], re.IGNORECASE):
-            raise ReadError(source.path, "this is not a DXF drawing: it does not begin with group code 0 and SECTION")
+            raise ReadError(source.path, "this is not a DXF drawing: it does not start with group code 0 and SECTION")
         _check_whole(source.path, data, issues)
     elif b"EOF\0" not in data[-64:]:
         raise ReadError(source.path, "the drawing is incomplete: its end is missing; save or send it again")

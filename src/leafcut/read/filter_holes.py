@@ -167,7 +167,7 @@ def _one_per_centre(holes: list[Hole], options: ReadOptions, issues: list[Issue]
     raised = [(h.x, h.y) for i, h in enumerate(holes) if i not in gone and highest[i] > h.z + SAME_HEIGHT]
     if raised:
         # Material remains above the lower circle; a rapid to its own height would enter it.
-        message = "circles with one centre are drawn at different heights: the hole begins at the highest of them"
+        message = "circles with one centre are drawn at different heights: the hole starts at the highest of them"
         issues.append(Issue("L406", message, places_of(raised, len(raised))))
     if gone:
         places = [(holes[i].x, holes[i].y) for i in sorted(gone)]

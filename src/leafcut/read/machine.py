@@ -307,7 +307,7 @@ def _check_cut_process(machine: Machine, refuse: Callable[[str, str], DataError]
     if name and method is None:
         raise refuse("cut_process", "is for a machine that cuts sheet, not for one with a spindle; leave it out")
     if name and method_of(name) != method:
-        raise refuse("cut_process", f"is '{shown(name)}', but its name must begin with '{method}'")
+        raise refuse("cut_process", f"is '{shown(name)}', but its name must start with '{method}'")
 
 
 def _check_loads(machine: Machine, refuse: Callable[[str, str], DataError]) -> None:

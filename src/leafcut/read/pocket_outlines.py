@@ -46,7 +46,7 @@ class PocketOutline:
     def __str__(self) -> str:
         x, y = self.contour.path.start
         layer = f" on layer {shown(self.contour.layer, 30)}" if self.contour.layer else ""
-        return f"the {self.kind or 'outline'} that begins at ({x:.6g}, {y:.6g}){layer}"
+        return f"the {self.kind or 'outline'} that starts at ({x:.6g}, {y:.6g}){layer}"
 
 
 def pockets_of_drawing(part: Part, options: PocketDrawingOptions, joining: SheetOptions, path: str) -> Part:

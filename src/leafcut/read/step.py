@@ -148,7 +148,7 @@ def read_outlines_of_step(source: Source, options: ReadOptions) -> Part:
     if options.layers:
         raise OptionError("--layers: a STEP file has no layers; leave it out")
     told = _of_part(source, options, "outlines")
-    words = "the sheet has pockets, steps or chamfers besides its outlines: they are not cut"
+    words = "the sheet also has pockets, steps or chamfers: they are not cut"
     issues = (Issue("L219", words, missing=MissingWork("feature")),) if told["uneven"] else ()
     contours = tuple(Contour(Polyline(np.array(row), True), z=0.0) for row in told["outlines"])
     part = _placeable(
@@ -180,7 +180,7 @@ def _is_quarter(angle: float) -> bool:
 
 def _check_units(options: ReadOptions) -> None:
     if options.units:
-        raise OptionError("--units: a STEP file says its own unit; leave it out")
+        raise OptionError("--units: a STEP file states its unit; leave it out")
 
 
 def _turned(vertices: list[list[float]], clockwise: bool) -> Polyline:

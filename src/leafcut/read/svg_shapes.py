@@ -116,7 +116,7 @@ def _path(a: Mapping[str, str], _: ViewSize) -> Iterator[SvgSubpath]:
     if not _PATH_DATA.fullmatch(text):
         raise ValueError("path data with unknown letters")
     if text.strip() and text.strip()[0] not in "Mm":
-        raise ValueError("path data that does not begin with M")
+        raise ValueError("path data that does not start with M")
     try:
         return iter(list(_subpaths(text)))
     except (ValueError, RecursionError, MemoryError):
@@ -164,7 +164,7 @@ def _piece(segment: Any) -> list[Point] | Bend:
 
 def _pair(point: Any) -> Point:
     if point is None:
-        raise ValueError("path data without a point to begin from")
+        raise ValueError("path data without a start point")
     x, y = float(point.x), float(point.y)
     if not (math.isfinite(x) and math.isfinite(y)):
         raise ValueError("a number that is not finite")

@@ -17,8 +17,8 @@ TOOL_KEYS: tuple[ProfileKey, ...] = (
     ProfileKey(
         "kind", "what kind of tool it is", ToolKind.DRILL.value, choices=tuple(k for k in ToolKind if k not in NO_TOOLS)
     ),
-    ProfileKey("diameter", "diameter of what it makes", required=True, unit="mm", bounds=_LENGTH),
-    ProfileKey("name", "what it is called, for lists and programs", why="its kind"),
+    ProfileKey("diameter", "diameter of the hole it makes", required=True, unit="mm", bounds=_LENGTH),
+    ProfileKey("name", "name for lists and programs", why="its kind"),
     ProfileKey(
         "point_angle",
         "full angle of its point, or of the cone of a chamfer mill or V-bit; not of end mills",
@@ -61,7 +61,7 @@ TOOL_KEYS: tuple[ProfileKey, ...] = (
     ),
     ProfileKey(
         "life_cost",
-        "cost of one life of it, a new tool or a regrind, for `leafcut tools speeds`",
+        "cost of one tool life, a new tool or a regrind, for `leafcut tools speeds`",
         why="an estimate: 10",
         example=12.5,
         bounds="0 or more",
@@ -89,7 +89,7 @@ TOOL_KEYS: tuple[ProfileKey, ...] = (
     ),
 )
 HOLE_KEYS: tuple[ProfileKey, ...] = (
-    ProfileKey("diameter", "diameter of the holes as they are drawn", required=True, unit="mm", bounds=_LENGTH),
+    ProfileKey("diameter", "diameter of the drawn holes", required=True, unit="mm", bounds=_LENGTH),
     ProfileKey("layer", "layers on which they are drawn, with * and ?", "*", "all layers"),
     ProfileKey("steps", "numbers of the tools that make it, in their order", example=[1, 2], required=True),
 )

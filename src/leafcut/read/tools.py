@@ -154,7 +154,7 @@ def _tool(table: TomlTable) -> Tool:
     _check_mill(tool, table)
     for key, needs in (("shank_diameter", "flute_length"), ("shaft", "flute_length"), ("holder", "stickout")):
         if key in table and needs not in table:
-            raise table.problem(key, f"needs '{needs}': where it begins above the tip")
+            raise table.problem(key, f"needs '{needs}': its start above the tip")
     _check_cycle(tool, table)
     return _tapping(tool, table) if kind is ToolKind.TAP else tool
 

@@ -49,7 +49,7 @@ def fit_lines(fitted: Fitted, found: Sequence[Simulation], measured: Sequence[fl
     if fitted.corner is not None:
         lines.append(f"corner value: {fitted.corner:.3g} mm (± {100.0 * fitted.error['corner']:.0f} %)")
     if fitted.acceleration is not None and fitted.corner is not None:
-        lines.append(f"the programs tell the two apart: condition {fitted.condition:.1f}")
+        lines.append(f"the programs distinguish the two: condition {fitted.condition:.1f}")
     if sum(one is not None for one in (fitted.acceleration, fitted.corner)) == len(measured):
         lines.append(
             "as many values as programs: the fit is exact by itself; measure one more to see how well it holds"

@@ -141,5 +141,5 @@ def _picture(title: str, solid: Solid, *, ways: bool = False) -> tuple[str, str,
     drawn.quantize(_COLOURS).save(out, "PNG", optimize=True)
     size = " × ".join(f"{b - a:.1f}" for a, b in zip(solid.block.low, solid.block.high, strict=True))
     if ways:
-        title = f"{title}, its ways in red{', fixtures in grey' if solid.held.any() else ''}"
+        title = f"{title}, its paths in red{', fixtures in grey' if solid.held.any() else ''}"
     return title, f"data:image/png;base64,{base64.b64encode(out.getvalue()).decode()}", f"{size} mm"

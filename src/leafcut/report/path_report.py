@@ -120,7 +120,7 @@ class PathReport(Generic[D]):
         unit = outcome.operations[0].solution.unit
         words = f"{'travel time' if unit == 's' else 'travel'} {at_most_words(outcome.gap, unit)}"
         several = len(outcome.operations) > 1
-        return words + (", each tool from where the one before it ended" if several else "")
+        return words + (", each tool from the end of the last" if several else "")
 
     # -- tables ------------------------------------------------------------------------------------------------------
 

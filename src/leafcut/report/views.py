@@ -86,7 +86,7 @@ def saved(outcome: Outcome, came_in: str, bound: str) -> PageRow:
         "figure": time_words(abs(seconds)),
         "worse": worse,
         "words": f"{'longer than' if worse else 'saved compared with'} the {came_in}’s order",
-        "percent": f"{percent}{hundred}." if outcome.before.time_s > 0 else "There is nothing to machine.",
+        "percent": f"{percent}{hundred}." if outcome.before.time_s > 0 else "The program cuts nothing.",
         "gap": f"{bound[0].upper()}{bound[1:]}." if bound else "",
     }
 

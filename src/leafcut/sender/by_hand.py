@@ -167,7 +167,9 @@ def frame_of(job: SendJob, facts: Facts) -> FrameBox:
     heights = every[np.isfinite(every[:, 2]), 2]
     place = facts.machine_place()
     if not len(known) or place is None:
-        raise SendError("there is nothing to frame: the program cuts nothing, or the machine does not say where it is")
+        raise SendError(
+            "framing is not possible: the program cuts nothing, or the machine does not report its position"
+        )
     low, high = known[:, :2].min(axis=0), known[:, :2].max(axis=0)
     # For a laser that never moves Z, frame at its current height.
     top = max([place[2], *heights.tolist()])

@@ -447,7 +447,7 @@ def test_a_holder_that_is_planned_too_low_is_not_written(
 ) -> None:
     monkeypatch.setattr("leafcut.processes.drilling.plan.drilling.check_bodies", lambda *_: None)
     tools = library(tmp_path / "tools.toml", BODIES[0][0])
-    with pytest.raises(VerifyError, match="above the flutes of the tool meets the surface"):
+    with pytest.raises(VerifyError, match="the tool meets the surface above its flutes"):
         drilled(folder, tools=tools)
 
 

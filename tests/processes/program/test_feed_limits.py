@@ -220,14 +220,14 @@ def test_what_does_not_limit_is_told_once_with_what_to_give(tmp_path: Path) -> N
     assert [issue.message for issue in bare.issues if issue.code == "L514"] == [
         "power and torque do not limit feeds: give --material",
         "slots are fed as other cuts",
-        "ways down into the material keep their feeds with T1: give a plunge feed with --tools",
+        "entries into the material keep their feeds with T1: give a plunge feed with --tools",
     ]
     some = {"tools": library(tmp_path, teeth=""), "material": "steel-c45"}
     known = reordered(tmp_path, SLOT, feeds=True, workpiece=BLOCK, machine=machine_of_power(tmp_path, "500 W"), **some)
     assert [issue.message for issue in known.issues if issue.code == "L514"] == [
         "power and torque do not limit feeds of T1: give the number of teeth with --tools",
         "slots are fed as other cuts",
-        "ways down into the material keep their feeds with T1: give a plunge feed with --tools",
+        "entries into the material keep their feeds with T1: give a plunge feed with --tools",
     ]
     machine = reordered(tmp_path, SLOT, feeds=True, workpiece=BLOCK, **some)
     assert any("the machine's are unknown" in issue.message for issue in machine.issues)

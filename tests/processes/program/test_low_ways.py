@@ -39,7 +39,7 @@ def test_a_way_over_a_named_clamp_keeps_its_height_and_the_others_do_not(tmp_pat
         (k, b) for k, (a, b) in enumerate(zip(text.splitlines(), found.text.splitlines(), strict=False)) if a != b
     ]
     assert changed == [(10, "G0 Z2.0")]
-    assert told(found) == ["L513 a way over a named obstacle keeps its height (line 8)"]
+    assert told(found) == ["L513 a rapid over a named obstacle keeps its height (line 8)"]
 
 
 def moves_of_cut(path: Toolpath, row: int) -> list[np.ndarray]:
@@ -94,7 +94,7 @@ def test_a_series_rises_over_a_named_clamp_and_that_is_told(tmp_path: Path, rs27
     found = reordered(tmp_path, HOLES, low_retracts=True, workpiece=BLOCK, **CLAMP)
     path = interpret_program(found.text, dialect("linuxcnc")).path
     assert path.end[path.kind == Kind.DRILL, 2].tolist() == [1, 15, 1, 1, 1, 15]
-    assert told(found) == ["L513 a way over a named obstacle keeps its height (line 9)"]
+    assert told(found) == ["L513 a rapid over a named obstacle keeps its height (line 9)"]
     status, said = run_rs274(rs274, found.text, tmp_path)
     assert status == 0
     assert_same_moves(moves_of_toolpath(path), moves_of_rs274(said), 1e-4)

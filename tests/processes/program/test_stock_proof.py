@@ -155,7 +155,11 @@ def test_dangers_of_the_original_are_told_and_refused_only_if_asked(
     ("head", "z", "words"),
     [
         ("G21 G90\nT1 M6\nM3 S900\nG0 Z5\n", -2.0, "not compared: the shapes of its tools are unknown; give --tools"),
-        (HEAD, 1.0, "not compared: nothing is cut below Z0, so that its top is unknown; give --workpiece"),
+        (
+            HEAD,
+            1.0,
+            "not compared: the program cuts nothing below Z0, so the top of the stock is unknown; give --workpiece",
+        ),
         (HEAD.replace("CR=0. - flat end mill", "- V-bit"), -2.0, "cells of 0.3 mm; T1 as flat mills"),
     ],
 )

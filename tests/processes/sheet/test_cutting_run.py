@@ -386,7 +386,7 @@ def test_a_plan_with_bridges_is_kept_as_a_whole_or_only_where_they_are_fixed(dra
         api.optimize(drawing, plan=plan, **slow)
     data["cuts"][0] |= {"bridge": True, "fixed": ["bridge"]}
     plan.write_text(json.dumps(data))
-    with pytest.raises(PlanError, match="cut 1: there is no cut before it"):
+    with pytest.raises(PlanError, match="cut 1: no cut precedes it"):
         api.optimize(drawing, plan=plan, **slow)
 
 

@@ -57,7 +57,8 @@ class DrillOptions(OptionGroup):
     fixture: tuple[str, ...] = option(
         "names",
         (),
-        "boxes that stand on the surface, such as clamps: 'x0 y0 z0 x1 y1 z1' in mm, separated by commas; ways go over",
+        "boxes that stand on the surface, such as clamps: 'x0 y0 z0 x1 y1 z1' in mm, separated by commas; rapids go "
+        "over them",
         default_words="none",
         needs=(given("surface"),),
         of_file=True,
@@ -65,7 +66,7 @@ class DrillOptions(OptionGroup):
     fixture_file: Path | None = option(
         "path",
         None,
-        "STL or STEP file of what holds the part, such as clamps or a vise, with the zero of the surface; ways go over",
+        "STL or STEP file of the fixture, such as clamps or a vise, with the zero of the surface; rapids go over it",
         default_words="none",
         needs=(given("surface"),),
         of_file=True,

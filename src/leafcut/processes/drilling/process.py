@@ -59,7 +59,7 @@ class Drilling(Process):
         "spindle_speed": ("spindle speed of assumed drills", "20 m/min surface speed"),
     }
     command = "drill"
-    help = "Drill the holes and slots of a drawing, a drill file, or several drill files of one board."
+    help = "Drill the holes and slots of a drawing, a drill file, or several drill files of a board."
     takes = "a drawing, a drill file or a point map; several drill files make one program"
     asked_as = ("drill",)
     reads = "drawing"

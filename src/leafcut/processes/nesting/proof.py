@@ -197,7 +197,7 @@ def check_drawing(nest: Nest, layout: Layout, sheet: Sheet) -> list[str]:
     left = set(range(len(drawn)))
     names = Counter(nest.parts[p.part].label for p in layout.placements)
     if Counter(c.name for c in drawn if c.name) != names:
-        found.append("the names of the parts are not those of the drawing")
+        found.append("the names of the parts differ from the drawing")
     for contour in nest.contours(layout):
         near = tree.query(Point(_middle(contour.path)), "dwithin", SAME_PLACE)
         same = next((int(i) for i in sorted(near) if int(i) in left and _is_same(contour, drawn[i])), None)

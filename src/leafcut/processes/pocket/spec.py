@@ -144,8 +144,8 @@ def _lower(pockets: Sequence[Pocket], tops: Sequence[float]) -> list[Issue]:
         return []
     heights = sorted({round((pockets[k].top or 0.0) + tops[k], 3) for k in lower}, reverse=True)
     words = (
-        f"{count_of(len(lower), 'pocket')} with material that begins below the highest place, at "
-        f"{', '.join(f'Z{z:g}' for z in heights)}: what is above has to be gone before this program runs"
+        f"{count_of(len(lower), 'pocket')} with material that starts below the highest place, at "
+        f"{', '.join(f'Z{z:g}' for z in heights)}: remove the material above first"
     )
     return [Issue("L706", words)]
 

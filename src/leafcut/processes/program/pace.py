@@ -263,8 +263,8 @@ class _Job:
                 change = replace(found.change, retracts_s=saved, lowered=found.change.lowered + count)
                 found = replace(found, text=text, program=new, change=change)
         if kept:
-            message = f"{len(kept)} ways over named obstacles keep their heights"
-            message = message if len(kept) > 1 else "a way over a named obstacle keeps its height"
+            message = f"{len(kept)} rapids over named obstacles keep their heights"
+            message = message if len(kept) > 1 else "a rapid over a named obstacle keeps its height"
             found = replace(found, issues=(*found.issues, Issue("L513", message, f"line {min(kept)}")))
         return found
 
@@ -540,7 +540,7 @@ class _Job:
             yield f"power and torque do not limit feeds of {named(toothless)}: give the number of teeth with --tools"
         yield "slots are fed as other cuts"
         if unknown := [number for number in numbers if math.isinf(pace.limits[number].plunge)]:
-            yield f"ways down into the material keep their feeds with {named(unknown)}: give a plunge feed with --tools"
+            yield f"entries into the material keep their feeds with {named(unknown)}: give a plunge feed with --tools"
 
 
 #: Why a tool keeps its feed, by the reason of a `KeptFeed`; a chip by the tool's own feed (`stated`) or by a `slot`.

@@ -159,7 +159,7 @@ def _refuse_dangers(job: Job, source: str, dangers: tuple[Issue, ...]) -> None:
     worst = [issue for issue in dangers if issue.severity is Severity.DANGER]
     if job.settings.read.strict and worst:
         more = f" (and {len(worst) - 1} more)" if len(worst) > 1 else ""
-        raise VerifyError(f"{source}: {worst[0]}{more}; --strict refuses a program that is dangerous as it is")
+        raise VerifyError(f"{source}: {worst[0]}{more}; --strict refuses dangerous programs")
 
 
 def _unknown_materials(job: Job, read: ProgramRead) -> list[Issue]:

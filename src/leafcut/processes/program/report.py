@@ -74,7 +74,7 @@ class ProgramReport(PathReport[ProgramDetail]):
         """Return the headline figure; state it if the order is unchanged."""
         outcome, row = self.outcome, super().saved()
         same = outcome.before == outcome.after and outcome.before.time_s > 0
-        return {**row, "percent": "The order stays as it was."} if same else row
+        return {**row, "percent": "The order is unchanged."} if same else row
 
     def staying(self) -> list[str]:
         """Return the pieces that keep their place, with reasons."""
@@ -92,8 +92,8 @@ class ProgramReport(PathReport[ProgramDetail]):
 def stock_words(stock: StockProof) -> str:
     """Return the result of comparing the remaining material, or the reason why it was not compared."""
     if stock.reason:
-        return f"what is left was not compared: {stock.reason}"
-    words = f"what is left is the same, in {stock.cells:,} cells of {stock.cell:g} mm"
+        return f"the remaining work was not compared: {stock.reason}"
+    words = f"the remaining work is the same, in {stock.cells:,} cells of {stock.cell:g} mm"
     for tools, said in ((stock.flat, "as flat mills"), (stock.unknown, "left out, as their shape is unknown")):
         if tools:
             words += f"; {', '.join(f'T{number}' for number in tools)} {said}"

@@ -185,7 +185,7 @@ def _read(program: Input, settings: Settings, machine: Machine, words: Dialect, 
         raise PlanError(f"{source}: this program drives a beam; only what a tool mills or drills has a height")
     tools = tools_of(read.program, source, settings, read.machine)
     if not tools:
-        raise PlanError(f"{source}: nothing is cut, so nothing is taken off the stock")
+        raise PlanError(f"{source}: the program cuts nothing, so the stock stays whole")
     cutters = {number: cutter_of(tool) for number, tool in tools.items()}
     smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
     # Moves that do not cut, such as a probe, have no tool here.
@@ -235,7 +235,7 @@ def _around(programs: Sequence[_Cuts]) -> StockBlock:
         block = block_around(one.whole, one.cutters)
         if block is None:
             raise PlanError(
-                f"{one.source}: nothing is cut below Z0, so the top of the stock is not known; give --workpiece"
+                f"{one.source}: the program cuts nothing below Z0, so the top of the stock is unknown; give --workpiece"
             )
         blocks.append(block)
     low, high = zip(*(one.low for one in blocks), strict=True), zip(*(one.high for one in blocks), strict=True)

@@ -68,7 +68,7 @@ def stock_judge(run: Job, program: Program, source: str, process: str) -> Judgin
         which = ChosenSolid.of(run.settings.read)
         block = block_of(options.workpiece, which) if options.workpiece else block_around(whole, cutters)
         if block is None:
-            why = "nothing is cut below Z0, so that its top is unknown; give --workpiece"
+            why = "the program cuts nothing below Z0, so the top of the stock is unknown; give --workpiece"
             return Judging(proof=StockProof(unknown=left_out, reason=why))
         stock = field_of(options, block, options.cell or usual_cell(block, smallest, _SHARE, _CELLS, _MOST), which)
         bodies = {number: body_of(tool) for number, tool in tools.items()}

@@ -157,7 +157,7 @@ class CutOptions(OptionGroup):
     start_corner: str = option(
         "text",
         "free",
-        "sheet corner where cutting begins",
+        "sheet corner where cutting starts",
         choices=("free", "lower-left", "lower-right", "upper-left", "upper-right"),
     )
     sheet_size: str | None = option(

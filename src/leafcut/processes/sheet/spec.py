@@ -351,7 +351,7 @@ def cut_process_of(machine: Machine, asked: str | None) -> tuple[str, list[Issue
             f"--cut-process {shown(asked)}: {machine.name} has {own}; choose another --machine, or a profile of your "
             f'own with cut_process = "{shown(asked)}"'
         )
-    words = f"cut with the data of {asked}, as --cut-process says, though {machine.name} has {own}: check the power"
+    words = f"cut with the data of {asked}, as --cut-process requires, though {machine.name} has {own}: check the power"
     return asked, [Issue("L413", words)]
 
 
@@ -424,8 +424,8 @@ def _plan_issues(plan: PlanFile, data: CutData) -> list[Issue]:
     if not differs:
         return []
     words = (
-        f"the plan was made for {' and '.join(differs)}: this sheet is cut with its own data, but with what the plan "
-        "fixes; look at its leads and starts, or make a new plan"
+        f"the plan was made for {' and '.join(differs)}: this sheet is cut with its own data and the fixed values of "
+        "the plan; check its leads and starts, or make a new plan"
     )
     return [Issue("L621", words, plan.source)]
 

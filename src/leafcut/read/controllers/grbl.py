@@ -110,7 +110,7 @@ def _board(values: Values, settings: dict[int, _Setting]) -> None:
 
 
 def _controller(values: Values, settings: dict[int, _Setting], laser: bool) -> None:
-    values.derive("controller", "grbl-laser" if laser else "grbl", "the settings are those of GRBL")
+    values.derive("controller", "grbl-laser" if laser else "grbl", "the settings have GRBL's format")
     if laser:
         values.work(Head.LASER, f"{_place(settings, _LASER)}: laser mode")
     else:
@@ -121,7 +121,7 @@ def _controller(values: Values, settings: dict[int, _Setting], laser: bool) -> N
         which = [key for key in (_FASTEST_RPM, _SLOWEST_RPM) if key in settings]
         values.spindle(highest, lowest, _places(settings, which))
         if highest == 1000.0 and not laser:
-            values.note("$30 is 1000 rpm, GRBL's own default: set it to what the spindle turns at full voltage")
+            values.note("$30 is 1000 rpm, GRBL's own default: set it to the spindle speed at full voltage")
     if _SPINDLE_ON in settings:
         values.take(
             "spindle.start_time", f"{_number(values, settings, _SPINDLE_ON):.10g} s", _place(settings, _SPINDLE_ON)
@@ -156,7 +156,7 @@ def _travel(values: Values, settings: dict[int, _Setting], hal: bool) -> None:
         ]
     else:
         places = [0.0, 0.0, 0.0]
-        values.note("the file has no travel ($130 to $132): nothing is checked against it")
+        values.note("the file has no travel ($130 to $132): it is not checked")
     if homing & 1:
         where = _places(settings, [key for key in (_HOMING, _HOME_TO_MIN) if key in settings])
         values.home_at(Axes(tuple(places), "mm", f"{where}: the ends where its switches are", derived=True))

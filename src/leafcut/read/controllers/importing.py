@@ -38,7 +38,7 @@ def _in_mm(read: Callable[[str, str], Values]) -> Callable[[str, str, str | None
 
     def reader(text: str, file: str, units: str | None) -> Values:
         if units is not None:
-            raise OptionError("--units: this file says its units itself; leave it out")
+            raise OptionError("--units: this file states its units; leave it out")
         return read(text, file)
 
     return reader
@@ -228,7 +228,7 @@ def profile_text(values: tuple[Value, ...], title: str) -> str:
     """Return a profile as TOML, with the origin of each value as a comment, and its source in ``[sources]``."""
     lines = [
         f"# {title}",
-        "# taken: it was said so; derived: it follows from that, or from how the controller works;",
+        "# taken: from the file; derived: from these values, or from the way the controller works;",
         "# assumed: not known, and only likely; check it.",
         MACHINE.line,
     ]

@@ -141,7 +141,7 @@ class _Reader:
         if any(math.isfinite(one) for end in ends for one in end.numbers):
             self.values.travel(*ends)
         else:
-            self.values.note("the file has no MIN_LIMIT and MAX_LIMIT: nothing is checked against the travel")
+            self.values.note("the file has no MIN_LIMIT and MAX_LIMIT: the travel is not checked")
         homes, places = [], []
         for axis in "xyz":
             joint, old = f"JOINT_{self.joints.index(axis)}", f"AXIS_{'xyz'.index(axis)}"

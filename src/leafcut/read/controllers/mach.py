@@ -82,7 +82,7 @@ def read_mach3(text: str, file: str, units: str | None = None) -> Values:
 def _mach3_travel(values: Values, unit: str, lowest: tuple[float, ...], highest: tuple[float, ...], off: bool) -> None:
     unset = off and all(pair == _MACH3_UNSET for pair in zip(lowest, highest, strict=True))
     if unset:
-        values.note("soft limits are off and were never set: nothing is checked against the travel")
+        values.note("soft limits are off and were never set: the travel is not checked")
         return
     words = "soft limits, <M{}Min> to <M{}Max>"
     if off:
@@ -133,7 +133,7 @@ def read_mach4(text: str, file: str, units: str | None = None) -> Values:
         Axes(*_of_motors(ini, values, motors, "MaxAccel", f"{unit}/s2"), derived=True),
     )
     _mach4_travel(ini, values, motors, unit)
-    values.home_at(Axes((0.0, 0.0, 0.0), unit, "Mach4's file says the way of homing, not where it ends", assumed=True))
+    values.home_at(Axes((0.0, 0.0, 0.0), unit, "Mach4's file has the direction of homing, not its end", assumed=True))
     values.assume("process", Head.SPINDLE.value, "the file does not say what does the work")
     fastest = ini.get("MaxRPM", "SpindleRange0")
     if fastest is not None and number(values, fastest.text, f"MaxRPM ({fastest.place})") > 0:
@@ -156,7 +156,7 @@ def _mach4_travel(ini: Ini, values: Values, motors: list[str], unit: str) -> Non
     high, _, words = _of_motors(ini, values, motors, "SoftMaxLimit", unit)
     was_set = [top > bottom for bottom, top in zip(low, high, strict=True)]
     if not any(was_set):
-        values.note("soft limits were never set: nothing is checked against the travel")
+        values.note("soft limits were never set: the travel is not checked")
         return
     flags = [ini.get("SoftLimitUsed", f"Axis{axis}") for axis in range(3)]
     off = [n for n, flag, there in zip("xyz", flags, was_set, strict=True) if there and flag and flag.text == "0"]

@@ -88,7 +88,7 @@ def read_marlin(text: str, file: str) -> Values:
         words = f"soft endstops (M211), {in_lines([line])}"
         values.travel(Axes(tuple(places[:3]), unit, words), Axes(tuple(places[3:]), unit, words))
     else:
-        values.note("M503 does not tell the travel (M211 does): nothing is checked against it")
+        values.note("M503 does not report the travel (M211 does): it is not checked")
     _zero_home(values)
     jerk = settings.words.get("M205", {})
     if "J" in jerk:
@@ -157,7 +157,7 @@ def read_rrf(text: str, file: str) -> Values:
     _steps(values, settings, unit)
     kinematics = settings.words.get("M669", {}).get("K")
     if "M665" in settings.words or (kinematics is not None and kinematics[0].strip() != "0"):
-        values.note("its kinematics are not those of three straight axes (M669, M665): times are estimates")
+        values.note("its axes are not three straight ones (M669, M665): times are estimates")
     _rrf_spindle(values, lines)
     _rest(values, "RepRapFirmware", laser=laser)
     return values
@@ -194,7 +194,7 @@ def _rrf_travel(values: Values, lines: list[_Line], unit: str) -> dict[str, list
     if plain != each:
         values.note("M208 has expressions, which are not worked out: write the travel of those axes into the profile")
     elif not each:
-        values.note("the file has no M208: nothing is checked against the travel")
+        values.note("the file has no M208: the travel is not checked")
     if plain:
         words = f"M208, {_in(line.place for line, _ in plain)}"
         low, high = (tuple(ends[axis][k] for axis in "XYZ") for k in (0, 1))

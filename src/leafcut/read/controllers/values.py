@@ -122,7 +122,7 @@ class Values:
         for low, high, name in zip(lowest.numbers, highest.numbers, "xyz", strict=True):
             if not high > low:
                 raise self.refusal(
-                    f"the travel of {name} ends at {high:g} {highest.unit}, not above its beginning, {low:g} "
+                    f"the travel of {name} ends at {high:g} {highest.unit}, not above its start, {low:g} "
                     f"{lowest.unit} ({highest.source})"
                 )
         for key, axes in (("travel.min", lowest), ("travel.max", highest)):
@@ -132,7 +132,7 @@ class Values:
             n for low, high, n in zip(lowest.numbers, highest.numbers, "xyz", strict=True) if high - low == math.inf
         ]
         if unknown:
-            self.note(f"the travel of {', '.join(unknown)} is unknown: nothing is checked against it")
+            self.note(f"the travel of {', '.join(unknown)} is unknown: it is not checked")
 
     def home_at(self, places: Axes) -> None:
         """Store the home position, clamped to the travel. Call it after `travel`."""

@@ -455,7 +455,7 @@ class MachineLink:
                 self._facts = None
                 self._say("the controller was reset", bad=True)
             case Strange(words):
-                self._say(f"what came over the line makes no sense: '{words}'; look at the cable", bad=True)
+                self._say(f"the answer makes no sense: '{words}'; look at the cable", bad=True)
             case _:
                 pass
 

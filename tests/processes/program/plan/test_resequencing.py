@@ -139,7 +139,7 @@ def test_a_program_of_one_piece_says_that_nothing_can_move() -> None:
 
 def test_of_a_program_that_works_nowhere_it_is_said_that_there_is_no_work() -> None:
     (issue,) = sequence_of("G0 X0 Y0 / X10 / G0 Z5").issues
-    assert (issue.code, issue.message) == ("L502", "nothing in the program can be reordered: there is no work in it")
+    assert (issue.code, issue.message) == ("L502", "nothing in the program can be reordered: it contains no work")
 
 
 def test_relative_blocks_move_inside_a_piece_and_hold_it_fast_outside() -> None:

@@ -272,7 +272,7 @@ def test_an_order_that_is_none_is_refused() -> None:
     sequence = find_sequence(program)
     with pytest.raises(PostError, match="each of 3 pieces once"):
         rewrite(program, sequence, [np.array([0, 1, 1])])
-    with pytest.raises(PostError, match="line 7 would come before the one at line 5"):
+    with pytest.raises(PostError, match="line 7 would come before line 5"):
         rewrite(program, sequence, [np.array([2, 1, 0])])
 
 

@@ -93,7 +93,7 @@ def test_a_program_that_goes_on_or_stops_early_is_refused_with_the_place() -> No
     long = builder.build()
     with pytest.raises(VerifyError, match=r"^the end: .* does something else than line 2 did"):
         stretches_of(long, short)
-    with pytest.raises(VerifyError, match=r"^line 2: the program with new speeds goes on where the other one ends"):
+    with pytest.raises(VerifyError, match=r"^line 2: the program with new speeds is longer"):
         stretches_of(short, long)
 
 

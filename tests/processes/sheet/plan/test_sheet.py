@@ -207,7 +207,7 @@ def test_what_was_mended_or_assumed_is_said(code: str, contours: list[Contour], 
         ([line((0, 0), (9, 0), (9, 9), (0, 0.2), layer="A")], "0.2 mm apart on layer A"),
         ([Contour(Polyline.of_points([(0, 0), (10, 10), (10, 0), (0, 10)], True))], "itself, at (5, 5)"),
         ([Contour(Polyline.of_points([(0, 0), (10, 0)], True))], "enclosing no area"),
-        ([box(0, 0, 9, 9), box(5, 5, 9, 9)], "the outline that begins at (0, 0) and the outline that begins at (5, 5)"),
+        ([box(0, 0, 9, 9), box(5, 5, 9, 9)], "the outline that starts at (0, 0) and the outline that starts at (5, 5)"),
         ([box(0, 0, 9, 9, "A"), disc(9, 5, 2, "B")], "--cut-layers"),
         ([], "nothing is left to cut"),
         ([line((1, 1), (1, 1))], "nothing is left to cut"),
@@ -490,7 +490,7 @@ def test_a_part_that_its_touching_holes_divide_is_refused_with_the_size_of_the_s
         assert "L423" in codes(sheet(plate, *holes))
         return
     text = refusal(plate, *holes)
-    assert "the part with the outline that begins at (0, 0)" in text
+    assert "the part with the outline that starts at (0, 0)" in text
     assert f"falls into {pieces} pieces" in text and "move them apart" in text
     x0, y0, x1, y1 = min(shapely.get_parts(left), key=lambda piece: piece.area).bounds
     width, height = (float(word) for word in text.partition("smallest ")[2].partition(" mm")[0].split(" × "))

@@ -313,11 +313,11 @@ def test_a_program_that_finds_the_sheet_before_every_pierce_is_accepted(units: s
     "before, after, words",
     [
         ("G38.2 Z-20 F2000\nG92 Z-3\n", "", "lit where the sheet was not probed"),
-        ("G92 Z-3\n", "G92 Z0\n", "not said to be Z-3"),
-        ("G92 Z-3\n", "", "not said to be Z-3"),
+        ("G92 Z-3\n", "G92 Z0\n", "not set to Z-3"),
+        ("G92 Z-3\n", "", "not set to Z-3"),
         ("G38.2 Z-20 F2000\n", "G38.2 Z-2 F2000\n", "probes down to Z-2"),
         ("G38.2 Z-20 F2000\n", "G38.2 Z-20 F9000\n", "probes with 9000"),
-        ("G38.2 Z-20 F2000\n", "", "Z0 is moved where nothing was probed"),
+        ("G38.2 Z-20 F2000\n", "", "Z0 is moved without a probe"),
         ("G38.2 Z-20 F2000\n", "M3 S1\nG38.2 Z-20 F2000\n", "probes with the torch on"),
     ],
 )

@@ -390,8 +390,7 @@ def test_a_gap_is_said_of_the_starts_that_were_tried(sheet_outcome):
     one = report_of(sheet_outcome(operations=(band,))).bound_words()
     assert one == "time at most 5.00 % above the least possible with the starts that were tried"
     assert (
-        report_of(sheet_outcome(operations=(band, band))).bound_words()
-        == f"{one}, each band from where the one before it ended"
+        report_of(sheet_outcome(operations=(band, band))).bound_words() == f"{one}, each band from the end of the last"
     )
     words = Page(write_page(report_of(sheet_outcome(operations=(band, band))))).words
     assert "band 1, 4 cuts" in words

@@ -377,7 +377,7 @@ def _widen(
         "L217",
         f"{count_of(holes, 'hole')} with a counterbore, countersink or undercut, as at {hole.x:g}, {hole.y:g} "
         f"(\u00d8 {one.diameter:g}, {one.depth:.3f} mm deep): the narrow part is drilled, the wide one is not made; "
-        "what is free above is, where --tools has an end mill of its diameter or a chamfer mill of its angle",
+        "add an end mill of its diameter or a chamfer mill of its angle to --tools",
         missing=MissingWork("wide part", len(left), tuple((hole.x, hole.y) for hole, _ in left)),
     )
     return wide, [issue]

@@ -195,7 +195,7 @@ def checked_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:
         issues.append(
             Issue(
                 "L443",
-                f"{fixture.name} is not closed: what is missing of it is not known, so all of the box around it counts",
+                f"{fixture.name} is not closed, so its whole bounding box counts",
                 severity=Severity.WARNING,
             )
         )
@@ -255,7 +255,7 @@ def check_bodies(
             continue
         first = min(meets)
         x, y = xy[first]
-        what = "the rim of the hole" if low[first] < tops[first] else "what stands beside the hole"
+        what = "the rim of the hole" if low[first] < tops[first] else "the wall beside the hole"
         raise PlanError(
             f"{tool.label}: at {x:g}, {y:g} its {disc.body}, \u00d8 {2.0 * disc.radius:g} mm, comes down to "
             f"Z{tips[first] + disc.above:.3f} and meets {what} ({count_of(len(meets), 'hole')} in all); use a longer "
@@ -301,7 +301,7 @@ def check_beside(
         first = min(meets)
         x, y = xy[first]
         raise PlanError(
-            f"{tool.label}: at {x:g}, {y:g} it is wider than the hole and cuts what stands beside it "
+            f"{tool.label}: at {x:g}, {y:g} it is wider than the hole and cuts the wall beside it "
             f"({count_of(len(meets), 'hole')} in all); use a narrower tool, or leave the holes out"
         )
 
@@ -418,7 +418,7 @@ def tops_of(
         issues.append(
             Issue(
                 "L443",
-                f"{ground.mesh.name} is not closed; what is missing of it is taken for air",
+                f"{ground.mesh.name} is not closed; missing parts count as air",
                 severity=Severity.WARNING,
             )
         )
@@ -468,7 +468,7 @@ def _refuse_other_unit(part: Part, mesh: Mesh) -> None:
                 f"{words}: in {name} it would hold them; give --surface-unit, or the --units of the drawing"
             )
     if any(times < 1.0 and _as_long(part, mesh, times) for times in OTHER_UNITS.values()):
-        raise PlanError(f"{words}: its unit is another one; give --surface-unit, or the --units of the drawing")
+        raise PlanError(f"{words}: its unit differs; give --surface-unit, or the --units of the drawing")
 
 
 def _other_unit(part: Part, mesh: Mesh, thickness: NDArray[np.float64], radius: NDArray[np.float64]) -> list[Issue]:

@@ -111,7 +111,7 @@ class _Work:
         helix = min(HELIX * self.rules.radius, radius)
         if helix < 10.0 * self.rules.tolerance:
             raise PlanError(
-                "the widest place of a pocket is as narrow as the tool: no way to limit its engagement; choose a "
+                "the widest place of a pocket is as narrow as the tool: its engagement cannot be limited; choose a "
                 "smaller --tool-diameter or another --strategy"
             )
         circle = Polyline.circle(x, y, helix, clockwise=self.turn < 0)

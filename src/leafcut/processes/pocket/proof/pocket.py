@@ -507,6 +507,6 @@ def stock_top_differences(
         area = shapely.union_all([own, *(other for other in around if other.distance(own) <= 0.0)])
         height = (one.top or 0.0) + top
         if meets_area(triangles, area, radius - _ROOM, height + _ROOM):
-            words = f"{one.label}: the solid is higher than Z{height:.3f}, where its material is taken to begin"
+            words = f"{one.label}: the solid is higher than Z{height:.3f}, the assumed top of its material"
             wrong.append(Difference("rapid in the material", 0, 0, words))
     return wrong

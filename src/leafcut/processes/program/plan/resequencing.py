@@ -157,7 +157,7 @@ def _issues(finder: Finder, items: list[Kept | Section]) -> list[Issue]:
     if not any(isinstance(item, Section) for item in items):
         # Work that stays for the way it is reached, not for a line of its own, is told piece by piece (`Finder.stays`).
         told = where or any(isinstance(item, Kept) and item.reasons for item in items)
-        why = "" if told else ": " + next(iter(finder.program.fixed.values()), "there is no work in it")
+        why = "" if told else ": " + next(iter(finder.program.fixed.values()), "it contains no work")
         issues.append(Issue("L502", f"nothing in the program can be reordered{why}", severity=Severity.NOTE))
     for reason, lines in where.items():
         times = (

@@ -590,5 +590,5 @@ def checked_order(section: Section, order: ArrayLike) -> NDArray[np.int64]:
     for before, after in section.precedence.tolist():
         if place[before] > place[after]:
             one, other = section.pieces[before].line, section.pieces[after].line
-            raise PostError(f"the piece at line {other} would come before the one at line {one}, which must be first")
+            raise PostError(f"the piece at line {other} would come before line {one}, which must be first")
     return given

@@ -407,7 +407,7 @@ def came_free(features: Features, traces: Traces, run: Indices, new_of: Indices,
     ]
     return [
         f"parts come free in another order: {len(moved)} of {len(parts)} outlines are now cut before one that used to "
-        f"come first, such as the outline that ends at {said[0]}: it is now cut before the one that ends at {said[1]}"
+        f"come first, such as the outline that ends at {said[0]}: it is now cut before the path that ends at {said[1]}"
     ]
 
 

@@ -57,7 +57,7 @@ def stretches_of(before: Toolpath, after: Toolpath) -> dict[int, tuple[PaceStret
             found[row] = (PaceStretch(1.0, float(after.value[at])),)
         at += 1
     if at != count:
-        raise VerifyError(f"line {after.line[at]}: the program with new speeds goes on where the other one ends")
+        raise VerifyError(f"line {after.line[at]}: the program with new speeds is longer")
     return found
 
 
@@ -230,7 +230,7 @@ def check_lowered(
     """
     lowered = _lowered_rows(before, after)
     if lowered is None:
-        raise VerifyError("the program with lower heights does something else than the other one")
+        raise VerifyError("the program with lower heights does different work")
     # A way that begins lower is another way, too.
     starts = np.abs(before.before[:, 2] - after.before[:, 2]) > _SAME
     rows = np.union1d(lowered, np.flatnonzero(starts & np.isin(after.kind, (*_ALONG, Kind.DRILL))))

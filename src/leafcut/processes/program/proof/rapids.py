@@ -339,7 +339,7 @@ def _of_some(
 
     yield (
         "torn apart",
-        lambda row: ("the cut to {} went on from the one before it, without a rapid; it does not any more", at(row)),
+        lambda row: ("the cut to {} continued the cut before it without a rapid, and does not any more", at(row)),
         *lines,
         follows & (rows | ~stayed),
     )
@@ -455,14 +455,14 @@ def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator
     begins = _less_known(gaps.unknown_first[:1], old_gaps.unknown[:1]) & old_gaps.across[:1]
     yield (
         "unknown height",
-        lambda _: ("the program begins with a rapid across at a height that is not known", ""),
+        lambda _: ("the program starts with a sideways rapid at an unknown height", ""),
         old_gaps.line[:1],
         gaps.line[:1],
         begins,
     )
     yield (
         "deeper rapid",
-        lambda _: ("the program begins with a rapid down lower than before", ""),
+        lambda _: ("the program starts with a rapid to a lower height than before", ""),
         old_gaps.line[:1],
         gaps.line[:1],
         old_gaps.rows[:1] & (gaps.down_here[:1] < _down_at_once(old_gaps)[:1] - room),

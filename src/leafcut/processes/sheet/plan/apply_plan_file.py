@@ -126,8 +126,8 @@ def _check_order(cutting: Cutting, in_order: list[int], plan: PlanFile) -> None:
     )
     names = cutting.contours[early].name(), cutting.contours[late].name()
     raise PlanError(
-        f"{plan.source}: the fixed order has {names[0]} before {names[1]}, which must be cut first; move it there, or "
-        "remove 'order' or 'ahead' from what is fixed"
+        f"{plan.source}: the fixed order has {names[0]} before {names[1]}, which must be cut first; move it there, "
+        "or remove 'order' or 'ahead' from 'fixed'"
     )
 
 
@@ -245,13 +245,13 @@ def _for_the_controller(contour: CutContour, rules: CutRules, places: list[float
     if rules.lead_in.style != "arc" or rules.lead_in.run_in <= 0.0:
         raise PlanError(
             f"{plan.source}: the controller compensates the kerf on a straight run-in and an arc; {contour.name()} has "
-            "another lead fixed; give it \"run_in\", or remove 'lead' from what is fixed"
+            "another lead fixed; give it \"run_in\", or remove 'lead' from 'fixed'"
         )
     smooth = [at for at in places if away_from_corners(contour, at, rules)]
     if not smooth:
         raise PlanError(
-            f"{plan.source}: a controller that compensates the kerf cannot begin {contour.name()} at a corner; move "
-            "its start, or remove 'start' from what is fixed"
+            f"{plan.source}: a controller that compensates the kerf cannot start {contour.name()} at a corner; move "
+            "its start, or remove 'start' from 'fixed'"
         )
     return smooth
 

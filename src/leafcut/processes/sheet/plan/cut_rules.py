@@ -179,7 +179,7 @@ def _check(kind: str, options: CutOptions, data: CutData) -> None:
         )
     if options.chains and options.heat_distance > 0.0:
         raise OptionError(
-            "--chains: the next contour of a chain begins beside the one before it, in hot metal; leave out "
+            "--chains: each contour of a chain starts next to the last, in hot metal; leave out "
             "--heat-distance, or --chains"
         )
     if options.common_lines:

@@ -89,7 +89,7 @@ def programmed_path(contour: CutContour, start: CutStart, rules: CutRules) -> tu
     line = flat_line(drawn)
     point = shapely.Point(*on)
     if shapely.distance(point, line) > ROUNDING + FLATNESS:
-        raise PlanError(f"{contour.name()}: the controller's compensation cannot begin at ({on[0]:.5g}, {on[1]:.5g})")
+        raise PlanError(f"{contour.name()}: the controller's compensation cannot start at ({on[0]:.5g}, {on[1]:.5g})")
     at = float(shapely.line_locate_point(line, point, normalized=True)) * drawn.length
     length = drawn.length + overcut_of(contour, rules)
     body = drawn.piece(at, at + length)

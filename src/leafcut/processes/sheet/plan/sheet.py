@@ -132,7 +132,7 @@ def _joined(
         issues.append(Issue("L311", message, _at([place for place, _ in gaps])))
     if tidied.branches and tidied.doubles and not marked and options.open_paths == "refuse":
         raise PlanError(
-            f"lines that several outlines may share meet, {_at(tidied.branches)}, and which is whose cannot be told; "
+            f"lines that several outlines may share meet, {_at(tidied.branches)}, so their order is ambiguous; "
             "draw each outline as one closed polyline"
         )
     if tidied.branches and not marked:
@@ -282,7 +282,7 @@ def _once(
         issues.append(Issue("L312", f"{count_of(len(gone), 'outline')} drawn twice merged", _at(places)))
     touching = [c for c in met if c.kind == "touch" and not {c.first, c.second} & gone]
     if touching:
-        message = f"{count_of(len(touching), 'pair')} of outlines touch each other: there is no room for the kerf"
+        message = f"{count_of(len(touching), 'pair')} of outlines touch each other, without room for the kerf"
         issues.append(Issue("L423", message, _at([c.place for c in touching])))
     kept = [k for k in range(len(closed)) if k not in gone]
     tiny = [e for e in (closed[k].contour.path.extents for k in kept) if max(e[2] - e[0], e[3] - e[1]) < TINY]
@@ -481,7 +481,7 @@ def _look_for_frame(contours: Sequence[SheetContour], outline: Polyline | None, 
 def _named(made: _PlacedContour) -> str:
     x, y = made.contour.path.start
     layer = f" on layer {made.contour.layer}" if made.contour.layer else ""
-    return f"the outline that begins at ({x:g}, {y:g}){layer}"
+    return f"the outline that starts at ({x:g}, {y:g}){layer}"
 
 
 def _ends(made: _PlacedContour) -> str:

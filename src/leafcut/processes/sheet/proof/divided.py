@@ -29,7 +29,7 @@ def check_divided(drawn: Sheet, sheet: Sheet, half: float) -> list[Difference]:
     pieces = [_shape(one) for one in (*(sheet.contours[k] for k in changed), *added) if not one.chamber]
     found = _check_chambers(drawn, [_shape(one) for one in added if one.chamber], half)
     found += [
-        _wrong(f"what was divided is no hole, at {_place(shape)}")
+        _wrong(f"a divided contour is no hole, at {_place(shape)}")
         for k, shape in holes.items()
         if not drawn.contours[k].is_hole
     ]

@@ -97,7 +97,7 @@ def check_probing(path: Toolpath, runs: list[TorchRun], plan: CutPlan, probe: Pr
             fresh = number + 1 < len(path) and path[number + 1].kind is Kind.SHIFT
             found += _wrong_probe(row, path[number + 1] if fresh else row, lit, probe)
         elif row.kind is Kind.SHIFT and path[number - 1].kind is not Kind.PROBE and not math.isnan(row.end[2]):
-            found.append(Difference("probe", 0, row.line, "Z0 is moved where nothing was probed"))
+            found.append(Difference("probe", 0, row.line, "Z0 is moved without a probe"))
         elif row.kind is Kind.SPINDLE:
             lit = row.value != 0.0
             lit_after[row.line] = fresh
@@ -129,7 +129,7 @@ def _wrong_probe(row: Motion, after: Motion, lit: bool, probe: Probe | None) -> 
     if not abs(row.value - probe.feed) <= max(FEED_PART * probe.feed, FEED_ROUNDING):
         wrong.append(f"it probes with {row.value * SECONDS_PER_MINUTE:.6g} mm/min")
     if after.kind is not Kind.SHIFT or not abs(after.end[2] + probe.switch_offset) <= _ROOM:
-        wrong.append(f"where the switch trips is not said to be Z{-probe.switch_offset:.3f}")
+        wrong.append(f"the trip height of the switch is not set to Z{-probe.switch_offset:.3f}")
     return [Difference("probe", 0, row.line, text) for text in wrong]
 
 
@@ -241,7 +241,7 @@ def _material(
         return [Difference("material", 0, number, f"material {material} is selected; the program states its own")]
     said = _COMMENT.search(text)
     if said is None:
-        return [Difference("material", 0, 0, "the program does not tell the controller the material, (o=0, …)")]
+        return [Difference("material", 0, 0, "the program does not give the material to the controller, (o=0, …)")]
     if len(obeyed) != 1 or obeyed[0].line > first:
         line = obeyed[-1].line if obeyed else 0
         return [Difference("material", 0, line, "the material must be stated once, before the first cut")]

@@ -134,7 +134,7 @@ class SheetReport(PathReport[SheetDetail]):
             f"{'time' if unit == 's' else 'travel'} {at_most_words(outcome.gap, unit)} with the starts that were tried"
         )
         several = len(outcome.operations) > 1
-        return words + (", each band from where the one before it ended" if several else "")
+        return words + (", each band from the end of the last" if several else "")
 
     def search_name(self, number: int) -> str:
         """Return the cuts that are ordered at once: all of them, or a band."""
@@ -185,7 +185,7 @@ class SheetReport(PathReport[SheetDetail]):
         """Return the large figure and the words around it."""
         outcome, row = self.outcome, super().saved()
         if not outcome.before.time_s > 0.0:
-            return {**row, "percent": "There is nothing to cut."}
+            return {**row, "percent": "The program cuts nothing."}
         seconds, quantity = outcome.before.time_s - outcome.after.time_s, self.cuts.measures.quantity
         first = outcome.detail.norms[0].sheet.rapid_mm
         words = f"{percent_words(abs(outcome.saved_percent))} {'more' if row['worse'] else 'less'} machine time"
