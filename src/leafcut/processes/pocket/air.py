@@ -26,7 +26,7 @@ NOTHING = 1e-3
 
 
 def with_air(
-    pieces: Sequence[PocketPiece], way: ToolWay, engaged: Engaged, rules: PocketRules
+    pieces: Sequence[PocketPiece], path: ToolWay, engaged: Engaged, rules: PocketRules
 ) -> list[list[PocketPiece]]:
     """Divide each piece where the tool enters or leaves the material; parts in air get the kind ``air``.
 
@@ -34,47 +34,50 @@ def with_air(
     divided pieces are measured again: a sliver thinner than a step may lie between two samples of the first
     measurement and at a sample of the second, and the proof measures the written program.
     """
-    stations, free = np.cumsum(way.step), _free(way, engaged, rules)
+    stations, free = np.cumsum(path.step), _free(path, engaged, rules)
     rows = np.arange(len(pieces))
-    ends = stations[np.searchsorted(way.piece, rows, side="right") - 1]
-    begins = np.concatenate([[0.0], ends[:-1]])
-    found = []
-    for piece, begin, end in zip(pieces, begins.tolist(), ends.tolist(), strict=True):
-        if piece.kind not in ("rough", "link") or end - begin <= NOTHING:
-            found.append([piece])
+    ends = stations[np.searchsorted(path.piece, rows, side="right") - 1]
+    starts = np.concatenate([[0.0], ends[:-1]])
+    divided = []
+    for piece, start, end in zip(pieces, starts.tolist(), ends.tolist(), strict=True):
+        if piece.kind not in ("rough", "link") or end - start <= NOTHING:
+            divided.append([piece])
             continue
-        near = free[(free[:, 1] > begin) & (free[:, 0] < end)]
-        share = piece.path.length / (end - begin)  # chords of arcs are shorter than these
-        found.append(_divided(piece, (np.clip(near, begin, end) - begin) * share))
-    return _confirmed(pieces, found, rules)
+        near = free[(free[:, 1] > start) & (free[:, 0] < end)]
+        share = piece.path.length / (end - start)  # chords of arcs are shorter than these
+        divided.append(_divided(piece, (np.clip(near, start, end) - start) * share))
+    return _confirmed(pieces, divided, rules)
 
 
 def _confirmed(
-    pieces: Sequence[PocketPiece], found: list[list[PocketPiece]], rules: PocketRules
+    pieces: Sequence[PocketPiece], divided: list[list[PocketPiece]], rules: PocketRules
 ) -> list[list[PocketPiece]]:
     """Measure the divided pieces; those that cut after all get their kind back."""
-    every = [one for many in found for one in many]
-    if all(one.kind != "air" for one in every):
-        return found
-    way, engaged = engaged_way(PocketPath("", tuple(every)), rules)
-    cutting = set(np.unique(way.piece[engaged.angle > 0.0]).tolist())
+    parts = [part for pieces_of in divided for part in pieces_of]
+    if all(part.kind != "air" for part in parts):
+        return divided
+    path, engaged = engaged_way(PocketPath("", tuple(parts)), rules)
+    cutting = set(np.unique(path.piece[engaged.angle > 0.0]).tolist())
     number = count()
     return [
-        [PocketPiece(one.path, piece.kind) if next(number) in cutting and one.kind == "air" else one for one in many]
-        for piece, many in zip(pieces, found, strict=True)
+        [
+            PocketPiece(part.path, piece.kind) if next(number) in cutting and part.kind == "air" else part
+            for part in pieces_of
+        ]
+        for piece, pieces_of in zip(pieces, divided, strict=True)
     ]
 
 
-def _free(way: ToolWay, engaged: Engaged, rules: PocketRules) -> Floats:
+def _free(path: ToolWay, engaged: Engaged, rules: PocketRules) -> Floats:
     """Return the air cuts of a path, from station to station, float64[n, 2], mm."""
-    stations = np.cumsum(way.step)
+    stations = np.cumsum(path.step)
     # A step is in air if both its ends are, and no lift lies between them.
-    step = (engaged.angle == 0.0) & np.isfinite(way.back[:, 0])
-    step[1:] &= (engaged.angle[:-1] == 0.0) | (way.step[1:] == 0.0)
+    step = (engaged.angle == 0.0) & np.isfinite(path.back[:, 0])
+    step[1:] &= (engaged.angle[:-1] == 0.0) | (path.step[1:] == 0.0)
     edge = np.flatnonzero(np.diff(np.concatenate([[False], step, [False]]).astype(np.int8)))
     first, last = edge[0::2], edge[1::2] - 1
     margin = MARGIN * rules.tool_diameter
-    free = np.column_stack([stations[first] - way.step[first] + margin, stations[last] - margin])
+    free = np.column_stack([stations[first] - path.step[first] + margin, stations[last] - margin])
     long: Floats = free[free[:, 1] - free[:, 0] >= SHORTEST * rules.tool_diameter]
     return long
 

@@ -52,14 +52,14 @@ def with_feeds(
     anywhere
         False: feeds change at vertices of the path only, and no move is divided.
     """
-    way, engaged = engaged_way(PocketPath("", tuple(pieces)), rules)
-    shares = _shares(pieces, way, _wider(way, engaged, rules), limits)
-    places = [_Places.of(piece, way, number) for number, piece in enumerate(pieces)]
+    path, engaged = engaged_way(PocketPath("", tuple(pieces)), rules)
+    shares = _shares(pieces, path, _wider(path, engaged, rules), limits)
+    places = [_Places.of(piece, path, number) for number, piece in enumerate(pieces)]
     if not anywhere:
         for place in places:
             shares[place.steps] = place.least_by_segment(shares[place.steps])
-    for stretch in _stretches(pieces, way):
-        shares[stretch] = _calm(shares[stretch], way.step[stretch], limits.feed, acceleration, rules)
+    for stretch in _stretches(pieces, path):
+        shares[stretch] = _calm(shares[stretch], path.step[stretch], limits.feed, acceleration, rules)
     snap = SNAP * rules.tool_diameter if anywhere else math.inf
     return [
         [piece] if piece.kind == "air" else place.divided(piece, shares[place.steps], snap)
@@ -67,14 +67,14 @@ def with_feeds(
     ]
 
 
-def _wider(way: ToolWay, engaged: Engaged, rules: PocketRules) -> Engaged:
+def _wider(path: ToolWay, engaged: Engaged, rules: PocketRules) -> Engaged:
     """Return the engagement with each cut wider by its uncertainty.
 
     The proof measures the written program, which is rounded: the direction at a vertex may be the direction before it,
     after it, or between.
     """
-    cross = np.abs(way.chord[:-1, 0] * way.chord[1:, 1] - way.chord[:-1, 1] * way.chord[1:, 0])
-    turn = np.arctan2(cross, (way.chord[:-1] * way.chord[1:]).sum(axis=1))
+    cross = np.abs(path.chord[:-1, 0] * path.chord[1:, 1] - path.chord[:-1, 1] * path.chord[1:, 0])
+    turn = np.arctan2(cross, (path.chord[:-1] * path.chord[1:]).sum(axis=1))
     turn = np.minimum(np.maximum(np.append(turn, 0.0), np.append(0.0, turn)), STRAIGHT_ON)
     nearest = np.arccos(np.clip(engaged.chip, 0.0, 1.0)) - turn
     beside = np.sin(np.maximum(nearest, 0.0)) - WIDER * rules.tolerance / rules.radius
@@ -86,30 +86,30 @@ def _wider(way: ToolWay, engaged: Engaged, rules: PocketRules) -> Engaged:
     )
 
 
-def _shares(pieces: Sequence[PocketPiece], way: ToolWay, engaged: Engaged, limits: FeedLimits) -> Floats:
+def _shares(pieces: Sequence[PocketPiece], path: ToolWay, engaged: Engaged, limits: FeedLimits) -> Floats:
     """Return the allowed feed of each step as a share of the tool's, in steps of `STEP` below the maximum."""
     allowed = allowed_feed(engaged, limits) / limits.feed
-    kind = np.array([piece.kind for piece in pieces])[way.piece]
+    kind = np.array([piece.kind for piece in pieces])[path.piece]
     allowed[kind == "finish"] = np.minimum(allowed[kind == "finish"], 1.0)
     # The engagement on an entry loop is not measured: assume a slot.
     slot = Engaged(np.array([math.pi]), np.array([limits.diameter]), np.ones(1))
     allowed[kind == "entry"] = allowed_feed(slot, limits)[0] / limits.feed
     before = np.concatenate([[np.inf], allowed[:-1]])
-    before[~np.isfinite(way.back[:, 0])] = np.inf
+    before[~np.isfinite(path.back[:, 0])] = np.inf
     step = np.minimum(allowed, before)
     step[kind == "air"] = np.inf
-    least = least_around(step, way.step, AROUND * limits.diameter)
-    most = limits.most / limits.feed
-    down = np.ceil(np.log(most / np.minimum(least, most)) / math.log(STEP) - 1e-9)
-    shares: Floats = most / STEP**down
+    least = least_around(step, path.step, AROUND * limits.diameter)
+    highest = limits.most / limits.feed
+    down = np.ceil(np.log(highest / np.minimum(least, highest)) / math.log(STEP) - 1e-9)
+    shares: Floats = highest / STEP**down
     return np.where((least >= 1.0) & (shares < LEAST), 1.0, shares)
 
 
-def _stretches(pieces: Sequence[PocketPiece], way: ToolWay) -> list[Indices]:
+def _stretches(pieces: Sequence[PocketPiece], path: ToolWay) -> list[Indices]:
     """Return runs of steps without lift or air between them."""
-    air = np.array([piece.kind == "air" for piece in pieces], dtype=bool)[way.piece]
-    new = np.append(True, (way.run[1:] != way.run[:-1]) | (air[1:] != air[:-1]))[: len(way)]
-    rows = np.split(np.arange(len(way)), np.flatnonzero(new)[1:])
+    air = np.array([piece.kind == "air" for piece in pieces], dtype=bool)[path.piece]
+    new = np.append(True, (path.run[1:] != path.run[:-1]) | (air[1:] != air[:-1]))[: len(path)]
+    rows = np.split(np.arange(len(path)), np.flatnonzero(new)[1:])
     return [stretch for stretch in rows if len(stretch) and not air[stretch[0]]]
 
 
@@ -124,34 +124,34 @@ def _calm(shares: Floats, length: Floats, feed: float, acceleration: float, rule
     changed = True
     while changed:
         changed = False
-        for k, (share, way) in enumerate(runs):
+        for k, (share, distance) in enumerate(runs):
             beside = (runs[k - 1][0] if k else 1.0, runs[k + 1][0] if k + 1 < len(runs) else 1.0)
-            lower = max((one for one in beside if one < share), default=None)
-            if lower is not None and not _pays(share, lower, way, feed, acceleration, rules):
+            lower = max((neighbour for neighbour in beside if neighbour < share), default=None)
+            if lower is not None and not _pays(share, lower, distance, feed, acceleration, rules):
                 runs[k][0], changed = lower, True
         runs, counts = _merged(runs, counts)
     return np.repeat([share for share, _ in runs], counts)
 
 
-def _pays(share: float, lower: float, way: float, feed: float, acceleration: float, rules: PocketRules) -> bool:
+def _pays(share: float, lower: float, distance: float, feed: float, acceleration: float, rules: PocketRules) -> bool:
     """Return whether a stretch is long enough to be faster than its neighbours."""
     fast, slow = share * feed, lower * feed
     longest = max(SHORTEST * rules.tool_diameter, (fast * fast - slow * slow) / acceleration)
-    return way >= longest and way / slow - way / fast >= WORTH
+    return distance >= longest and distance / slow - distance / fast >= WORTH
 
 
 def _merged(runs: list[list[float]], counts: list[int]) -> tuple[list[list[float]], list[int]]:
     """Merge neighbouring runs with equal feeds."""
-    found: list[list[float]] = []
-    many: list[int] = []
-    for (share, way), count in zip(runs, counts, strict=True):
-        if found and found[-1][0] == share:
-            found[-1][1] += way
-            many[-1] += count
+    merged: list[list[float]] = []
+    sizes: list[int] = []
+    for (share, distance), count in zip(runs, counts, strict=True):
+        if merged and merged[-1][0] == share:
+            merged[-1][1] += distance
+            sizes[-1] += count
         else:
-            found.append([share, way])
-            many.append(count)
-    return found, many
+            merged.append([share, distance])
+            sizes.append(count)
+    return merged, sizes
 
 
 class _Places:
@@ -164,13 +164,13 @@ class _Places:
         self.steps, self.ends, self.vertices, self.lifted = steps, ends, vertices, lifted
 
     @classmethod
-    def of(cls, piece: PocketPiece, way: ToolWay, number: int) -> _Places:
+    def of(cls, piece: PocketPiece, path: ToolWay, number: int) -> _Places:
         """Return the stations of the piece with this number."""
-        first, last = np.searchsorted(way.piece, [number, number + 1])
-        ends = np.cumsum(way.step[first:last])
+        first, last = np.searchsorted(path.piece, [number, number + 1])
+        ends = np.cumsum(path.step[first:last])
         whole = float(ends[-1]) if len(ends) else 0.0
         scale = piece.path.length / whole if whole > 0.0 else 1.0  # chords of arcs are shorter than these
-        lifted = bool(last > first and np.isnan(way.back[first, 0]))
+        lifted = bool(last > first and np.isnan(path.back[first, 0]))
         return cls(np.arange(first, last), ends * scale, np.cumsum(piece.path.lengths), lifted)
 
     def least_by_segment(self, shares: Floats) -> Floats:

@@ -85,7 +85,7 @@ class PocketJob:
     @property
     def floor(self) -> float:
         """Floor of the deepest pocket, mm."""
-        return min(one.floor for one in self.levels)
+        return min(levels.floor for levels in self.levels)
 
     @property
     def top(self) -> float:
@@ -114,11 +114,11 @@ class PocketMotion:
 
 def holes(descents: Sequence[Descent]) -> dict[Point, float]:
     """Return the holes that the program needs: place → height of the bottom, mm."""
-    found: dict[Point, float] = {}
-    for one in descents:
-        if one.kind == "predrilled":
-            found[one.place] = min(one.bottom, found.get(one.place, 0.0))
-    return found
+    bottoms: dict[Point, float] = {}
+    for descent in descents:
+        if descent.kind == "predrilled":
+            bottoms[descent.place] = min(descent.bottom, bottoms.get(descent.place, 0.0))
+    return bottoms
 
 
 def raised(path: Toolpath, by: float) -> Toolpath:

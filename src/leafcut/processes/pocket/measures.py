@@ -54,12 +54,12 @@ def measure_path(
         The pocket's outline or islands cross themselves or touch.
     """
     found = removal(pocket, path, rules) if found is None else found
-    way, (engaged, width, _) = engaged_way(path, rules) if looked is None else looked
-    entry = entered(path, way)
-    step = np.where(entry, 0.0, way.step)
+    samples, (engaged, width, _) = engaged_way(path, rules) if looked is None else looked
+    entry = entered(path, samples)
+    step = np.where(entry, 0.0, samples.step)
     length = float(step.sum())
     opened = [shapely.Polygon(piece.path.flattened()) for piece in path.pieces if piece.kind == "entry"]
-    gaps = widest_gaps(way, found.centres.difference(shapely.union_all(opened)), rules, ~entry)
+    gaps = widest_gaps(samples, found.centres.difference(shapely.union_all(opened)), rules, ~entry)
     return PocketMeasures(
         feed_mm=path.feed_mm,
         rapid_mm=path.rapid_mm,

@@ -112,11 +112,11 @@ class Pocketing(Process):
         ours, issues = prepared(job, sources[0])
         pockets, cleared = ours.part.pockets, []
         time = SearchTime(ours.run.deadline.part(1.0 - ORDERING if len(pockets) > 1 else 1.0))
-        for number, one in enumerate(pockets):
-            result, more = clear_pocket(ours, one, number, time)
+        for number, pocket in enumerate(pockets):
+            result, more = clear_pocket(ours, pocket, number, time)
             cleared.append(result)
             issues += more
-        chosen = [one.ways[one.plan.result.strategy] for one in cleared]
+        chosen = [pocket.clearings[pocket.plan.result.strategy] for pocket in cleared]
         problem = order_problem(ours, chosen)
         none = np.zeros(0, dtype=np.int32)
         return Plan(
@@ -129,7 +129,7 @@ class Pocketing(Process):
             tools=(ours.data.tool,),
             box=ours.part.extents,
             made_for=ours.made_for,
-            given_words=f"by {' and '.join(dict.fromkeys(one.plan.usual.strategy for one in cleared))}",
+            given_words=f"by {' and '.join(dict.fromkeys(pocket.plan.usual.strategy for pocket in cleared))}",
             start=ours.start,
             issues=issues,
             unforced=False,
@@ -143,7 +143,9 @@ class Pocketing(Process):
 
         work, job = plan.work, plan.job
         (stage,) = plan.stages
-        usual = Stage(order_problem(work.job, [one.usual for one in work.cleared]), False, stage.given, stage.name)
+        usual = Stage(
+            order_problem(work.job, [pocket.usual for pocket in work.cleared]), False, stage.given, stage.name
+        )
         options = replace(job.settings.solve, bound=False, target_gap=None)
         order = find_order(job.quiet(), [usual], options, job.deadline.part(0.5))
         return self.generate(plan, Order((order.choices[0] + len(work.regions),)))
@@ -154,7 +156,7 @@ class Pocketing(Process):
         from leafcut.processes.pocket.clearing import generated
 
         work = plan.work
-        recipes = [*work.regions, *(clearing for one in work.cleared for clearing in one.usual)]
+        recipes = [*work.regions, *(clearing for pocket in work.cleared for clearing in pocket.usual)]
         motion = generated(work.job, [recipes[node] for node in order.choices[0].tolist()])
         return Candidate(order, motion.path, motion.measure, motion)
 
@@ -196,12 +198,12 @@ class Pocketing(Process):
         work, chips, pace = plan.work, best.detail.chips, None
         nodes = best.order.choices[0].tolist()
         if chips is not None:
-            even = [clearing for one in work.cleared for clearing in one.even[one.plan.result.strategy]]
+            even = [clearing for pocket in work.cleared for clearing in pocket.even[pocket.plan.result.strategy]]
             seconds = generated(work.job, [even[node] for node in nodes]).measure.time_s
             pace = PaceChange(feeds_s=seconds - best.measure.time_s, changed=chips.changed, tools=(chips.tool,))
         solid = work.job.solid
         return PocketDetail(
-            tuple(one.plan for one in work.cleared),
+            tuple(pocket.plan for pocket in work.cleared),
             programs(work.job, list(work.cleared), nodes),
             pace,
             None if solid is None else solid.before,

@@ -109,15 +109,15 @@ def _uncut(job: PocketJob, removed: list[tuple[int, Removal]]) -> list[Issue]:
     from leafcut.report.wording import area_words
 
     issues = []
-    for number, found in removed:
-        share = 100.0 * found.uncovered.area / found.reachable.area if found.reachable.area > 0.0 else 0.0
+    for number, removal in removed:
+        share = 100.0 * removal.uncovered.area / removal.reachable.area if removal.reachable.area > 0.0 else 0.0
         if share <= UNCOVERED:
             continue
-        left = sorted(polygons(found.uncovered), key=lambda piece: -piece.area)
+        left = sorted(polygons(removal.uncovered), key=lambda piece: -piece.area)
         points = [piece.representative_point() for piece in left[:NAMED_PLACES]]
         at = ", ".join(f"({point.x:.2f}, {point.y:.2f})" for point in points)
         more = f" and {count_of(len(left) - NAMED_PLACES, 'more place')}" if len(left) > NAMED_PLACES else ""
-        words = f"{job.part.pockets[number].label}: {area_words(found.uncovered.area)} stay uncut ({share:.2f} %)"
+        words = f"{job.part.pockets[number].label}: {area_words(removal.uncovered.area)} stay uncut ({share:.2f} %)"
         work = MissingWork("place", len(left), tuple((point.x, point.y) for point in points))
         issues.append(Issue("L711", words, f"near {at}{more}", missing=work))
     return issues
@@ -136,11 +136,11 @@ def stops(job: PocketJob) -> list[Issue]:
 
 def entry_issues(descents: Sequence[Descent]) -> list[Issue]:
     """Return the entries that differ from the request, and the holes that must exist."""
-    other = [d for d in descents if d.kind != d.asked]
+    changed = [d for d in descents if d.kind != d.asked]
     issues = []
-    for kind in dict.fromkeys(d.kind for d in other):
-        places = list(dict.fromkeys(d.place for d in other if d.kind == kind))
-        asked = next(d.asked for d in other if d.kind == kind)
+    for kind in dict.fromkeys(d.kind for d in changed):
+        places = list(dict.fromkeys(d.place for d in changed if d.kind == kind))
+        asked = next(d.asked for d in changed if d.kind == kind)
         words = f"no room for a {asked}: entry changed to a {kind}"
         more = f", and at {len(places) - 1} more" if len(places) > 1 else ""
         severity = Severity.WARNING if kind == "plunge" else Severity.NOTE

@@ -77,8 +77,8 @@ def prepared(run: Job, source: Source) -> tuple[PocketJob, list[Issue]]:
     data, issues = milling_data(options, settings.job, rules, run.machine, mill)
     limits = None
     if settings.of(FeedOptions).feeds:
-        limits, told = feed_limits(settings, run.machine, rules, levels, data, mill, _material(settings))
-        issues = [*issues, *told]
+        limits, limit_issues = feed_limits(settings, run.machine, rules, levels, data, mill, _material(settings))
+        issues = [*issues, *limit_issues]
         data = replace(data, limits=limits)
     made_for = "" if part.pockets[0].top is None else placing_words(source.path, part, settings.read)
     part = placed(part, settings.read)
@@ -131,9 +131,9 @@ def _solid(run: Job, source: Source, whole: Part, part: Part, radius: float) -> 
     run.tell("reading the surface")
     read = run.settings.read
     triangles = step_mesh(source.path, source.data, read.solid, Pose.of(read))
-    every = stock_tops(whole.pockets, whole.pockets, triangles, radius)
-    before = placed_mesh(Mesh(filled(triangles, whole.pockets, every), part.name), part, read)
-    tops = [every[k] for k, one in enumerate(whole.pockets) if any(one is mine for mine in part.pockets)]
+    all_tops = stock_tops(whole.pockets, whole.pockets, triangles, radius)
+    before = placed_mesh(Mesh(filled(triangles, whole.pockets, all_tops), part.name), part, read)
+    tops = [all_tops[k] for k, one in enumerate(whole.pockets) if any(one is mine for mine in part.pockets)]
     return PocketSolid(triangles, whole.pockets, part.pockets, before), tops
 
 

@@ -118,7 +118,7 @@ def _grid(name: str) -> Strategy:
             # A short search is enough for the comparison: it comes within a few thousandths of a long one.
             options = replace(options, preset="fast")
         ants = options.algorithm if options.algorithm in ANTS else "auto"
-        found = solve(
+        solution = solve(
             problem,
             replace(options, algorithm=ants if name == "ants" else name),
             settings.aco,
@@ -127,8 +127,8 @@ def _grid(name: str) -> Strategy:
             observe=run.observe,
             cancelled=run.cancelled,
         )
-        run.deadline.spend(found.seconds)
-        return grid_path(context, found.nodes, name)
+        run.deadline.spend(solution.seconds)
+        return grid_path(context, solution.nodes, name)
 
     return path
 
@@ -172,9 +172,9 @@ class SearchTime:
         self.deadline, self.to_come = deadline, 1
         self.grids: Grids = {}
 
-    def path(self, way: ClearingStrategy, region: CentreRegion, run: Job) -> PocketPath:
+    def path(self, strategy: ClearingStrategy, region: CentreRegion, run: Job) -> PocketPath:
         """Return the path of a strategy over a region; it gets its share of the time if it searches."""
-        if way.searches:
+        if strategy.searches:
             run = replace(run, deadline=self.deadline.part(1.0 / max(self.to_come, 1)))
             self.to_come -= 1
-        return way.path(region, run, self.grids)
+        return strategy.path(region, run, self.grids)

@@ -254,16 +254,16 @@ class _Work:
         """Move through the cleared area to a place in a disc."""
         discs = self._discs_between(self.disc, disc)
         places = [self.at, *(self._between(a, b) for a, b in pairwise(discs)), to]
-        way, i = [places[0]], 0
+        corners, i = [places[0]], 0
         while i < len(places) - 1:
             # The line from place k to place k + 1 lies in disc k of `discs`.
             j = len(places) - 1
             while j > i + 1 and not self.fronts.clear(places[i], places[j], discs[i:j]):
                 j = i + 1 + (j - i - 1) // 2
-            way.append(places[j])
+            corners.append(places[j])
             i = j
-        if math.dist(self.at, to) > SAME_PLACE or len(way) > 2:
-            self.pieces.append(PocketPiece(Polyline.of_points(way), "link"))
+        if math.dist(self.at, to) > SAME_PLACE or len(corners) > 2:
+            self.pieces.append(PocketPiece(Polyline.of_points(corners), "link"))
         self.at, self.disc = to, disc
 
     def _discs_between(self, a: int, b: int) -> list[int]:
@@ -292,11 +292,11 @@ class _Work:
 
     def _begun(self, ring: Points) -> Points:
         """Return a closed ring that starts where the least material remains, not at a corner."""
-        way = np.roll(ring, -1, axis=0) - ring
-        count = np.maximum(np.hypot(way[:, 0], way[:, 1]) / (0.2 * self.rules.radius), 1.0).astype(np.int64)
+        edges = np.roll(ring, -1, axis=0) - ring
+        count = np.maximum(np.hypot(edges[:, 0], edges[:, 1]) / (0.2 * self.rules.radius), 1.0).astype(np.int64)
         row = np.repeat(np.arange(len(ring)), count)
         share = (np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count) + 0.5) / count[row]
-        places = ring[row] + share[:, None] * way[row]
+        places = ring[row] + share[:, None] * edges[row]
         best = int(np.argmin(self.fronts.beyond(places)))
         start = places[best : best + 1]
         return np.concatenate([start, np.roll(ring, -int(row[best]) - 1, axis=0), start])
@@ -304,7 +304,7 @@ class _Work:
 
 def _arc(x: float, y: float, radius: float, start: float, sweep: float) -> Polyline:
     """Return an arc about (x, y) in parts of at most half a turn."""
-    many = max(math.ceil(abs(sweep) / math.pi - 1e-9), 1)
-    angles = start + sweep * np.linspace(0.0, 1.0, many + 1)
-    bulges = np.append(np.full(many, math.tan(0.25 * sweep / many)), 0.0)
+    parts = max(math.ceil(abs(sweep) / math.pi - 1e-9), 1)
+    angles = start + sweep * np.linspace(0.0, 1.0, parts + 1)
+    bulges = np.append(np.full(parts, math.tan(0.25 * sweep / parts)), 0.0)
     return Polyline(np.column_stack([x + radius * np.cos(angles), y + radius * np.sin(angles), bulges]))

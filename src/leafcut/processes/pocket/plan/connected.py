@@ -70,52 +70,52 @@ def best(
             "zigzag, or a larger tool or step-over"
         )
     layout = RingLinks(region, cut, stopped)
-    found: list[tuple[int, PocketPath]] = []
+    candidates: list[tuple[int, PocketPath]] = []
     kept = np.zeros((0, 2))
     for _ in range(CORRECTIONS):
-        ways = layout.ways(kept)
-        path = _shortened(region, ways, np.array(layout.links).reshape(-1, 2), kept, stopped)
-        if found and stopped():
+        paths = layout.ways(kept)
+        path = _shortened(region, paths, np.array(layout.links).reshape(-1, 2), kept, stopped)
+        if candidates and stopped():
             break
         wide = too_wide(path) if too_wide and not stopped() else np.zeros((0, 2))
-        found.append((len(wide), path))
+        candidates.append((len(wide), path))
         if not len(wide):
             break
         kept = np.vstack([kept, wide])
-    return min(found, key=lambda one: one[0])[1]
+    return min(candidates, key=lambda one: one[0])[1]
 
 
-def _shortened(region: CentreRegion, ways: list[Points], links: Points, kept: Points, stopped: Stopped) -> PocketPath:
+def _shortened(region: CentreRegion, paths: list[Points], links: Points, kept: Points, stopped: Stopped) -> PocketPath:
     """Shorten paths, except near the places `kept`, and return them as one path."""
     rules = region.rules
-    ground, allowed = _ground(region, ways), region.polygon.buffer(1e-7)
-    ways = [shorten(way, ground, region, allowed, kept, stopped) for way in ways]
+    ground, allowed = _ground(region, paths), region.polygon.buffer(1e-7)
+    paths = [shorten(path, ground, region, allowed, kept, stopped) for path in paths]
     cleared = CoverageGrid(region.polygon, GROUND_PITCH * rules.radius, rules.radius, partial(_cleared, rules.radius))
-    ways = [chamfer(way, cleared, region, allowed, np.vstack([links, kept]), stopped) for way in ways]
-    ways = with_spurs(ways, region.polygon, rules)
-    return PocketPath("best", tuple(piece for way in ways for piece in _pieces(region, way)))
+    paths = [chamfer(path, cleared, region, allowed, np.vstack([links, kept]), stopped) for path in paths]
+    paths = with_spurs(paths, region.polygon, rules)
+    return PocketPath("best", tuple(piece for path in paths for piece in _pieces(region, path)))
 
 
-def _pieces(region: CentreRegion, way: Points) -> list[PocketPiece]:
+def _pieces(region: CentreRegion, path: Points) -> list[PocketPiece]:
     """Divide a path where it reaches or leaves a wall: along a wall without stock it finishes."""
-    middle, edge = shapely.points(0.5 * (way[:-1] + way[1:])), region.polygon.boundary
+    middle, edge = shapely.points(0.5 * (path[:-1] + path[1:])), region.polygon.boundary
     shapely.prepare(edge)
     along = shapely.dwithin(edge, middle, ALONG) & (region.rules.stock == 0.0)
     cuts = [0, *(np.flatnonzero(np.diff(along)) + 1).tolist(), len(along)]
-    return [PocketPiece(as_polyline(way[a : b + 1]), "finish" if along[a] else "rough") for a, b in pairwise(cuts)]
+    return [PocketPiece(as_polyline(path[a : b + 1]), "finish" if along[a] else "rough") for a, b in pairwise(cuts)]
 
 
-def _ground(region: CentreRegion, ways: list[Points]) -> CoverageGrid:
+def _ground(region: CentreRegion, paths: list[Points]) -> CoverageGrid:
     """Return sample points whose limits are half the step-over, or their distance from `ways` if that is more."""
     step = region.rules.step_over
-    short = [fine(way, LONGEST_LOOKED * step) for way in ways]
+    short = [fine(path, LONGEST_LOOKED * step) for path in paths]
     steps: Any = shapely.linestrings(np.concatenate([np.stack([w[:-1], w[1:]], axis=1) for w in short]))
     tree = shapely.STRtree(steps)
 
     def limit(points: Points, pitch: float) -> Points:
-        found, near = tree.query_nearest(shapely.points(points), return_distance=True, all_matches=False)
+        indices, near = tree.query_nearest(shapely.points(points), return_distance=True, all_matches=False)
         away = np.empty(len(points))
-        away[found[0]] = near / step
+        away[indices[0]] = near / step
         limits: Points = np.minimum(step * (np.maximum(0.5, away) + LEEWAY), LONGEST_LIMIT * step)
         return limits
 

@@ -41,9 +41,9 @@ class CoveragePoints:
         """The sample points as shapely Points."""
         return shapely.points(self.points)
 
-    def near(self, way: Points) -> tuple[Indices, Indices]:
+    def near(self, path: Points) -> tuple[Indices, Indices]:
         """Return the pairs (segment, sample point) within the limit, sorted by segment."""
-        piece, place = pieces_near(way[self.pieces], way[self.pieces + 1], self.points, self.limits)
+        piece, place = pieces_near(path[self.pieces], path[self.pieces + 1], self.points, self.limits)
         return self.pieces[piece], place
 
 
@@ -76,16 +76,16 @@ class CoverageGrid:
         self.points, self.limits = np.zeros((0, 2)), np.zeros(0)
         self.first = np.zeros(1, np.int64)
 
-    def beside(self, way: Points, looked: NDArray[np.bool_]) -> CoveragePoints:
+    def beside(self, path: Points, selected: NDArray[np.bool_]) -> CoveragePoints:
         """Return the points that may be within the limit of selected segments of a path, bool[n − 1].
 
         Segments must not be longer than half the longest limit.
         """
-        middle = 0.5 * (way[:-1] + way[1:])
-        wanted = self.grid.around(self.grid.of(middle[looked]), CELLS + 1)
+        middle = 0.5 * (path[:-1] + path[1:])
+        wanted = self.grid.around(self.grid.of(middle[selected]), CELLS + 1)
         while len(wanted) * self.side**2 > MOST_PLACES and self.side > 1:
             self._set(self.pitch * math.sqrt(1.05 * len(wanted) * self.side**2 / MOST_PLACES))
-            wanted = self.grid.around(self.grid.of(middle[looked]), CELLS + 1)
+            wanted = self.grid.around(self.grid.of(middle[selected]), CELLS + 1)
         self._learn(np.setdiff1d(wanted, self.cells, assume_unique=True))
         k = np.searchsorted(self.cells, wanted)
         rows = _spans(self.first[k], self.first[k + 1])
@@ -102,17 +102,17 @@ class CoverageGrid:
         there = shapely.contains_xy(self.polygon, points[:, 0], points[:, 1])
         points = points[there]
         count = there.reshape(len(cells), self.side**2).sum(axis=1)
-        every = np.concatenate([self.cells, cells])
+        all_cells = np.concatenate([self.cells, cells])
         counts = np.concatenate([np.diff(self.first), count])
-        begin = np.cumsum(counts) - counts
-        order = np.argsort(every)
-        rows = _spans(begin[order], (begin + counts)[order])
+        first_rows = np.cumsum(counts) - counts
+        order = np.argsort(all_cells)
+        rows = _spans(first_rows[order], (first_rows + counts)[order])
         self.points = np.vstack([self.points, points])[rows]
         self.limits = np.concatenate([self.limits, self.limit(points, self.pitch)])[rows]
-        self.cells, self.first = every[order], np.concatenate([[0], np.cumsum(counts[order])])
+        self.cells, self.first = all_cells[order], np.concatenate([[0], np.cumsum(counts[order])])
 
 
 def _spans(first: Indices, end: Indices) -> Indices:
     """Return all rows from each `first` up to its `end`."""
-    many = end - first
-    return np.repeat(first - np.cumsum(many) + many, many) + np.arange(many.sum())
+    counts = end - first
+    return np.repeat(first - np.cumsum(counts) + counts, counts) + np.arange(counts.sum())

@@ -46,7 +46,7 @@ class Descent:
 
 def come_down(
     builder: ToolpathBuilder,
-    way: Polyline,
+    path: Polyline,
     top: float,
     bottom: float,
     data: MillingData,
@@ -69,12 +69,12 @@ def come_down(
     top
         Height of the material, mm.
     """
-    start, asked = way.start, data.entry
+    start, asked = path.start, data.entry
     high = min(builder.position[2], top + ABOVE) if builder.position[2] > top else builder.position[2]
     if builder.position[2] > high + SHORTEST:
         builder.feed(z=high, feed=data.tool.feed)
     turns = 0 if ring is None else _round(ring.length, high - bottom, data.entry_angle)
-    legs = _legs(way, high - bottom, data.entry_angle)
+    legs = _legs(path, high - bottom, data.entry_angle)
     ramps = legs is not None or turns > 0
     # The search for a helix is slow, so it runs only if a helix may be used.
     wanted = asked == "helix" or (asked == "ramp" and not ramps)
@@ -87,7 +87,7 @@ def come_down(
     elif kind == "ramp" and ring is not None and turns:
         _wind(builder, ring, turns, (high, bottom), feed)
     elif kind == "ramp" and legs is not None:
-        _ramp(builder, way, legs, (high, bottom), feed)
+        _ramp(builder, path, legs, (high, bottom), feed)
     else:
         builder.feed(z=bottom, feed=data.straight_feed)
     return Descent(kind, asked, start, high, bottom)
@@ -111,8 +111,8 @@ def wind_down(
 def _wind(builder: ToolpathBuilder, loop: Polyline, turns: int, heights: tuple[float, float], feed: float) -> None:
     high, low = heights
     for turn in range(turns):
-        begin, end = (high + (low - high) * (turn + k) / turns for k in (0, 1))
-        follow(builder, loop, feed, (begin, end))
+        start, end = (high + (low - high) * (turn + k) / turns for k in (0, 1))
+        follow(builder, loop, feed, (start, end))
 
 
 def _turns(length: float, drop: float, angle: float) -> int:
@@ -130,25 +130,25 @@ def _round(length: float, drop: float, angle: float) -> int:
 # -- ramp ------------------------------------------------------------------------------------------------------------
 
 
-def _legs(way: Polyline, drop: float, angle: float) -> tuple[int, float] | None:
+def _legs(path: Polyline, drop: float, angle: float) -> tuple[int, float] | None:
     """Return the even number of legs of a ramp and their length, mm; None if the path is too short."""
     needed = drop / math.tan(angle)
-    if not way.length > 0.0:
+    if not path.length > 0.0:
         return None
-    count = 2 * max(math.ceil(0.5 * needed / way.length - 1e-9), 1)
+    count = 2 * max(math.ceil(0.5 * needed / path.length - 1e-9), 1)
     return (count, needed / count) if count <= MOST_LEGS else None
 
 
 def _ramp(
-    builder: ToolpathBuilder, way: Polyline, legs: tuple[int, float], heights: tuple[float, float], feed: float
+    builder: ToolpathBuilder, path: Polyline, legs: tuple[int, float], heights: tuple[float, float], feed: float
 ) -> None:
     count, length = legs
-    forth = way.piece(0.0, length)
+    forth = path.piece(0.0, length)
     back = forth.reversed()
     high, low = heights
     for leg in range(count):
-        begin, end = (high + (low - high) * (leg + k) / count for k in (0, 1))
-        follow(builder, back if leg % 2 else forth, feed, (begin, end))
+        start, end = (high + (low - high) * (leg + k) / count for k in (0, 1))
+        follow(builder, back if leg % 2 else forth, feed, (start, end))
 
 
 # -- helix -----------------------------------------------------------------------------------------------------------
@@ -190,14 +190,14 @@ def _helix(
 # -- moves -----------------------------------------------------------------------------------------------------------
 
 
-def follow(builder: ToolpathBuilder, way: Polyline, feed: float, heights: tuple[float, float] | None = None) -> None:
+def follow(builder: ToolpathBuilder, path: Polyline, feed: float, heights: tuple[float, float] | None = None) -> None:
     """Cut along an open path; with `heights`, from the first height to the second at a constant slope."""
-    length, gone = way.length, 0.0
+    length, gone = path.length, 0.0
     level = builder.position[2]
-    for index, s in enumerate(way.segments()):
-        gone += float(way.lengths[index])
+    for index, s in enumerate(path.segments()):
+        gone += float(path.lengths[index])
         z = level if heights is None else heights[0] + (heights[1] - heights[0]) * gone / length
-        if index == way.n_segments - 1 and heights is not None:
+        if index == path.n_segments - 1 and heights is not None:
             z = heights[1]
         _move(builder, s, z, feed)
 

@@ -57,12 +57,12 @@ def feed_limits(
     options = settings.of(PocketOptions)
     _check_stated(settings, data.tool, mill)
     tool = data.tool
-    most = max(min(FEED_INCREASE * tool.feed, machine.max_feed, data.air_feed), tool.feed)
+    highest = max(min(FEED_INCREASE * tool.feed, machine.max_feed, data.air_feed), tool.feed)
     # One tool cuts all pockets, so the deepest level counts.
     depth = max(one.step for one in levels)
     finish = max(one.begin - finishing_levels(one, tool.diameter)[0] for one in levels) if options.stock else depth
     limits = FeedLimits(
-        tool.diameter, tool.feed, tool.spindle_rpm, most, depth, finish, FILM * tool.diameter,
+        tool.diameter, tool.feed, tool.spindle_rpm, highest, depth, finish, FILM * tool.diameter,
     )  # fmt: skip
     power = _power(machine, tool)
     if power is None:
@@ -122,7 +122,7 @@ def _check_stated(settings: Settings, tool: Tool, mill: Tool | None) -> None:
 def _power(machine: Machine, tool: Tool) -> float | None:
     """Return the cutting power of the spindle at the tool's speed, W; None if it is unknown."""
     power, torque = machine.spindle_power, machine.spindle_torque
-    found = [power * DRIVE_EFFICIENCY] if power else []
+    limits = [power * DRIVE_EFFICIENCY] if power else []
     if torque:
-        found.append(torque / 1000.0 * math.tau * tool.spindle_rpm / SECONDS_PER_MINUTE)
-    return min(found) if found else None
+        limits.append(torque / 1000.0 * math.tau * tool.spindle_rpm / SECONDS_PER_MINUTE)
+    return min(limits) if limits else None

@@ -76,12 +76,12 @@ class Fronts:
         start = (middle - half) % math.tau
         order = np.argsort(start)
         start, end = start[order], (start + 2.0 * half)[order]
-        found, reached = [], float(end.max()) - math.tau
+        gaps, reached = [], float(end.max()) - math.tau
         for a, b in zip(start.tolist(), end.tolist(), strict=True):
             if a > reached:
-                found.append((reached, a))
+                gaps.append((reached, a))
             reached = max(reached, b)
-        arcs = [(self.turn * a, b - a) for a, b in found]
+        arcs = [(self.turn * a, b - a) for a, b in gaps]
         return [arc for arc in arcs if self._beyond(x, y, radius, arc, discs) > film]
 
     def _beyond(self, x: float, y: float, radius: float, arc: tuple[float, float], discs: Floats) -> float:
@@ -104,8 +104,8 @@ class Fronts:
         step = apart * min(self.tool, radius + 0.01)
         angles = []
         for start, sweep in arcs:
-            many = min(max(math.ceil(sweep * radius / step), 8), most)
-            angles.append(start + self.turn * sweep * np.linspace(0.0, 1.0, many + 1))
+            samples = min(max(math.ceil(sweep * radius / step), 8), most)
+            angles.append(start + self.turn * sweep * np.linspace(0.0, 1.0, samples + 1))
         angle = np.concatenate(angles)
         return float(self._engaged(x, y, radius, angle, discs).max())
 
@@ -148,13 +148,13 @@ class Fronts:
     def clear(self, a: tuple[float, float], b: tuple[float, float], which: list[int]) -> bool:
         """Return whether a straight move lies in the union of some discs."""
         discs = self._discs[which]
-        way = np.array(b) - a
-        length = float(np.hypot(*way))
+        move = np.array(b) - a
+        length = float(np.hypot(*move))
         if length == 0.0:
             return True
         from_a = discs[:, :2] - a
-        along = from_a @ way / length
-        off = (from_a[:, 0] * way[1] - from_a[:, 1] * way[0]) / length
+        along = from_a @ move / length
+        off = (from_a[:, 0] * move[1] - from_a[:, 1] * move[0]) / length
         rest = (discs[:, 2] + _SLACK) ** 2 - off * off
         half = np.sqrt(np.maximum(rest, 0.0))
         there = rest > 0.0

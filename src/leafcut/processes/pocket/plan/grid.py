@@ -84,7 +84,7 @@ class GridContext:
 
     region: CentreRegion
     grid: Grid
-    ways: RegionPaths
+    paths: RegionPaths
     retract: Retract
     finish: bool
 
@@ -198,13 +198,13 @@ def grid_problem(
         As `grid_points`.
     """
     grid, retract = grid or best_grid(region, finish), retract or Retract()
-    ways = RegionPaths(region.polygon, region.rings, grid.points, grid.pitch)
+    paths = RegionPaths(region.polygon, region.rings, grid.points, grid.pitch)
     x, y = grid.points.T
     lifted = retract.fixed + retract.per_mm * np.hypot(x[:, None] - x, y[:, None] - y)
-    matrix = np.minimum(ways.between_points(), lifted)
+    matrix = np.minimum(paths.between_points(), lifted)
     np.fill_diagonal(matrix, 0.0)
     problem = RoutingProblem.of_points(grid.points, Metric("EXPLICIT", matrix=matrix))
-    return problem, GridContext(region, grid, ways, retract, finish)
+    return problem, GridContext(region, grid, paths, retract, finish)
 
 
 def grid_path(context: GridContext, order: NDArray[np.int32], strategy: str = "firefly") -> PocketPath:
@@ -228,22 +228,22 @@ def _over_points(context: GridContext, nodes: list[int]) -> list[PocketPiece]:
 
     No point has a retract before and after it: the tool cuts while it moves.
     """
-    places, ways, retract = context.ways.places, context.ways, context.retract
+    places, paths, retract = context.paths.places, context.paths, context.retract
     pieces: list[PocketPiece] = []
     run, linked = [places[nodes[0]]], False
-    straight = ways.straight(places[nodes[:-1]], places[nodes[1:]])
+    straight = paths.straight(places[nodes[:-1]], places[nodes[1:]])
     for k, (a, b) in enumerate(itertools.pairwise(nodes)):
-        found = (b, places[[a, b]]) if straight[k] else ways.way(a, [b])
+        link = (b, places[[a, b]]) if straight[k] else paths.way(a, [b])
         needed = (len(run) == 1 and not linked) or k == len(nodes) - 2
-        dear = found is not None and length_of(found[1]) > retract.cost(math.dist(places[a], places[b]))
-        by_feed = found is not None and (needed or not dear)
+        dear = link is not None and length_of(link[1]) > retract.cost(math.dist(places[a], places[b]))
+        by_feed = link is not None and (needed or not dear)
         if by_feed and straight[k]:
             run.append(places[b])
             continue
         if len(run) > 1 or not linked:
             pieces.append(PocketPiece(as_polyline(run if len(run) > 1 else run * 2)))
-        if by_feed and found is not None:
-            pieces.append(PocketPiece(as_polyline(found[1]), "link"))
+        if by_feed and link is not None:
+            pieces.append(PocketPiece(as_polyline(link[1]), "link"))
         run, linked = [places[b]], by_feed
     if len(run) > 1 or not linked:
         pieces.append(PocketPiece(as_polyline(run if len(run) > 1 else run * 2)))
@@ -252,21 +252,21 @@ def _over_points(context: GridContext, nodes: list[int]) -> list[PocketPiece]:
 
 def _along_walls(context: GridContext, at: int) -> tuple[float, list[PocketPiece]]:
     """Return the cost of links, mm, and the pieces from a place along every wall, the nearest first."""
-    ways, retract = context.ways, context.retract
-    left, rules = set(range(len(ways.rings))), context.region.rules
+    paths, retract = context.paths, context.retract
+    left, rules = set(range(len(paths.rings))), context.region.rules
     spent, pieces = 0.0, []
-    last = ways.places[at]
+    last = paths.places[at]
     while left:
-        owner = {int(node): k for k in left for node in ways.rings[k]}
+        owner = {int(node): k for k in left for node in paths.rings[k]}
         nodes = np.array(list(owner))
-        apart = np.hypot(*(ways.places[nodes] - last).T)
+        apart = np.hypot(*(paths.places[nodes] - last).T)
         node, lifted = int(nodes[apart.argmin()]), retract.cost(float(apart.min()))
-        found = ways.way(at, owner)
-        if found is not None and length_of(found[1]) <= lifted:
-            node = found[0]
-        loop = _loop(context.region.rings, ways.places[node], rules.climb)
-        if found is not None and node == found[0]:
-            link = np.concatenate([last[None], found[1], loop[:1]])
+        nearest = paths.way(at, owner)
+        if nearest is not None and length_of(nearest[1]) <= lifted:
+            node = nearest[0]
+        loop = _loop(context.region.rings, paths.places[node], rules.climb)
+        if nearest is not None and node == nearest[0]:
+            link = np.concatenate([last[None], nearest[1], loop[:1]])
             spent += length_of(link)
             if length_of(link) > SAME_PLACE:
                 pieces.append(PocketPiece(as_polyline(_without_repeats(link)), "link"))
@@ -289,14 +289,14 @@ def _loop(walls: list[Points], place: Points, climb: bool) -> Points:
     at, corners = line.project(point), np.asarray(line.coords)
     along = np.concatenate([[0.0], np.hypot(*np.diff(corners, axis=0).T).cumsum()])
     k = int(np.searchsorted(along, at, side="right"))
-    begin = np.asarray(line.interpolate(at).coords)
-    around = _without_repeats(np.concatenate([begin, corners[k:-1], corners[:k], begin]))
+    start = np.asarray(line.interpolate(at).coords)
+    around = _without_repeats(np.concatenate([start, corners[k:-1], corners[:k], start]))
     return around if climb else around[::-1]
 
 
-def _without_repeats(way: Points) -> Points:
+def _without_repeats(path: Points) -> Points:
     """Return a path without repeated points; the first and the last point stay."""
-    new = np.hypot(*np.diff(way, axis=0).T) > 1e-9
-    kept: Points = way[np.concatenate([[True], new])]
-    kept[-1] = way[-1]
+    new = np.hypot(*np.diff(path, axis=0).T) > 1e-9
+    kept: Points = path[np.concatenate([[True], new])]
+    kept[-1] = path[-1]
     return kept

@@ -110,9 +110,9 @@ def _tree(xy: Points, width: Floats, pairs: NDArray[np.int64]) -> tuple[list[int
         number[node] = len(order)
         order.append(node)
         parent.append(came)
-        for other in near[node]:
-            if other not in number:
-                heapq.heappush(heap, (-float(width[other]), other, number[node]))
+        for neighbour in near[node]:
+            if neighbour not in number:
+                heapq.heappush(heap, (-float(width[neighbour]), neighbour, number[node]))
     return order, np.array(parent, dtype=np.int64)
 
 
@@ -125,10 +125,10 @@ def _into_corners(axis: Axis, polygon: Any, reach: float) -> Axis:
     corners = np.concatenate([np.asarray(r.coords)[:-1, :2] for r in (polygon.exterior, *polygon.interiors)])
     places: Any = shapely.points(corners)
     tree = shapely.STRtree(places)
-    found, _ = tree.query_nearest(shapely.points(axis.xy[ends]), all_matches=False, return_distance=True)
-    to = corners[found[1]]
-    near = np.hypot(*(to - axis.xy[ends[found[0]]]).T) < 2.0 * reach
-    came, to = ends[found[0]][near], to[near]
+    pairs, _ = tree.query_nearest(shapely.points(axis.xy[ends]), all_matches=False, return_distance=True)
+    to = corners[pairs[1]]
+    near = np.hypot(*(to - axis.xy[ends[pairs[0]]]).T) < 2.0 * reach
+    came, to = ends[pairs[0]][near], to[near]
     return Axis(
         np.concatenate([axis.xy, to]),
         np.concatenate([axis.width, np.zeros(len(to))]),
@@ -141,13 +141,13 @@ def _pruned(axis: Axis, tolerance: float) -> Axis:
     n = len(axis.xy)
     parent, places, width = axis.parent.tolist(), axis.xy.tolist(), axis.width.tolist()
     keep = np.ones(n, dtype=bool)
-    many = np.bincount(axis.parent[1:], minlength=n).tolist()
-    ends = [i for i in range(1, n) if not many[i]]
+    degree = np.bincount(axis.parent[1:], minlength=n).tolist()
+    ends = [i for i in range(1, n) if not degree[i]]
     while ends:
         again = []
         for end in ends:
             branch = [end]
-            while parent[branch[-1]] > 0 and many[parent[branch[-1]]] == 1:
+            while parent[branch[-1]] > 0 and degree[parent[branch[-1]]] == 1:
                 branch.append(parent[branch[-1]])
             fork = parent[branch[-1]]
             if fork < 0:
@@ -155,8 +155,8 @@ def _pruned(axis: Axis, tolerance: float) -> Axis:
             beyond = max(math.dist(places[i], places[fork]) + width[i] for i in branch) - width[fork]
             if beyond <= tolerance:
                 keep[branch] = False
-                many[fork] -= 1
-                if not many[fork] and fork > 0:
+                degree[fork] -= 1
+                if not degree[fork] and fork > 0:
                     again.append(fork)
         ends = again
     number = np.cumsum(keep) - 1

@@ -51,9 +51,9 @@ class CentreRegion:
         ring = self.rings[0]
         away = np.hypot(*(ring[:, None] - ring[None, :]).transpose(2, 0, 1))
         a, b = sorted(divmod(int(away.argmax()), len(ring)))
-        one, other = ring[a : b + 1], shapely.LineString(np.concatenate([ring[b:], ring[: a + 1]]))
-        nearest = other.interpolate(other.project(shapely.points(one)))
-        middle: Points = 0.5 * (one + shapely.get_coordinates(nearest))
+        side, opposite = ring[a : b + 1], shapely.LineString(np.concatenate([ring[b:], ring[: a + 1]]))
+        nearest = opposite.interpolate(opposite.project(shapely.points(side)))
+        middle: Points = 0.5 * (side + shapely.get_coordinates(nearest))
         wide = shapely.hausdorff_distance(shapely.LineString(middle), self.polygon.exterior) > self.rules.tolerance
         return None if wide else middle
 
@@ -114,12 +114,12 @@ def unreached(shape: Any, rules: PocketRules) -> list[Unreached]:
     """Return the places of a pocket that the tool cannot clear, without tiny ones, the largest first."""
     ground, thin = reachable(shape, rules), _THIN * rules.tolerance
     rest, near = shape.difference(ground), ground.buffer(thin)
-    found = []
+    places = []
     for piece in polygons(rest.buffer(-thin).buffer(thin).intersection(rest)):
         if piece.area >= SMALL * math.pi * rules.radius**2:
             point = piece.point_on_surface()
-            found.append(Unreached(piece, piece.area, (point.x, point.y), _is_corner(piece, near, thin)))
-    return sorted(found, key=lambda u: -u.area)
+            places.append(Unreached(piece, piece.area, (point.x, point.y), _is_corner(piece, near, thin)))
+    return sorted(places, key=lambda u: -u.area)
 
 
 def _is_corner(piece: Any, near: Any, thin: float) -> bool:

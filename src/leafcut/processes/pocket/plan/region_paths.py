@@ -79,13 +79,13 @@ class RegionPaths:
         self._begin = np.searchsorted(source[order], np.arange(len(self.places) + 1))
         self._target, self._cost = target[order], costs[order]
 
-    def straight(self, begin: Points, end: Points) -> NDArray[np.bool_]:
+    def straight(self, start: Points, end: Points) -> NDArray[np.bool_]:
         """Return whether each straight move from float64[k, 2] to float64[k, 2] stays inside the region."""
-        found = np.zeros(len(begin), dtype=np.bool_)
-        for k in range(0, len(begin), SEGMENTS_AT_ONCE):
+        inside = np.zeros(len(start), dtype=np.bool_)
+        for k in range(0, len(start), SEGMENTS_AT_ONCE):
             part = slice(k, k + SEGMENTS_AT_ONCE)
-            found[part] = shapely.covers(self.allowed, shapely.linestrings(np.stack([begin[part], end[part]], axis=1)))
-        return found
+            inside[part] = shapely.covers(self.allowed, shapely.linestrings(np.stack([start[part], end[part]], axis=1)))
+        return inside
 
     def between_points(self) -> NDArray[np.float64]:
         """Return the lengths of the shortest paths between all points, float64[n, n]; inf if none was found.
@@ -171,10 +171,10 @@ def _stops(ring: Points, spacing: float) -> NDArray[np.int64]:
     """Return indices of corners of a ring that are about `spacing` mm apart."""
     along = np.concatenate([[0.0], np.hypot(*np.diff(ring, axis=0).T).cumsum()])
     step = np.floor(along / spacing).astype(np.int64)
-    found = np.flatnonzero(np.diff(step, prepend=-1) > 0)
-    return found if len(found) > 1 else np.array([0, len(ring) // 2])
+    stops = np.flatnonzero(np.diff(step, prepend=-1) > 0)
+    return stops if len(stops) > 1 else np.array([0, len(ring) // 2])
 
 
-def length_of(way: Points) -> float:
+def length_of(path: Points) -> float:
     """Return the length of a path through corners float64[k, 2]."""
-    return float(np.hypot(*np.diff(way, axis=0).T).sum())
+    return float(np.hypot(*np.diff(path, axis=0).T).sum())

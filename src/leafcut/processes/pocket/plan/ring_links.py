@@ -79,17 +79,17 @@ def spines(cut: list[Ring], edges: list[tuple[int, int]], step_over: float) -> l
         if _beside(cut[a], cut[b], step_over):
             low, high = (a, b) if cut[a].level < cut[b].level else (b, a)
             inner.setdefault(low, []).append(high)
-    found: list[list[int]] = []
+    candidates: list[list[int]] = []
 
-    def deeper(way: list[int]) -> None:
-        found.append(way[::-1])
-        for ring in inner.get(way[-1], ()):
-            deeper([*way, ring])
+    def deeper(spine: list[int]) -> None:
+        candidates.append(spine[::-1])
+        for ring in inner.get(spine[-1], ()):
+            deeper([*spine, ring])
 
     for ring in range(len(cut)):
         deeper([ring])
-    found.sort(key=lambda way: (-len(way), way[-1]))
-    return [way for way in found if len(way) >= len(found[0]) - 2][:MOST_SPINES]
+    candidates.sort(key=lambda spine: (-len(spine), spine[-1]))
+    return [spine for spine in candidates if len(spine) >= len(candidates[0]) - 2][:MOST_SPINES]
 
 
 def children_of(spine: list[int], edges: list[tuple[int, int]], n: int) -> dict[int, list[int]]:
@@ -263,11 +263,11 @@ class RingLinks:
             self.options[parent, child] = self._options(parent, child)
         options = self.options[parent, child]
         best: tuple[float, Joint | None] = (math.inf, None)
-        looked, most = 0, 0 if self.stopped() else MOST_LOOKS
+        tried, limit = 0, 0 if self.stopped() else MOST_LOOKS
         for k, cost in enumerate(options.costs):
-            if cost >= best[0] or looked > most:
+            if cost >= best[0] or tried > limit:
                 break
-            looked += best[1] is not None
+            tried += best[1] is not None
             joint = Joint(parent, child, *options.stations[k], *options.gaps[k])
             more = self._more(joint)
             if cost + more < best[0] - 1e-9:
@@ -278,7 +278,7 @@ class RingLinks:
         """Return the candidate joints of two rings."""
         a, b = self.cut[parent], self.cut[child]
         stations = self._stations(parent, child)
-        costs, every = [], []
+        costs, all_gaps = [], []
         for share in (1.0, 0.5, 0.0):
             gaps = share * self.gap(parent), share * self.gap(child)
             if not all(gaps):  # only one ring has a gap
@@ -286,12 +286,12 @@ class RingLinks:
             leave, back = (a.places(stations[:, 0] + side * gaps[0]) for side in (-0.5, 0.5))
             enter, out = (b.places(stations[:, 1] + side * gaps[1]) for side in (0.5, -0.5))
             costs.append(np.hypot(*(leave - enter).T) + np.hypot(*(out - back).T) - sum(gaps))
-            every.append(np.tile(gaps, (len(stations), 1)))
+            all_gaps.append(np.tile(gaps, (len(stations), 1)))
             if not sum(gaps):
                 break
         cost = np.concatenate(costs)
         order = np.argsort(cost, kind="stable")
-        return _Options(cost[order], np.tile(stations, (len(costs), 1))[order], np.vstack(every)[order])
+        return _Options(cost[order], np.tile(stations, (len(costs), 1))[order], np.vstack(all_gaps)[order])
 
     def _stations(self, parent: int, child: int) -> Points:
         """Return pairs of stations (parent, child) where two rings are near, float64[n, 2]."""
@@ -358,7 +358,7 @@ def _turn(ring: Ring, start: float, length: float) -> float:
     """Return the total turn of a ring over a stretch, rad."""
     if length <= 0.0:
         return 0.0
-    way = ring.stretch(start, start + length)
-    steps = np.diff(way, axis=0)
+    points = ring.stretch(start, start + length)
+    steps = np.diff(points, axis=0)
     angles = np.arctan2(steps[:, 1], steps[:, 0])
     return float(np.abs((np.diff(angles) + math.pi) % (2.0 * math.pi) - math.pi).sum())

@@ -93,14 +93,14 @@ def rings(region: CentreRegion) -> list[Ring]:
     The material along walls and islands is on the right of the tool for climb milling (with a clockwise spindle), on
     its left for conventional milling.
     """
-    found: list[Ring] = []
+    cut: list[Ring] = []
     rules, level, inner = region.rules, 0, region.polygon
     while not inner.is_empty:
         for polygon in polygons(inner):
-            found.extend(Ring(points, level) for points in CentreRegion(polygon, rules).rings)
+            cut.extend(Ring(points, level) for points in CentreRegion(polygon, rules).rings)
         level += 1
         inner = shrunk(region.polygon, level * rules.step_over, rules.tolerance)
-    return found if rules.climb else [Ring(ring.points[::-1], ring.level) for ring in found]
+    return cut if rules.climb else [Ring(ring.points[::-1], ring.level) for ring in cut]
 
 
 def neighbours(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
@@ -118,8 +118,8 @@ def contour(region: CentreRegion) -> PocketPath:
     rules = region.rules
     cut = rings(region)
     around = [ring.stretch(0.0, ring.length) for ring in cut]
-    ways = with_spurs(around, region.polygon, rules)
-    cut = [Ring(way[:-1], ring.level) for way, ring in zip(ways, cut, strict=True)]
+    loops = with_spurs(around, region.polygon, rules)
+    cut = [Ring(way[:-1], ring.level) for way, ring in zip(loops, cut, strict=True)]
     inner: dict[int, set[int]] = {a: set() for a in range(len(cut))}
     for a, b in neighbours(cut, rules.step_over):
         inner[a].add(b)

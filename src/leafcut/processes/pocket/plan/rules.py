@@ -144,18 +144,18 @@ def milled_pockets(part: Part, depth: float | None, diameter: float | None) -> t
     PlanError
         No pocket of a solid is wider than the tool, or none has the requested depth.
     """
-    if not any(one.depth is not None for one in part.pockets):
+    if not any(pocket.depth is not None for pocket in part.pockets):
         if depth is None:
             raise OptionError("a pocket needs its depth; give --depth")
-        return replace(part, pockets=tuple(replace(one, depth=depth) for one in part.pockets)), []
+        return replace(part, pockets=tuple(replace(pocket, depth=depth) for pocket in part.pockets)), []
     issues = _openings(part, diameter)
-    wide = [one for one in part.pockets if not _is_hole(one, diameter)]
+    wide = [pocket for pocket in part.pockets if not _is_hole(pocket, diameter)]
     if holes := len(part.pockets) - len(wide):
         words = f"{count_of(holes, 'round pocket')} no wider than the tool, not milled: drill them"
         issues.append(Issue("L219", words, severity=Severity.NOTE))
     if not wide:
         raise PlanError(f"{part.name}: no pocket is wider than the tool; choose a smaller --tool-diameter")
-    chosen = wide if depth is None else [one for one in wide if abs((one.depth or 0.0) - depth) <= SAME_HEIGHT]
+    chosen = wide if depth is None else [pocket for pocket in wide if abs((pocket.depth or 0.0) - depth) <= SAME_HEIGHT]
     there = _depths(wide)
     if not chosen:
         raise PlanError(
@@ -173,12 +173,15 @@ def milled_pockets(part: Part, depth: float | None, diameter: float | None) -> t
 
 def _openings(part: Part, diameter: float | None) -> list[Issue]:
     """Return issues about round openings through a solid: narrow ones are drilled, wide ones are missing work."""
-    narrow = [one for one in part.openings if diameter is not None and one.diameter <= diameter + SAME_HEIGHT]
-    wide = tuple(one.outline for one in part.openings if not any(one is other for other in narrow))
+    narrow = [
+        opening for opening in part.openings if diameter is not None and opening.diameter <= diameter + SAME_HEIGHT
+    ]
+    wide = tuple(opening.outline for opening in part.openings if not any(opening is other for other in narrow))
     issues = []
     if wide:
         places = tuple(
-            (round(0.5 * (x0 + x1), 2), round(0.5 * (y0 + y1), 2)) for x0, y0, x1, y1 in (one.extents for one in wide)
+            (round(0.5 * (x0 + x1), 2), round(0.5 * (y0 + y1), 2))
+            for x0, y0, x1, y1 in (opening.extents for opening in wide)
         )
         words = f"{count_of(len(wide), 'round opening')} through the part, not milled: a pocket has a floor"
         at = ", ".join(f"({x:g}, {y:g})" for x, y in places[:3]) + (" …" if len(places) > 3 else "")
@@ -191,7 +194,7 @@ def _openings(part: Part, diameter: float | None) -> list[Issue]:
 
 def _depths(pockets: Sequence[Pocket]) -> str:
     """Return ``6 mm (1 pocket), 8 mm (2 pockets)``."""
-    counted = Counter(round(one.depth or 0.0, 3) for one in pockets)
+    counted = Counter(round(pocket.depth or 0.0, 3) for pocket in pockets)
     return ", ".join(f"{deep:g} mm ({count_of(counted[deep], 'pocket')})" for deep in sorted(counted))
 
 
@@ -200,10 +203,10 @@ def lying_in(pockets: Sequence[Pocket], tolerance: float) -> list[int | None]:
 
     Material that remains in a pocket is an island, so the outer pocket clears everything above the inner one.
     """
-    shapes = [region(one.outline, one.islands, tolerance, one.label) for one in pockets]
+    shapes = [region(pocket.outline, pocket.islands, tolerance, pocket.label) for pocket in pockets]
     around: list[int | None] = []
-    for one, shape in zip(pockets, shapes, strict=True):
-        deep = one.depth or 0.0
+    for pocket, shape in zip(pockets, shapes, strict=True):
+        deep = pocket.depth or 0.0
         over = [
             k
             for k, other in enumerate(pockets)

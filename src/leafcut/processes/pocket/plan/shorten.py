@@ -43,21 +43,21 @@ WORTH = 0.01
 CURVE = 8
 
 
-def fine(way: Points, longest: float) -> Points:
+def fine(path: Points, longest: float) -> Points:
     """Return the path with extra points, so that no segment is longer than `longest`, float64[n, 2]."""
-    step = np.hypot(*np.diff(way, axis=0).T)
-    way = way[np.concatenate([[True], step > 1e-9])]
-    step = np.hypot(*np.diff(way, axis=0).T)
+    step = np.hypot(*np.diff(path, axis=0).T)
+    path = path[np.concatenate([[True], step > 1e-9])]
+    step = np.hypot(*np.diff(path, axis=0).T)
     counts = np.maximum(np.ceil(step / longest).astype(int), 1)
     station = np.concatenate([[0.0], np.cumsum(step)])
     row = np.repeat(np.arange(len(step)), counts)
     share = np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
     at = np.append(station[row] + step[row] * share / counts[row], station[-1])
-    return np.column_stack([np.interp(at, station, way[:, 0]), np.interp(at, station, way[:, 1])])
+    return np.column_stack([np.interp(at, station, path[:, 0]), np.interp(at, station, path[:, 1])])
 
 
 def shorten(
-    way: Points, ground: CoverageGrid, region: CentreRegion, allowed: Any, kept: Points, stopped: Callable[[], bool]
+    path: Points, ground: CoverageGrid, region: CentreRegion, allowed: Any, kept: Points, stopped: Callable[[], bool]
 ) -> Points:
     """Return a path, not longer, that stays within the limits of all sample points of the area.
 
@@ -68,44 +68,44 @@ def shorten(
     for _ in range(PASSES):
         if stopped():
             break
-        bends = _Bends(fine(way, PIECE * radius), ground, region.rules, allowed, changed)
-        near = _near_some(bends.way, kept, radius)
+        bends = _Bends(fine(path, PIECE * radius), ground, region.rules, allowed, changed)
+        near = _near_some(bends.path, kept, radius)
         bends.done |= near[:-1] | near[1:]
         bends.trim()
         bends.look(stopped)
         shorter = bends.rebuilt(bends.edits)
-        spared = _length(way) - _length(shorter)
-        way, changed = shorter, bends.changed()
+        spared = _length(path) - _length(shorter)
+        path, changed = shorter, bends.changed()
         if spared < WORTH * radius:
             break
-    return way
+    return path
 
 
 def chamfer(
-    way: Points, ground: CoverageGrid, region: CentreRegion, allowed: Any, links: Points, stopped: Callable[[], bool]
+    path: Points, ground: CoverageGrid, region: CentreRegion, allowed: Any, links: Points, stopped: Callable[[], bool]
 ) -> Points:
     """Return a path with chamfers on sharp corners where the sample points stay within their limits.
 
     Corners near the places `links`, float64[n, 2], stay; when `stopped`, all stay.
     """
     if stopped():
-        return way
-    corners = _Corners(fine(way, PIECE * region.rules.radius), ground, region.rules, allowed)
-    corners.done |= _near_some(corners.way, links, region.rules.radius)[:-1]
+        return path
+    corners = _Corners(fine(path, PIECE * region.rules.radius), ground, region.rules, allowed)
+    corners.done |= _near_some(corners.path, links, region.rules.radius)[:-1]
     corners.look(stopped)
     return corners.rebuilt(corners.edits)
 
 
-def _near_some(way: Points, places: Points, distance: float) -> NDArray[np.bool_]:
+def _near_some(path: Points, places: Points, distance: float) -> NDArray[np.bool_]:
     """Return whether each point of a path is within a distance of any of the places, bool[n]."""
-    near = np.zeros(len(way), dtype=bool)
+    near = np.zeros(len(path), dtype=bool)
     spots: Any = shapely.points(places)
-    near[shapely.STRtree(spots).query(shapely.points(way), predicate="dwithin", distance=distance)[0]] = True
+    near[shapely.STRtree(spots).query(shapely.points(path), predicate="dwithin", distance=distance)[0]] = True
     return near
 
 
-def _length(way: Points) -> float:
-    return float(np.hypot(*np.diff(way, axis=0).T).sum())
+def _length(path: Points) -> float:
+    return float(np.hypot(*np.diff(path, axis=0).T).sum())
 
 
 class _Bends:
@@ -115,43 +115,43 @@ class _Bends:
     least = BEND
 
     def __init__(
-        self, way: Points, ground: CoverageGrid, rules: PocketRules, allowed: Any, changed: Points | None = None
+        self, path: Points, ground: CoverageGrid, rules: PocketRules, allowed: Any, changed: Points | None = None
     ) -> None:
-        self.way, self.allowed = way, allowed
+        self.path, self.allowed = path, allowed
         self.radius, self.step = rules.radius, rules.step_over
-        self.station = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(way, axis=0).T))])
+        self.station = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
         self.bends = self._bends(self.least)
         if changed is not None:
             # A bend's stretch, the sample points beside it, and other passes that may clear them.
             reach = self.reaches[0] * self.radius + 2.0 * ground.longest
-            near = _near_some(way[self.bends], changed, reach)
+            near = _near_some(path[self.bends], changed, reach)
             self.bends = [i for i, there in zip(self.bends, near, strict=True) if there]
-        looked = self._looked()
-        self.places = ground.beside(way, looked)
+        selected = self._selected()
+        self.places = ground.beside(path, selected)
         self.geoms = self.places.geoms
         self.tree = shapely.STRtree(self.geoms)
-        piece, self.point = self.places.near(way)
-        self.first = np.searchsorted(piece, np.arange(len(way)))
+        piece, self.point = self.places.near(path)
+        self.first = np.searchsorted(piece, np.arange(len(path)))
         self.count = np.bincount(self.point, minlength=len(self.geoms))
         # Segments along walls stay, and segments without sample points.
-        self.fixed = ~looked
-        rows = np.flatnonzero(looked)
+        self.fixed = ~selected
+        rows = np.flatnonzero(selected)
         edge = allowed.boundary
         shapely.prepare(edge)
-        self.fixed[rows] = shapely.dwithin(edge, shapely.points(0.5 * (way[rows] + way[rows + 1])), 1e-5)
+        self.fixed[rows] = shapely.dwithin(edge, shapely.points(0.5 * (path[rows] + path[rows + 1])), 1e-5)
         self.walls = np.concatenate([[0], np.cumsum(self.fixed)])
-        self.done = np.zeros(len(way) - 1, dtype=bool)
+        self.done = np.zeros(len(path) - 1, dtype=bool)
         self.edits: list[Edit] = []
 
-    def _looked(self) -> NDArray[np.bool_]:
+    def _selected(self) -> NDArray[np.bool_]:
         """Return the segments that may be replaced: near bends and at both ends, bool[n − 1]."""
         reach = self.reaches[0] * self.radius
-        at = self.station[[0, *self.bends, len(self.way) - 1]]
-        change = np.zeros(len(self.way) + 1, np.int64)
+        at = self.station[[0, *self.bends, len(self.path) - 1]]
+        change = np.zeros(len(self.path) + 1, np.int64)
         np.add.at(change, np.searchsorted(self.station, at - reach), 1)
         np.add.at(change, np.searchsorted(self.station, at + reach, side="right"), -1)
-        looked: NDArray[np.bool_] = np.cumsum(change)[: len(self.way) - 1] > 0
-        return looked
+        selected: NDArray[np.bool_] = np.cumsum(change)[: len(self.path) - 1] > 0
+        return selected
 
     def look(self, stopped: Callable[[], bool]) -> None:
         """Shorten the stretch around each bend, until `stopped`."""
@@ -162,37 +162,37 @@ class _Bends:
 
     def trim(self) -> None:
         """Remove superfluous segments at both ends."""
-        n = len(self.way) - 1
+        n = len(self.path) - 1
         j = 0
         while j < n - 1 and not self.fixed[j] and not self.done[j] and self._covered(j, j + 1, None):
             self._remove(j, j + 1)
             j += 1
         if j:
-            self.edits.append((0, j, self.way[j : j + 1]))
+            self.edits.append((0, j, self.path[j : j + 1]))
             self.done[:j] = True
         k = n
         while k > j + 1 and not self.fixed[k - 1] and not self.done[k - 1] and self._covered(k - 1, k, None):
             self._remove(k - 1, k)
             k -= 1
         if k < n:
-            self.edits.append((k, n, self.way[k : k + 1]))
+            self.edits.append((k, n, self.path[k : k + 1]))
             self.done[k:] = True
 
     def _bends(self, least: float) -> list[int]:
         """Return the points where the path turns by more than `least`, the sharpest first."""
-        step = np.diff(self.way, axis=0)
+        step = np.diff(self.path, axis=0)
         angle = np.arctan2(step[:, 1], step[:, 0])
-        turn = np.zeros(len(self.way))
+        turn = np.zeros(len(self.path))
         turn[1:-1] = np.abs((np.diff(angle) + math.pi) % (2.0 * math.pi) - math.pi)
-        found = np.flatnonzero(turn > least)
-        return [int(i) for i in found[np.argsort(-turn[found], kind="stable")]]
+        bends = np.flatnonzero(turn > least)
+        return [int(i) for i in bends[np.argsort(-turn[bends], kind="stable")]]
 
     def _try(self, i: int) -> None:
         """Replace the longest possible stretch around a bend."""
         for reach in self.reaches:
             a = int(np.searchsorted(self.station, self.station[i] - reach * self.radius))
             b = int(np.searchsorted(self.station, self.station[i] + reach * self.radius, side="right")) - 1
-            a, b = max(a, 0), min(b, len(self.way) - 1)
+            a, b = max(a, 0), min(b, len(self.path) - 1)
             if not a < i < b or self.walls[b] - self.walls[a] or self.done[a:b].any():
                 continue
             curve = self._curve(a, i, b)
@@ -208,7 +208,7 @@ class _Bends:
     def _curve(self, a: int, i: int, b: int) -> Points | None:
         """Return the replacement of a stretch: a parabola tangential to the lines to the bend."""
         t = np.linspace(0.0, 1.0, CURVE + 1)[:, None]
-        p, q, r = self.way[a], self.way[i], self.way[b]
+        p, q, r = self.path[a], self.path[i], self.path[b]
         curve: Points = (1.0 - t) ** 2 * p + 2.0 * t * (1.0 - t) * q + t * t * r
         return curve
 
@@ -239,18 +239,18 @@ class _Bends:
 
     def changed(self) -> Points:
         """Return places along all replaced stretches and their replacements, float64[n, 2]."""
-        places = [part for a, b, curve in self.edits for part in (self.way[a : b + 1], curve)]
+        places = [part for a, b, curve in self.edits for part in (self.path[a : b + 1], curve)]
         return np.vstack([np.zeros((0, 2)), *places])
 
     def rebuilt(self, edits: list[Edit]) -> Points:
         """Return the path with replaced stretches."""
         parts, at = [], 0
         for a, b, curve in sorted(edits, key=lambda e: e[0]):
-            parts += [self.way[at : a + 1], curve]
+            parts += [self.path[at : a + 1], curve]
             at = b
         if not parts:
-            return self.way
-        return np.vstack([*parts, self.way[at:]])
+            return self.path
+        return np.vstack([*parts, self.path[at:]])
 
 
 def _angle(a: Points, b: Points) -> float:
@@ -266,23 +266,23 @@ class _Corners(_Bends):
 
     reaches, least = CHAMFERS, 2.0 * SIDE_BY_SIDE
 
-    def __init__(self, way: Points, ground: CoverageGrid, rules: PocketRules, allowed: Any) -> None:
-        super().__init__(way, ground, rules, allowed)
-        self.cells = _Cells(way, LOOKED * self.step)
+    def __init__(self, path: Points, ground: CoverageGrid, rules: PocketRules, allowed: Any) -> None:
+        super().__init__(path, ground, rules, allowed)
+        self.cells = _Cells(path, LOOKED * self.step)
         self.chords: dict[tuple[int, int], list[Points]] = {}
-        self.gone = np.zeros(len(way), dtype=bool)
+        self.gone = np.zeros(len(path), dtype=bool)
 
     def _curve(self, a: int, i: int, b: int) -> Points | None:
-        p, q, r = self.way[a], self.way[i], self.way[b]
+        p, q, r = self.path[a], self.path[i], self.path[b]
         before, after = q - p, r - q
         # `half` is half the angle inside the corner. The chamfers of neighbouring corners are 1 / sin(half) times
         # further apart than their sides, and side by side, unless the sides are nearer to their middle.
         half = max(0.5 * (math.pi - _angle(before, after)), 0.05)
-        most = 0.5 * self.step * (1.0 / math.sin(half) - 1.0) / (math.sin(half) * math.cos(half))
+        longest = 0.5 * self.step * (1.0 / math.sin(half) - 1.0) / (math.sin(half) * math.cos(half))
         chord = r - p
-        if max(math.hypot(*before), math.hypot(*after)) > most:
+        if max(math.hypot(*before), math.hypot(*after)) > longest:
             return None
-        for side in (self.way[a + 1] - p, q - p, r - q, r - self.way[b - 1]):
+        for side in (self.path[a + 1] - p, q - p, r - q, r - self.path[b - 1]):
             if side @ chord > math.cos(SIDE_BY_SIDE) * math.hypot(*side) * math.hypot(*chord):
                 return None
         return np.array([p, r]) if self._near(a, i, b) else None
@@ -293,14 +293,14 @@ class _Corners(_Bends):
         The largest disc that touches the chamfer and contains no part of the path touches the next pass. Passes that
         diverge from the chamfer do not count.
         """
-        p, q, r = self.way[a], self.way[i], self.way[b]
+        p, q, r = self.path[a], self.path[i], self.path[b]
         normal = np.array([p[1] - r[1], r[0] - p[0]]) / max(math.dist(p, r), 1e-9)
         normal *= math.copysign(1.0, (q - p) @ normal)
         rows = self.cells.near(q)
         rows = rows[(rows < a) | (rows > b)]
-        rows = rows[~self.gone[rows] & (np.abs(self.way[rows] - q).max(axis=1, initial=0.0) < LOOKED * self.step)]
+        rows = rows[~self.gone[rows] & (np.abs(self.path[rows] - q).max(axis=1, initial=0.0) < LOOKED * self.step)]
         chords = [chord for chord in self._chords_near(q) if np.abs(chord[0] - q).max() < LOOKED * self.step]
-        others = np.vstack([self.way[rows], *chords])
+        others = np.vstack([self.path[rows], *chords])
         if not len(others):
             return True
         for share, side in ((0.1, 1.0), (0.5, 1.0), (0.9, 1.0), (0.1, -1.0), (0.5, -1.0), (0.9, -1.0)):

@@ -32,7 +32,7 @@ def uncut(ground: Any, passes: list[Any], rules: PocketRules) -> list[Any]:
     return _worth(ground.difference(cleared), rules)
 
 
-def with_spurs(ways: list[Points], ground: Any, rules: PocketRules) -> list[Points]:
+def with_spurs(paths: list[Points], ground: Any, rules: PocketRules) -> list[Points]:
     """Return paths that clear all of `ground`, with spurs from the points nearest to uncut places.
 
     A spur leads straight towards the most distant point of a place until the tool clears it, and back. More spurs
@@ -41,9 +41,9 @@ def with_spurs(ways: list[Points], ground: Any, rules: PocketRules) -> list[Poin
     """
     room = ground.buffer(ROUNDING)
     shapely.prepare(room)
-    lines = [shapely.LineString(way) for way in ways]
-    tracks = [Track(way) for way in ways]
-    spurs: list[list[tuple[float, Points]]] = [[] for _ in ways]
+    lines = [shapely.LineString(path) for path in paths]
+    tracks = [Track(path) for path in paths]
+    spurs: list[list[tuple[float, Points]]] = [[] for _ in paths]
     tree = shapely.STRtree(lines)
     for place in uncut(ground, lines, rules):
         near = tree.query(place, predicate="dwithin", distance=FAR * rules.radius)
@@ -75,18 +75,18 @@ def _spur(places: list[Any], track: Track, rules: PocketRules, room: Any) -> tup
     corners = shapely.get_coordinates(places)
     away, stations = track.nearest(corners)
     deepest = int(np.argmax(away))
-    most, station = float(away[deepest]), float(stations[deepest])
+    distance, station = float(away[deepest]), float(stations[deepest])
     base = track.places(np.array([station]))[0]
-    tip = base + (corners[deepest] - base) * min(most, most - (1.0 - DEEPER) * rules.radius) / most
+    tip = base + (corners[deepest] - base) * min(distance, distance - (1.0 - DEEPER) * rules.radius) / distance
     return (station, tip) if room.covers(shapely.LineString([base, tip])) else None
 
 
 def _spliced(track: Track, spurs: list[tuple[float, Points]]) -> Points:
     """Return a track with spurs at their stations."""
-    way, parts, at = track.points, [], 0
+    points, parts, at = track.points, [], 0
     for station, tip in sorted(spurs, key=lambda spur: spur[0]):
         k = max(int(np.searchsorted(track.stations, station, side="right")), at)
         base = track.places(np.array([station]))
-        parts += [way[at:k], base, tip[None], base]
+        parts += [points[at:k], base, tip[None], base]
         at = k
-    return np.vstack([*parts, way[at:]])
+    return np.vstack([*parts, points[at:]])

@@ -31,13 +31,13 @@ def stock_tops(
     triangles
         Surface of the solid, float64[n, 3, 3], mm.
     """
-    filled = [region(one.outline, (), name=one.label) for one in of_solid]
+    filled = [region(pocket.outline, (), name=pocket.label) for pocket in of_solid]
     tops = []
-    for one in pockets:
-        own = region(one.outline, (), name=one.label)
+    for pocket in pockets:
+        own = region(pocket.outline, (), name=pocket.label)
         area = shapely.union_all([own, *(other for other in filled if other.intersects(own))])
         highest = highest_over(triangles, area.buffer(radius))
-        tops.append(round(min(highest - (one.top or 0.0), 0.0), 6))
+        tops.append(round(min(highest - (pocket.top or 0.0), 0.0), 6))
     return tops
 
 
@@ -50,10 +50,10 @@ def filled(triangles: NDArray[np.float64], of_solid: Sequence[Pocket], tops: Seq
         Height of the material of each pocket (`stock_tops`), mm.
     """
     lids = [triangles]
-    for one, top in zip(of_solid, tops, strict=True):
-        flat = shapely.get_parts(shapely.constrained_delaunay_triangles(region(one.outline, (), name=one.label)))
+    for pocket, top in zip(of_solid, tops, strict=True):
+        flat = shapely.get_parts(shapely.constrained_delaunay_triangles(region(pocket.outline, (), name=pocket.label)))
         xy = shapely.get_coordinates(flat).reshape(-1, 4, 2)[:, :3]
-        lids.append(np.concatenate([xy, np.full((len(xy), 3, 1), (one.top or 0.0) + top)], axis=2))
+        lids.append(np.concatenate([xy, np.full((len(xy), 3, 1), (pocket.top or 0.0) + top)], axis=2))
     return np.concatenate(lids)
 
 

@@ -127,9 +127,9 @@ def with_data(
     careful = 1000.0 * SURFACE_SPEEDS[known] / (math.pi * tool.diameter)
     has = f"the spindle of {machine.name} turns {machine.spindle_min_rpm:g} to {machine.spindle_max_rpm:g} rpm"
     if not asked_rpm and not machine.spindle_min_rpm / MOST_OFF <= careful <= machine.spindle_max_rpm * MOST_OFF:
-        other = "smaller" if careful < machine.spindle_min_rpm else "larger"
+        size = "smaller" if careful < machine.spindle_min_rpm else "larger"
         raise PlanError(
-            f"{tool.label} needs {careful:.0f} rpm in {known.replace('_', ' ')}, but {has}: use a {other} mill, or "
+            f"{tool.label} needs {careful:.0f} rpm in {known.replace('_', ' ')}, but {has}: use a {size} mill, or "
             "give --material or the --spindle-speed that your mill and material need"
         )
     rpm = asked_rpm or float(round(min(max(careful, machine.spindle_min_rpm), machine.spindle_max_rpm)))

@@ -193,11 +193,11 @@ class _PocketMotion:
 
     def _stays(self, here: Point, place: Point, allowed: Any) -> bool:
         """Return whether the straight move at depth is free, and not slower than a retract."""
-        way = math.dist(here, place)
+        distance = math.dist(here, place)
         rise = self._height(here, place) - self.builder.position[2]
         velocity, feed = self.machine.rapid_velocity, self.data.tool.feed
-        lifted = (2.0 * rise - ABOVE) / velocity[2] + way / max(velocity[:2]) + ABOVE / feed
-        return way / feed <= lifted and bool(allowed.buffer(TOUCH).covers(shapely.LineString([here, place])))
+        lifted = (2.0 * rise - ABOVE) / velocity[2] + distance / max(velocity[:2]) + ABOVE / feed
+        return distance / feed <= lifted and bool(allowed.buffer(TOUCH).covers(shapely.LineString([here, place])))
 
     def _height(self, here: Point, place: Point) -> float:
         """Return the height of a rapid from place to place."""

@@ -48,18 +48,18 @@ def zigzag(
         either.
     """
     angles = [math.pi * k / ANGLES for k in range(ANGLES)] if angle is None else [angle]
-    found: list[tuple[int, PocketPath]] = []
+    candidates: list[tuple[int, PocketPath]] = []
     for margin in MARGINS if finishing_pass else MARGINS[-1:]:
         paths: list[tuple[PocketPath, int]] = []
         for turn in angles:
-            if (paths or found) and stopped():
+            if (paths or candidates) and stopped():
                 break
             paths.append(_at(region, turn, margin * region.rules.step_over, finishing_pass))
         for path, far in sorted(paths, key=lambda one: one[0].feed_mm + one[0].rapid_mm):
-            found.append((far or (len(too_wide(path)) if too_wide else 0), path))
-            if not found[-1][0]:
+            candidates.append((far or (len(too_wide(path)) if too_wide else 0), path))
+            if not candidates[-1][0]:
                 return path
-    return min(found, key=lambda one: one[0])[1]
+    return min(candidates, key=lambda one: one[0])[1]
 
 
 def _at(region: CentreRegion, angle: float, margin: float, finishing_pass: bool) -> tuple[PocketPath, int]:
@@ -72,16 +72,16 @@ def _at(region: CentreRegion, angle: float, margin: float, finishing_pass: bool)
     far = _far_beside(runs, [ring.stretch(0.0, ring.length) for ring in walls], rules.step_over)
     path = _Path(region)
     while runs:
-        way = path.nearest([way for run in runs for way in (run, run[::-1])])
-        runs = [run for run in runs if run is not way and not np.array_equal(run[::-1], way)]
-        path.go(way, "rough")
+        line = path.nearest([line for run in runs for line in (run, run[::-1])])
+        runs = [run for run in runs if run is not line and not np.array_equal(run[::-1], line)]
+        path.go(line, "rough")
     while walls:
         starts = [ring.station_of(path.end) for ring in walls]
-        ways = [ring.stretch(s, s + ring.length) for ring, s in zip(walls, starts, strict=True)]
-        k = min(range(len(ways)), key=lambda i: math.dist(path.end, ways[i][0]))
-        path.go(ways[k], kind_of(walls.pop(k), rules))
-    ways = with_spurs([piece.path.vertices[:, :2] for piece in path.pieces], region.polygon, rules)
-    pieces = [PocketPiece(as_polyline(way), piece.kind) for way, piece in zip(ways, path.pieces, strict=True)]
+        lines = [ring.stretch(s, s + ring.length) for ring, s in zip(walls, starts, strict=True)]
+        k = min(range(len(lines)), key=lambda i: math.dist(path.end, lines[i][0]))
+        path.go(lines[k], kind_of(walls.pop(k), rules))
+    lines = with_spurs([piece.path.vertices[:, :2] for piece in path.pieces], region.polygon, rules)
+    pieces = [PocketPiece(as_polyline(line), piece.kind) for line, piece in zip(lines, path.pieces, strict=True)]
     return PocketPath("zigzag", tuple(pieces)), far
 
 
@@ -94,9 +94,11 @@ def _far_beside(runs: list[Points], walls: list[Points], step_over: float) -> in
         return 0
     lines = np.concatenate([np.stack([run[:-1], run[1:]], axis=1) for run in runs])
     lines = lines[np.hypot(*(lines[:, 1] - lines[:, 0]).T) > 0.0]
-    fine = [shapely.get_coordinates(shapely.segmentize(shapely.LineString(way), LOOKED * step_over)) for way in walls]
-    places = np.concatenate([0.5 * (way[1:] + way[:-1]) for way in fine])
-    along = np.concatenate([np.diff(way, axis=0) for way in fine])
+    sampled = [
+        shapely.get_coordinates(shapely.segmentize(shapely.LineString(wall), LOOKED * step_over)) for wall in walls
+    ]
+    places = np.concatenate([0.5 * (wall[1:] + wall[:-1]) for wall in sampled])
+    along = np.concatenate([np.diff(wall, axis=0) for wall in sampled])
     along /= np.maximum(np.hypot(*along.T), 1e-12)[:, None]
     (at, by), away = shapely.STRtree(shapely.linestrings(lines)).query_nearest(
         shapely.points(places), max_distance=2.0 * step_over, return_distance=True, all_matches=False
@@ -130,10 +132,10 @@ def _runs(region: CentreRegion, inner: Any, angle: float, rules: PocketRules) ->
 
 def _run(region: CentreRegion, rows: list[list[Points]], row: int, turned: Points) -> Points:
     """Take one line from each row as long as a free straight link leads to the next row; join the lines."""
-    way = [rows[row].pop(0)]
+    lines = [rows[row].pop(0)]
     while row + 1 < len(rows):
         row += 1
-        at = way[-1][-1]
+        at = lines[-1][-1]
         options = [(math.dist(at, end[0]), k, end) for k, line in enumerate(rows[row]) for end in (line, line[::-1])]
         options = [o for o in options if o[0] <= LINK_STEPS * region.rules.step_over]
         options = [o for o in options if free(region, shapely.LineString(np.vstack([at, o[2][0]]) @ turned))]
@@ -141,8 +143,8 @@ def _run(region: CentreRegion, rows: list[list[Points]], row: int, turned: Point
             break
         _, k, line = min(options, key=lambda o: o[0])
         rows[row].pop(k)
-        way.append(line)
-    joined: Points = np.vstack(way) @ turned
+        lines.append(line)
+    joined: Points = np.vstack(lines) @ turned
     return joined
 
 
@@ -158,18 +160,18 @@ class _Path:
         """Position of the tool at the end of the last piece."""
         return np.array(self.pieces[-1].path.end) if self.pieces else self.region.rings[0][0]
 
-    def nearest(self, ways: list[Points]) -> Points:
+    def nearest(self, paths: list[Points]) -> Points:
         """Return the path that starts nearest to the tool; at first, a path with room for an entry ramp."""
         if self.pieces:
-            return min(ways, key=lambda way: math.dist(self.end, way[0]))
-        lengths = [float(np.hypot(*np.diff(way, axis=0).T).sum()) for way in ways]
+            return min(paths, key=lambda path: math.dist(self.end, path[0]))
+        lengths = [float(np.hypot(*np.diff(path, axis=0).T).sum()) for path in paths]
         enough = min(ENTRY_ROOM * self.region.rules.tool_diameter, max(lengths))
-        return next(way for way, length in zip(ways, lengths, strict=True) if length >= enough)
+        return next(path for path, length in zip(paths, lengths, strict=True) if length >= enough)
 
-    def go(self, way: Points, kind: str) -> None:
+    def go(self, path: Points, kind: str) -> None:
         """Append a path."""
         if self.pieces:
-            link = shapely.LineString([self.end, way[0]])
+            link = shapely.LineString([self.end, path[0]])
             if 0.0 < link.length <= LINK_STEPS * self.region.rules.step_over and free(self.region, link):
                 self.pieces.append(PocketPiece(as_polyline(link.coords), "link"))
-        self.pieces.append(PocketPiece(as_polyline(way), kind))
+        self.pieces.append(PocketPiece(as_polyline(path), kind))

@@ -80,15 +80,15 @@ def measured_chips(
     flat = {
         cut.row
         for cut in cuts
-        if np.ptp(cut.way[:, 2]) <= _SAME and np.abs(np.array(levels) - cut.way[-1, 2]).min() <= ROOM
+        if np.ptp(cut.path[:, 2]) <= _SAME and np.abs(np.array(levels) - cut.path[-1, 2]).min() <= ROOM
     }
-    every = list(_levels(cuts, written, rpm, rules, limits, flat))
+    samples = list(_levels(cuts, written, rpm, rules, limits, flat))
     wrong = [
         Difference("feed", 0, cut.line, _too_fast(cut, written, "goes down", limits.feed))
         for cut in cuts
         if cut.row not in flat and written.value[cut.row] > limits.feed * (1.0 + _PART)
     ]
-    for level in every:
+    for level in samples:
         wrong += _beyond(level, written, limits)
     ramps = [*_ramps(cuts, written, limits, flat, levels), *_plunges(cuts, written, rules, limits)]
     wrong += [
@@ -96,25 +96,25 @@ def measured_chips(
         for ramp in ramps
         if ramp.power > limits.power * (1.0 + _PART)
     ]
-    feed, chip, before, rate = (_all(every, name) for name in ("feed", "chip", "chip_before", "rate"))
+    feed, chip, before, rate = (_all(samples, name) for name in ("feed", "chip", "chip_before", "rate"))
     low, high = (float(feed.min()), float(feed.max())) if len(feed) else (limits.feed, limits.feed)
     rate_before = float((rate * limits.feed / feed).max(initial=0.0)) if len(feed) else 0.0
     pace = ToolPace(
         tool.number, tool.label, (limits.feed, limits.feed), (low, high), float(before.max(initial=0.0)),
         float(chip.max(initial=0.0)), limits.chip, True, rate_before, float(rate.max(initial=0.0)),
-        tuple(_limits(every, ramps, limits)),
+        tuple(_limits(samples, ramps, limits)),
     )  # fmt: skip
-    rows = {level.cuts[k].row for level in every for k in np.unique(level.move).tolist()}
+    rows = {level.cuts[k].row for level in samples for k in np.unique(level.move).tolist()}
     changed = sum(abs(float(written.value[row]) - limits.feed) > _PART * limits.feed for row in rows)
     return MeasuredChips(pace, changed, tuple(shorten(wrong)))
 
 
-def _all(every: list[_Places], name: str) -> Floats:
+def _all(samples: list[_Places], name: str) -> Floats:
     """Return a column of the samples at all heights."""
-    return np.concatenate([np.zeros(0), *(getattr(level, name) for level in every)])
+    return np.concatenate([np.zeros(0), *(getattr(level, name) for level in samples)])
 
 
-def _limits(every: list[_Places], ramps: list[_Ramp], limits: FeedLimits) -> Iterator[FeedLimit]:
+def _limits(samples: list[_Places], ramps: list[_Ramp], limits: FeedLimits) -> Iterator[FeedLimit]:
     """Yield the maximum power, before and after, if it is limited."""
 
     def most(values: Floats) -> float:
@@ -122,21 +122,21 @@ def _limits(every: list[_Places], ramps: list[_Ramp], limits: FeedLimits) -> Ite
 
     if math.isfinite(limits.power):
         down = np.array([ramp.power for ramp in ramps])
-        power = max(most(_all(every, "power")), most(down))
-        yield FeedLimit("power", max(most(_all(every, "power_before")), power), power, limits.power)
+        power = max(most(_all(samples, "power")), most(down))
+        yield FeedLimit("power", max(most(_all(samples, "power_before")), power), power, limits.power)
 
 
 def _levels(
     cuts: list[PocketCut], written: Toolpath, rpm: Floats, rules: PocketRules, limits: FeedLimits, flat: set[int]
 ) -> Iterator[_Places]:
     """Yield the samples of each height where the tool cuts."""
-    for there, way, engaged in engaged_levels(cuts, rules, flat):
-        rows = np.array([cut.row for cut in there], dtype=np.int64)[way.piece]
+    for there, path, engaged in engaged_levels(cuts, rules, flat):
+        rows = np.array([cut.row for cut in there], dtype=np.int64)[path.piece]
         feed, turns = written.value[rows], np.maximum(rpm[rows], 1e-9)
         chip = chip_at(engaged, feed, turns)
         met = (engaged.width > thinnest(rules)) & np.isin(rows, list(flat))
         yield _Places(
-            there, way.piece[met], feed[met], chip[met],
+            there, path.piece[met], feed[met], chip[met],
             (chip * limits.feed / feed)[met], power_at(engaged, feed, limits)[met],
             power_at(engaged, limits.feed, limits)[met], removal_rate(engaged, feed, limits)[met],
         )  # fmt: skip
@@ -151,7 +151,7 @@ def _beyond(level: _Places, written: Toolpath, limits: FeedLimits) -> Iterator[D
     )
     for cut, at in thick:
         words = (
-            f"{_at(cut, written)} makes a chip of {level.chip[at]:.4g} mm a revolution near {place(*cut.way[-1])}; "
+            f"{_at(cut, written)} makes a chip of {level.chip[at]:.4g} mm a revolution near {place(*cut.path[-1])}; "
             f"{limits.chip:.4g} mm at most are allowed"
         )
         yield Difference("feed", 0, cut.line, words)
@@ -176,19 +176,19 @@ def _ramps(
 
     The material ends at the next level above the bottom of a descent.
     """
-    ways: list[list[PocketCut]] = []
+    descents: list[list[PocketCut]] = []
     for cut in cuts:
-        if cut.row in flat or not _across(cut) > _SAME or not cut.way[0, 2] > cut.way[-1, 2] - _SAME:
+        if cut.row in flat or not _across(cut) > _SAME or not cut.path[0, 2] > cut.path[-1, 2] - _SAME:
             continue
-        last = ways[-1][-1] if ways else None
+        last = descents[-1][-1] if descents else None
         if last and cut.row == last.row + 1 and written.value[cut.row] == written.value[last.row]:
-            ways[-1].append(cut)
+            descents[-1].append(cut)
         else:
-            ways.append([cut])
+            descents.append([cut])
     tops = np.append(np.array(levels), 0.0)
-    for way in ways:
-        last, bottom = way[-1], float(way[-1].way[-1, 2])
-        across, fall = sum(_across(cut) for cut in way), float(way[0].way[0, 2]) - bottom
+    for descent in descents:
+        last, bottom = descent[-1], float(descent[-1].path[-1, 2])
+        across, fall = sum(_across(cut) for cut in descent), float(descent[0].path[0, 2]) - bottom
         depth = float(tops[tops > bottom + ROOM].min(initial=0.0)) - bottom
         by_feed = float(written.value[last.row]) / math.hypot(across, fall)
         yield _Ramp(last, power_on_ramp(limits, by_feed * across, by_feed * fall, depth))
@@ -198,16 +198,16 @@ def _plunges(cuts: list[PocketCut], written: Toolpath, rules: PocketRules, limit
     """Yield plunges into material that earlier moves did not clear, except for a sliver."""
     if limits.material is None:
         return
-    lines = [shapely.LineString(cut.way[:, :2]) if _across(cut) > _SAME else None for cut in cuts]
+    lines = [shapely.LineString(cut.path[:, :2]) if _across(cut) > _SAME else None for cut in cuts]
     for number, cut in enumerate(cuts):
-        bottom = float(cut.way[-1, 2])
-        if _across(cut) > _SAME or not cut.way[0, 2] > bottom + _SAME:
+        bottom = float(cut.path[-1, 2])
+        if _across(cut) > _SAME or not cut.path[0, 2] > bottom + _SAME:
             continue
-        disc = shapely.Point(cut.way[-1, :2]).buffer((1.0 - _SLIVER) * rules.radius)
+        disc = shapely.Point(cut.path[-1, :2]).buffer((1.0 - _SLIVER) * rules.radius)
         before = [
             line
             for line, other in zip(lines[:number], cuts[:number], strict=True)
-            if line is not None and other.way[:, 2].max() <= bottom + ROOM and line.dwithin(disc, rules.radius)
+            if line is not None and other.path[:, 2].max() <= bottom + ROOM and line.dwithin(disc, rules.radius)
         ]
         if not shapely.union_all(shapely.buffer(before, rules.radius, quad_segs=64)).covers(disc):
             yield _Ramp(cut, power_on_plunge(limits, float(written.value[cut.row])))
@@ -215,20 +215,20 @@ def _plunges(cuts: list[PocketCut], written: Toolpath, rules: PocketRules, limit
 
 def _across(cut: PocketCut) -> float:
     """Return the horizontal length of a move, mm."""
-    return float(np.hypot(*np.diff(cut.way[:, :2], axis=0).T).sum())
+    return float(np.hypot(*np.diff(cut.path[:, :2], axis=0).T).sum())
 
 
 def _too_strong(cut: PocketCut, written: Toolpath, power: float, limits: FeedLimits) -> str:
     return (
-        f"{_at(cut, written)} needs {power / 1000.0:.4g} kW near {place(*cut.way[-1])}; the spindle gives "
+        f"{_at(cut, written)} needs {power / 1000.0:.4g} kW near {place(*cut.path[-1])}; the spindle gives "
         f"{limits.power / 1000.0:.4g} kW at most"
     )
 
 
-def _too_fast(cut: PocketCut, written: Toolpath, what: str, most: float) -> str:
+def _too_fast(cut: PocketCut, written: Toolpath, what: str, limit: float) -> str:
     return (
-        f"{_at(cut, written)} {what} near {place(*cut.way[-1])}; the mill cuts at {SECONDS_PER_MINUTE * most:g} mm/min "
-        "at most"
+        f"{_at(cut, written)} {what} near {place(*cut.path[-1])}; the mill cuts at "
+        f"{SECONDS_PER_MINUTE * limit:g} mm/min at most"
     )
 
 

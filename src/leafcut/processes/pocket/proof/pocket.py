@@ -41,13 +41,13 @@ class PocketCut:
 
     row: int
     line: int
-    way: NDArray[np.float64]
+    path: NDArray[np.float64]
     bulge: float = 0.0
 
     @property
     def vertices(self) -> NDArray[np.float64]:
         """The path in the plane as vertices of a polyline, float64[n, 3]; arcs stay arcs."""
-        points = self.way[[0, -1], :2] if self.bulge else self.way[:, :2]
+        points = self.path[[0, -1], :2] if self.bulge else self.path[:, :2]
         return np.column_stack([points, np.append(np.full(len(points) - 1, self.bulge), 0.0)])
 
 
@@ -121,9 +121,9 @@ def simulated_levels(
             )
             key = (number, b"".join(np.round(p, 4).tobytes() for p in (*mine, *more)))
             if key not in known:
-                found = removal(pocket, as_path(mine), rules)
-                way, room = way_of(as_path([*mine, *more]), rules), found.centres.difference(opened)
-                known[key] = found, widest_gaps(way, room, rules).step_over
+                removed = removal(pocket, as_path(mine), rules)
+                path, room = way_of(as_path([*mine, *more]), rules), removed.centres.difference(opened)
+                known[key] = removed, widest_gaps(path, room, rules).step_over
             rows.append(SimulatedLevel(z, number, *known[key]))
     return rows
 
@@ -138,11 +138,11 @@ def air_differences(written: Toolpath, rules: PocketRules, feed: float) -> list[
     cuts = list(cuts_of(written, rules.tolerance))
     speed = {cut.row: float(written.value[cut.row]) for cut in cuts}
     fast = {row for row, value in speed.items() if value > feed * (1.0 + 1e-6)}
-    wrong = [(cut, "goes down") for cut in cuts if cut.row in fast and float(np.ptp(cut.way[:, 2])) > ROOM]
-    for there, way, engaged in engaged_levels(cuts, rules, {cut.row for cut in cuts if cut.row in fast}):
+    wrong = [(cut, "goes down") for cut in cuts if cut.row in fast and float(np.ptp(cut.path[:, 2])) > ROOM]
+    for there, path, engaged in engaged_levels(cuts, rules, {cut.row for cut in cuts if cut.row in fast}):
         wide = engaged.width > thinnest(rules)
         wrong += [
-            (there[number], "cuts") for number in np.unique(way.piece[wide]).tolist() if there[number].row in fast
+            (there[number], "cuts") for number in np.unique(path.piece[wide]).tolist() if there[number].row in fast
         ]
     return shorten(
         [
@@ -150,7 +150,7 @@ def air_differences(written: Toolpath, rules: PocketRules, feed: float) -> list[
                 "feed",
                 0,
                 cut.line,
-                f"a move at {60.0 * speed[cut.row]:g} mm/min {what} near {place(*cut.way[-1])}; the mill cuts at "
+                f"a move at {60.0 * speed[cut.row]:g} mm/min {what} near {place(*cut.path[-1])}; the mill cuts at "
                 f"{60.0 * feed:g} mm/min at most",
             )
             for cut, what in sorted(wrong, key=lambda one: one[0].row)
@@ -171,14 +171,14 @@ def engaged_levels(
     A descent counts as its end point, without engagement. Heights with equal paths are computed once.
     """
     known: dict[bytes, tuple[ToolWay, Engaged]] = {}
-    for z in sorted({round(float(cut.way[-1, 2]), 3) for cut in cuts if cut.row in rows}):
-        there = [cut for cut in cuts if abs(float(cut.way[-1, 2]) - z) <= ROOM]
-        level = np.array([np.ptp(cut.way[:, 2]) <= ROOM for cut in there])
-        ways = [cut.vertices if flat else cut.vertices[-1:] for cut, flat in zip(there, level.tolist(), strict=True)]
-        key = b"".join([level.tobytes(), *(np.round(one, 4).tobytes() for one in ways)])
+    for z in sorted({round(float(cut.path[-1, 2]), 3) for cut in cuts if cut.row in rows}):
+        there = [cut for cut in cuts if abs(float(cut.path[-1, 2]) - z) <= ROOM]
+        level = np.array([np.ptp(cut.path[:, 2]) <= ROOM for cut in there])
+        paths = [cut.vertices if flat else cut.vertices[-1:] for cut, flat in zip(there, level.tolist(), strict=True)]
+        key = b"".join([level.tobytes(), *(np.round(points, 4).tobytes() for points in paths)])
         if key not in known:
-            way = way_of(as_path(ways), rules)
-            known[key] = way, engagement(way, rules, ~level[way.piece])
+            path = way_of(as_path(paths), rules)
+            known[key] = path, engagement(path, rules, ~level[path.piece])
         yield there, *known[key]
 
 
@@ -194,13 +194,13 @@ def _opened(written: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules) ->
         if written.kind[cut.row] == Kind.FEED:
             continue
         x, y = written.arcs[int(written.ref[cut.row])].center[:2]
-        from_centre = cut.way[:, :2] - (x, y)
+        from_centre = cut.path[:, :2] - (x, y)
         radius = float(np.hypot(*from_centre[0]))
         if radius > rules.radius:
             continue
         angles = np.unwrap(np.arctan2(from_centre[:, 1], from_centre[:, 0]))
-        sinks = float(np.ptp(cut.way[:, 2])) > 0.0
-        key = (round(float(x), 2), round(float(y), 2), round(radius, 2), 0.0 if sinks else round(cut.way[-1, 2], 2))
+        sinks = float(np.ptp(cut.path[:, 2])) > 0.0
+        key = (round(float(x), 2), round(float(y), 2), round(radius, 2), 0.0 if sinks else round(cut.path[-1, 2], 2))
         turned[key] = turned.get(key, 0.0) + abs(float(angles[-1] - angles[0]))
     whole = [key for key, turn in turned.items() if turn >= 2.0 * np.pi - 1e-3]
     return shapely.union_all([shapely.Point(x, y).buffer(radius, quad_segs=64) for x, y, radius, _ in whole])
@@ -248,8 +248,8 @@ def depth_differences(
     for number, level in enumerate(levels):
         if level.z >= -step - ROOM:
             continue
-        over = (one for one in levels[:number] if level.z + ROOM < one.z <= level.z + step + ROOM)
-        above = np.concatenate([np.zeros((0, 2, 2)), *(one.steps for one in over)])
+        over = (earlier for earlier in levels[:number] if level.z + ROOM < earlier.z <= level.z + step + ROOM)
+        above = np.concatenate([np.zeros((0, 2, 2)), *(earlier.steps for earlier in over)])
         new = level.steps[~np.isin(_names(level.steps), _names(above))]
         if not len(new):
             continue
@@ -281,15 +281,15 @@ class _Level:
 
 def _levels(cuts: Sequence[PocketCut]) -> list[_Level]:
     """Return the levels in the order of cutting, without descents."""
-    found: list[_Level] = []
+    levels: list[_Level] = []
     for cut in cuts:
-        if np.ptp(cut.way[:, 2]) > ROOM:
+        if np.ptp(cut.path[:, 2]) > ROOM:
             continue
-        z = float(cut.way[-1, 2])
-        if not found or abs(found[-1].z - z) > ROOM:
-            found.append(_Level(z, cut.line))
-        found[-1].parts.append(np.stack([cut.way[:-1, :2], cut.way[1:, :2]], axis=1))
-    return found
+        z = float(cut.path[-1, 2])
+        if not levels or abs(levels[-1].z - z) > ROOM:
+            levels.append(_Level(z, cut.line))
+        levels[-1].parts.append(np.stack([cut.path[:-1, :2], cut.path[1:, :2]], axis=1))
+    return levels
 
 
 def _names(steps: NDArray[np.float64]) -> NDArray[Any]:
@@ -358,15 +358,15 @@ def _pieces(cuts: Sequence[PocketCut], z: float) -> Iterator[Points]:
     """Yield the paths at one level between descents, as vertices of polylines, float64[n, 3]."""
     run: list[Points] = []
     for cut in cuts:
-        there = np.abs(cut.way[:, 2] - z) <= ROOM
-        on = bool(there.all()) and bool(run) and np.allclose(run[-1][-1, :2], cut.way[0, :2], rtol=0.0, atol=1e-9)
+        there = np.abs(cut.path[:, 2] - z) <= ROOM
+        on = bool(there.all()) and bool(run) and np.allclose(run[-1][-1, :2], cut.path[0, :2], rtol=0.0, atol=1e-9)
         if run and not on:
             yield _joined(run)
             run = []
         if there.all():
             run.append(cut.vertices)
         elif there[-1]:
-            run.append(np.append(cut.way[-1:, :2], [[0.0]], axis=1))
+            run.append(np.append(cut.path[-1:, :2], [[0.0]], axis=1))
     if run:
         yield _joined(run)
 
@@ -386,8 +386,8 @@ def _begin_lower(pockets: Sequence[Pocket], tops: Sequence[float], rules: Pocket
 def _lines(cuts: Sequence[PocketCut]) -> Any:
     """Return the paths of moves in the plane as shapely lines."""
     return shapely.linestrings(
-        np.concatenate([cut.way[:, :2] for cut in cuts]),
-        indices=np.repeat(np.arange(len(cuts)), [len(cut.way) for cut in cuts]),
+        np.concatenate([cut.path[:, :2] for cut in cuts]),
+        indices=np.repeat(np.arange(len(cuts)), [len(cut.path) for cut in cuts]),
     )
 
 
@@ -432,9 +432,9 @@ def _uncleared(
     if not rows or not cuts:
         return list(rows)
     lines = _lines(cuts)
-    when, top = np.array([cut.row for cut in cuts]), np.array([cut.way[:, 2].max() for cut in cuts])
+    when, top = np.array([cut.row for cut in cuts]), np.array([cut.path[:, 2].max() for cut in cuts])
     chords = quarter(rules.radius, FINE * rules.tolerance)
-    found = []
+    uncleared = []
     for row in rows:
         at, z = shapely.Point(np.where(np.isnan(before[row]), path.end[row], before[row])[:2]), path.end[row, 2]
         known = lines[(when < row) & (top <= z - OVER + ROOM)]
@@ -445,8 +445,8 @@ def _uncleared(
         swept = shapely.buffer(np.concatenate([[], *steps]), rules.radius, quad_segs=chords)
         cleared = shapely.union_all([*swept, *(shape for top, shape in open_ if top <= z - OVER + ROOM)])
         if not cleared.covers(at.buffer(rules.radius - rules.tolerance, quad_segs=chords)):
-            found.append(row)
-    return found
+            uncleared.append(row)
+    return uncleared
 
 
 def _beyond_walls(
@@ -457,7 +457,7 @@ def _beyond_walls(
         return []
     reach = rules.radius - rules.tolerance
     rooms = np.array([_shape(p, rules).buffer(-reach, quad_segs=64) for p in pockets], dtype=object)
-    lines, low, wrong = _lines(cuts), np.array([float(cut.way[:, 2].min()) for cut in cuts]), []
+    lines, low, wrong = _lines(cuts), np.array([float(cut.path[:, 2].min()) for cut in cuts]), []
     deep = low[:, None] >= -np.asarray(depths) - ROOM
     everywhere = shapely.union_all(rooms)
     for allowed in np.unique(deep, axis=0):
@@ -501,12 +501,12 @@ def stock_top_differences(
         All pockets of the solid, milled or not; `triangles`, float64[n, 3, 3], are its surface, mm.
     """
     wrong = []
-    for one, top in zip(pockets, tops, strict=True):
-        own = region(one.outline, (), name=one.label)
+    for pocket, top in zip(pockets, tops, strict=True):
+        own = region(pocket.outline, (), name=pocket.label)
         around = [region(other.outline, (), name=other.label) for other in of_solid]
         area = shapely.union_all([own, *(other for other in around if other.distance(own) <= 0.0)])
-        height = (one.top or 0.0) + top
+        height = (pocket.top or 0.0) + top
         if meets_area(triangles, area, radius - _ROOM, height + _ROOM):
-            words = f"{one.label}: the solid is higher than Z{height:.3f}, the assumed top of its material"
+            words = f"{pocket.label}: the solid is higher than Z{height:.3f}, the assumed top of its material"
             wrong.append(Difference("rapid in the material", 0, 0, words))
     return wrong

@@ -182,8 +182,8 @@ def _ways(frame: Frame, path: PocketPath) -> str:
     ]
     lines = [element("path", d=data[kind], class_=f"way {kind}") for kind in _KINDS if kind in data]
     if rapids:
-        ways = lines_data(frame.place(np.array(rapids)))
-        lines.append(element("path", d=ways, class_="rapid"))
+        moves = lines_data(frame.place(np.array(rapids)))
+        lines.append(element("path", d=moves, class_="rapid"))
     return in_steps(*lines)
 
 
@@ -204,19 +204,19 @@ def _arrows(frame: Frame, path: PocketPath) -> str:
 
 def _marks(frame: Frame, paths: Sequence[PocketPath], tool_diameter: float) -> list[str]:
     """Return marks at the start, the end, and all entries of the tool."""
-    every = [path for path in paths if path.pieces]
-    if not every:
+    drawn = [path for path in paths if path.pieces]
+    if not drawn:
         return []
-    first = frame.place(np.array(every[0].pieces[0].path.start)).tolist()
-    last = frame.place(np.array(every[-1].pieces[-1].path.end)).tolist()
+    first = frame.place(np.array(drawn[0].pieces[0].path.start)).tolist()
+    last = frame.place(np.array(drawn[-1].pieces[-1].path.end)).tolist()
     marks = []
     if tool_diameter > 0.0:
         radius = 0.5 * tool_diameter * frame.scale
         marks.append(element("circle", title("the tool"), cx=first[0], cy=first[1], r=radius, class_="tool-disc"))
     downs = [
         frame.place(np.array(piece.path.start)).tolist()
-        for path in every
-        for piece, gap in zip(path.pieces, (math.inf if path is not every[0] else 0.0, *path.gaps), strict=True)
+        for path in drawn
+        for piece, gap in zip(path.pieces, (math.inf if path is not drawn[0] else 0.0, *path.gaps), strict=True)
         if gap > 0.0
     ]
     marks += [element("circle", cx=x, cy=y, r=2.4, class_="down") for x, y in downs]
