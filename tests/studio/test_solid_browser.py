@@ -244,7 +244,7 @@ def test_what_two_programs_leave_otherwise_is_marked_and_told(page: Any) -> None
     assert lower == 0
     assert page.locator("[data-mode]:visible").all_inner_texts() == ["Before", "After"]
     page.get_by_role("button", name="Next difference").click()
-    assert page.inner_text(".lc-readout") == "Z -2.500 here, Z -3.000 in the other one"
+    assert page.inner_text(".lc-readout") == "Z -2.500 here, Z -3.000 in the other program"
     page.evaluate("drawing.setMode('before')")
     cut(page)
     until(page, "drawing.solid.ready")

@@ -53,7 +53,7 @@ def test_a_sheet_tells_its_cost_its_batch_its_parts_and_its_time_as_the_report_d
     norms = page.locator(".norms-of-sheet")
     for figure in norms.locator("tbody td").all_inner_texts():
         assert figure in report
-    name, table = downloaded(page, "Norms")
+    name, table = downloaded(page, "Time per part")
     rows = list(csv.DictReader(io.StringIO(table.decode())))
     assert name.endswith("_norms.csv")
     assert [row["of"] for row in rows][-2:] == ["sheet", "batch"]

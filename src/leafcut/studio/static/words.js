@@ -103,7 +103,7 @@ export const WORDS = {
   solid_path: "Path",
   solidCutting: "Cutting …",
   solidRefused: "The stock cannot be shown",
-  solidNone: "nothing is known of it",
+  solidNone: "unknown",
   solidUncut: "not cut",
   collisions: "Collisions: {number}",
   collisionNext: "Next collision",
@@ -117,5 +117,5 @@ export const WORDS = {
   differsPrevious: "Previous difference",
   differsMore: "higher here",
   differsLess: "lower here",
-  differsPlace: "Z {here} here, Z {other} in the other one",
+  differsPlace: "Z {here} here, Z {other} in the other program",
 };
