@@ -33,7 +33,7 @@ from leafcut.read.toml_table import TomlTable
 from leafcut.units import SECONDS_PER_MINUTE
 
 #: Tolerance of axis limits in LinuxCNC and other controllers, mm.
-_ROOM = 1e-6
+_TOLERANCE = 1e-6
 #: Most motor steps per mm.
 _MOST_STEPS = 1e5
 #: Largest nozzle diameter, mm.
@@ -62,7 +62,7 @@ MACHINES = PluginKind(
 
 def machine_names() -> list[str]:
     """Return the names of all machines, shipped ones first, without broken plug-ins."""
-    return [*shipped_machines(), *(one.name for one in MACHINES.plugins() if one.adds is not None)]
+    return [*shipped_machines(), *(plugin.name for plugin in MACHINES.plugins() if plugin.adds is not None)]
 
 
 def machine_descriptions() -> dict[str, str]:
@@ -74,8 +74,8 @@ def machine_list() -> list[tuple[str, str]]:
     """Return the name, description and controller of each machine; for a broken plug-in, its name and error."""
     known = {name: load_machine(name) for name in machine_names()}
     # For a dialect given by path, only the file name is shown.
-    rows = [(name, f"{one.description} ({Path(one.controller).name})") for name, one in known.items()]
-    return rows + [(one.name, one.told) for one in MACHINES.plugins() if one.adds is None]
+    rows = [(name, f"{machine.description} ({Path(machine.controller).name})") for name, machine in known.items()]
+    return rows + [(plugin.name, plugin.told) for plugin in MACHINES.plugins() if plugin.adds is None]
 
 
 def load_machine(name_or_path: str, work_offset: Sequence[float] | None = None) -> Machine:
@@ -153,8 +153,8 @@ def _work_offset(value: Sequence[float]) -> XYZ:
 
 
 def _machine_of(data: dict[str, Any], place: str) -> Machine:
-    said = TomlTable(data, place, TOP_KEYS)
-    filled, told = with_defaults(data)
+    given = TomlTable(data, place, TOP_KEYS)
+    filled, assumed = with_defaults(data)
     top = TomlTable(filled, place, TOP_KEYS)
     rapid, corners, motors, travel, spindle, change = (
         top.table(name, KEYS[name]) for name in ("rapid", "corners", "motors", "travel", "spindle", "tool_change")
@@ -200,12 +200,12 @@ def _machine_of(data: dict[str, Any], place: str) -> Machine:
         probe=_probe(top) if "probe" in top else None,
         sources=_sources(top),
     )
-    if "max_feed" not in said:
-        told["max_feed"] = f"{machine.max_feed * SECONDS_PER_MINUTE:g} mm/min (the slower of the rapids of x and y)"
+    if "max_feed" not in given:
+        assumed["max_feed"] = f"{machine.max_feed * SECONDS_PER_MINUTE:g} mm/min (the slower of the rapids of x and y)"
     unlimited = [axis for axis, name in enumerate("xyz") if not math.isfinite(machine.reach(axis))]
     if unlimited:
-        told["travel"] = f"unknown in {', '.join('xyz'[axis] for axis in unlimited)} (nothing is checked against it)"
-    machine = replace(machine, assumed=told)
+        assumed["travel"] = f"unknown in {', '.join('xyz'[axis] for axis in unlimited)} (nothing is checked against it)"
+    machine = replace(machine, assumed=assumed)
     _check(machine, place, top)
     return machine
 
@@ -243,8 +243,10 @@ def _limits(travel: TomlTable, key: str, unlimited: float) -> XYZ:
         return (unlimited,) * 3
     if not isinstance(value, list) or UNKNOWN not in value or len(value) != 3:
         return _xyz(travel.vector(key, "mm"))
-    known = travel.with_value(key, ["0 mm" if one == UNKNOWN else one for one in value]).vector(key, "mm")
-    return _xyz(tuple(unlimited if one == UNKNOWN else place for one, place in zip(value, known, strict=True)))
+    known = travel.with_value(key, ["0 mm" if limit == UNKNOWN else limit for limit in value]).vector(key, "mm")
+    return _xyz(
+        tuple(unlimited if limit == UNKNOWN else position for limit, position in zip(value, known, strict=True))
+    )
 
 
 def _probe(top: TomlTable) -> Probe:
@@ -285,7 +287,7 @@ def _check(machine: Machine, place: str, top: TomlTable) -> None:
                 raise refuse(key, f"of {axis} is {typed}, but must be above 0")
         if not high > low:
             raise refuse("travel.max", f"of {axis} is {high:g} mm, but must be above the smallest, {low:g} mm")
-        if not low - _ROOM <= machine.home[i] <= high + _ROOM:
+        if not low - _TOLERANCE <= machine.home[i] <= high + _TOLERANCE:
             raise refuse("home", f"of {axis} is {machine.home[i]:g} mm, outside the travel {low:g} to {high:g} mm")
     if machine.safe_z is not None and not machine.travel_min[2] <= machine.safe_z <= machine.travel_max[2]:
         raise refuse("safe_z", f"is {machine.safe_z:g} mm, outside the travel of z")

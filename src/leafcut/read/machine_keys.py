@@ -52,7 +52,7 @@ class ProfileKey:
     why: str = ""
     example: Any = None
     required: bool = False
-    told: bool = False
+    reported: bool = False
     unit: str = ""
     size: int = 1
     choices: tuple[str, ...] = ()
@@ -98,7 +98,7 @@ PROFILE_KEYS: tuple[ProfileKey, ...] = (
         f"what does the work: {', '.join(Head)}",
         Head.SPINDLE.value,
         "most machines have one",
-        told=True,
+        reported=True,
         choices=tuple(Head),
     ),
     ProfileKey(
@@ -106,7 +106,7 @@ PROFILE_KEYS: tuple[ProfileKey, ...] = (
         "what cuts, kind and power, as cut charts name it; only rows of that name are used",
         why="--cut-process names it, unless the chart has rows for every laser, torch or jet of that process",
         example="laser_fiber_3kW",
-        bounds="starts with the cutting method: plasma, laser, oxyfuel or waterjet",
+        bounds="begins with how the machine cuts: plasma, laser, oxyfuel or waterjet",
     ),
     ProfileKey(
         "units",
@@ -119,7 +119,7 @@ PROFILE_KEYS: tuple[ProfileKey, ...] = (
         "max_feed",
         "highest programmed feed",
         why="the slower of the rapids of x and y",
-        told=True,
+        reported=True,
         unit="mm/s",
         bounds="above 0",
     ),
@@ -167,7 +167,7 @@ PROFILE_KEYS: tuple[ProfileKey, ...] = (
         "linear: all axes arrive together; dogleg: each axis at its own speed",
         "linear",
         "as LinuxCNC, GRBL and Mach",
-        told=True,
+        reported=True,
         choices=RAPID_STYLES,
     ),
     ProfileKey(
@@ -183,7 +183,7 @@ PROFILE_KEYS: tuple[ProfileKey, ...] = (
         "acceleration: one for all axes, or a list of three",
         "500 mm/s2",
         "estimate: between a hobby router and a machining centre",
-        told=True,
+        reported=True,
         unit="mm/s²",
         size=3,
         bounds="above 0",
@@ -251,7 +251,7 @@ PROFILE_KEYS: tuple[ProfileKey, ...] = (
         "highest spindle speed",
         "10000 rpm",
         "estimate: a common spindle",
-        told=True,
+        reported=True,
         unit="rpm",
         bounds="above 0, not below the lowest speed",
     ),
@@ -284,7 +284,7 @@ PROFILE_KEYS: tuple[ProfileKey, ...] = (
         "time until the spindle has its speed",
         "0 s",
         "no wait",
-        told=True,
+        reported=True,
         unit="s",
         bounds="0 or more",
     ),
@@ -292,7 +292,7 @@ PROFILE_KEYS: tuple[ProfileKey, ...] = (
         "tool_change.automatic",
         "true: the machine changes tools; false: the program pauses for the operator",
         True,
-        told=True,
+        reported=True,
     ),
     ProfileKey(
         "tool_change.preselect",
@@ -305,7 +305,7 @@ PROFILE_KEYS: tuple[ProfileKey, ...] = (
         "time of one change",
         "10 s",
         "estimate: between a carousel and a hand",
-        told=True,
+        reported=True,
         unit="s",
         bounds="0 or more",
     ),
@@ -362,16 +362,16 @@ def with_defaults(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, st
     The second maps each key to its value and source. A missing table [probe] stays missing.
     """
     filled = {name: dict(value) if isinstance(value, Mapping) else value for name, value in data.items()}
-    told: dict[str, str] = {}
+    reported_defaults: dict[str, str] = {}
     for key in PROFILE_KEYS:
         if key.default is None or (key.table == "probe" and "probe" not in data):
             continue
         table = filled.setdefault(key.table, {}) if key.table else filled
         if isinstance(table, dict) and key.key not in table:
             table[key.key] = key.default
-            if key.told:
-                told[key.name] = key.shown_default
-    return filled, told
+            if key.reported:
+                reported_defaults[key.name] = key.shown_default
+    return filled, reported_defaults
 
 
 def profile_template(data: Mapping[str, Any], name: str) -> str:
@@ -386,25 +386,25 @@ def profile_template(data: Mapping[str, Any], name: str) -> str:
         MACHINE.line,
     ]
     for table, keys in _by_table().items():
-        there = data.get(table, {}) if table else data
+        values = data.get(table, {}) if table else data
         lines.append("")
         if table:
             lines.append(f"[{table}]" if table in data or table != "probe" else f"# [{table}]")
         for key in keys:
-            lines.extend(_template_lines(key, there, name if key.name == "name" else None))
+            lines.extend(_template_lines(key, values, name if key.name == "name" else None))
     sources = data.get("sources", {})
     if sources:
-        lines += ["", "# Source of each value; estimates are marked", "[sources]"]
-        lines += [f"{json.dumps(key)} = {toml_value(words)}" for key, words in sources.items()]
+        lines += ["", "# Where each value comes from; an estimate says so", "[sources]"]
+        lines += [f"{json.dumps(key)} = {toml_value(source)}" for key, source in sources.items()]
     return "\n".join(lines) + "\n"
 
 
-def _template_lines(key: ProfileKey, there: Mapping[str, Any], name: str | None) -> Iterator[str]:
-    said = "required" if key.required else f"otherwise {key.why}" if key.default is None else ""
-    said = said or f"otherwise {key.shown_default}"
-    yield f"# {key.help}; {said}"
-    if key.key in there:
-        yield f"{key.key} = {toml_value(there[key.key])}"
+def _template_lines(key: ProfileKey, values: Mapping[str, Any], name: str | None) -> Iterator[str]:
+    fallback = "required" if key.required else f"otherwise {key.why}" if key.default is None else ""
+    fallback = fallback or f"otherwise {key.shown_default}"
+    yield f"# {key.help}; {fallback}"
+    if key.key in values:
+        yield f"{key.key} = {toml_value(values[key.key])}"
         return
     value = key.default if key.default is not None else key.example if key.example is not None else name
     if value is not None:

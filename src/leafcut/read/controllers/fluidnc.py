@@ -50,21 +50,21 @@ def read(text: str, file: str) -> Values:
     ReadError
         The text is not YAML, or has anchors; the axes x and y are missing; a value is not a number, or implausible.
     """
-    tree = _parsed(text, file)
+    tree = _parse_yaml(text, file)
     values = Values(file, "FluidNC")
     for key in ("name", "board"):
         entry = tree.get(key)
         if isinstance(entry, _Scalar) and entry.text.strip():
             values.take("name", shown(entry.text, 40), f"{key}, {in_lines([entry.line])}")
             break
-    axes = _inner(tree, "axes")
-    parts = [_inner(axes, axis) for axis in "xyz"]
+    axes = _subtree(tree, "axes")
+    parts = [_subtree(axes, axis) for axis in "xyz"]
     for axis, part in zip("xy", parts, strict=False):
         if not part:
             raise values.refusal(f"has no axis {axis} in 'axes'; is the file whole?")
     values.motion(
-        _of_axes(values, parts, "max_rate_mm_per_min", _RATE, "mm/min"),
-        _of_axes(values, parts, "acceleration_mm_per_sec2", _ACCELERATION, "mm/s2"),
+        _axis_values(values, parts, "max_rate_mm_per_min", _RATE, "mm/min"),
+        _axis_values(values, parts, "acceleration_mm_per_sec2", _ACCELERATION, "mm/s2"),
     )
     _travel(values, parts)
     _work(values, tree)
@@ -72,20 +72,22 @@ def read(text: str, file: str) -> Values:
     values.derive("corners.style", "grbl", "FluidNC plans as GRBL, by junction deviation")
     deviation = tree.get("junction_deviation_mm")
     if isinstance(deviation, _Scalar):
-        found = number(values, deviation.text, "junction_deviation_mm", deviation.line)
-        values.take("corners.deviation", f"{found:.10g} mm", f"junction_deviation_mm, {in_lines([deviation.line])}")
+        value = number(values, deviation.text, "junction_deviation_mm", deviation.line)
+        values.take("corners.deviation", f"{value:.10g} mm", f"junction_deviation_mm, {in_lines([deviation.line])}")
     else:
         values.assume("corners.deviation", f"{_DEVIATION} mm", "FluidNC's default of junction_deviation_mm")
     tolerance = tree.get("arc_tolerance_mm")
     if isinstance(tolerance, _Scalar):
-        found = number(values, tolerance.text, "arc_tolerance_mm", tolerance.line)
-        values.take("corners.arc_tolerance", f"{found:.10g} mm", f"arc_tolerance_mm, {in_lines([tolerance.line])}")
+        value = number(values, tolerance.text, "arc_tolerance_mm", tolerance.line)
+        values.take("corners.arc_tolerance", f"{value:.10g} mm", f"arc_tolerance_mm, {in_lines([tolerance.line])}")
     if all(isinstance(part.get("steps_per_mm"), _Scalar) for part in parts):
-        steps = _of_axes(values, parts, "steps_per_mm", math.nan, "steps/mm")
+        steps = _axis_values(values, parts, "steps_per_mm", math.nan, "steps/mm")
         values.take("motors.steps_per_mm", texts(steps.numbers, steps.unit), steps.source)
-    other = [name for name in _inner(tree, "kinematics") if name != "cartesian"]
-    if other:
-        values.note(f"its kinematics are {shown(other[0], 20)}: limits are per motor, so times are estimates")
+    kinematics = [name for name in _subtree(tree, "kinematics") if name != "cartesian"]
+    if kinematics:
+        values.note(
+            f"its kinematics are {shown(kinematics[0], 20)}: limits are those of motors, so times are estimates"
+        )
     return values
 
 
@@ -129,24 +131,26 @@ def configuration_of(text: str, file: str) -> FluidConfiguration:
     ReadError
         The text is not YAML; a value is not a number, or implausible.
     """
-    tree = _parsed(text, file)
+    tree = _parse_yaml(text, file)
     values = Values(file, "FluidNC")
-    axes = _inner(tree, "axes")
-    parts = [_inner(axes, axis) for axis in "xyz"]
+    axes = _subtree(tree, "axes")
+    parts = [_subtree(axes, axis) for axis in "xyz"]
     ends = [_axis_travel(values, axis, part) for axis, part in zip("xyz", parts, strict=True)]
-    cycles = [_one(values, _inner(part, "homing"), "cycle", -1.0) for part in parts]
+    cycles = [_number_or_default(values, _subtree(part, "homing"), "cycle", -1.0) for part in parts]
     _work(values, tree)
-    speed = values.found.get("spindle.max_speed")
+    speed = values.entries.get("spindle.max_speed")
     return FluidConfiguration(
         low=_xyz([low for low, _, _, _ in ends]),
         high=_xyz([high for _, high, _, _ in ends]),
-        rates=_xyz([_one(values, part, "max_rate_mm_per_min", _RATE) / 60.0 for part in parts]),
-        accelerations=_xyz([_one(values, part, "acceleration_mm_per_sec2", _ACCELERATION) for part in parts]),
-        steps=_xyz([_one(values, part, "steps_per_mm", _STEPS) for part in parts]),
-        deviation=_one(values, tree, "junction_deviation_mm", _DEVIATION),
-        arc_tolerance=_one(values, tree, "arc_tolerance_mm", _ARC_TOLERANCE),
+        rates=_xyz([_number_or_default(values, part, "max_rate_mm_per_min", _RATE) / 60.0 for part in parts]),
+        accelerations=_xyz(
+            [_number_or_default(values, part, "acceleration_mm_per_sec2", _ACCELERATION) for part in parts]
+        ),
+        steps=_xyz([_number_or_default(values, part, "steps_per_mm", _STEPS) for part in parts]),
+        deviation=_number_or_default(values, tree, "junction_deviation_mm", _DEVIATION),
+        arc_tolerance=_number_or_default(values, tree, "arc_tolerance_mm", _ARC_TOLERANCE),
         homing=all(cycle >= 1 for cycle in cycles),
-        must_home=_is_on(_inner(tree, "start"), "must_home", otherwise=True),
+        must_home=_is_on(_subtree(tree, "start"), "must_home", otherwise=True),
         soft_limits=all(_is_on(part, "soft_limits", otherwise=False) for part in parts),
         fastest=math.inf if speed is None else number(values, speed.value, "speed_map"),
     )
@@ -156,7 +160,7 @@ def _xyz(numbers: list[float]) -> XYZ:
     return (numbers[0], numbers[1], numbers[2])
 
 
-def _one(values: Values, tree: _Tree, key: str, otherwise: float) -> float:
+def _number_or_default(values: Values, tree: _Tree, key: str, otherwise: float) -> float:
     entry = tree.get(key)
     return number(values, entry.text, key, entry.line) if isinstance(entry, _Scalar) else otherwise
 
@@ -172,14 +176,18 @@ def _axis_travel(values: Values, axis: str, part: _Tree) -> tuple[float, float, 
     if not isinstance(entry, _Scalar):
         return -math.inf, math.inf, 0.0, 0
     length = number(values, entry.text, f"max_travel_mm of {axis}", entry.line)
-    homing = _inner(part, "homing")
-    place = homing.get("mpos_mm")
-    home = number(values, place.text, f"mpos_mm of {axis}", place.line) if isinstance(place, _Scalar) else 0.0
+    homing = _subtree(part, "homing")
+    home_entry = homing.get("mpos_mm")
+    home = (
+        number(values, home_entry.text, f"mpos_mm of {axis}", home_entry.line)
+        if isinstance(home_entry, _Scalar)
+        else 0.0
+    )
     # Without homing, the travel counts down from machine zero, as with homing in positive direction (the default).
-    down = not homing or _is_on(homing, "positive_direction", otherwise=True)
+    counts_down = not homing or _is_on(homing, "positive_direction", otherwise=True)
     if not length > 0:
         raise values.refusal(f"max_travel_mm of {axis} is {length:g}, but must be above 0", entry.line)
-    return (home - length, home, home, entry.line) if down else (home, home + length, home, entry.line)
+    return (home - length, home, home, entry.line) if counts_down else (home, home + length, home, entry.line)
 
 
 def _travel(values: Values, parts: list[_Tree]) -> None:
@@ -191,13 +199,13 @@ def _travel(values: Values, parts: list[_Tree]) -> None:
         homes.append(home)
         lines += [line] * bool(line)
     if not lines:
-        values.note("the file has no max_travel_mm: the travel is not checked")
+        values.note("the file has no max_travel_mm: nothing is checked against the travel")
     else:
-        words = f"max_travel_mm and homing, {in_lines(lines)}"
-        values.travel(Axes(tuple(lowest), "mm", words, derived=True), Axes(tuple(highest), "mm", words, derived=True))
-    homed = any(_inner(part, "homing") for part in parts)
-    words = "mpos_mm of homing" if homed else "no homing: machine zero is where it was switched on"
-    values.home_at(Axes(tuple(homes), "mm", words, derived=homed, assumed=not homed))
+        source = f"max_travel_mm and homing, {in_lines(lines)}"
+        values.travel(Axes(tuple(lowest), "mm", source, derived=True), Axes(tuple(highest), "mm", source, derived=True))
+    homed = any(_subtree(part, "homing") for part in parts)
+    source = "mpos_mm of homing" if homed else "no homing: machine zero is where it was switched on"
+    values.home_at(Axes(tuple(homes), "mm", source, derived=homed, assumed=not homed))
 
 
 def _work(values: Values, tree: _Tree) -> None:
@@ -211,7 +219,7 @@ def _work(values: Values, tree: _Tree) -> None:
         values.assume("process", Head.SPINDLE.value, f"section '{spindle}'" if spindle else "the file names no spindle")
         if laser:
             values.note('it has a laser, too: give that a profile of its own, with process = "laser"')
-    section = _inner(tree, spindle or _LASER)
+    section = _subtree(tree, spindle or _LASER)
     speeds = section.get("speed_map")
     if isinstance(speeds, _Scalar):
         _speeds(values, speeds)
@@ -241,7 +249,7 @@ def _speeds(values: Values, entry: _Scalar) -> None:
         values.spindle(max(turning), min(turning) if several else 0.0, f"speed_map, {in_lines([entry.line])}")
 
 
-def _of_axes(values: Values, parts: list[_Tree], key: str, otherwise: float, unit: str) -> Axes:
+def _axis_values(values: Values, parts: list[_Tree], key: str, otherwise: float, unit: str) -> Axes:
     numbers, lines, missing = [], [], []
     for axis, part in zip("xyz", parts, strict=True):
         entry = part.get(key)
@@ -251,18 +259,18 @@ def _of_axes(values: Values, parts: list[_Tree], key: str, otherwise: float, uni
         else:
             numbers.append(otherwise)
             missing.append(axis)
-    words = f"{key}, {in_lines(lines)}" if lines else key
+    source = f"{key}, {in_lines(lines)}" if lines else key
     if missing:
-        words += f"; of {', '.join(missing)} FluidNC's default, {otherwise:g}"
-    return Axes(tuple(numbers), unit, words, assumed=bool(missing))
+        source += f"; of {', '.join(missing)} FluidNC's default, {otherwise:g}"
+    return Axes(tuple(numbers), unit, source, assumed=bool(missing))
 
 
-def _inner(tree: Mapping[str, Any], key: str) -> _Tree:
-    found = tree.get(key)
-    return found if isinstance(found, dict) else {}
+def _subtree(tree: Mapping[str, Any], key: str) -> _Tree:
+    subtree = tree.get(key)
+    return subtree if isinstance(subtree, dict) else {}
 
 
-def _parsed(text: str, file: str) -> _Tree:
+def _parse_yaml(text: str, file: str) -> _Tree:
     """Return the mappings and scalars of a YAML text; lists and tags are skipped."""
     import yaml
 
@@ -295,8 +303,8 @@ def _parsed(text: str, file: str) -> _Tree:
             if isinstance(event, yaml.ScalarEvent):
                 put(_Scalar(event.value, event.start_mark.line + 1))
             elif isinstance(event, yaml.MappingStartEvent):
-                made: _Tree = root if not stack else {}
-                stack.append((made if put(made) else None, None))
+                mapping: _Tree = root if not stack else {}
+                stack.append((mapping if put(mapping) else None, None))
             elif isinstance(event, yaml.SequenceStartEvent):
                 put({})
                 stack.append((None, None))

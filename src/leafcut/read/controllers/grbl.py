@@ -63,7 +63,7 @@ def read(text: str, file: str) -> Values:
     values.derive("corners.style", "grbl", "GRBL plans by junction deviation")
     if _DEVIATION in settings:
         values.take(
-            "corners.deviation", f"{_number(values, settings, _DEVIATION):.10g} mm", _place(settings, _DEVIATION)
+            "corners.deviation", f"{_number(values, settings, _DEVIATION):.10g} mm", _source(settings, _DEVIATION)
         )
     else:
         values.assume("corners.deviation", "0.01 mm", "GRBL's own default of $11; the file does not have it")
@@ -82,14 +82,14 @@ def _settings(text: str) -> dict[int, _Setting]:
     """Return the settings by number, each with its line; the last duplicate counts."""
     settings = {}
     if text.lstrip("\ufeff \t\r\n").startswith("{"):
-        line, before = 1, 0
-        for found in _KEPT.finditer(text):
-            line += text.count("\n", before, found.start())
-            before = found.start()
-            settings[int(found[1] or found[3])] = _Setting((found[2] or found[4] or "").strip(), line)
+        line, position = 1, 0
+        for entry in _KEPT.finditer(text):
+            line += text.count("\n", position, entry.start())
+            position = entry.start()
+            settings[int(entry[1] or entry[3])] = _Setting((entry[2] or entry[4] or "").strip(), line)
         return settings
-    for count, each in enumerate(text.splitlines(), 1):
-        match = SETTING.match(each)
+    for count, text_line in enumerate(text.splitlines(), 1):
+        match = SETTING.match(text_line)
         if match:
             settings[int(match[1])] = _Setting(match[2], count)
     return settings
@@ -98,33 +98,33 @@ def _settings(text: str) -> dict[int, _Setting]:
 def _board(values: Values, settings: dict[int, _Setting]) -> None:
     """Store the other settings that affect the clock of the board; GRBL's defaults replace missing ones."""
     if _ARC_TOLERANCE in settings:
-        place = _place(settings, _ARC_TOLERANCE)
-        values.take("corners.arc_tolerance", f"{_number(values, settings, _ARC_TOLERANCE):.10g} mm", place)
+        source = _source(settings, _ARC_TOLERANCE)
+        values.take("corners.arc_tolerance", f"{_number(values, settings, _ARC_TOLERANCE):.10g} mm", source)
     if all(key in settings for key in _STEPS):
         steps = [f"{_number(values, settings, key):.10g} steps/mm" for key in _STEPS]
-        values.take("motors.steps_per_mm", steps, _places(settings, _STEPS))
+        values.take("motors.steps_per_mm", steps, _sources(settings, _STEPS))
     if _LOCK in settings:
-        held = _number(values, settings, _LOCK)
-        place = _place(settings, _LOCK)
-        values.take("motors.lock_time", f"{0.0 if held == _ALWAYS_ON else held:.10g} ms", place)
+        lock_time = _number(values, settings, _LOCK)
+        source = _source(settings, _LOCK)
+        values.take("motors.lock_time", f"{0.0 if lock_time == _ALWAYS_ON else lock_time:.10g} ms", source)
 
 
 def _controller(values: Values, settings: dict[int, _Setting], laser: bool) -> None:
-    values.derive("controller", "grbl-laser" if laser else "grbl", "the settings have GRBL's format")
+    values.derive("controller", "grbl-laser" if laser else "grbl", "the settings are those of GRBL")
     if laser:
-        values.work(Head.LASER, f"{_place(settings, _LASER)}: laser mode")
+        values.work(Head.LASER, f"{_source(settings, _LASER)}: laser mode")
     else:
         values.assume("process", Head.SPINDLE.value, "laser mode is off ($32); the file cannot say more")
     highest = _number(values, settings, _FASTEST_RPM) if _FASTEST_RPM in settings else 0.0
     lowest = _number(values, settings, _SLOWEST_RPM) if _SLOWEST_RPM in settings else 0.0
     if highest > 0:
-        which = [key for key in (_FASTEST_RPM, _SLOWEST_RPM) if key in settings]
-        values.spindle(highest, lowest, _places(settings, which))
+        keys = [key for key in (_FASTEST_RPM, _SLOWEST_RPM) if key in settings]
+        values.spindle(highest, lowest, _sources(settings, keys))
         if highest == 1000.0 and not laser:
-            values.note("$30 is 1000 rpm, GRBL's own default: set it to the spindle speed at full voltage")
+            values.note("$30 is 1000 rpm, GRBL's own default: set it to what the spindle turns at full voltage")
     if _SPINDLE_ON in settings:
         values.take(
-            "spindle.start_time", f"{_number(values, settings, _SPINDLE_ON):.10g} s", _place(settings, _SPINDLE_ON)
+            "spindle.start_time", f"{_number(values, settings, _SPINDLE_ON):.10g} s", _source(settings, _SPINDLE_ON)
         )
     elif laser:
         values.assume("spindle.start_time", "0 s", "a laser is there at once")
@@ -142,27 +142,27 @@ def _travel(values: Values, settings: dict[int, _Setting], hal: bool) -> None:
             if not length > 0:
                 raise values.refusal(f"the travel of {axis} is {length:g} mm, but must be above 0 ({lengths.source})")
         # grblHAL may count from the switch: up from 0 if it is at the lower end.
-        up = [bool(hal and homing & _ZERO_AT_SWITCH and to_min >> axis & 1) for axis in range(3)]
-        words = f"{lengths.source}; " + (
-            "counted from the switches ($22, $23)" if any(up) else "GRBL counts down from 0"
+        counts_up = [bool(hal and homing & _ZERO_AT_SWITCH and to_min >> axis & 1) for axis in range(3)]
+        source = f"{lengths.source}; " + (
+            "counted from the switches ($22, $23)" if any(counts_up) else "GRBL counts down from 0"
         )
-        ends = list(zip(up, lengths.numbers, strict=True))
-        lowest = Axes(tuple(0.0 if rises else -length for rises, length in ends), "mm", words, derived=True)
-        highest = Axes(tuple(length if rises else 0.0 for rises, length in ends), "mm", words, derived=True)
+        ends = list(zip(counts_up, lengths.numbers, strict=True))
+        lowest = Axes(tuple(0.0 if rises else -length for rises, length in ends), "mm", source, derived=True)
+        highest = Axes(tuple(length if rises else 0.0 for rises, length in ends), "mm", source, derived=True)
         values.travel(lowest, highest)
-        places = [
+        home = [
             low if to_min >> axis & 1 else high
             for axis, (low, high) in enumerate(zip(lowest.numbers, highest.numbers, strict=True))
         ]
     else:
-        places = [0.0, 0.0, 0.0]
-        values.note("the file has no travel ($130 to $132): it is not checked")
+        home = [0.0, 0.0, 0.0]
+        values.note("the file has no travel ($130 to $132): nothing is checked against it")
     if homing & 1:
-        where = _places(settings, [key for key in (_HOMING, _HOME_TO_MIN) if key in settings])
-        values.home_at(Axes(tuple(places), "mm", f"{where}: the ends where its switches are", derived=True))
+        home_source = _sources(settings, [key for key in (_HOMING, _HOME_TO_MIN) if key in settings])
+        values.home_at(Axes(tuple(home), "mm", f"{home_source}: the ends where its switches are", derived=True))
     else:
-        why = "no homing ($22): machine zero is where the machine was switched on"
-        values.home_at(Axes((0.0, 0.0, 0.0), "mm", why, assumed=True))
+        reason = "no homing ($22): machine zero is where the machine was switched on"
+        values.home_at(Axes((0.0, 0.0, 0.0), "mm", reason, assumed=True))
         values.note("homing is off ($22=0): the travel counts from where the machine stands when it is switched on")
 
 
@@ -170,7 +170,7 @@ def _axes(values: Values, settings: dict[int, _Setting], keys: tuple[int, ...], 
     for key in keys:
         if key not in settings:
             raise values.refusal(f"has no ${key}; save the whole answer to $$")
-    return Axes(tuple(_number(values, settings, key) for key in keys), unit, _places(settings, keys))
+    return Axes(tuple(_number(values, settings, key) for key in keys), unit, _sources(settings, keys))
 
 
 def _number(values: Values, settings: dict[int, _Setting], key: int) -> float:
@@ -181,16 +181,16 @@ def _number(values: Values, settings: dict[int, _Setting], key: int) -> float:
 def _flags(values: Values, settings: dict[int, _Setting], key: int) -> int:
     if key not in settings:
         return 0
-    found = _number(values, settings, key)
-    if not 0 <= found < 1 << 16:
-        raise values.refusal(f"${key} is {found:g}, but must be a whole number from 0", settings[key].line)
-    return int(found)
+    flags = _number(values, settings, key)
+    if not 0 <= flags < 1 << 16:
+        raise values.refusal(f"${key} is {flags:g}, but must be a whole number from 0", settings[key].line)
+    return int(flags)
 
 
-def _place(settings: dict[int, _Setting], key: int) -> str:
+def _source(settings: dict[int, _Setting], key: int) -> str:
     return f"${key} = {settings[key].text}, {in_lines([settings[key].line])}"
 
 
-def _places(settings: dict[int, _Setting], keys: tuple[int, ...] | list[int]) -> str:
-    each = ", ".join(f"${key} = {settings[key].text}" for key in keys)
-    return f"{each}, {in_lines(settings[key].line for key in keys)}"
+def _sources(settings: dict[int, _Setting], keys: tuple[int, ...] | list[int]) -> str:
+    texts = ", ".join(f"${key} = {settings[key].text}" for key in keys)
+    return f"{texts}, {in_lines(settings[key].line for key in keys)}"

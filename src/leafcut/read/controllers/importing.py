@@ -155,19 +155,19 @@ def kind_of(text: str, file: str) -> str:
         return "grbl"
     if _AXES.search(text):
         return "fluidnc"
-    found = {match[1].upper() for line in text.splitlines() if (match := reprap.word_of(line))}
-    if found & {"M201", "M203"}:
+    commands = {match[1].upper() for line in text.splitlines() if (match := reprap.word_of(line))}
+    if commands & {"M201", "M203"}:
         if "echo:" in text:  # Marlin starts the lines of its answers with "echo:"
             return "marlin"
-        marlin = bool(found & _MARLIN_WORDS)
-        duet = bool(found & _RRF_WORDS) or reprap.has_travel(text)
+        marlin = bool(commands & _MARLIN_WORDS)
+        duet = bool(commands & _RRF_WORDS) or reprap.has_travel(text)
         if marlin is duet:
             both = "words of both Marlin and RepRapFirmware" if marlin else "M201 and M203 only"
             raise ReadError(
                 file, f"has {both}, so M203 may be in mm/s or in mm/min; say which with --kind marlin or rrf"
             )
         return "marlin" if marlin else "rrf"
-    if "M98" in found and found & _RRF_WORDS:
+    if "M98" in commands and commands & _RRF_WORDS:
         return "rrf"
     raise ReadError(file, f"{_guess(text)}; importable are {', '.join(kind.help for kind in KINDS.values())}")
 
@@ -204,24 +204,24 @@ def imported(text: str, file: str, kind: str | None = None, units: str | None = 
         raise OptionError(f"--kind: unknown kind '{shown(kind, 30)}'{nearest(kind[:80], KINDS)}")
     if units not in (None, "mm", "in"):
         raise OptionError(f"--units: '{shown(str(units), 20)}' is not mm or in")
-    which = kind or kind_of(text, file)
-    values = KINDS[which].read(text, file, units)
-    if "name" not in values.found:
-        values.derive("name", shown(Path(file).stem, 40) or which, "the name of the file")
-    values.derive("description", f"{values.found['name'].value}, from settings of {values.title}", "the file")
+    kind_name = kind or kind_of(text, file)
+    values = KINDS[kind_name].read(text, file, units)
+    if "name" not in values.entries:
+        values.derive("name", shown(Path(file).stem, 40) or kind_name, "the name of the file")
+    values.derive("description", f"{values.entries['name'].value}, from settings of {values.title}", "the file")
     origin = f"settings of {values.title}, {shown(Path(file).name, 60)}"
-    return _made(which, values, origin)
+    return _machine_of_values(kind_name, values, origin)
 
 
-def _made(kind: str, values: Values, origin: str) -> ImportedMachine:
+def _machine_of_values(kind: str, values: Values, origin: str) -> ImportedMachine:
     for key in PROFILE_KEYS:
-        if key.told and key.default is not None and key.name not in values.found:
+        if key.reported and key.default is not None and key.name not in values.entries:
             values.assume(key.name, key.default, key.why.removeprefix("estimate: ") or "leafcut's own default")
-    order = {key.name: place for place, key in enumerate(PROFILE_KEYS)}
-    each = tuple(sorted(values.found.values(), key=lambda value: order[value.key]))
-    text = profile_text(each, f"Machine profile from {origin}.")
+    order = {key.name: index for index, key in enumerate(PROFILE_KEYS)}
+    sorted_values = tuple(sorted(values.entries.values(), key=lambda value: order[value.key]))
+    text = profile_text(sorted_values, f"Machine profile from {origin}.")
     machine = machine_of_profile(text, values.file)
-    return ImportedMachine(kind, values.title, machine, each, tuple(values.notes), text)
+    return ImportedMachine(kind, values.title, machine, sorted_values, tuple(values.notes), text)
 
 
 def profile_text(values: tuple[Value, ...], title: str) -> str:
@@ -241,29 +241,29 @@ def profile_text(values: tuple[Value, ...], title: str) -> str:
             if value.key.rpartition(".")[0] == table:
                 lines.append(f"# {value.how}: {_comment(value.source)}")
                 lines.append(f"{value.key.rpartition('.')[2]} = {toml_value(value.value)}")
-    told = [value for value in values if value.key not in ("name", "description")]
-    lines += ["", "[sources]", *(f"{toml_value(value.key)} = {toml_value(_comment(value.words))}" for value in told)]
+    sourced = [value for value in values if value.key not in ("name", "description")]
+    lines += ["", "[sources]", *(f"{toml_value(value.key)} = {toml_value(_comment(value.words))}" for value in sourced)]
     return "\n".join(lines) + "\n"
 
 
-def _comment(words: str) -> str:
-    return "".join(c if c.isprintable() else "?" for c in words)
+def _comment(text: str) -> str:
+    return "".join(c if c.isprintable() else "?" for c in text)
 
 
 def values_of(data: Mapping[str, Any]) -> tuple[Value, ...]:
     """Return the values of a loaded profile, each with its source."""
     sources = data.get("sources", {})
-    found = []
+    values = []
     for key in PROFILE_KEYS:
         table = data.get(key.table, {}) if key.table else data
         if key.key in table:
             source = str(sources.get(key.name, "the profile"))
             estimate = source.startswith("estimate")
-            words = source.removeprefix("estimate").lstrip(": ") or "no source"
-            found.append(
-                Value(key.name, table[key.key], How.ASSUMED if estimate else How.TAKEN, words if estimate else source)
+            reason = source.removeprefix("estimate").lstrip(": ") or "no source"
+            values.append(
+                Value(key.name, table[key.key], How.ASSUMED if estimate else How.TAKEN, reason if estimate else source)
             )
-    return tuple(found)
+    return tuple(values)
 
 
 def changed_profile(name_or_path: str, changes: Mapping[str, tuple[Any, str]], place: str) -> str:
@@ -281,7 +281,9 @@ def changed_profile(name_or_path: str, changes: Mapping[str, tuple[Any, str]], p
     for key, (value, source) in changes.items():
         values[key] = Value(key, value, How.DERIVED, source)
     order = {key.name: number for number, key in enumerate(PROFILE_KEYS)}
-    each = tuple(sorted(values.values(), key=lambda value: order[value.key]))
-    text = profile_text(each, f"Machine profile {data.get('name', name_or_path)}, fitted by leafcut machine check.")
+    sorted_values = tuple(sorted(values.values(), key=lambda value: order[value.key]))
+    text = profile_text(
+        sorted_values, f"Machine profile {data.get('name', name_or_path)}, fitted by leafcut machine check."
+    )
     machine_of_profile(text, place)
     return text

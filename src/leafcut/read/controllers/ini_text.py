@@ -45,37 +45,37 @@ def read_ini(text: str, file: str, include: bool = False) -> Ini:
     ReadError
         An included file is outside the folder, is missing, or includes itself.
     """
-    found = Ini()
-    _Reading(Path(file), found, include).lines(text, Path(file), 0, "")
-    return found
+    ini = Ini()
+    _Reading(Path(file), ini, include).lines(text, Path(file), 0, "")
+    return ini
 
 
 @dataclass
 class _Reading:
     root: Path
-    found: Ini
+    ini: Ini
     include: bool
-    taken: int = 0
+    bytes_read: int = 0
     files: int = 0
 
     def lines(self, text: str, file: Path, depth: int, section: str) -> str:
         """Read the lines of a file; return the current section at its end."""
         for count, line in enumerate(text.splitlines(), 1):
-            words = line.strip()
+            stripped = line.strip()
             place = f"line {count}" if depth == 0 else f"{shown(file.name, 40)}, line {count}"
-            if words.startswith("#INCLUDE ") and self.include:
-                section = self._included(words.removeprefix("#INCLUDE ").strip(), file, depth, section, count)
-            elif words.startswith("[") and "]" in words:
-                section = words[1:].partition("]")[0].strip()
-                self.found.sections.setdefault(section, {})
-            elif "=" in words and not words.startswith(("#", ";")):
-                key, _, value = words.partition("=")
-                self.found.sections.setdefault(section, {}).setdefault(key.strip(), Entry(value.strip(), place))
+            if stripped.startswith("#INCLUDE ") and self.include:
+                section = self._included(stripped.removeprefix("#INCLUDE ").strip(), file, depth, section, count)
+            elif stripped.startswith("[") and "]" in stripped:
+                section = stripped[1:].partition("]")[0].strip()
+                self.ini.sections.setdefault(section, {})
+            elif "=" in stripped and not stripped.startswith(("#", ";")):
+                key, _, value = stripped.partition("=")
+                self.ini.sections.setdefault(section, {}).setdefault(key.strip(), Entry(value.strip(), place))
         return section
 
     def _included(self, name: str, file: Path, depth: int, section: str, count: int) -> str:
-        def refused(why: str) -> ReadError:
-            return ReadError(self.root, f"includes '{shown(name, 60)}', {why}", count if depth == 0 else None)
+        def refused(reason: str) -> ReadError:
+            return ReadError(self.root, f"includes '{shown(name, 60)}', {reason}", count if depth == 0 else None)
 
         folder = self.root.parent.resolve()
         path = (file.parent / name).resolve() if _is_name(name) else folder
@@ -89,8 +89,8 @@ class _Reading:
             self.files += 1
             if self.files > MOST_FILES:
                 raise refused(f"one of more than {MOST_FILES} files; does one include itself?")
-            self.taken += path.stat().st_size
-            if self.taken > MOST_INCLUDED:
+            self.bytes_read += path.stat().st_size
+            if self.bytes_read > MOST_INCLUDED:
                 raise refused(f"with which it holds more than {MOST_INCLUDED >> 20} MiB")
             text = path.read_bytes().decode("utf-8", "replace")
         except OSError as problem:

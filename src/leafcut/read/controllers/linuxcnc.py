@@ -59,29 +59,29 @@ def _units(ini: Ini, values: Values, given: str | None) -> str:
         values.assume("units", given, "--units; the file does not say it")
         return given
     word = entry.text.split()[0].lower() if entry.text.split() else ""
-    found = _UNITS.get(word)
-    if found is None and re.fullmatch(r"[0-9.]+", word):
-        found = "mm" if float(word or 0) == 1.0 else "in" if abs(float(word) - 1 / 25.4) < 1e-4 else None
-    if found is None:
+    unit = _UNITS.get(word)
+    if unit is None and re.fullmatch(r"[0-9.]+", word):
+        unit = "mm" if float(word or 0) == 1.0 else "in" if abs(float(word) - 1 / 25.4) < 1e-4 else None
+    if unit is None:
         raise values.refusal(f"LINEAR_UNITS is '{shown(entry.text, 20)}', but must be mm or inch ({entry.place})")
-    if given not in (None, found):
-        raise values.refusal(f"its LINEAR_UNITS are {found} ({entry.place}), not {given}; leave --units out")
-    values.take("units", found, f"[TRAJ]LINEAR_UNITS, {entry.place}")
-    return found
+    if given not in (None, unit):
+        raise values.refusal(f"its LINEAR_UNITS are {unit} ({entry.place}), not {given}; leave --units out")
+    values.take("units", unit, f"[TRAJ]LINEAR_UNITS, {entry.place}")
+    return unit
 
 
 def _joints(ini: Ini, values: Values) -> str:
     """Return the axis letters of the joints: ``xyz``."""
     kinematics = ini.get("KINEMATICS", "KINS")
-    words = kinematics.text.lower() if kinematics else "trivkins"
+    text = kinematics.text.lower() if kinematics else "trivkins"
     if kinematics is not None and not _is_trivial(ini):
         values.note(
             f"its kinematics are {shown(kinematics.text, 40)} ({kinematics.place}): limits of joints are "
             "not those of axes, so times are estimates"
         )
-    said = re.search(r"coordinates\s*=\s*([a-z]+)", words)
+    match = re.search(r"coordinates\s*=\s*([a-z]+)", text)
     coordinates = ini.get("COORDINATES", "TRAJ")
-    letters = said[1] if said else re.sub(r"[^a-z]", "", coordinates.text.lower()) if coordinates else "xyz"
+    letters = match[1] if match else re.sub(r"[^a-z]", "", coordinates.text.lower()) if coordinates else "xyz"
     missing = [axis for axis in "xyz" if axis not in letters]
     if missing:
         raise values.refusal(f"has no axis {', '.join(missing)}, but leafcut's machines have x, y and z")
@@ -106,108 +106,114 @@ class _Reader:
         """Store velocities and accelerations of the axes or their joints, limited by the path limits."""
         limits = []
         for key, name, unit in (("MAX_VELOCITY", "VELOCITY", "s"), ("MAX_ACCELERATION", "ACCELERATION", "s2")):
-            found = [self._needed(key, axis) for axis in "xyz"]
-            each = [one for one, _ in found]
-            words = _joined([place for _, place in found], key)
-            top = self.ini.get(f"MAX_LINEAR_{name}", "TRAJ") or self.ini.get(key, "TRAJ")
-            bound = math.inf if top is None else self._number(top, f"[TRAJ]MAX_LINEAR_{name}")
-            if top is not None and bound <= 0:
-                raise self.values.refusal(f"[TRAJ]MAX_LINEAR_{name} is {bound:g}, but must be above 0 ({top.place})")
-            clipped = [min(one, bound) for one in each]
-            if top is not None and clipped != each:
-                words += f"; at most [TRAJ]MAX_LINEAR_{name}, {top.place}"
-            limits.append(Axes(tuple(clipped), f"{self.units}/{unit}", words, derived=clipped != each))
+            axis_values = [self._needed(key, axis) for axis in "xyz"]
+            numbers = [value for value, _ in axis_values]
+            source = _source_text([place for _, place in axis_values], key)
+            path_limit = self.ini.get(f"MAX_LINEAR_{name}", "TRAJ") or self.ini.get(key, "TRAJ")
+            bound = math.inf if path_limit is None else self._number(path_limit, f"[TRAJ]MAX_LINEAR_{name}")
+            if path_limit is not None and bound <= 0:
+                raise self.values.refusal(
+                    f"[TRAJ]MAX_LINEAR_{name} is {bound:g}, but must be above 0 ({path_limit.place})"
+                )
+            clipped = [min(value, bound) for value in numbers]
+            if path_limit is not None and clipped != numbers:
+                source += f"; at most [TRAJ]MAX_LINEAR_{name}, {path_limit.place}"
+            limits.append(Axes(tuple(clipped), f"{self.units}/{unit}", source, derived=clipped != numbers))
         self.values.motion(*limits)
         ratio = self.ini.get("ARC_BLEND_KINK_RATIO", "TRAJ")
-        kept = _KINK_RATIO if ratio is None else self._number(ratio, "[TRAJ]ARC_BLEND_KINK_RATIO")
-        if not 0 <= kept < 1:
-            raise self.values.refusal(f"[TRAJ]ARC_BLEND_KINK_RATIO is {kept:g}, but must be 0 or more, and below 1")
-        where = "LinuxCNC's default" if ratio is None else ratio.place
-        self.values.derive("acceleration_factor", round(1.0 - kept, 6), f"1 - [TRAJ]ARC_BLEND_KINK_RATIO, {where}")
+        blend_ratio = _KINK_RATIO if ratio is None else self._number(ratio, "[TRAJ]ARC_BLEND_KINK_RATIO")
+        if not 0 <= blend_ratio < 1:
+            raise self.values.refusal(
+                f"[TRAJ]ARC_BLEND_KINK_RATIO is {blend_ratio:g}, but must be 0 or more, and below 1"
+            )
+        origin = "LinuxCNC's default" if ratio is None else ratio.place
+        self.values.derive(
+            "acceleration_factor", round(1.0 - blend_ratio, 6), f"1 - [TRAJ]ARC_BLEND_KINK_RATIO, {origin}"
+        )
         self.values.derive("rapid.style", "linear", "LinuxCNC moves all axes together on a straight line")
         self.values.derive("corners.style", "linuxcnc", "LinuxCNC's own planner")
 
     def travel(self) -> None:
         """Store the travel limits of the axes or their joints, and the home position."""
-        ends = []
+        limits = []
         for key, unlimited in (("MIN_LIMIT", -math.inf), ("MAX_LIMIT", math.inf)):
-            numbers, places = [], []
+            numbers, sources = [], []
             for axis in "xyz":
                 entry = self._entry(key, axis)
-                found = unlimited if entry is None else self._number(entry[0], f"{entry[1]}{key}")
-                numbers.append(unlimited if abs(found) >= _NO_LIMIT else found)
-                places += [] if entry is None else [f"{entry[1]} {entry[0].place}"]
-            ends.append(Axes(tuple(numbers), self.units, _joined(places, key)))
-        if any(math.isfinite(one) for end in ends for one in end.numbers):
-            self.values.travel(*ends)
+                value = unlimited if entry is None else self._number(entry[0], f"{entry[1]}{key}")
+                numbers.append(unlimited if abs(value) >= _NO_LIMIT else value)
+                sources += [] if entry is None else [f"{entry[1]} {entry[0].place}"]
+            limits.append(Axes(tuple(numbers), self.units, _source_text(sources, key)))
+        if any(math.isfinite(value) for limit in limits for value in limit.numbers):
+            self.values.travel(*limits)
         else:
-            self.values.note("the file has no MIN_LIMIT and MAX_LIMIT: the travel is not checked")
-        homes, places = [], []
+            self.values.note("the file has no MIN_LIMIT and MAX_LIMIT: nothing is checked against the travel")
+        homes, sources = [], []
         for axis in "xyz":
-            joint, old = f"JOINT_{self.joints.index(axis)}", f"AXIS_{'xyz'.index(axis)}"
-            home = self.ini.get("HOME", joint, old)
-            section = joint if self.ini.get("HOME", joint) is not None else old
+            joint_section, axis_section = f"JOINT_{self.joints.index(axis)}", f"AXIS_{'xyz'.index(axis)}"
+            home = self.ini.get("HOME", joint_section, axis_section)
+            section = joint_section if self.ini.get("HOME", joint_section) is not None else axis_section
             homes.append(0.0 if home is None else self._number(home, f"[{section}]HOME"))
-            places += [] if home is None else [f"[{section}] {home.place}"]
-        words = _joined(places, "HOME") if places else "LinuxCNC's default of HOME"
-        self.values.home_at(Axes(tuple(homes), self.units, words, assumed=not places))
+            sources += [] if home is None else [f"[{section}] {home.place}"]
+        source = _source_text(sources, "HOME") if sources else "LinuxCNC's default of HOME"
+        self.values.home_at(Axes(tuple(homes), self.units, source, assumed=not sources))
 
     def work(self) -> None:
         """Store the process: a plasma torch if an entry or a section names one, else a spindle."""
-        named = [one for one in (self.ini.get(*place) for place in _NAMES) if one is not None]
-        own = next((one for one in named[:2] if _QTPLASMAC.search(one.text)), None)
-        if "QTPLASMAC" in self.ini.sections or "PLASMAC" in self.ini.sections or own is not None:
-            where = own.place if own is not None else "its section"
-            self.values.derive("controller", "qtplasmac", f"the file is set up for QtPlasmaC, {where}")
-            self.values.work(Head.TORCH, f"QtPlasmaC, {where}")
+        names = [entry for entry in (self.ini.get(*place) for place in _NAMES) if entry is not None]
+        qtplasmac = next((entry for entry in names[:2] if _QTPLASMAC.search(entry.text)), None)
+        if "QTPLASMAC" in self.ini.sections or "PLASMAC" in self.ini.sections or qtplasmac is not None:
+            origin = qtplasmac.place if qtplasmac is not None else "its section"
+            self.values.derive("controller", "qtplasmac", f"the file is set up for QtPlasmaC, {origin}")
+            self.values.work(Head.TORCH, f"QtPlasmaC, {origin}")
             return
-        plasma = next((one for one in named if _PLASMA.search(one.text)), None)
+        plasma = next((entry for entry in names if _PLASMA.search(entry.text)), None)
         if "PLASMA" in self.ini.sections or plasma is not None:
-            where = plasma.place if plasma is not None else "its section [PLASMA]"
-            self.values.derive("controller", "plasma", f"the file names plasma, {where}")
-            self.values.work(Head.TORCH, f"plasma, {where}")
+            origin = plasma.place if plasma is not None else "its section [PLASMA]"
+            self.values.derive("controller", "plasma", f"the file names plasma, {origin}")
+            self.values.work(Head.TORCH, f"plasma, {origin}")
             return
         self.values.derive("controller", "linuxcnc", "the file is one of LinuxCNC")
         self.values.assume("process", Head.SPINDLE.value, "the file does not say what does the work")
 
     def spindle(self) -> None:
         """Store the speed range of the spindle, if given."""
-        places = (
+        settings = (
             ("MAX_FORWARD_VELOCITY", "SPINDLE_0"),
             ("MAX_VELOCITY", "SPINDLE_0"),
             ("MAX_SPINDLE_SPEED", "DISPLAY"),
             ("MAX_SPINDLE_0_SPEED", "DISPLAY"),
         )
-        for key, section in places:
+        for key, section in settings:
             entry = self.ini.get(key, section)
             if entry is None:
                 continue
             lowest = self.ini.get(key.replace("MAX", "MIN"), section)
-            slow = 0.0 if lowest is None else self._number(lowest, f"[{section}]{key.replace('MAX', 'MIN')}")
+            slowest = 0.0 if lowest is None else self._number(lowest, f"[{section}]{key.replace('MAX', 'MIN')}")
             highest = self._number(entry, f"[{section}]{key}")
-            self.values.spindle(highest, max(slow, 0.0), f"[{section}]{key}, {entry.place}")
+            self.values.spindle(highest, max(slowest, 0.0), f"[{section}]{key}, {entry.place}")
             break
-        if self.values.found["controller"].value == "linuxcnc":
+        if self.values.entries["controller"].value == "linuxcnc":
             self.values.assume("spindle.start_time", *SPINDLE_START)
 
     def tool_change(self) -> None:
         """Store whether the machine changes tools itself, and the tool change position."""
         random = self.ini.get("RANDOM_TOOLCHANGER", "EMCIO")
         if random is not None and random.text.strip().lower() in ("1", "yes", "true"):
-            where = f"[EMCIO]RANDOM_TOOLCHANGER, {random.place}"
-            self.values.derive("tool_change.automatic", True, where)
+            origin = f"[EMCIO]RANDOM_TOOLCHANGER, {random.place}"
+            self.values.derive("tool_change.automatic", True, origin)
             self.values.assume("tool_change.time", "10 s", "between a carousel and a hand")
         else:
             self.values.tools_by_hand("LinuxCNC's HAL files decide, which are not read")
         entry = self.ini.get("TOOL_CHANGE_POSITION", "EMCIO")
         if entry is not None:
-            words = entry.text.split()
-            if len(words) < 2:
+            texts = entry.text.split()
+            if len(texts) < 2:
                 raise self.values.refusal(
                     f"TOOL_CHANGE_POSITION is '{shown(entry.text, 30)}', but must be x, y and z ({entry.place})"
                 )
-            places = [number(self.values, word, f"[EMCIO]TOOL_CHANGE_POSITION ({entry.place})") for word in words[:2]]
-            written = [f"{place:.10g} {self.units}" for place in places]
+            position = [number(self.values, text, f"[EMCIO]TOOL_CHANGE_POSITION ({entry.place})") for text in texts[:2]]
+            written = [f"{coordinate:.10g} {self.units}" for coordinate in position]
             self.values.take("tool_change.position", written, f"[EMCIO]TOOL_CHANGE_POSITION, {entry.place}")
 
     def _entry(self, key: str, axis: str) -> tuple[Entry, str] | None:
@@ -220,15 +226,15 @@ class _Reader:
         return None
 
     def _needed(self, key: str, axis: str) -> tuple[float, str]:
-        found = self._entry(key, axis)
-        if found is None:
-            places = f"[AXIS_{axis.upper()}]" + (f" or [JOINT_{self.joints.index(axis)}]" if self.trivial else "")
-            raise self.values.refusal(f"has no {key} in {places}; is the file whole?")
-        return self._number(found[0], f"{found[1]}{key}"), f"{found[1]} {found[0].place}"
+        entry = self._entry(key, axis)
+        if entry is None:
+            sections = f"[AXIS_{axis.upper()}]" + (f" or [JOINT_{self.joints.index(axis)}]" if self.trivial else "")
+            raise self.values.refusal(f"has no {key} in {sections}; is the file whole?")
+        return self._number(entry[0], f"{entry[1]}{key}"), f"{entry[1]} {entry[0].place}"
 
-    def _number(self, entry: Entry, what: str) -> float:
-        return number(self.values, entry.text, f"{what} ({entry.place})")
+    def _number(self, entry: Entry, label: str) -> float:
+        return number(self.values, entry.text, f"{label} ({entry.place})")
 
 
-def _joined(places: list[str], key: str) -> str:
-    return f"{key} of {', '.join(places)}"
+def _source_text(sources: list[str], key: str) -> str:
+    return f"{key} of {', '.join(sources)}"

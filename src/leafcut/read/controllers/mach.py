@@ -44,13 +44,13 @@ def read_mach3(text: str, file: str, units: str | None = None) -> Values:
     tags = _preferences(text, file)
     values = Values(file, "Mach3")
 
-    def said(tag: str) -> str:
+    def tag_text(tag: str) -> str:
         if tag not in tags:
             raise values.refusal(f"has no <{tag}>; is the file whole?")
         return tags[tag]
 
-    def each(stem: str) -> tuple[float, ...]:
-        return tuple(number(values, said(stem.format(axis)), f"<{stem.format(axis)}>") for axis in range(3))
+    def per_axis(stem: str) -> tuple[float, ...]:
+        return tuple(number(values, tag_text(stem.format(axis)), f"<{stem.format(axis)}>") for axis in range(3))
 
     untuned = [tag for tag in _MACH3_MOTORS if tag not in tags]
     if untuned:
@@ -58,37 +58,39 @@ def read_mach3(text: str, file: str, units: str | None = None) -> Values:
             f"has no <{untuned[0]}>: the tuning of this motor was never saved; "
             "in Mach3 open Config, Motor Tuning and save each axis, then read the file again"
         )
-    place = f"<Units> is {shown(tags['Units'], 10)}" if "Units" in tags else "it has no <Units>"
-    unit = _given(values, {"0": "mm", "1": "in"}.get(tags.get("Units", "").strip()), place, units)
+    statement = f"<Units> is {shown(tags['Units'], 10)}" if "Units" in tags else "it has no <Units>"
+    unit = _resolve_unit(values, {"0": "mm", "1": "in"}.get(tags.get("Units", "").strip()), statement, units)
     name = tags.get("Profile", "").strip()
     if name:
         values.take("name", shown(name, 40), "<Profile>")
     values.derive("controller", "mach3", "the file is one of Mach3")
     values.take("units", unit, "<Units>")
     values.motion(
-        Axes(each("Vel{}"), f"{unit}/s", "motor tuning, <Vel0> to <Vel2>"),
-        Axes(each("Acc{}"), f"{unit}/s2", "motor tuning, <Acc0> to <Acc2>"),
+        Axes(per_axis("Vel{}"), f"{unit}/s", "motor tuning, <Vel0> to <Vel2>"),
+        Axes(per_axis("Acc{}"), f"{unit}/s2", "motor tuning, <Acc0> to <Acc2>"),
     )
     steps = [number(values, tags[f"Steps{k}"], f"<Steps{k}>") for k in range(3) if f"Steps{k}" in tags]
-    if any(not one > 0 for one in steps):
+    if any(not value > 0 for value in steps):
         raise values.refusal("steps per unit (<Steps0> to <Steps2>) must be above 0; is the motor tuning done?")
-    lowest, highest = each("M{}Min"), each("M{}Max")
-    _mach3_travel(values, unit, lowest, highest, off=tags.get("SoftLimit", "1").strip() == "0")
+    lowest, highest = per_axis("M{}Min"), per_axis("M{}Max")
+    _mach3_travel(values, unit, lowest, highest, limits_off=tags.get("SoftLimit", "1").strip() == "0")
     values.home_at(Axes((0.0, 0.0, 0.0), unit, "Mach3 leaves it to the owner where zero is", assumed=True))
     _mach3_work(values, tags)
     return values
 
 
-def _mach3_travel(values: Values, unit: str, lowest: tuple[float, ...], highest: tuple[float, ...], off: bool) -> None:
-    unset = off and all(pair == _MACH3_UNSET for pair in zip(lowest, highest, strict=True))
+def _mach3_travel(
+    values: Values, unit: str, lowest: tuple[float, ...], highest: tuple[float, ...], limits_off: bool
+) -> None:
+    unset = limits_off and all(pair == _MACH3_UNSET for pair in zip(lowest, highest, strict=True))
     if unset:
         values.note("soft limits are off and were never set: the travel is not checked")
         return
-    words = "soft limits, <M{}Min> to <M{}Max>"
-    if off:
+    template = "soft limits, <M{}Min> to <M{}Max>"
+    if limits_off:
         values.note("soft limits are off in Mach3 (<SoftLimit>0): the travel is taken from them nevertheless")
-    places = words.format(0, 2)
-    values.travel(Axes(lowest, unit, places), Axes(highest, unit, places))
+    source = template.format(0, 2)
+    values.travel(Axes(lowest, unit, source), Axes(highest, unit, source))
 
 
 def _mach3_work(values: Values, tags: Mapping[str, str]) -> None:
@@ -119,14 +121,14 @@ def read_mach4(text: str, file: str, units: str | None = None) -> Values:
     ini = read_ini(text, file)
     values = Values(file, "Mach4")
     setup = ini.get("SetupUnits", "Preferences")
-    found = {"200": "in", "210": "mm"}.get(setup.text if setup else "")
-    place = f"SetupUnits is {shown(setup.text, 10)}" if setup else "[Preferences] has no SetupUnits"
-    unit = _given(values, found, place, units)
+    stated_unit = {"200": "in", "210": "mm"}.get(setup.text if setup else "")
+    statement = f"SetupUnits is {shown(setup.text, 10)}" if setup else "[Preferences] has no SetupUnits"
+    unit = _resolve_unit(values, stated_unit, statement, units)
     name = ini.get("Profile", "Preferences")
     if name is not None and name.text:
         values.take("name", shown(name.text, 40), f"[Preferences]Profile, {name.place}")
     values.derive("controller", "mach4", "the file is one of Mach4")
-    values.take("units", unit, f"[Preferences]{place}")
+    values.take("units", unit, f"[Preferences]{statement}")
     motors = [_motor(ini, values, axis) for axis in range(3)]
     values.motion(
         Axes(*_of_motors(ini, values, motors, "MaxVelocity", f"{unit}/s"), derived=True),
@@ -153,18 +155,18 @@ def read_mach4(text: str, file: str, units: str | None = None) -> Values:
 
 def _mach4_travel(ini: Ini, values: Values, motors: list[str], unit: str) -> None:
     low, _, _ = _of_motors(ini, values, motors, "SoftMinLimit", unit)
-    high, _, words = _of_motors(ini, values, motors, "SoftMaxLimit", unit)
+    high, _, source = _of_motors(ini, values, motors, "SoftMaxLimit", unit)
     was_set = [top > bottom for bottom, top in zip(low, high, strict=True)]
     if not any(was_set):
         values.note("soft limits were never set: the travel is not checked")
         return
     flags = [ini.get("SoftLimitUsed", f"Axis{axis}") for axis in range(3)]
-    off = [n for n, flag, there in zip("xyz", flags, was_set, strict=True) if there and flag and flag.text == "0"]
-    if off:
-        values.note(f"soft limits of {', '.join(off)} are off in Mach4: the travel is taken from them nevertheless")
-    lowest = tuple(one if there else -math.inf for one, there in zip(low, was_set, strict=True))
-    highest = tuple(one if there else math.inf for one, there in zip(high, was_set, strict=True))
-    values.travel(Axes(lowest, unit, words, derived=True), Axes(highest, unit, words, derived=True))
+    ignored = [n for n, flag, is_set in zip("xyz", flags, was_set, strict=True) if is_set and flag and flag.text == "0"]
+    if ignored:
+        values.note(f"soft limits of {', '.join(ignored)} are off in Mach4: the travel is taken from them nevertheless")
+    lowest = tuple(value if is_set else -math.inf for value, is_set in zip(low, was_set, strict=True))
+    highest = tuple(value if is_set else math.inf for value, is_set in zip(high, was_set, strict=True))
+    values.travel(Axes(lowest, unit, source, derived=True), Axes(highest, unit, source, derived=True))
 
 
 def _motor(ini: Ini, values: Values, axis: int) -> str:
@@ -180,7 +182,7 @@ def _motor(ini: Ini, values: Values, axis: int) -> str:
 
 def _of_motors(ini: Ini, values: Values, motors: list[str], key: str, unit: str) -> tuple[tuple[float, ...], str, str]:
     """Return a value per motor, converted from counts to `unit`; then the unit, and the places as text."""
-    numbers, places = [], []
+    numbers, sources = [], []
     for motor in motors:
         entry, counts = ini.get(key, motor), ini.get("CountsPerUnit", motor)
         if entry is None or counts is None:
@@ -189,8 +191,8 @@ def _of_motors(ini: Ini, values: Values, motors: list[str], key: str, unit: str)
         if not scale > 0:
             raise values.refusal(f"[{motor}]CountsPerUnit is {scale:g}, but must be above 0 ({counts.place})")
         numbers.append(float(f"{number(values, entry.text, f'[{motor}]{key} ({entry.place})') / scale:.8g}"))
-        places.append(f"[{motor}] {entry.place}")
-    return tuple(numbers), unit, f"{key} ÷ CountsPerUnit of {', '.join(places)}"
+        sources.append(f"[{motor}] {entry.place}")
+    return tuple(numbers), unit, f"{key} ÷ CountsPerUnit of {', '.join(sources)}"
 
 
 def _mach_moves(values: Values) -> None:
@@ -200,13 +202,13 @@ def _mach_moves(values: Values) -> None:
     values.tools_by_hand("macros decide (M6), which are not read")
 
 
-def _given(values: Values, found: str | None, what: str, given: str | None) -> str:
+def _resolve_unit(values: Values, stated: str | None, statement: str, given: str | None) -> str:
     """Return the units stated in a file, or else the given ones."""
-    if found is None and given is None:
-        raise values.refusal(f"{what}, so its lengths may be mm or inches; set --units")
-    if found is not None and given not in (None, found):
-        raise values.refusal(f"{what}: its units are {found}, not {given}; leave --units out")
-    return found or given or "mm"
+    if stated is None and given is None:
+        raise values.refusal(f"{statement}, so its lengths may be mm or inches; set --units")
+    if stated is not None and given not in (None, stated):
+        raise values.refusal(f"{statement}: its units are {stated}, not {given}; leave --units out")
+    return stated or given or "mm"
 
 
 def _preferences(text: str, file: str) -> dict[str, str]:
@@ -222,7 +224,7 @@ def _preferences(text: str, file: str) -> dict[str, str]:
         raise ReadError(file, f"is no whole XML file ({shown(str(problem), 60)})") from None
     tags: dict[str, Any] = {}
     for section in [root] if root.tag == "Preferences" else root.findall("Preferences"):
-        tags |= {one.tag: one.text or "" for one in section}
+        tags |= {element.tag: element.text or "" for element in section}
     if not tags:
         raise ReadError(file, "is XML, but no profile of Mach3: <profile> with <Preferences> was expected")
     return tags

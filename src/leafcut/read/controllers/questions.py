@@ -140,21 +140,23 @@ def questioned(
     for name in given:
         if name not in _BY_NAME:
             problem = OptionError(f"unknown answer '{shown(name, 40)}'{nearest(name[:80], _BY_NAME)}")
-            raise _placed(problem, places.get(name))
+            raise _with_place(problem, places.get(name))
     answers = _Answers(dict(given), ask, base)
     if ask is None:
-        missing = [f"--{one.name}" for one in QUESTIONS if one.required and not answers.is_answered(one)]
+        missing = [
+            f"--{question.name}" for question in QUESTIONS if question.required and not answers.is_answered(question)
+        ]
         if missing:
             raise OptionError(f"machine new needs {' and '.join(missing)} where nobody can be asked (no terminal)")
     for question in QUESTIONS:
         try:
             answers.answer(question)
         except OptionError as problem:
-            raise _placed(problem, places.get(question.name)) from None
-    return answers.made()
+            raise _with_place(problem, places.get(question.name)) from None
+    return answers.machine()
 
 
-def _placed(problem: OptionError, place: str | None) -> OptionError:
+def _with_place(problem: OptionError, place: str | None) -> OptionError:
     """Convert the error to a `DataError` with file and line if the answer came from a file."""
     return problem if place is None else DataError(f"{place}: {problem}")
 
@@ -166,39 +168,39 @@ class _Answers:
         self.given, self.ask = given, ask
         known = values_of(profile_of(base)) if base is not None else ()
         self.values = Values("machine new", "", {value.key: value for value in known})
-        self.likely: dict[str, Any] = {}
-        self.like = self.typed_controller = ""
+        self.suggestions: dict[str, Any] = {}
+        self.similar_machine = self.typed_controller = ""
 
     def is_answered(self, question: Question) -> bool:
         """Return whether a question has an answer: given, or in the base, even as an estimate."""
-        return question.name in self.given or self._is_there(question)
+        return question.name in self.given or self._has_value(question)
 
-    def _is_said(self, question: Question) -> bool:
-        said = [self.values.found.get(key) for key in question.keys]
-        return all(one is not None and one.how is not How.ASSUMED for one in said)
+    def _is_stated(self, question: Question) -> bool:
+        stated = [self.values.entries.get(key) for key in question.keys]
+        return all(value is not None and value.how is not How.ASSUMED for value in stated)
 
-    def _is_there(self, question: Question) -> bool:
-        return all(key in self.values.found for key in question.keys)
+    def _has_value(self, question: Question) -> bool:
+        return all(key in self.values.entries for key in question.keys)
 
     def answer(self, question: Question) -> None:
         """Use the given answer, ask for it, or use the suggestion."""
         if question.name in self.given:
             value = self.given[question.name]
-            said = value if isinstance(value, str) else {True: "yes", False: "no"}.get(value) or str(value)
-            self._keep(question, said, "answered")
-        elif not self._is_said(question):
-            self._asked(question)
+            typed = value if isinstance(value, str) else {True: "yes", False: "no"}.get(value) or str(value)
+            self._store(question, typed, "answered")
+        elif not self._is_stated(question):
+            self._ask_user(question)
         if question.name == "controller":
-            self._compare()
+            self._load_suggestions()
 
-    def _asked(self, question: Question) -> None:
-        likely, why = self._likely(question)
+    def _ask_user(self, question: Question) -> None:
+        suggested, origin = self._suggestion(question)
         for _ in range(_MOST_TRIES if self.ask else 0):
-            typed = self.ask(question.text, likely).strip() if self.ask else ""
-            if not typed and likely:
+            typed = self.ask(question.text, suggested).strip() if self.ask else ""
+            if not typed and suggested:
                 break
             try:
-                self._keep(question, typed, "answered")
+                self._store(question, typed, "answered")
                 return
             except OptionError as problem:
                 # The next question starts with the error message.
@@ -206,47 +208,49 @@ class _Answers:
         else:
             if self.ask:
                 raise OptionError(f"--{question.name}: {_MOST_TRIES} wrong answers; nothing was written")
-        if likely and not self._is_there(question):  # keep an estimate of the base
-            self._keep(question, likely, why, assumed=True)
+        if suggested and not self._has_value(question):  # keep an estimate of the base
+            self._store(question, suggested, origin, assumed=True)
 
-    def _likely(self, question: Question) -> tuple[str, str]:
+    def _suggestion(self, question: Question) -> tuple[str, str]:
         """Return the suggested answer to a question, and its source."""
-        before = [self.values.found.get(key) for key in question.keys]
+        known = [self.values.entries.get(key) for key in question.keys]
         if question.name == "travel":
-            return "as it is" if self._is_there(question) else UNKNOWN, "not known"
-        if before[0] is not None:
-            return _as_answer(before[0].value), before[0].source
+            return "as it is" if self._has_value(question) else UNKNOWN, "not known"
+        if known[0] is not None:
+            return _as_answer(known[0].value), known[0].source
         if question.name == "max-feed":
-            rapid = self.values.found.get("rapid.velocity")
+            rapid = self.values.entries.get("rapid.velocity")
             if rapid is not None:
-                words = [rapid.value] if isinstance(rapid.value, str) else rapid.value[:2]
-                slower = min(words, key=lambda word: parse_quantity(word, "mm/s"))
+                rapids = [rapid.value] if isinstance(rapid.value, str) else rapid.value[:2]
+                slower = min(rapids, key=lambda rapid_text: parse_quantity(rapid_text, "mm/s"))
                 return slower, "the slower rapid of x and y"
         table, _, key = question.keys[0].rpartition(".")
-        value = (self.likely.get(table, {}) if table else self.likely).get(key)
+        value = (self.suggestions.get(table, {}) if table else self.suggestions).get(key)
         if value is None:
-            default = next(one for one in PROFILE_KEYS if one.name == question.keys[0])
+            default = next(profile_key for profile_key in PROFILE_KEYS if profile_key.name == question.keys[0])
             return _as_answer(default.default), default.why
-        source = str(self.likely.get("sources", {}).get(question.keys[0], "")).removeprefix("estimate: ")
-        return _as_answer(value), f"as {self.like}" + (f": {source}" if source else "")
+        source = str(self.suggestions.get("sources", {}).get(question.keys[0], "")).removeprefix("estimate: ")
+        return _as_answer(value), f"as {self.similar_machine}" + (f": {source}" if source else "")
 
-    def _compare(self) -> None:
+    def _load_suggestions(self) -> None:
         """Load the suggestions from a machine with the same controller, else from a default without motion values."""
-        said = self.typed_controller or str(self.values.found["controller"].value)
-        self.like = _LIKE.get(said, _LIKE_OTHERS)
-        self.likely = {key: value for key, value in profile_of(self.like).items() if key not in ("name", "description")}
+        controller = self.typed_controller or str(self.values.entries["controller"].value)
+        self.similar_machine = _LIKE.get(controller, _LIKE_OTHERS)
+        self.suggestions = {
+            key: value for key, value in profile_of(self.similar_machine).items() if key not in ("name", "description")
+        }
         for key in (
             ()
-            if said not in _LIKE
+            if controller not in _LIKE
             else ("rapid.style", "corners.style", "corners.deviation", "acceleration_factor", "spindle.start_time")
         ):
             table, _, inner = key.rpartition(".")
-            value = (self.likely.get(table, {}) if table else self.likely).get(inner)
-            if value is not None and key not in self.values.found:
-                source = str(self.likely.get("sources", {}).get(key, "")).removeprefix("estimate: ")
-                self.values.assume(key, value, f"as {self.like}: {source}")
+            value = (self.suggestions.get(table, {}) if table else self.suggestions).get(inner)
+            if value is not None and key not in self.values.entries:
+                source = str(self.suggestions.get("sources", {}).get(key, "")).removeprefix("estimate: ")
+                self.values.assume(key, value, f"as {self.similar_machine}: {source}")
 
-    def _keep(self, question: Question, typed: str, why: str, assumed: bool = False) -> None:
+    def _store(self, question: Question, typed: str, why: str, assumed: bool = False) -> None:
         """Store an answer in the profile.
 
         Raises
@@ -255,13 +259,13 @@ class _Answers:
             The answer is invalid.
         """
         try:
-            kept = _TAKERS.get(question.name, _as_it_is)(question, typed)
-            kept = self._travel(kept) if question.name == "travel" else kept
+            entries = _TAKERS.get(question.name, _take_text)(question, typed)
+            entries = self._travel(entries) if question.name == "travel" else entries
         except OptionError as problem:
             raise OptionError(f"--{question.name}: {problem}") from None
         if question.name == "controller":
             self.typed_controller = typed.strip().lower()
-        for key, value in kept.items():
+        for key, value in entries.items():
             how = How.ASSUMED if assumed else How.TAKEN
             source = why
             if key == "controller" and self.typed_controller != value:
@@ -269,35 +273,38 @@ class _Answers:
                     How.ASSUMED,
                     f"leafcut has no dialect of {self.typed_controller} yet; {value} is the nearest",
                 )
-            self.values.found[key] = Value(key, value, how, source)
-        if not kept:
+            self.values.entries[key] = Value(key, value, how, source)
+        if not entries:
             for key in question.keys:
-                self.values.found.pop(key, None)
+                self.values.entries.pop(key, None)
 
-    def _travel(self, kept: dict[str, Any]) -> dict[str, Any]:
+    def _travel(self, entries: dict[str, Any]) -> dict[str, Any]:
         """Return travel limits for lengths, counting up or down from 0 like the machine of the suggestions."""
-        lengths = kept.get("travel.max")
+        lengths = entries.get("travel.max")
         if lengths is None:
             return {}
-        likely = self.likely.get("travel", {}).get("max", ["0 mm"] * 3)
-        up = [parse_quantity(likely if isinstance(likely, str) else likely[axis], "mm") > _UPWARDS for axis in range(3)]
-        each = list(zip(up, lengths, strict=True))
+        suggested = self.suggestions.get("travel", {}).get("max", ["0 mm"] * 3)
+        counts_up = [
+            parse_quantity(suggested if isinstance(suggested, str) else suggested[axis], "mm") > _UPWARDS
+            for axis in range(3)
+        ]
+        directions = list(zip(counts_up, lengths, strict=True))
         return {
-            "travel.min": texts([0.0 if rises else -one for rises, one in each], "mm"),
-            "travel.max": texts([one if rises else 0.0 for rises, one in each], "mm"),
+            "travel.min": texts([0.0 if rises else -length for rises, length in directions], "mm"),
+            "travel.max": texts([length if rises else 0.0 for rises, length in directions], "mm"),
         }
 
-    def made(self) -> ImportedMachine:
+    def machine(self) -> ImportedMachine:
         """Return the machine of the answers."""
-        found = self.values.found
-        if "description" not in found:
-            controller = self.typed_controller or found["controller"].value
-            self.values.derive("description", f"{found['name'].value} ({controller})", "answered")
-        order = {key.name: place for place, key in enumerate(PROFILE_KEYS)}
-        each = tuple(sorted(found.values(), key=lambda value: order[value.key]))
-        text = profile_text(each, "Machine profile by answers (leafcut machine new).")
+        entries = self.values.entries
+        if "description" not in entries:
+            controller = self.typed_controller or entries["controller"].value
+            self.values.derive("description", f"{entries['name'].value} ({controller})", "answered")
+        order = {key.name: index for index, key in enumerate(PROFILE_KEYS)}
+        sorted_values = tuple(sorted(entries.values(), key=lambda value: order[value.key]))
+        text = profile_text(sorted_values, "Machine profile by answers (leafcut machine new).")
         machine = machine_of_profile(text, "machine new")
-        return ImportedMachine("new", "answers", machine, each, tuple(self.values.notes), text)
+        return ImportedMachine("new", "answers", machine, sorted_values, tuple(self.values.notes), text)
 
 
 def _as_answer(value: Any) -> str:
@@ -307,19 +314,19 @@ def _as_answer(value: Any) -> str:
     return ", ".join(map(str, value)) if isinstance(value, list | tuple) else "" if value is None else str(value)
 
 
-def _as_it_is(question: Question, typed: str) -> dict[str, Any]:
+def _take_text(question: Question, typed: str) -> dict[str, Any]:
     if not typed.strip() or not typed.isprintable():
         raise OptionError(f"'{shown(typed, 30)}' is no answer")
-    words = typed.strip()
+    text = typed.strip()
     if question.unit:
-        value = parse_quantity(words, question.unit)
+        value = parse_quantity(text, question.unit)
         if not (value > 0 or (question.unit == "s" and value == 0)):
-            raise OptionError(f"{shown(words, 30)} is not above 0")
-        return {question.keys[0]: with_unit(words, question.unit)}
-    return {question.keys[0]: words}
+            raise OptionError(f"{shown(text, 30)} is not above 0")
+        return {question.keys[0]: with_unit(text, question.unit)}
+    return {question.keys[0]: text}
 
 
-def _one_of(known: Sequence[str]) -> Callable[[Question, str], dict[str, Any]]:
+def _take_choice(known: Sequence[str]) -> Callable[[Question, str], dict[str, Any]]:
     def take(question: Question, typed: str) -> dict[str, Any]:
         word = typed.strip().lower()
         if word not in known:
@@ -329,28 +336,28 @@ def _one_of(known: Sequence[str]) -> Callable[[Question, str], dict[str, Any]]:
     return take
 
 
-def _controller(question: Question, typed: str) -> dict[str, Any]:
+def _take_controller(question: Question, typed: str) -> dict[str, Any]:
     word = typed.strip().lower()
     known = [*dialects(), *(name for name in _NEAREST if name not in dialects())]
-    _one_of(known)(question, typed)
+    _take_choice(known)(question, typed)
     return {question.keys[0]: word if word in dialects() else _NEAREST[word]}
 
 
-def _axes(question: Question, typed: str) -> dict[str, Any]:
+def _take_axes(question: Question, typed: str) -> dict[str, Any]:
     parts = [part.strip() for part in typed.split(",")]
     if len(parts) not in (1, 3):
         raise OptionError(f"'{shown(typed, 40)}' is {len(parts)} values, but must be one, or x,y,z")
     written = [with_unit(part, question.unit) for part in parts]
     numbers = [parse_quantity(part, question.unit) for part in written]
-    if not all(one > 0 for one in numbers):
+    if not all(number > 0 for number in numbers):
         raise OptionError(f"{shown(typed, 40)}: must be above 0")
-    most = HARDEST if question.unit == "mm/s²" else FASTEST
-    if max(numbers) > most:
-        raise OptionError(f"{shown(typed, 40)}: no machine has more than {most:g} {question.unit}")
+    limit = HARDEST if question.unit == "mm/s²" else FASTEST
+    if max(numbers) > limit:
+        raise OptionError(f"{shown(typed, 40)}: no machine has more than {limit:g} {question.unit}")
     return {question.keys[0]: written[0] if len(written) == 1 else written}
 
 
-def _lengths(question: Question, typed: str) -> dict[str, Any]:
+def _take_lengths(question: Question, typed: str) -> dict[str, Any]:
     """Parse the lengths of x, y and z, mm, for `_Answers._travel`."""
     if typed.strip().lower() == UNKNOWN:
         return {}
@@ -358,12 +365,12 @@ def _lengths(question: Question, typed: str) -> dict[str, Any]:
     if len(parts) != 3:
         raise OptionError(f"'{shown(typed, 40)}' must be lengths of x,y,z, or {UNKNOWN}")
     lengths = [parse_quantity(part, question.unit) for part in parts]
-    if not all(0 < one <= LONGEST for one in lengths):
+    if not all(0 < length <= LONGEST for length in lengths):
         raise OptionError(f"{shown(typed, 40)}: lengths must be above 0 and at most {LONGEST / 1000:g} m")
     return {"travel.max": lengths}
 
 
-def _yes_no(question: Question, typed: str) -> dict[str, Any]:
+def _take_yes_no(question: Question, typed: str) -> dict[str, Any]:
     word = typed.strip().lower()
     if word not in ("yes", "y", "no", "n"):
         raise OptionError(f"'{shown(typed, 30)}' is not yes or no")
@@ -371,11 +378,11 @@ def _yes_no(question: Question, typed: str) -> dict[str, Any]:
 
 
 _TAKERS: dict[str, Callable[[Question, str], dict[str, Any]]] = {
-    "controller": _controller,
-    "process": _one_of(tuple(Head)),
-    "units": _one_of(("mm", "in")),
-    "rapid": _axes,
-    "acceleration": _axes,
-    "travel": _lengths,
-    "tool-changer": _yes_no,
+    "controller": _take_controller,
+    "process": _take_choice(tuple(Head)),
+    "units": _take_choice(("mm", "in")),
+    "rapid": _take_axes,
+    "acceleration": _take_axes,
+    "travel": _take_lengths,
+    "tool-changer": _take_yes_no,
 }

@@ -78,17 +78,17 @@ def read_marlin(text: str, file: str) -> Values:
     unit = "in" if settings.inch else "mm"
     values.controller("marlin", "the file is one of Marlin", "grbl")
     if settings.inch:
-        values.take("units", "in", f"G20, {_in([settings.inch])}")
+        values.take("units", "in", f"G20, {_location([settings.inch])}")
     rates = _axes(values, settings, "M203", f"{unit}/s", "highest rates")
     values.motion(rates, _marlin_acceleration(values, settings, unit))
-    found = _ENDSTOPS.search(text)
-    if found is not None:
-        places = [number(values, one, "a soft endstop") for one in found.groups()]
-        line = text.count("\n", 0, found.start()) + 1
-        words = f"soft endstops (M211), {in_lines([line])}"
-        values.travel(Axes(tuple(places[:3]), unit, words), Axes(tuple(places[3:]), unit, words))
+    endstops = _ENDSTOPS.search(text)
+    if endstops is not None:
+        limits = [number(values, limit, "a soft endstop") for limit in endstops.groups()]
+        line = text.count("\n", 0, endstops.start()) + 1
+        source = f"soft endstops (M211), {in_lines([line])}"
+        values.travel(Axes(tuple(limits[:3]), unit, source), Axes(tuple(limits[3:]), unit, source))
     else:
-        values.note("M503 does not report the travel (M211 does): it is not checked")
+        values.note("M503 does not tell the travel (M211 does): nothing is checked against it")
     _zero_home(values)
     jerk = settings.words.get("M205", {})
     if "J" in jerk:
@@ -97,29 +97,29 @@ def read_marlin(text: str, file: str) -> Values:
         if not found_deviation > 0:
             raise values.refusal(f"M205 J is {found_deviation:g}, but must be above 0", place.line)
         values.derive("corners.style", "grbl", "Marlin plans by junction deviation, as GRBL does")
-        values.take("corners.deviation", f"{found_deviation:.10g} {unit}", f"M205 J, {_in([place])}")
+        values.take("corners.deviation", f"{found_deviation:.10g} {unit}", f"M205 J, {_location([place])}")
     elif "X" in jerk:
         _jerk_corners(values, _first(values, jerk["X"], "M205 X"), jerk["X"][1], unit, "M205 X")
     else:
         values.assume("corners.style", "grbl", "the file has no M205")
     _steps(values, settings, unit)
-    _rest(values, "Marlin")
+    _common_values(values, "Marlin")
     return values
 
 
 def _marlin_acceleration(values: Values, settings: _Settings, unit: str) -> Axes:
     """Acceleration without extrusion: M204 T (S in old versions), limited by the axis limits (M201)."""
-    most = _axes(values, settings, "M201", f"{unit}/s2", "highest accelerations")
+    limits = _axes(values, settings, "M201", f"{unit}/s2", "highest accelerations")
     path = settings.words.get("M204", {})
-    letter = next((one for one in "TSP" if one in path), None)
+    letter = next((candidate for candidate in "TSP" if candidate in path), None)
     if letter is None:
-        return most
+        return limits
     text, place = path[letter]
     travel = _number(values, text, f"M204 {letter}", place)
     if not travel > 0:
         raise values.refusal(f"M204 {letter} is {travel:g}, but must be above 0", place.line)
-    words = f"M204 {letter}, {_in([place])}, at most {most.source}"
-    return Axes(tuple(min(travel, one) for one in most.numbers), most.unit, words, derived=True)
+    source = f"M204 {letter}, {_location([place])}, at most {limits.source}"
+    return Axes(tuple(min(travel, value) for value in limits.numbers), limits.unit, source, derived=True)
 
 
 def read_rrf(text: str, file: str) -> Values:
@@ -137,14 +137,14 @@ def read_rrf(text: str, file: str) -> Values:
     unit = "in" if settings.inch else "mm"
     name = settings.words.get("M550", {}).get("P")
     if name is not None and name[0].strip('" '):
-        values.take("name", shown(name[0].strip('"'), 40), f"M550, {_in([name[1]])}")
+        values.take("name", shown(name[0].strip('"'), 40), f"M550, {_location([name[1]])}")
     laser = "M452" in settings.words
     if laser:
         values.assume("controller", "grbl-laser", "leafcut has no dialect of RepRapFirmware's laser mode; the nearest")
     else:
         values.controller("rrf", "the file is one of RepRapFirmware", "grbl")
     if settings.inch:
-        values.take("units", "in", f"G20, {_in([settings.inch])}")
+        values.take("units", "in", f"G20, {_location([settings.inch])}")
     rates = _axes(values, settings, "M203", f"{unit}/min", "highest speeds")
     acceleration = _axes(values, settings, "M201", f"{unit}/s2", "highest accelerations")
     values.motion(rates, acceleration)
@@ -157,9 +157,9 @@ def read_rrf(text: str, file: str) -> Values:
     _steps(values, settings, unit)
     kinematics = settings.words.get("M669", {}).get("K")
     if "M665" in settings.words or (kinematics is not None and kinematics[0].strip() != "0"):
-        values.note("its axes are not three straight ones (M669, M665): times are estimates")
+        values.note("its kinematics are not those of three straight axes (M669, M665): times are estimates")
     _rrf_spindle(values, lines)
-    _rest(values, "RepRapFirmware", laser=laser)
+    _common_values(values, "RepRapFirmware", laser=laser)
     return values
 
 
@@ -169,7 +169,7 @@ def _rrf_spindle(values: Values, lines: list[_Line]) -> None:
         if line.word == "M950" and "R" in line.letters and line.letters.get("L"):
             speeds = [_number(values, part, "M950 L", line.place) for part in line.letters["L"].split(":")]
             slowest = min(speeds) if len(speeds) > 1 else 0.0
-            values.spindle(max(speeds), slowest, f"M950 L, {_in([line.place])}")
+            values.spindle(max(speeds), slowest, f"M950 L, {_location([line.place])}")
 
 
 def _rrf_travel(values: Values, lines: list[_Line], unit: str) -> dict[str, list[float]]:
@@ -177,28 +177,28 @@ def _rrf_travel(values: Values, lines: list[_Line], unit: str) -> dict[str, list
     axis.
     """
     ends: dict[str, list[float]] = {axis: [-math.inf, math.inf] for axis in "XYZ"}
-    each = [(line, axis) for line in lines if line.word == "M208" for axis in "XYZ" if axis in line.letters]
-    plain = [(line, axis) for line, axis in each if "{" not in line.letters[axis]]
+    entries = [(line, axis) for line in lines if line.word == "M208" for axis in "XYZ" if axis in line.letters]
+    plain = [(line, axis) for line, axis in entries if "{" not in line.letters[axis]]
     for line, axis in plain:
-        found = [_number(values, part, f"M208 {axis}", line.place) for part in line.letters[axis].split(":")[:2]]
-        if len(found) == 2:
-            ends[axis] = found
+        numbers = [_number(values, part, f"M208 {axis}", line.place) for part in line.letters[axis].split(":")[:2]]
+        if len(numbers) == 2:
+            ends[axis] = numbers
         elif line.letters.get("S", "").strip() == "1":
-            ends[axis][0] = found[0]
+            ends[axis][0] = numbers[0]
         else:
             # RepRapFirmware's default of the lower limit is 0.
-            ends[axis] = [0.0 if ends[axis][0] == -math.inf else ends[axis][0], found[0]]
+            ends[axis] = [0.0 if ends[axis][0] == -math.inf else ends[axis][0], numbers[0]]
     for axis in "XYZ":
         if not math.isfinite(ends[axis][1]):
             ends[axis] = [-math.inf, math.inf]
-    if plain != each:
+    if plain != entries:
         values.note("M208 has expressions, which are not worked out: write the travel of those axes into the profile")
-    elif not each:
-        values.note("the file has no M208: the travel is not checked")
+    elif not entries:
+        values.note("the file has no M208: nothing is checked against the travel")
     if plain:
-        words = f"M208, {_in(line.place for line, _ in plain)}"
+        source = f"M208, {_location(line.place for line, _ in plain)}"
         low, high = (tuple(ends[axis][k] for axis in "XYZ") for k in (0, 1))
-        values.travel(Axes(low, unit, words), Axes(high, unit, words))
+        values.travel(Axes(low, unit, source), Axes(high, unit, source))
     return ends
 
 
@@ -207,7 +207,7 @@ def _rrf_home(values: Values, lines: list[_Line], ends: dict[str, list[float]], 
 
     A probe (S2) is not at an end.
     """
-    homes, places = dict.fromkeys("XYZ", 0.0), []
+    homes, positions = dict.fromkeys("XYZ", 0.0), []
     for line in lines:
         if line.word != "M574" or line.letters.get("S", "").strip() == "2":
             continue
@@ -215,12 +215,12 @@ def _rrf_home(values: Values, lines: list[_Line], ends: dict[str, list[float]], 
             end = {"1": 0, "2": 1}.get(line.letters.get(axis, "").strip())
             if end is not None and math.isfinite(ends[axis][end]):
                 homes[axis] = ends[axis][end]
-                places.append(line.place)
-    if not places:
+                positions.append(line.place)
+    if not positions:
         _zero_home(values)
         return
-    where = f"M574, {_in(places)}: the ends where its switches are, with the values of M208"
-    values.home_at(Axes(tuple(homes.values()), unit, where, derived=True))
+    source = f"M574, {_location(positions)}: the ends where its switches are, with the values of M208"
+    values.home_at(Axes(tuple(homes.values()), unit, source, derived=True))
 
 
 def _steps(values: Values, settings: _Settings, unit: str) -> None:
@@ -228,24 +228,24 @@ def _steps(values: Values, settings: _Settings, unit: str) -> None:
     letters = settings.words.get("M92", {})
     if unit == "mm" and all(axis in letters and not letters[axis][0].startswith("{") for axis in "XYZ"):
         steps = [_first(values, letters[axis], f"M92 {axis}") for axis in "XYZ"]
-        if all(one > 0 for one in steps):
-            places = _in(letters[axis][1] for axis in "XYZ")
-            values.take("motors.steps_per_mm", texts(steps, "steps/mm"), f"M92, {places}")
+        if all(step > 0 for step in steps):
+            source = _location(letters[axis][1] for axis in "XYZ")
+            values.take("motors.steps_per_mm", texts(steps, "steps/mm"), f"M92, {source}")
 
 
-def _jerk_corners(values: Values, jerk: float, place: _Place, unit: str, what: str) -> None:
+def _jerk_corners(values: Values, jerk: float, place: _Place, unit: str, label: str) -> None:
     """Store the junction deviation that takes a corner of 90° at the speed allowed by a jerk."""
-    acceleration = values.found["rapid.acceleration"].value
-    first = acceleration if isinstance(acceleration, str) else acceleration[0]
-    along = number(values, first, "rapid.acceleration")
+    acceleration = values.entries["rapid.acceleration"].value
+    text = acceleration if isinstance(acceleration, str) else acceleration[0]
+    axis_acceleration = number(values, text, "rapid.acceleration")
     if not jerk > 0:
-        raise values.refusal(f"{what} is {jerk:g}, but must be above 0", place.line)
-    deviation = _OF_JERK * jerk * jerk / along
-    values.derive("corners.style", "grbl", f"corners by jerk ({what}) as corners by junction deviation")
+        raise values.refusal(f"{label} is {jerk:g}, but must be above 0", place.line)
+    deviation = _OF_JERK * jerk * jerk / axis_acceleration
+    values.derive("corners.style", "grbl", f"corners by jerk ({label}) as corners by junction deviation")
     values.derive(
         "corners.deviation",
         f"{deviation:.4g} {unit}",
-        f"0.41 × jerk² ÷ acceleration, which takes a corner of 90° as fast; {what}, {_in([place])}",
+        f"0.41 × jerk² ÷ acceleration, which takes a corner of 90° as fast; {label}, {_location([place])}",
     )
 
 
@@ -253,7 +253,7 @@ def _zero_home(values: Values) -> None:
     values.home_at(Axes((0.0, 0.0, 0.0), "mm", "the file does not say where homing ends", assumed=True))
 
 
-def _rest(values: Values, name: str, laser: bool = False) -> None:
+def _common_values(values: Values, name: str, laser: bool = False) -> None:
     values.derive("rapid.style", "linear", f"{name} moves all axes together on a straight line")
     if laser:
         values.work(Head.LASER, "M452")
@@ -263,10 +263,10 @@ def _rest(values: Values, name: str, laser: bool = False) -> None:
     values.tools_by_hand("the file does not say how tools are changed")
 
 
-def _axes(values: Values, settings: _Settings, word: str, unit: str, what: str) -> Axes:
+def _axes(values: Values, settings: _Settings, word: str, unit: str, label: str) -> Axes:
     letters = settings.words.get(word)
     if letters is None:
-        raise values.refusal(f"has no {word}, the {what}; is the file whole?")
+        raise values.refusal(f"has no {word}, the {label}; is the file whole?")
     missing = [axis for axis in "XYZ" if axis not in letters]
     if missing:
         raise values.refusal(f"{word} has no {' and no '.join(missing)}; is the file whole?")
@@ -275,25 +275,25 @@ def _axes(values: Values, settings: _Settings, word: str, unit: str, what: str) 
     for axis in "XYZ":
         text, place = letters[axis]
         numbers.append(min(_number(values, part, f"{word} {axis}", place) for part in text.split(":")))
-    return Axes(tuple(numbers), unit, f"{word}, {_in(letters[axis][1] for axis in 'XYZ')}")
+    return Axes(tuple(numbers), unit, f"{word}, {_location(letters[axis][1] for axis in 'XYZ')}")
 
 
-def _number(values: Values, text: str, what: str, place: _Place) -> float:
+def _number(values: Values, text: str, label: str, place: _Place) -> float:
     if place.file:
-        return number(values, text, f"{what} ({place.file}, line {place.line})")
-    return number(values, text, what, place.line)
+        return number(values, text, f"{label} ({place.file}, line {place.line})")
+    return number(values, text, label, place.line)
 
 
-def _first(values: Values, entry: tuple[str, _Place], what: str) -> float:
+def _first(values: Values, entry: tuple[str, _Place], label: str) -> float:
     """Return the value of the first of several motors."""
-    return _number(values, entry[0].partition(":")[0], what, entry[1])
+    return _number(values, entry[0].partition(":")[0], label, entry[1])
 
 
-def _in(places: Iterable[_Place]) -> str:
-    each: dict[str, list[int]] = {}
-    for place in places:
-        each.setdefault(place.file, []).append(place.line)
-    return ", ".join(f"{file}, {in_lines(lines)}" if file else in_lines(lines) for file, lines in each.items())
+def _location(positions: Iterable[_Place]) -> str:
+    lines_by_file: dict[str, list[int]] = {}
+    for place in positions:
+        lines_by_file.setdefault(place.file, []).append(place.line)
+    return ", ".join(f"{file}, {in_lines(lines)}" if file else in_lines(lines) for file, lines in lines_by_file.items())
 
 
 def word_of(line: str) -> re.Match[str] | None:
@@ -307,8 +307,8 @@ def has_travel(text: str) -> bool:
 
 
 def _lines(text: str) -> list[_Line]:
-    found = (_line(line, _Place(count)) for count, line in enumerate(text.splitlines(), 1))
-    return [line for line in found if line is not None]
+    parsed = (_line(line, _Place(count)) for count, line in enumerate(text.splitlines(), 1))
+    return [line for line in parsed if line is not None]
 
 
 def _line(line: str, place: _Place) -> _Line | None:
@@ -320,14 +320,14 @@ def _line(line: str, place: _Place) -> _Line | None:
 
 
 def _settings(lines: list[_Line]) -> _Settings:
-    found = _Settings()
+    settings = _Settings()
     for line in lines:
         if line.word in ("G20", "G21"):
-            found.inch = line.place if line.word == "G20" else None
+            settings.inch = line.place if line.word == "G20" else None
             continue
         letters = {letter: (value, line.place) for letter, value in line.letters.items()}
-        found.words.setdefault(line.word, {}).update(letters)
-    return found
+        settings.words.setdefault(line.word, {}).update(letters)
+    return settings
 
 
 @dataclass
@@ -346,7 +346,7 @@ class _Running:
 
     def lines(self, text: str) -> list[_Line]:
         """Return the lines of the file and of those that it runs; note what is unknown."""
-        found = self._of(text, "", 0)
+        lines = self._parse_text(text, "", 0)
         if self.missing:
             names = ", ".join(dict.fromkeys(self.missing))
             self.values.note(
@@ -354,30 +354,30 @@ class _Running:
             )
         if self.conditions:
             self.values.note("it has conditions (if, while): every line was taken as if it were run")
-        return found
+        return lines
 
-    def _of(self, text: str, file: str, depth: int) -> list[_Line]:
-        found: list[_Line] = []
-        for count, each in enumerate(text.splitlines(), 1):
-            words = each[:LONGEST_LINE].partition(";")[0]
-            self.conditions = self.conditions or _CONDITION.match(words) is not None
-            variable = _VARIABLE.match(words)
+    def _parse_text(self, text: str, file: str, depth: int) -> list[_Line]:
+        lines: list[_Line] = []
+        for count, raw_line in enumerate(text.splitlines(), 1):
+            content = raw_line[:LONGEST_LINE].partition(";")[0]
+            self.conditions = self.conditions or _CONDITION.match(content) is not None
+            variable = _VARIABLE.match(content)
             if variable is not None:
                 self.variables[f"{variable[1].split()[-1]}.{variable[2]}"] = variable[3]
                 continue
             line = _line(
-                _USE.sub(lambda use: self.variables.get(f"{use[1]}.{use[2]}", use[0]), words), _Place(count, file)
+                _USE.sub(lambda use: self.variables.get(f"{use[1]}.{use[2]}", use[0]), content), _Place(count, file)
             )
             if line is None:
                 continue
             if line.word == "M98":
-                name = re.search(r"""P\s*["']?([^"'\s]{1,200})""", words, re.IGNORECASE)
-                found += self._ran(name[1] if name else "", depth)
+                name = re.search(r"""P\s*["']?([^"'\s]{1,200})""", content, re.IGNORECASE)
+                lines += self._run_file(name[1] if name else "", depth)
             else:
-                found.append(line)
-        return found
+                lines.append(line)
+        return lines
 
-    def _ran(self, name: str, depth: int) -> list[_Line]:
+    def _run_file(self, name: str, depth: int) -> list[_Line]:
         """Return the lines of a file run by M98, which must be in the folder of the config.g (``/sys``)."""
         inner = re.sub(r"^(0:)?/sys/", "", name)
         if not self.root.is_file():  # standard input has no folder
@@ -401,4 +401,4 @@ class _Running:
             raise self.values.refusal(f"runs '{shown(name, 60)}', which cannot be read ({problem.strerror})") from None
         if len(data) > _MOST_BYTES_RUN:
             raise self.values.refusal(f"runs '{shown(name, 60)}', which has more than {_MOST_BYTES_RUN >> 10} KiB")
-        return self._of(data.decode("utf-8", "replace"), shown(path.name, 40), depth + 1)
+        return self._parse_text(data.decode("utf-8", "replace"), shown(path.name, 40), depth + 1)

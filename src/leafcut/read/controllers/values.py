@@ -76,24 +76,24 @@ class Values:
 
     file: str
     title: str
-    found: dict[str, Value] = field(default_factory=dict)
+    entries: dict[str, Value] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
     def take(self, key: str, value: Any, source: str) -> None:
         """Store a value given in the file."""
-        self.found[key] = Value(key, value, How.TAKEN, source)
+        self.entries[key] = Value(key, value, How.TAKEN, source)
 
     def derive(self, key: str, value: Any, source: str) -> None:
         """Store a value that follows from the file or the controller."""
-        self.found[key] = Value(key, value, How.DERIVED, source)
+        self.entries[key] = Value(key, value, How.DERIVED, source)
 
     def assume(self, key: str, value: Any, source: str) -> None:
         """Store an estimate for a value missing in the file."""
-        self.found[key] = Value(key, value, How.ASSUMED, source)
+        self.entries[key] = Value(key, value, How.ASSUMED, source)
 
-    def note(self, words: str) -> None:
+    def note(self, text: str) -> None:
         """Add a hint for the user."""
-        self.notes.append(words)
+        self.notes.append(text)
 
     def refusal(self, reason: str, line: int | None = None) -> ReadError:
         """Return the error for a file that cannot be used."""
@@ -110,8 +110,8 @@ class Values:
 
     def motion(self, velocity: Axes, acceleration: Axes) -> None:
         """Store rapids and accelerations; the highest feed is the slower rapid of x and y."""
-        for key, axes, most in (("velocity", velocity, FASTEST), ("acceleration", acceleration, HARDEST)):
-            axes.check(self, f"rapid.{key}", most, above_0=True)
+        for key, axes, limit in (("velocity", velocity, FASTEST), ("acceleration", acceleration, HARDEST)):
+            axes.check(self, f"rapid.{key}", limit, above_0=True)
         self._axes("rapid.velocity", velocity)
         self._axes("rapid.acceleration", acceleration)
         slower = min(velocity.numbers[:2])
@@ -134,19 +134,19 @@ class Values:
         if unknown:
             self.note(f"the travel of {', '.join(unknown)} is unknown: it is not checked")
 
-    def home_at(self, places: Axes) -> None:
+    def home_at(self, position: Axes) -> None:
         """Store the home position, clamped to the travel. Call it after `travel`."""
-        ends = [self.found.get(f"travel.{end}") for end in ("min", "max")]
-        inside = list(places.numbers)
+        ends = [self.entries.get(f"travel.{end}") for end in ("min", "max")]
+        inside = list(position.numbers)
         for axis in range(3):
             for end, choose in zip(ends, (max, min), strict=True):
                 limit = end and (end.value if isinstance(end.value, str) else end.value[axis]).partition(" ")[0]
                 if limit and _NUMBER.fullmatch(limit):
                     inside[axis] = choose(inside[axis], float(limit))
-        moved = inside != list(places.numbers)
-        where = f"{places.source}; moved into the travel" if moved else places.source
-        keep = self.assume if places.assumed else self.derive if moved or places.derived else self.take
-        keep("home", texts(inside, places.unit), where)
+        moved = inside != list(position.numbers)
+        source = f"{position.source}; moved into the travel" if moved else position.source
+        store = self.assume if position.assumed else self.derive if moved or position.derived else self.take
+        store("home", texts(inside, position.unit), source)
 
     def tools_by_hand(self, why: str) -> None:
         """Store that tools are changed by hand."""
@@ -166,8 +166,8 @@ class Values:
             self.take("spindle.min_speed", f"{lowest:g} rpm", source)
 
     def _axes(self, key: str, axes: Axes) -> None:
-        keep = self.assume if axes.assumed else self.derive if axes.derived else self.take
-        keep(key, texts(axes.numbers, axes.unit), axes.source)
+        store = self.assume if axes.assumed else self.derive if axes.derived else self.take
+        store(key, texts(axes.numbers, axes.unit), axes.source)
 
 
 @dataclass(frozen=True)
@@ -180,7 +180,7 @@ class Axes:
     derived: bool = False
     assumed: bool = False
 
-    def check(self, values: Values, key: str, most: float, above_0: bool = False) -> None:
+    def check(self, values: Values, key: str, limit: float, above_0: bool = False) -> None:
         """Check that the values are plausible.
 
         Raises
@@ -193,14 +193,14 @@ class Axes:
         for number, axis in zip(self.numbers, "xyz", strict=True):
             if above_0 and not number > 0:
                 raise values.refusal(f"{key} of {axis} is {number:g} {self.unit}, but must be above 0 ({self.source})")
-            if math.isfinite(number) and abs(number) * factor > most:
+            if math.isfinite(number) and abs(number) * factor > limit:
                 raise values.refusal(
                     f"{key} of {axis} is {number:g} {self.unit}, more than any machine has, "
-                    f"{most / factor:g} {self.unit} ({self.source}); correct that first"
+                    f"{limit / factor:g} {self.unit} ({self.source}); correct that first"
                 )
 
 
-def number(values: Values, text: str, what: str, line: int | None = None) -> float:
+def number(values: Values, text: str, label: str, line: int | None = None) -> float:
     """Parse a number; any text after it, such as a comment, is ignored.
 
     Raises
@@ -208,12 +208,12 @@ def number(values: Values, text: str, what: str, line: int | None = None) -> flo
     ReadError
         The text does not start with a number.
     """
-    found = _NUMBER.match(text.strip())
-    if found is None:
-        raise values.refusal(f"{what} is '{shown(text.strip(), 30)}', but must be a number", line)
-    value = float(found[0])
+    match = _NUMBER.match(text.strip())
+    if match is None:
+        raise values.refusal(f"{label} is '{shown(text.strip(), 30)}', but must be a number", line)
+    value = float(match[0])
     if not math.isfinite(value):
-        raise values.refusal(f"{what} is {shown(found[0], 30)}, which no machine has", line)
+        raise values.refusal(f"{label} is {shown(match[0], 30)}, which no machine has", line)
     return value
 
 
@@ -224,15 +224,15 @@ def with_unit(value: float, unit: str) -> str:
 
 def texts(numbers: Sequence[float], unit: str) -> Any:
     """Return a value per axis, or a single value if all are equal."""
-    written = [with_unit(one, unit) for one in numbers]
+    written = [with_unit(value, unit) for value in numbers]
     return written[0] if len(set(written)) == 1 else written
 
 
 def in_lines(lines: Iterable[int]) -> str:
     """Return ``line 3`` or ``lines 3, 5 and 7``."""
-    each = sorted(set(lines))
-    if len(each) == 1:
-        return f"line {each[0]}"
-    if len(each) > 2 and each[-1] - each[0] == len(each) - 1:
-        return f"lines {each[0]} to {each[-1]}"
-    return f"lines {', '.join(map(str, each[:-1]))} and {each[-1]}"
+    sorted_lines = sorted(set(lines))
+    if len(sorted_lines) == 1:
+        return f"line {sorted_lines[0]}"
+    if len(sorted_lines) > 2 and sorted_lines[-1] - sorted_lines[0] == len(sorted_lines) - 1:
+        return f"lines {sorted_lines[0]} to {sorted_lines[-1]}"
+    return f"lines {', '.join(map(str, sorted_lines[:-1]))} and {sorted_lines[-1]}"
