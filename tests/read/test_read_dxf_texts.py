@@ -150,14 +150,14 @@ def test_a_long_paragraph_is_wrapped_by_looking_at_each_word_a_few_times(
 ) -> None:
     """And not at all words of its row for each of them: some kilobytes took minutes."""
     written = 0
-    original = dxf_texts._written
+    original = dxf_texts._text_strokes
 
     def counted(text: str) -> Any:
         nonlocal written
         written += len(text)
         return original(text)
 
-    monkeypatch.setattr(dxf_texts, "_written", counted)
+    monkeypatch.setattr(dxf_texts, "_text_strokes", counted)
     text = "ab cd " * 100
     file = drawn(tmp_path, lambda _, space: space.add_mtext(text, {"char_height": 1.0, "width": 90.0}))
     assert np.ptp(strokes(file)[:, 1]) > 5.0

@@ -51,14 +51,14 @@ def _covers_full_turn(group: list[ArcPiece]) -> bool:
     if sum(p.sweep for p in group) < math.tau - gap * len(group):
         return False
     spans = sorted((p.start % math.tau, p.sweep) for p in group)
-    begin = spans[0][0]
-    reach = begin
+    first_start = spans[0][0]
+    covered = first_start
     for start, sweep in spans:
-        if start > reach + gap:
+        if start > covered + gap:
             return False
-        reach = max(reach, start + sweep)
+        covered = max(covered, start + sweep)
     # The last piece must meet the first again, one turn later.
-    return reach >= begin + math.tau - gap
+    return covered >= first_start + math.tau - gap
 
 
 def bulge_arc(

@@ -58,9 +58,9 @@ class _Collector(Strokes):
 
     def take(self, stroke: DxfStroke, matrix: Any, layer: str) -> None:
         """Add a placed stroke."""
-        before = len(self.found)
+        before = len(self.contours)
         self.add(stroke, matrix, layer)
-        self.kinds += (stroke.dxftype,) * (len(self.found) - before)
+        self.kinds += (stroke.dxftype,) * (len(self.contours) - before)
 
 
 def closed_besides_holes(
@@ -76,23 +76,26 @@ def closed_besides_holes(
         Handles of the entities that became holes.
     """
 
-    def other(entity: Any) -> DxfStroke | None:
+    def other_stroke(entity: Any) -> DxfStroke | None:
         if entity.dxftype() in _HOLES or (entity.dxf.get("handle") or "") in holes:
             return None
         return stroke_of(entity)
 
-    walk = BlockWalk(document, copies, layers, other, "lines")
-    found = _Collector(factor, path, points)
+    walk = BlockWalk(document, copies, layers, other_stroke, "lines")
+    collector = _Collector(factor, path, points)
     try:
         for stroke, matrix, layer in walk.shapes():
-            if len(found.found) >= MOST_STROKES:
+            if len(collector.contours) >= MOST_STROKES:
                 return Besides()
-            found.take(stroke, matrix, layer)
-        made = tidy([contour.path for contour in found.found], SheetOptions().join_tolerance).paths
+            collector.take(stroke, matrix, layer)
+        joined = tidy([contour.path for contour in collector.contours], SheetOptions().join_tolerance).paths
     except LeafcutError:  # the drawing exceeds its line budget, which is no reason to refuse its holes
         return Besides()
-    closed = [one for one in made if one.path.closed and abs(one.path.area) > 0.0]
-    return Besides(tuple(one.path for one in closed), Counter(found.kinds[k] for one in closed for k in one.members))
+    closed = [joined_path for joined_path in joined if joined_path.path.closed and abs(joined_path.path.area) > 0.0]
+    return Besides(
+        tuple(joined_path.path for joined_path in closed),
+        Counter(collector.kinds[k] for joined_path in closed for k in joined_path.members),
+    )
 
 
 def polygon_hole(path: Polyline) -> Hole | None:
@@ -107,19 +110,19 @@ def polygon_hole(path: Polyline) -> Hole | None:
     # The middle of the extents is near the centre; the least-squares circle through the corners is exact.
     offset = corners - centre
     equations = np.column_stack([2.0 * offset, np.ones(len(offset))])
-    (x, y, rest), _, rank, _ = np.linalg.lstsq(equations, (offset**2).sum(axis=1), rcond=None)
-    if rank < 3 or rest + x * x + y * y <= 0.0:
+    (x, y, constant), _, rank, _ = np.linalg.lstsq(equations, (offset**2).sum(axis=1), rcond=None)
+    if rank < 3 or constant + x * x + y * y <= 0.0:
         return None
-    radius = math.sqrt(rest + x * x + y * y)
-    away = np.hypot(*(offset - (x, y)).T)
+    radius = math.sqrt(constant + x * x + y * y)
+    distances = np.hypot(*(offset - (x, y)).T)
     steps = np.hypot(*np.diff(corners, axis=0, append=corners[:1]).T)
     close = steps.max() <= 2.0 * radius * math.sin(math.pi / _POLYGON) * 1.01
-    if not close or np.abs(away - radius).max() > max(_OFF_CIRCLE * radius, _LEAST_OFF_CIRCLE):
+    if not close or np.abs(distances - radius).max() > max(_OFF_CIRCLE * radius, _LEAST_OFF_CIRCLE):
         return None
-    around = np.unwrap(np.arctan2(offset[:, 1] - y, offset[:, 0] - x))
-    turns = np.diff(around)
+    angles = np.unwrap(np.arctan2(offset[:, 1] - y, offset[:, 0] - x))
+    turns = np.diff(angles)
     # One turn around the centre in one direction excludes stars and spirals.
-    if not ((turns > 0.0).all() or (turns < 0.0).all()) or abs(around[-1] - around[0]) >= math.tau:
+    if not ((turns > 0.0).all() or (turns < 0.0).all()) or abs(angles[-1] - angles[0]) >= math.tau:
         return None
     return Hole(float(centre[0] + x), float(centre[1] + y), round(2.0 * radius, 3))
 
@@ -133,32 +136,32 @@ def besides_holes(
     missing work. So are other contours inside the outline, for callers that machine more than holes. Contours outside
     the outline are notes. `circles` enclose holes or contours; they are missing work unless they enclose all holes.
     """
-    paths = [*contours, *(Polyline.circle(one.x, one.y, 0.5 * one.diameter) for one in circles)]
+    paths = [*contours, *(Polyline.circle(circle.x, circle.y, 0.5 * circle.diameter) for circle in circles)]
     if not paths:
         return [], []
     shapes = polygons(paths)
     kinds = _kinds(paths, shapes, holes)
     kinds[len(contours) :] = ["outline" if kind == "outline" else "circle" for kind in kinds[len(contours) :]]
     issues: list[Issue] = []
-    others: list[Issue] = []
-    for kind, noun, why in _KINDS:
-        own = [k for k, name in enumerate(kinds) if name == kind]
-        if not own:
+    other_issues: list[Issue] = []
+    for kind, noun, explanation in _KINDS:
+        members = [k for k, name in enumerate(kinds) if name == kind]
+        if not members:
             continue
-        places = [_place(shapes[k]) for k in own]
-        where = _INSIDE if kind == "contour" and "outline" in kinds else why
-        words = f"{count_of(len(own), noun)} {where}"
+        positions = [_centroid(shapes[k]) for k in members]
+        detail = _INSIDE if kind == "contour" and "outline" in kinds else explanation
+        message = f"{count_of(len(members), noun)} {detail}"
         if kind == "outline":
-            x0, y0, x1, y1 = paths[min(own, key=lambda k: abs(paths[k].area))].extents
+            x0, y0, x1, y1 = paths[min(members, key=lambda k: abs(paths[k].area))].extents
             size = f"{x1 - x0:.4g} × {y1 - y0:.4g} mm"
-            words = f"the outline around all holes, {size}, is not cut"
-            if len(own) > 1:
-                words = f"{count_of(len(own), 'outline')} around all holes, the innermost {size}, are not cut"
-        work = MissingWork(noun, len(own), tuple(places), tuple(paths[k] for k in own))
-        missing = work if kind in ("hole", "slot", "circle", "contour") else None
-        issue = Issue("L201", words, places_of(places, len(own)), Severity.NOTE, missing)
-        (others if kind == "contour" else issues).append(issue)
-    return issues, others
+            message = f"the outline around all holes, {size}, is not cut"
+            if len(members) > 1:
+                message = f"{count_of(len(members), 'outline')} around all holes, the innermost {size}, are not cut"
+        missing_work = MissingWork(noun, len(members), tuple(positions), tuple(paths[k] for k in members))
+        missing = missing_work if kind in ("hole", "slot", "circle", "contour") else None
+        issue = Issue("L201", message, places_of(positions, len(members)), Severity.NOTE, missing)
+        (other_issues if kind == "contour" else issues).append(issue)
+    return issues, other_issues
 
 
 #: Message for contours if the outline of the part is known.
@@ -185,21 +188,21 @@ def _kinds(paths: Sequence[Polyline], shapes: NDArray[Any], holes: Sequence[Hole
     grown = shapely.buffer(shapes, _AT_THE_EDGE)
     # A contour drawn inside a single hole contains its centre, too.
     smallest = min((0.25 * math.pi * hole.diameter**2 for hole in holes), default=math.inf)
-    around = [
+    surrounds = [
         abs(path.area) > smallest and bool(shapely.covers(shape, centres).all())
         for path, shape in zip(paths, grown, strict=True)
     ]
-    plates = [k for k, yes in enumerate(around) if yes]
+    plates = [k for k, surrounding in enumerate(surrounds) if surrounding]
     plate = min(plates, key=lambda k: abs(paths[k].area), default=None)
-    found = []
+    kinds = []
     for k, (path, shape) in enumerate(zip(paths, shapes, strict=True)):
-        if around[k]:
-            found.append("outline")
+        if surrounds[k]:
+            kinds.append("outline")
         elif plate is not None and not shapely.covers(grown[plate], shape):
-            found.append("beside")
+            kinds.append("beside")
         else:
-            found.append("hole" if _is_round(path) else "slot" if _is_slot(path, shape) else "contour")
-    return found
+            kinds.append("hole" if _is_round(path) else "slot" if _is_slot(path, shape) else "contour")
+    return kinds
 
 
 def _is_round(path: Polyline) -> bool:
@@ -211,17 +214,17 @@ def _is_slot(path: Polyline, shape: Any) -> bool:
 
     A slot of width w along a line of length l has the area w l + π w² / 4 and the perimeter 2 l + π w.
     """
-    area, edge = abs(path.area), path.length
-    under = 0.25 * edge * edge - math.pi * area
-    if under <= 0.0:
+    area, perimeter = abs(path.area), path.length
+    discriminant = 0.25 * perimeter * perimeter - math.pi * area
+    if discriminant <= 0.0:
         return False
-    width = (0.5 * edge - math.sqrt(under)) / (0.5 * math.pi)
-    along = 0.5 * (edge - math.pi * width)
+    width = (0.5 * perimeter - math.sqrt(discriminant)) / (0.5 * math.pi)
+    straight_length = 0.5 * (perimeter - math.pi * width)
     disc = 2.0 * float(shapely.maximum_inscribed_circle(shape, 0.001 * width).length)
-    return along > _LONGER * width and abs(disc - width) < _SAME_WIDTH * width
+    return straight_length > _LONGER * width and abs(disc - width) < _SAME_WIDTH * width
 
 
-def _place(shape: Any) -> tuple[float, float]:
+def _centroid(shape: Any) -> tuple[float, float]:
     """Return the centroid of a contour, rounded to 0.01 mm."""
     x, y = np.round(shapely.get_coordinates(shapely.centroid(shape))[0], 2).tolist()
     return x, y

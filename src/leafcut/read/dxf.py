@@ -68,29 +68,29 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
         besides = closed_besides_holes(
             document, walk.layers, copies_of(source, "blocks"), factor, source.path, points_of(source), finds.owned
         )
-        found = [(path, polygon_hole(path)) for path in besides.paths]
-        paths = tuple(path for path, hole in found if hole is None)
-        polygons = [hole for _, hole in found if hole is not None]
+        classified = [(path, polygon_hole(path)) for path in besides.paths]
+        paths = tuple(path for path, hole in classified if hole is None)
+        polygons = [hole for _, hole in classified if hole is not None]
         others -= Counter(besides.entities)
-    holes, aside = part_holes([*circles, *polygons], options)
+    holes, frame_issues = part_holes([*circles, *polygons], options)
     kept, noticed = sift(holes, options)
-    noticed = [*aside, *noticed]
+    noticed = [*frame_issues, *noticed]
     if polygons:
-        noticed.append(_polygons(polygons))
+        noticed.append(_polygon_issue(polygons))
     if not kept:
-        raise ReadError(source.path, _nothing(walk, finds, noticed))
+        raise ReadError(source.path, _nothing_message(walk, finds, noticed))
     undrilled: list[Issue] = []
     contours: list[Issue] = []
-    around = circles_around(kept, paths, MERGE_TOLERANCE)
-    if paths or around:
+    outline_indices = circles_around(kept, paths, MERGE_TOLERANCE)
+    if paths or outline_indices:
         from leafcut.read.besides_holes import besides_holes  # start-up
 
-        outlines = [kept[k] for k in around]
-        kept = tuple(hole for k, hole in enumerate(kept) if k not in around)
+        outlines = [kept[k] for k in outline_indices]
+        kept = tuple(hole for k, hole in enumerate(kept) if k not in outline_indices)
         undrilled, contours = besides_holes(paths, kept, outlines)
     if not kept:
-        raise ReadError(source.path, _nothing(walk, finds, [*noticed, *undrilled]))
-    issues += walk_issues(walk) + finds.issues() + undrilled + _not_holes(others)
+        raise ReadError(source.path, _nothing_message(walk, finds, [*noticed, *undrilled]))
+    issues += walk_issues(walk) + finds.issues() + undrilled + _other_entities(others)
     edge = edge_of(document, options, factor, source.path, points_of(source), finds.owned)
     part = Part(
         source.name, kept, source=source.file_name, format="dxf", units=unit or "mm", edge=edge, besides=tuple(contours)
@@ -99,9 +99,9 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
         refuse_tiny(source.path, part, options)
     if unit is None:
         issues.insert(0, units_unknown("the drawing", part, Severity.WARNING))
-    bare = sum(h.diameter == 0 for h in kept)
-    if 0 < bare < len(kept):
-        noticed.append(Issue("L405", f"{count_of(bare, 'POINT')} beside the circles: taken as holes to drill"))
+    n_points = sum(h.diameter == 0 for h in kept)
+    if 0 < n_points < len(kept):
+        noticed.append(Issue("L405", f"{count_of(n_points, 'POINT')} beside the circles: taken as holes to drill"))
     return replace(part, issues=(*issues, *noticed))
 
 
@@ -111,7 +111,7 @@ class Finds:
 
     factor: float
     path: str
-    found: list[tuple[int, Hole]] = field(default_factory=list)
+    numbered_holes: list[tuple[int, Hole]] = field(default_factory=list)
     pieces: list[ArcPiece] = field(default_factory=list)
     #: Type, layer and handle of each entity that gave pieces.
     owners: dict[int, tuple[str, str, str]] = field(default_factory=dict)
@@ -129,8 +129,8 @@ class Finds:
         """Add a placed shape: a hole, pieces of a hole, or an entity to count."""
         self._number += 1
         pieces = []
-        for own in shape.curves:
-            curve = moved(matrix, own)
+        for local_curve in shape.curves:
+            curve = moved(matrix, local_curve)
             x, y = round(curve.center[0] * self.factor, 6), round(curve.center[1] * self.factor, 6)
             z = round(curve.center[2] * self.factor, 6)
             large, small = half_axes(curve)
@@ -143,7 +143,7 @@ class Finds:
                 self._keep(Hole(x, y, 0.0, layer, shape.handle, z))
                 return
             if not is_flat(curve):
-                self._lean(shape, x, y)
+                self._count_leaning(shape, x, y)
                 return
             if large - small > ROUND * large:
                 (self.others if shape.arcs else self.squashed)[shape.dxftype] += 1
@@ -159,11 +159,11 @@ class Finds:
             self._keep(Hole(pieces[0].x, pieces[0].y, round(2 * pieces[0].radius, 6), layer, shape.handle, pieces[0].z))
 
     def _keep(self, hole: Hole) -> None:
-        self.found.append((self._number, hole))
-        if len(self.found) > MAX_HOLES:
+        self.numbered_holes.append((self._number, hole))
+        if len(self.numbered_holes) > MAX_HOLES:
             raise too_many_holes(self.path)
 
-    def _lean(self, shape: Shape, x: float, y: float) -> None:
+    def _count_leaning(self, shape: Shape, x: float, y: float) -> None:
         if shape.arcs:
             self.others[shape.dxftype] += 1
         else:
@@ -174,54 +174,54 @@ class Finds:
         circles, used = close_circles(self.pieces)
         for piece in circles:
             _, layer, handle = self.owners[piece.entity]
-            self.found.append(
+            self.numbered_holes.append(
                 (piece.entity, Hole(piece.x, piece.y, round(2 * piece.radius, 6), layer, handle, piece.z))
             )
         self.n_joined = len(circles)
-        if len(self.found) > MAX_HOLES:
+        if len(self.numbered_holes) > MAX_HOLES:
             raise too_many_holes(self.path)
-        self.owned = {hole.handle for _, hole in self.found} | {self.owners[number][2] for number in used}
+        self.owned = {hole.handle for _, hole in self.numbered_holes} | {self.owners[number][2] for number in used}
         self.others.update(kind for number, (kind, _, _) in self.owners.items() if number not in used)
-        return [hole for _, hole in sorted(self.found, key=lambda numbered: numbered[0])]
+        return [hole for _, hole in sorted(self.numbered_holes, key=lambda numbered: numbered[0])]
 
     def issues(self) -> list[Issue]:
         """Return the issues of the shapes."""
-        found = []
+        issues = []
         if self.leaning:
             message = f"{count_of(len(self.leaning), 'circle')} not in the plane of the plate: not drilled"
             missing = MissingWork("hole", len(self.leaning), tuple(self.leaning))
-            found.append(Issue("L202", message, places_of(self.leaning, len(self.leaning)), missing=missing))
+            issues.append(Issue("L202", message, places_of(self.leaning, len(self.leaning)), missing=missing))
         for kind, number in self.far.items():
-            found.append(Issue("L203", f"{number} {kind} {OUT_OF_RANGE}", missing=MissingWork("hole", number)))
+            issues.append(Issue("L203", f"{number} {kind} {OUT_OF_RANGE}", missing=MissingWork("hole", number)))
         for kind, number in self.out_of_range.items():
             missing = MissingWork("hole", number)
-            found.append(Issue("L203", f"{number} {kind} with coordinates or radius out of range", missing=missing))
+            issues.append(Issue("L203", f"{number} {kind} with coordinates or radius out of range", missing=missing))
         for kind, number in self.squashed.items():
             if kind == "ELLIPSE":  # a closed ellipse is reported as a contour
-                found.append(Issue("L207", f"{number} {kind} not circular", severity=Severity.NOTE))
+                issues.append(Issue("L207", f"{number} {kind} not circular", severity=Severity.NOTE))
                 continue
             missing = MissingWork("hole", number)
-            found.append(Issue("L207", f"{number} {kind} scaled to an ellipse by its block", missing=missing))
+            issues.append(Issue("L207", f"{number} {kind} scaled to an ellipse by its block", missing=missing))
         if self.n_joined:
             message = f"{count_of(self.n_joined, 'hole')} made of arcs that close a circle"
-            found.append(Issue("L303", message, severity=Severity.NOTE))
-        return found
+            issues.append(Issue("L303", message, severity=Severity.NOTE))
+        return issues
 
 
-def _polygons(holes: list[Hole]) -> Issue:
+def _polygon_issue(holes: list[Hole]) -> Issue:
     sizes = ", ".join(f"Ø{diameter:.4g}" for diameter in sorted({round(hole.diameter, 3) for hole in holes})[:5])
-    places = [(hole.x, hole.y) for hole in holes]
+    positions = [(hole.x, hole.y) for hole in holes]
     message = f"{count_of(len(holes), 'polygon')} with corners on a circle: taken as round holes ({sizes})"
-    return Issue("L405", message, places_of(places, len(places)))
+    return Issue("L405", message, places_of(positions, len(positions)))
 
 
-def _not_holes(kinds: Counter[str]) -> list[Issue]:
+def _other_entities(kinds: Counter[str]) -> list[Issue]:
     return [
         Issue("L201", f"{number} {shown(kind)}: not a hole", severity=Severity.NOTE) for kind, number in kinds.items()
     ]
 
 
-def _nothing(walk: BlockWalk[Shape], finds: Finds, noticed: list[Issue]) -> str:
+def _nothing_message(walk: BlockWalk[Shape], finds: Finds, noticed: list[Issue]) -> str:
     """Message for a drawing without holes: list the other entities on one line."""
     parts = [f"{number} {shown(kind)}" for kind, number in (walk.others + finds.others).most_common(6)]
     parts += [f"{number} {kind} not circular" for kind, number in finds.squashed.items()]

@@ -56,12 +56,12 @@ class LayerFilter:
 
     def shows(self, layer: str) -> bool:
         """Return whether entities on this layer are read."""
-        found = self._known.get(layer)
-        if found is None:
+        visible = self._known.get(layer)
+        if visible is None:
             name = layer.casefold()
-            found = name not in self.frozen and name not in self.off and self.chosen(layer)
-            self._known[layer] = found
-        return found
+            visible = name not in self.frozen and name not in self.off and self.chosen(layer)
+            self._known[layer] = visible
+        return visible
 
     def freezes(self, layer: str) -> bool:
         """Return whether an INSERT on this layer hides its block: only if the layer is frozen, not if it is off."""
@@ -72,15 +72,15 @@ class LayerFilter:
 class BlockWalk(Generic[S]):
     """Visits every shape of model space once per insertion, and counts omissions.
 
-    `shape_of` converts an ezdxf entity: None for an unwanted entity, ValueError for a damaged one. `wanted` names the
-    shapes in messages.
+    `shape_of` converts an ezdxf entity: None for an unwanted entity, ValueError for a damaged one. `shape_name` names
+    the shapes in messages.
     """
 
     document: Any
     copies: ReadBudget
     layers: LayerFilter
     shape_of: Callable[[Any], S | None]
-    wanted: str
+    shape_name: str
     #: Counts of omissions: other entities by type, hidden ones by layer, unusable INSERTs by block.
     others: Counter[str] = field(default_factory=Counter)
     hidden: Counter[str] = field(default_factory=Counter)
@@ -88,9 +88,9 @@ class BlockWalk(Generic[S]):
     endless_blocks: Counter[str] = field(default_factory=Counter)
     broken: list[tuple[str, str, str]] = field(default_factory=list)
     _contents: dict[str, Content[S] | None] = field(default_factory=dict)
-    _fruitful: set[str] = field(default_factory=set)
+    _with_shapes: set[str] = field(default_factory=set)
     _weights: dict[str, int] = field(default_factory=dict)
-    _noted: set[int] = field(default_factory=set)
+    _counted: set[int] = field(default_factory=set)
 
     def shapes(self) -> Iterator[tuple[S, Matrix, str]]:
         """Yield every visible shape with its matrix and effective layer, in file order.
@@ -101,12 +101,12 @@ class BlockWalk(Generic[S]):
             The insertions exceed the budget `copies`.
         """
         top = content_of(self.document.modelspace(), self.shape_of)
-        self._look_through(top)
+        self._scan_blocks(top)
         # Check before the walk: a few lines of nested arrays can ask for a billion holes.
         self.copies.check(self._weight_of(top, ()))
         yield from self._visit(top, IDENTITY, None, ())
 
-    def _look_through(self, top: Content[S]) -> None:
+    def _scan_blocks(self, top: Content[S]) -> None:
         """Read every reachable block, and mark those that lead to a shape; the others need no visits."""
         parents: dict[str, set[str]] = {}
         waiting = [("", top)]
@@ -126,14 +126,14 @@ class BlockWalk(Generic[S]):
                         waiting.append((block, inner))
         while fruitful:
             name = fruitful.pop()
-            if name not in self._fruitful:
-                self._fruitful.add(name)
+            if name not in self._with_shapes:
+                self._with_shapes.add(name)
                 fruitful.extend(parents.get(name, ()))
 
     def _weight(self, name: str, trail: tuple[str, ...]) -> int:
         """Return the number of visits of one insertion of a block; 0 if it is not followed."""
         content = self._contents[name]
-        if content is None or name not in self._fruitful or name in trail or len(trail) >= MAX_DEPTH:
+        if content is None or name not in self._with_shapes or name in trail or len(trail) >= MAX_DEPTH:
             return 0
         if name not in self._weights:
             self._weights[name] = self._weight_of(content, (*trail, name))
@@ -167,9 +167,9 @@ class BlockWalk(Generic[S]):
 
     def _note(self, content: Content[S], inherited: str | None) -> None:
         """Count entities that are not shapes, once per block, independent of the number of insertions."""
-        if id(content) in self._noted:
+        if id(content) in self._counted:
             return
-        self._noted.add(id(content))
+        self._counted.add(id(content))
         for (kind, layer), number in content.others.items():
             if self.layers.shows(_layer_of(layer, inherited)):
                 self.others[kind] += number
@@ -184,21 +184,25 @@ class BlockWalk(Generic[S]):
         content = self._contents[name]
         if content is None:
             self.missing_blocks[name or "without a name"] += 1
-        elif name not in self._fruitful:
-            self.others[f"INSERT without {self.wanted}"] += 1
+        elif name not in self._with_shapes:
+            self.others[f"INSERT without {self.shape_name}"] += 1
         elif self.layers.freezes(layer):
             self.hidden[layer] += 1
         elif name in trail or len(trail) >= MAX_DEPTH:
             self.endless_blocks[name] += 1
         else:
             (columns, step_x), (rows, step_y) = insertion.steps
-            place = combined(matrix, insertion.matrix)
+            block_matrix = combined(matrix, insertion.matrix)
             step_x, step_y = turned(matrix, step_x), turned(matrix, step_y)
             for row in range(rows):
                 for column in range(columns):
                     shift = tuple(column * a + row * b for a, b in zip(step_x, step_y, strict=True))
-                    origin = (place[3][0] + shift[0], place[3][1] + shift[1], place[3][2] + shift[2])
-                    yield from self._visit(content, (*place[:3], origin), layer, (*trail, name))
+                    origin = (
+                        block_matrix[3][0] + shift[0],
+                        block_matrix[3][1] + shift[1],
+                        block_matrix[3][2] + shift[2],
+                    )
+                    yield from self._visit(content, (*block_matrix[:3], origin), layer, (*trail, name))
 
 
 def _layer_of(layer: str, inherited: str | None) -> str:

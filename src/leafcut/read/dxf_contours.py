@@ -57,11 +57,11 @@ def read_dxf_contours(source: Source, options: ReadOptions, *, texts: bool = Tru
         source.look()
         strokes.add(stroke, matrix, layer)
     issues += walk_issues(walk) + strokes.issues()
-    contours = tuple(strokes.found)
+    contours = tuple(strokes.contours)
     drawn = any(c.kind != "text" for c in contours)
     if others := walk.others + (Counter() if drawn else strokes.texts):
-        words = ", ".join(f"{number} {shown(kind)}" for kind, number in others.most_common())
-        issues.append(Issue("L210", f"not cut: {words}", severity=Severity.NOTE))
+        message = ", ".join(f"{number} {shown(kind)}" for kind, number in others.most_common())
+        issues.append(Issue("L210", f"not cut: {message}", severity=Severity.NOTE))
     if not drawn:
         reasons = "; ".join(i.message for i in issues) or "the drawing is empty"
         if options.layers:
@@ -80,8 +80,8 @@ def _heights(contours: tuple[Contour, ...]) -> list[Issue]:
     """Return issues on contours at several heights or off Z0, which look the same from above."""
     heights = HeightCount.of((*c.path.start, c.z) for c in contours)
     if heights.differ:
-        words = f"lines are drawn at different heights: {heights}; projected onto the sheet"
-        return [Issue("L406", words)]
+        message = f"lines are drawn at different heights: {heights}; projected onto the sheet"
+        return [Issue("L406", message)]
     return heights.notes("lines")
 
 
@@ -119,7 +119,7 @@ class Strokes:
     factor: float
     path: str
     points: Spend
-    found: list[Contour] = field(default_factory=list)
+    contours: list[Contour] = field(default_factory=list)
     leaning: Counter[str] = field(default_factory=Counter)
     sloping: list[tuple[float, float]] = field(default_factory=list)
     skipped: dict[tuple[str, str], list[str]] = field(default_factory=dict)
@@ -128,7 +128,7 @@ class Strokes:
     _segments: int = 0
     #: Strokes of blocks inserted at the origin, or the exception raised, by the rotation of the block; copies are only
     #: translated.
-    _made: dict[tuple[int, Any], _StrokePath | Exception] = field(default_factory=dict)
+    _cache: dict[tuple[int, Any], _StrokePath | Exception] = field(default_factory=dict)
 
     def add(self, stroke: DxfStroke, matrix: Matrix, layer: str) -> None:
         """Add a placed stroke, or all strokes of a text."""
@@ -138,7 +138,9 @@ class Strokes:
                 self.add(line, matrix, layer)
             return
         try:
-            made = self._of_block(stroke, matrix[:3]) if matrix is not IDENTITY else self._make(stroke, matrix)
+            stroke_path = (
+                self._block_stroke(stroke, matrix[:3]) if matrix is not IDENTITY else self._make(stroke, matrix)
+            )
         except LeaningError:
             self.leaning[stroke.dxftype] += 1
             return
@@ -146,33 +148,33 @@ class Strokes:
             self._skip(stroke, str(problem))
             return
         dx, dy = matrix[3][0] * self.factor, matrix[3][1] * self.factor
-        x0, y0, x1, y1 = made.path.extents
+        x0, y0, x1, y1 = stroke_path.path.extents
         if not max(abs(x0 + dx), abs(x1 + dx), abs(y0 + dy), abs(y1 + dy)) <= MAX_COORDINATE:
             finite = np.isfinite((x0 + dx, x1 + dx, y0 + dy, y1 + dy)).all()
             self._skip(stroke, OUT_OF_RANGE if finite else "coordinates or radius out of range")
             return
-        self._segments += made.path.n_segments
+        self._segments += stroke_path.path.n_segments
         if self._segments > MAX_SEGMENTS:
             raise too_many_segments(self.path)
-        path = made.path if matrix is IDENTITY else made.path.moved(dx, dy)
-        if made.rising:
+        path = stroke_path.path if matrix is IDENTITY else stroke_path.path.moved(dx, dy)
+        if stroke_path.rising:
             self.sloping.append(path.start)
-        z = 0.0 if made.rising else made.z + (0.0 if matrix is IDENTITY else matrix[3][2] * self.factor)
+        z = 0.0 if stroke_path.rising else stroke_path.z + (0.0 if matrix is IDENTITY else matrix[3][2] * self.factor)
         placed = _rounded(path, self.factor)
-        self.found.append(Contour(placed, stroke.kind, layer, stroke.handle, z=z, name=stroke.name))
+        self.contours.append(Contour(placed, stroke.kind, layer, stroke.handle, z=z, name=stroke.name))
 
-    def _of_block(self, stroke: DxfStroke, turn: Any) -> _StrokePath:
+    def _block_stroke(self, stroke: DxfStroke, turn: Any) -> _StrokePath:
         """Return a stroke of a block inserted at the origin."""
-        made = self._made.get((id(stroke), turn))
-        if made is None:
+        stroke_path = self._cache.get((id(stroke), turn))
+        if stroke_path is None:
             try:
-                made = self._make(stroke, (*turn, (0.0, 0.0, 0.0)))
+                stroke_path = self._make(stroke, (*turn, (0.0, 0.0, 0.0)))
             except (PlanError, ArithmeticError, ValueError) as problem:
-                made = problem
-            self._made[id(stroke), turn] = made
-        if isinstance(made, Exception):
-            raise made
-        return made
+                stroke_path = problem
+            self._cache[id(stroke), turn] = stroke_path
+        if isinstance(stroke_path, Exception):
+            raise stroke_path
+        return stroke_path
 
     def _make(self, stroke: DxfStroke, matrix: Matrix) -> _StrokePath:
         with np.errstate(all="ignore"):
@@ -184,18 +186,18 @@ class Strokes:
 
     def issues(self) -> list[Issue]:
         """Return the issues of the strokes."""
-        found = []
+        issues = []
         for kind, number in self.leaning.items():
             message = f"{number} {kind} not in the plane of the sheet: not cut"
-            found.append(Issue("L202", message, missing=MissingWork("element", number)))
+            issues.append(Issue("L202", message, missing=MissingWork("element", number)))
         if self.sloping:
             message = f"{count_of(len(self.sloping), 'line')} sloping out of the plane of the sheet: projected onto it"
-            found.append(Issue("L202", message, places_of(self.sloping, len(self.sloping))))
+            issues.append(Issue("L202", message, places_of(self.sloping, len(self.sloping))))
         for (kind, reason), handles in self.skipped.items():
-            place = f"handle {', '.join(handles[:3])}" + (" …" if len(handles) > 3 else "")
+            location = f"handle {', '.join(handles[:3])}" + (" …" if len(handles) > 3 else "")
             message = f"{len(handles)} {shown(kind)} skipped: {shown(reason, 100)}"
-            found.append(Issue("L203", message, place, missing=MissingWork("element", len(handles))))
-        return found
+            issues.append(Issue("L203", message, location, missing=MissingWork("element", len(handles))))
+        return issues
 
 
 def _rounded(path: Polyline, factor: float) -> Polyline:

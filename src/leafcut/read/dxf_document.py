@@ -65,16 +65,16 @@ def open_document(source: Source, issues: list[Issue]) -> Any:
     The audit deletes circles with duplicate handles. It also follows all paths through nested blocks, which can be
     endless in a hundred lines of DXF. `BlockWalk` reports the errors in holes and blocks itself.
     """
-    kept = {} if source.kept is None else source.kept
-    if "document" not in kept:
-        found: list[Issue] = []
-        kept["document"] = _opened(source, found), found
-    document, noticed = kept["document"]
+    cache = {} if source.kept is None else source.kept
+    if "document" not in cache:
+        load_issues: list[Issue] = []
+        cache["document"] = _load_document(source, load_issues), load_issues
+    document, noticed = cache["document"]
     issues += noticed
     return document
 
 
-def _opened(source: Source, issues: list[Issue]) -> Any:
+def _load_document(source: Source, issues: list[Issue]) -> Any:
     data = _HALF_LETTER.sub(rb"\\U+FFFD", source.data)
     if data[:4] == b"AC10":
         raise ReadError(source.path, "this is a DWG drawing; save it as DXF")
@@ -126,18 +126,18 @@ def _load_text(source: Source, data: bytes, issues: list[Issue]) -> Any:
     from ezdxf.document import Drawing
     from ezdxf.recover import Recover, bytes_loader
 
-    def watched(stream: io.BytesIO) -> Iterator[Any]:
+    def with_progress(stream: io.BytesIO) -> Iterator[Any]:
         for number, tag in enumerate(bytes_loader(stream)):
             if number % _TAGS_PER_REPORT == 0:
                 source.look(stream.tell() / len(data))
             yield tag
 
-    tool = Recover.run(io.BytesIO(data), watched, errors="replace")
+    tool = Recover.run(io.BytesIO(data), with_progress, errors="replace")
     for code, message in tool.errors:
         if code == GUESSED_NUMBER:
             line = _LINE.search(message)
-            what = shown(message.split(" near ")[0].replace("recovered ", ""))
-            reason = f"{what}; repair the drawing: a guess could cut in the wrong place"
+            description = shown(message.split(" near ")[0].replace("recovered ", ""))
+            reason = f"{description}; repair the drawing: a guess could cut in the wrong place"
             raise ReadError(source.path, reason, int(line.group(1)) if line else None)
     document = Drawing.from_tags(_tags_of(tool.section_dict))
     repairs = [message for code, message in (*tool.errors, *tool.fixes) if code not in TRIVIAL_REPAIRS]
@@ -194,25 +194,27 @@ def layers_of(document: Any, options: ReadOptions) -> LayerFilter:
 
 def walk_issues(walk: BlockWalk[Any]) -> list[Issue]:
     """Return the omissions of a walk: damaged entities, hidden layers, unusable blocks."""
-    found = []
+    issues = []
     reasons: dict[tuple[str, str], list[str]] = {}
     for kind, handle, reason in walk.broken:
         reasons.setdefault((kind, reason), []).append(handle)
     for (kind, reason), handles in reasons.items():
-        place = f"handle {', '.join(h or '?' for h in handles[:3])}" + (" …" if len(handles) > 3 else "")
+        location = f"handle {', '.join(h or '?' for h in handles[:3])}" + (" …" if len(handles) > 3 else "")
         missing = MissingWork("element", len(handles))
-        found.append(Issue("L203", f"{len(handles)} {shown(kind)} skipped: {shown(reason)}", place, missing=missing))
+        issues.append(
+            Issue("L203", f"{len(handles)} {shown(kind)} skipped: {shown(reason)}", location, missing=missing)
+        )
     if walk.hidden:
-        found.append(Issue("L204", f"left out: {hidden_by_layer(walk)}", severity=Severity.NOTE))
+        issues.append(Issue("L204", f"left out: {hidden_by_layer(walk)}", severity=Severity.NOTE))
     for name, number in walk.missing_blocks.items():
         message = f"{count_of(number, 'insertion')} of block '{shown(name)}', which is missing"
-        found.append(Issue("L206", message, missing=MissingWork("block", number)))
+        issues.append(Issue("L206", message, missing=MissingWork("block", number)))
     for name, number in walk.endless_blocks.items():
         message = (
             f"block '{shown(name)}' refers to itself or is nested too deep: {count_of(number, 'insertion')} skipped"
         )
-        found.append(Issue("L206", message, missing=MissingWork("block", number)))
-    return found
+        issues.append(Issue("L206", message, missing=MissingWork("block", number)))
+    return issues
 
 
 def hidden_by_layer(walk: BlockWalk[Any]) -> str:

@@ -35,12 +35,12 @@ def edge_of(
     try:
         for entity in document.modelspace():
             if entity.dxftype() in _KINDS:
-                if len(strokes.found) >= MOST_EDGES:
+                if len(strokes.contours) >= MOST_EDGES:
                     return ()
                 _add(entity, layers, holes, strokes)
     except ReadError:  # the drawing exceeds its point budget, which is no reason to refuse its holes
         return ()
-    return tuple(strokes.found)
+    return tuple(strokes.contours)
 
 
 def _add(entity: Any, layers: LayerFilter, holes: Collection[str], strokes: Strokes) -> None:

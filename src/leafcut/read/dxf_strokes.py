@@ -91,10 +91,10 @@ def stroke_of(entity: Any) -> DxfStroke | None:
     form = maker(entity) if maker else None
     if form is None:
         return None
-    return DxfStroke(kind, form, entity.dxf.get("layer", "0"), entity.dxf.get("handle") or "", *_said_of(entity))
+    return DxfStroke(kind, form, entity.dxf.get("layer", "0"), entity.dxf.get("handle") or "", *_nest_data_of(entity))
 
 
-def _said_of(entity: Any) -> tuple[str, str]:
+def _nest_data_of(entity: Any) -> tuple[str, str]:
     """Return the name stored in the XDATA of an outline by a nest ("" if none), and its kind: ``sheet`` or ``cut``."""
     texts = [str(tag.value) for tag in entity.get_xdata(APPLICATION)] if entity.has_xdata(APPLICATION) else []
     name, kind = [*texts[:2], "", ""][:2]
@@ -115,14 +115,14 @@ def _polyline(entity: Any) -> DxfPolyline | None:
     if entity.dxftype() == "POLYLINE" and not entity.is_2d_polyline:
         if not entity.is_3d_polyline:
             return None  # a mesh
-        places = [v.dxf.location.xyz for v in real_vertices(entity)]
-        return straight(np.array(places).reshape(-1, 3), entity.is_closed) if places else None
+        points = [v.dxf.location.xyz for v in real_vertices(entity)]
+        return straight(np.array(points).reshape(-1, 3), entity.is_closed) if points else None
     vertices, closed, elevation = vertices_of(entity)
     if not vertices:
         return None
     ux, uy, ocs = axes_of(entity)
-    places = [in_layout(ocs, (float(x), float(y), elevation)) for x, y, _ in vertices]
-    return DxfPolyline(np.array(places), np.array([float(v[2]) for v in vertices]), closed, ux, uy)
+    points = [in_layout(ocs, (float(x), float(y), elevation)) for x, y, _ in vertices]
+    return DxfPolyline(np.array(points), np.array([float(v[2]) for v in vertices]), closed, ux, uy)
 
 
 def _spline(entity: Any) -> Freeform:
@@ -177,9 +177,9 @@ def slopes(stroke: DxfStroke, matrix: Matrix) -> bool:
         return False
     if matrix is IDENTITY and len(set(stroke.form.vertices[:, 2].tolist())) == 1:
         return False
-    places = _placed(stroke.form.vertices, matrix)
-    high = float(places[:, 2].max() - places[:, 2].min())
-    return high > 1e-9 and high > SLOPE * float(np.hypot(*np.ptp(places[:, :2], axis=0)))
+    points = _placed(stroke.form.vertices, matrix)
+    high = float(points[:, 2].max() - points[:, 2].min())
+    return high > 1e-9 and high > SLOPE * float(np.hypot(*np.ptp(points[:, :2], axis=0)))
 
 
 def height_of(stroke: DxfStroke, matrix: Matrix) -> float:
@@ -188,16 +188,16 @@ def height_of(stroke: DxfStroke, matrix: Matrix) -> float:
     if isinstance(form, Curve):
         return float(moved(matrix, form).center[2])
     assert not isinstance(form, Letters)
-    places = form.vertices if isinstance(form, DxfPolyline) else form.control
-    return float(places[0, 2] if matrix is IDENTITY else _placed(places[:1], matrix)[0, 2]) + 0.0
+    points = form.vertices if isinstance(form, DxfPolyline) else form.control
+    return float(points[0, 2] if matrix is IDENTITY else _placed(points[:1], matrix)[0, 2]) + 0.0
 
 
 def _placed(vertices: Floats, matrix: Matrix) -> Floats:
     if matrix is IDENTITY:
         return vertices + 0.0
     table = np.array(matrix)
-    places: Floats = vertices @ table[:3] + table[3]
-    return places
+    points: Floats = vertices @ table[:3] + table[3]
+    return points
 
 
 def _placed_polyline(polyline: DxfPolyline, matrix: Matrix, factor: float, tolerance: float, spend: Spend) -> Polyline:
@@ -234,9 +234,9 @@ def _squashed(
         if not s.is_arc:
             rows.append(np.array([[*xy[k], 0.0]]))
             continue
-        begin = math.atan2(s.start[1] - s.center[1], s.start[0] - s.center[0])
+        start_angle = math.atan2(s.start[1] - s.center[1], s.start[0] - s.center[0])
         u, v = (ux * s.radius, uy * s.radius), (vx * s.radius, vy * s.radius)
-        arcs = ellipse_path((0.0, 0.0), u, v, begin, 4.0 * math.atan(s.bulge), tolerance, spend)
+        arcs = ellipse_path((0.0, 0.0), u, v, start_angle, 4.0 * math.atan(s.bulge), tolerance, spend)
         dx, dy = xy[k] - arcs.vertices[0, :2]
         rows.append(arcs.moved(float(dx), float(dy)).vertices[:-1])
     if not flat.closed:

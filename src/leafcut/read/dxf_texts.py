@@ -31,15 +31,15 @@ def text_of(entity: Any) -> DxfStroke | None:
         return None
     layer, handle = entity.dxf.get("layer", "0"), entity.dxf.get("handle") or ""
     try:
-        places = _text(entity) if kind == "TEXT" else _mtext(entity)
+        lines = _text(entity) if kind == "TEXT" else _mtext(entity)
         problem = ""
     except ValueError as reason:
-        places, problem = [np.array([entity.dxf.insert.xyz, entity.dxf.insert.xyz])], str(reason)
-    strokes = tuple(DxfStroke(kind, straight(line, closed=False), layer, handle, problem, "text") for line in places)
+        lines, problem = [np.array([entity.dxf.insert.xyz, entity.dxf.insert.xyz])], str(reason)
+    strokes = tuple(DxfStroke(kind, straight(line, closed=False), layer, handle, problem, "text") for line in lines)
     return DxfStroke(kind, Letters(strokes), layer, handle, problem, "text")
 
 
-def _written(text: str) -> tuple[list[Floats], float]:
+def _text_strokes(text: str) -> tuple[list[Floats], float]:
     if len(text) > MOST_LETTERS:
         raise ValueError(f"a text of {len(text):,} letters")
     try:
@@ -50,13 +50,13 @@ def _written(text: str) -> tuple[list[Floats], float]:
 
 def _text(entity: Any) -> list[Floats]:
     dxf = entity.dxf
-    lines, width = _written(entity.plain_text())
+    lines, width = _text_strokes(entity.plain_text())
     height, stretch = float(dxf.get("height", 1.0)), float(dxf.get("width", 1.0))
     turn, slant = math.radians(dxf.get("rotation", 0.0)), math.tan(math.radians(dxf.get("oblique", 0.0)))
     align, first, second = entity.get_placement()
-    place, name = np.array(first.xyz), align.name
+    origin, name = np.array(first.xyz), align.name
     if name in ("ALIGNED", "FIT"):
-        step = np.array(second.xyz) - place
+        step = np.array(second.xyz) - origin
         turn, span = math.atan2(step[1], step[0]), math.hypot(step[0], step[1])
         if width > 0.0 and name == "ALIGNED":
             height = span / (width * stretch)
@@ -67,55 +67,57 @@ def _text(entity: Any) -> list[Floats]:
     low = _BELOW if name.startswith("BOTTOM") else low
     flags = int(dxf.get("text_generation_flag", 0))
     signs = (-1.0 if flags & _BACKWARDS else 1.0, -1.0 if flags & _UPSIDE_DOWN else 1.0)
-    found = []
+    strokes = []
     for line in lines:
         x = (line[:, 0] + left * width) * stretch + slant * line[:, 1]
-        found.append(_turned(np.column_stack([signs[0] * x, signs[1] * (line[:, 1] + low)]) * height, turn))
+        strokes.append(_rotated(np.column_stack([signs[0] * x, signs[1] * (line[:, 1] + low)]) * height, turn))
     ocs = entity.ocs()
-    return [np.array([ocs.to_wcs((x + place[0], y + place[1], place[2])) for x, y in line]) for line in found]
+    return [np.array([ocs.to_wcs((x + origin[0], y + origin[1], origin[2])) for x, y in line]) for line in strokes]
 
 
 def _mtext(entity: Any) -> list[Floats]:
     dxf = entity.dxf
-    height, wide = float(dxf.get("char_height", 1.0)), float(dxf.get("width", 0.0))
-    rows = [row for line in entity.plain_text(split=True) for row in _wrapped(line, wide / height if height else 0.0)]
+    height, wrap_width = float(dxf.get("char_height", 1.0)), float(dxf.get("width", 0.0))
+    rows = [
+        row for line in entity.plain_text(split=True) for row in _wrap(line, wrap_width / height if height else 0.0)
+    ]
     pitch = _PITCH * float(dxf.get("line_spacing_factor", 1.0))
-    whole = 1.0 + pitch * (len(rows) - 1)
-    attached = int(dxf.get("attachment_point", 1)) - 1
-    top = (0.0, 0.5 * whole, whole)[attached // 3 % 3]
-    across = (0.0, -0.5, -1.0)[attached % 3]
-    turn, place = math.radians(entity.get_rotation()), np.array(dxf.insert.xyz)
+    total_height = 1.0 + pitch * (len(rows) - 1)
+    attachment = int(dxf.get("attachment_point", 1)) - 1
+    top = (0.0, 0.5 * total_height, total_height)[attachment // 3 % 3]
+    across = (0.0, -0.5, -1.0)[attachment % 3]
+    turn, origin = math.radians(entity.get_rotation()), np.array(dxf.insert.xyz)
     # An MTEXT seen from below is mirrored.
     side = -1.0 if dxf.get("extrusion") is not None and dxf.extrusion.z < 0.0 else 1.0
-    found = []
+    strokes = []
     for number, row in enumerate(rows):
-        lines, width = _written(row)
+        lines, width = _text_strokes(row)
         shift = (across * width, top - 1.0 - number * pitch)
-        found += [_turned((line + shift) * height, turn) for line in lines]
+        strokes += [_rotated((line + shift) * height, turn) for line in lines]
     return [
-        np.column_stack([side * line[:, 0] + place[0], line[:, 1] + place[1], np.full(len(line), place[2])])
-        for line in found
+        np.column_stack([side * line[:, 0] + origin[0], line[:, 1] + origin[1], np.full(len(line), origin[2])])
+        for line in strokes
     ]
 
 
-def _wrapped(line: str, wide: float) -> list[str]:
-    """Wrap a line to rows no wider than `wide`, in cap heights; 0 means no wrapping."""
-    if not wide > 0.0:
+def _wrap(line: str, max_width: float) -> list[str]:
+    """Wrap a line to rows no wider than `max_width`, in cap heights; 0 means no wrapping."""
+    if not max_width > 0.0:
         return [line]
     rows: list[list[str]] = []
     width = 0.0
     for word in line.split(" "):
-        further = width + _written(f" {word}")[1]
-        if rows and further <= wide:
+        extended = width + _text_strokes(f" {word}")[1]
+        if rows and extended <= max_width:
             rows[-1].append(word)
-            width = further
+            width = extended
         else:
             rows.append([word])
-            width = _written(word)[1]
+            width = _text_strokes(word)[1]
     return [" ".join(row) for row in rows]
 
 
-def _turned(points: Floats, angle: float) -> Floats:
+def _rotated(points: Floats, angle: float) -> Floats:
     cos, sin = math.cos(angle), math.sin(angle)
     turned: Floats = points @ np.array([[cos, sin], [-sin, cos]])
     return turned

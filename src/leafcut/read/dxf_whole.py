@@ -21,7 +21,7 @@ from leafcut.read.format import FREE_HOLES, MAX_COORDINATE, Source, copies_of, p
 
 #: Entities made of lines of their own, which are never machined.
 _DIMENSIONS = ("ARC_DIMENSION", "DIMENSION", "LEADER", "MULTILEADER")
-_ASIDE = (*_DIMENSIONS, "HATCH", "MLINE", "MPOLYGON", "SOLID", "TRACE", "3DFACE")
+_ANNOTATIONS = (*_DIMENSIONS, "HATCH", "MLINE", "MPOLYGON", "SOLID", "TRACE", "3DFACE")
 #: Most lines to display per entity, and most points per line.
 _MOST_LINES, _MOST_POINTS = 500, 2_000
 #: Flattening tolerance of curves for display, relative to the size of the curve.
@@ -50,7 +50,7 @@ def read_dxf_whole(source: Source, options: ReadOptions) -> Part:
             strokes.add(stroke, matrix, layer)
         elif max(abs(hole.x), abs(hole.y), hole.diameter) <= MAX_COORDINATE:
             holes.append(hole)
-    if not strokes.found and not holes:
+    if not strokes.contours and not holes:
         raise ReadError(source.path, "the drawing shows nothing")
     return Part(
         source.name,
@@ -58,7 +58,7 @@ def read_dxf_whole(source: Source, options: ReadOptions) -> Part:
         source=source.file_name,
         format="dxf",
         units=unit or "mm",
-        contours=tuple(strokes.found),
+        contours=tuple(strokes.contours),
     )
 
 
@@ -78,33 +78,33 @@ def _hole_of(stroke: DxfStroke, matrix: Matrix, layer: str, factor: float) -> Ho
 
 
 def _stroke_of(entity: Any) -> DxfStroke | None:
-    return stroke_of(entity) or text_of(entity) or _point_of(entity) or _aside_of(entity)
+    return stroke_of(entity) or text_of(entity) or _point_of(entity) or _annotation_of(entity)
 
 
 def _point_of(entity: Any) -> DxfStroke | None:
     if entity.dxftype() != "POINT" or shape_of(entity) is None:
         return None
-    place = np.array([entity.dxf.location.xyz])
+    point = np.array([entity.dxf.location.xyz])
     return DxfStroke(
-        "POINT", straight(place, closed=False), entity.dxf.get("layer", "0"), entity.dxf.get("handle") or ""
+        "POINT", straight(point, closed=False), entity.dxf.get("layer", "0"), entity.dxf.get("handle") or ""
     )
 
 
-def _aside_of(entity: Any) -> DxfStroke | None:
+def _annotation_of(entity: Any) -> DxfStroke | None:
     """Return the lines of an annotation; None for other entities and for those without readable lines."""
     kind = entity.dxftype()
-    if kind not in _ASIDE:
+    if kind not in _ANNOTATIONS:
         return None
     layer, handle = entity.dxf.get("layer", "0"), entity.dxf.get("handle") or ""
-    found: list[DxfStroke] = []
+    strokes: list[DxfStroke] = []
     try:
         for stroke in _lines_of(entity):
-            found.append(stroke._replace(dxftype=kind, layer=layer, handle=handle, name="", kind="text"))
-            if len(found) == _MOST_LINES:
+            strokes.append(stroke._replace(dxftype=kind, layer=layer, handle=handle, name="", kind="text"))
+            if len(strokes) == _MOST_LINES:
                 break
     except Exception:  # ezdxf raises almost any exception on a damaged entity: show the lines already read
-        found = found[:_MOST_LINES]
-    return DxfStroke(kind, Letters(tuple(found)), layer, handle, "", "text") if found else None
+        strokes = strokes[:_MOST_LINES]
+    return DxfStroke(kind, Letters(tuple(strokes)), layer, handle, "", "text") if strokes else None
 
 
 def _lines_of(entity: Any) -> Iterator[DxfStroke]:
@@ -115,20 +115,20 @@ def _lines_of(entity: Any) -> Iterator[DxfStroke]:
         for boundary in path.from_hatch(entity):
             yield _flat(boundary)
         return
-    for piece in recursive_decompose([entity]):
-        if piece.dxftype() == "POINT":
+    for part in recursive_decompose([entity]):
+        if part.dxftype() == "POINT":
             continue
-        known = stroke_of(piece) or text_of(piece)
-        if known is not None:
-            yield from known.form.strokes if isinstance(known.form, Letters) else (known,)
+        stroke = stroke_of(part) or text_of(part)
+        if stroke is not None:
+            yield from stroke.form.strokes if isinstance(stroke.form, Letters) else (stroke,)
             continue
-        drawn = make_primitive(piece)
-        if drawn.path is not None:
-            yield _flat(drawn.path)
+        primitive = make_primitive(part)
+        if primitive.path is not None:
+            yield _flat(primitive.path)
 
 
 def _flat(curve: Any) -> DxfStroke:
     ends = np.array([p.xyz for p in curve.control_vertices()])
     size = float(np.ptp(ends, axis=0).max(initial=0.0)) or 1.0
-    places = [p.xyz for p in curve.flattening(_COARSE * size)][:_MOST_POINTS]
-    return DxfStroke("", straight(np.array(places).reshape(-1, 3), closed=False), "", "", "", "text")
+    points = [p.xyz for p in curve.flattening(_COARSE * size)][:_MOST_POINTS]
+    return DxfStroke("", straight(np.array(points).reshape(-1, 3), closed=False), "", "", "", "text")
