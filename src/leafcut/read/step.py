@@ -79,18 +79,18 @@ def read_step(source: Source, options: ReadOptions) -> Part:
         OpenCASCADE is not installed, or a unit is given, although the file states its own.
     """
     _check_units(options)
-    told = _of_part(source, options, "holes")
+    data = _read_solid(source, options, "holes")
     holes = tuple(
         Hole(
-            round(one["x"], 6), round(one["y"], 6), round(one["diameter"], 6), z=round(one["top"], 6) + 0.0,
-            depth=round(one["depth"], 6), through=one["through"], flat=not (one["through"] or one["pointed"]),
-            steps=tuple(HoleStep(**step) for step in one["steps"]),
+            round(hole["x"], 6), round(hole["y"], 6), round(hole["diameter"], 6), z=round(hole["top"], 6) + 0.0,
+            depth=round(hole["depth"], 6), through=hole["through"], flat=not (hole["through"] or hole["pointed"]),
+            steps=tuple(HoleStep(**step) for step in hole["steps"]),
         )
-        for one in told["holes"]
+        for hole in data["holes"]
     )  # fmt: skip
     kept, sifted = sift(holes, options)
-    issues = (*_issues(told, options.up or "z"), *sifted)
-    return _placeable(Part(source.name, kept, issues=issues, source=source.path, format="step"), told, options)
+    issues = (*_issues(data, options.up or "z"), *sifted)
+    return _placeable(Part(source.name, kept, issues=issues, source=source.path, format="step"), data, options)
 
 
 def read_pockets_of_step(
@@ -111,29 +111,30 @@ def read_pockets_of_step(
     _check_units(options)
     if options.layers or drawing.pocket_layers or drawing.island_layers:
         raise OptionError("--layers, --pocket-layers, --island-layers: a STEP file has no layers; leave them out")
-    told = _of_part(source, options, "pockets")
-    issues, found = _issues_of_pockets(told), told["pockets"]
-    if not found:
+    data = _read_solid(source, options, "pockets")
+    issues, pocket_data = _issues_of_pockets(data), data["pockets"]
+    if not pocket_data:
         reasons = "; ".join(issue.message for issue in issues) or "its level faces are all at the top"
         raise ReadError(source.path, f"the solid has no closed pocket with a level floor: {reasons}")
     # Round openings may be as wide as the tool: the pocket process decides whether to drill them.
     openings = tuple(
-        Opening(_turned(one["outline"], clockwise=False), one["diameter"])
-        for one in told["openings"]
-        if one["diameter"]
+        Opening(_turned(opening["outline"], clockwise=False), opening["diameter"])
+        for opening in data["openings"]
+        if opening["diameter"]
     )
     pockets = tuple(
         Pocket(
-            _turned(one["outline"], clockwise=False), tuple(_turned(row, clockwise=True) for row in one["islands"]),
-            source.name if len(found) == 1 else str(number), depth=round(told["highest"] - one["z"], 6),
-            top=round(told["highest"], 6) + 0.0,
+            _turned(pocket["outline"], clockwise=False),
+            tuple(_turned(row, clockwise=True) for row in pocket["islands"]),
+            source.name if len(pocket_data) == 1 else str(number), depth=round(data["highest"] - pocket["z"], 6),
+            top=round(data["highest"], 6) + 0.0,
         )
-        for number, one in enumerate(found, 1)
+        for number, pocket in enumerate(pocket_data, 1)
     )  # fmt: skip
     part = Part(
         source.name, issues=tuple(issues), source=source.path, format="step", pockets=pockets, openings=openings
     )
-    return _placeable(part, told, options)
+    return _placeable(part, data, options)
 
 
 def read_outlines_of_step(source: Source, options: ReadOptions) -> Part:
@@ -147,30 +148,30 @@ def read_outlines_of_step(source: Source, options: ReadOptions) -> Part:
     _check_units(options)
     if options.layers:
         raise OptionError("--layers: a STEP file has no layers; leave it out")
-    told = _of_part(source, options, "outlines")
-    words = "the sheet also has pockets, steps or chamfers: they are not cut"
-    issues = (Issue("L219", words, missing=MissingWork("feature")),) if told["uneven"] else ()
-    contours = tuple(Contour(Polyline(np.array(row), True), z=0.0) for row in told["outlines"])
+    data = _read_solid(source, options, "outlines")
+    message = "the sheet has pockets, steps or chamfers besides its outlines: they are not cut"
+    issues = (Issue("L219", message, missing=MissingWork("feature")),) if data["uneven"] else ()
+    contours = tuple(Contour(Polyline(np.array(row), True), z=0.0) for row in data["outlines"])
     part = _placeable(
-        Part(source.name, issues=issues, source=source.path, format="step", contours=contours), told, options
+        Part(source.name, issues=issues, source=source.path, format="step", contours=contours), data, options
     )
     # The program of a sheet has its own Z0, the surface of the sheet.
     return replace(part, zero=ProgramZero(up=Pose.of(options).up))
 
 
-def _of_part(source: Source, options: ReadOptions, what: str) -> dict[str, Any]:
+def _read_solid(source: Source, options: ReadOptions, features: str) -> dict[str, Any]:
     return _solid(
-        source.path, source.data, what, options.solid, Pose.of(options), boxed=isinstance(options.origin, str)
+        source.path, source.data, features, options.solid, Pose.of(options), boxed=isinstance(options.origin, str)
     )[0]
 
 
-def _placeable(part: Part, told: dict[str, Any], options: ReadOptions) -> Part:
+def _placeable(part: Part, data: dict[str, Any], options: ReadOptions) -> Part:
     """Return a part of a solid with its program zero, and its top view as reference for `--origin`."""
     pose = Pose.of(options)
-    outline = np.array(told["box"] if told["box"] and _is_quarter(options.rotate) else told["hull"])
+    outline = np.array(data["box"] if data["box"] and _is_quarter(options.rotate) else data["hull"])
     reference = Part(part.name, contours=(Contour(Polyline.of_points(outline, closed=True)),))
-    zero = ProgramZero(up=pose.up, level=pose.level, z=round(told["z"], 6))
-    return replace(part, reference=reference, zero=zero, height=round(told["height"], 6))
+    zero = ProgramZero(up=pose.up, level=pose.level, z=round(data["z"], 6))
+    return replace(part, reference=reference, zero=zero, height=round(data["height"], 6))
 
 
 def _is_quarter(angle: float) -> bool:
@@ -180,7 +181,7 @@ def _is_quarter(angle: float) -> bool:
 
 def _check_units(options: ReadOptions) -> None:
     if options.units:
-        raise OptionError("--units: a STEP file states its unit; leave it out")
+        raise OptionError("--units: a STEP file says its own unit; leave it out")
 
 
 def _turned(vertices: list[list[float]], clockwise: bool) -> Polyline:
@@ -206,36 +207,36 @@ def step_mesh(path: str, data: bytes, which: WhichSolid = None, pose: Pose = AS_
     return _solid(path, data, "mesh", which, pose)[1]
 
 
-def _issues(told: dict[str, Any], up: str) -> list[Issue]:
+def _issues(data: dict[str, Any], up: str) -> list[Issue]:
     issues = []
-    over = up.removeprefix("-") if up.startswith("-") else f"-{up}"
-    if told["below"]:
+    opposite = up.removeprefix("-") if up.startswith("-") else f"-{up}"
+    if data["below"]:
         issues.append(
             Issue(
                 "L218",
-                f"{count_of(told['below'], 'hole')} open from below alone, not drilled: turn the part over for them "
-                f"(--up {over})",
-                missing=MissingWork("hole", told["below"]),
+                f"{count_of(data['below'], 'hole')} open from below alone, not drilled: turn the part over for them "
+                f"(--up {opposite})",
+                missing=MissingWork("hole", data["below"]),
             )
         )
-    if told["obstructed"]:
+    if data["obstructed"]:
         issues.append(
             Issue(
                 "L218",
-                f"{count_of(told['obstructed'], 'round wall')} with material inside, above or closed around it, not "
+                f"{count_of(data['obstructed'], 'round wall')} with material inside, above or closed around it, not "
                 "drilled: an island, an overhang or a cavity",
-                missing=MissingWork("round wall", told["obstructed"]),
+                missing=MissingWork("round wall", data["obstructed"]),
             )
         )
-    if told["free"]:
+    if data["free"]:
         issues.append(
             Issue(
                 "L218",
-                f"{count_of(told['free'], 'face')} of a free form, in which no holes are looked for: where one is the "
+                f"{count_of(data['free'], 'face')} of a free form, in which no holes are looked for: where one is the "
                 "wall of a hole, export it as a cylinder",
             )
         )
-    for direction, count in told["aside"].items():
+    for direction, count in data["aside"].items():
         # Each row of the matrix selects one axis of the solid.
         row = _AXES.get(direction)
         axis = "" if row is None else "xyz"[[abs(value) for value in TURNS[up][row]].index(1)]
@@ -250,53 +251,53 @@ def _issues(told: dict[str, Any], up: str) -> list[Issue]:
     return issues
 
 
-def _issues_of_pockets(told: dict[str, Any]) -> list[Issue]:
+def _issues_of_pockets(data: dict[str, Any]) -> list[Issue]:
     issues = []
-    if told["open"]:
+    if data["open"]:
         issues.append(
             Issue(
                 "L219",
-                f"{count_of(told['open'], 'level face')} open at a side (a step, an open slot), not milled: a pocket "
+                f"{count_of(data['open'], 'level face')} open at a side (a step, an open slot), not milled: a pocket "
                 "has walls all round",
-                missing=MissingWork("level face", told["open"]),
+                missing=MissingWork("level face", data["open"]),
             )
         )
-    if told["leaning"]:
+    if data["leaning"]:
         issues.append(
             Issue(
                 "L219",
-                f"{count_of(told['leaning'], 'pocket')} with walls that lean or are rounded at the floor, not milled: "
+                f"{count_of(data['leaning'], 'pocket')} with walls that lean or are rounded at the floor, not milled: "
                 "walls must stand upright",
-                missing=MissingWork("pocket", told["leaning"]),
+                missing=MissingWork("pocket", data["leaning"]),
             )
         )
-    if told["covered"]:
+    if data["covered"]:
         issues.append(
             Issue(
                 "L219",
-                f"{count_of(told['covered'], 'level face')} under an overhang, not milled: the tool cannot reach it "
+                f"{count_of(data['covered'], 'level face')} under an overhang, not milled: the tool cannot reach it "
                 "from above",
-                missing=MissingWork("level face", told["covered"]),
+                missing=MissingWork("level face", data["covered"]),
             )
         )
-    if told["sloping"]:
+    if data["sloping"]:
         issues.append(
             Issue(
                 "L219",
-                f"{count_of(told['sloping'], 'face')} that slope or are rounded, not milled: chamfers, fillets, curved "
+                f"{count_of(data['sloping'], 'face')} that slope or are rounded, not milled: chamfers, fillets, curved "
                 "floors",
-                missing=MissingWork("face", told["sloping"]),
+                missing=MissingWork("face", data["sloping"]),
             )
         )
-    openings = [_turned(one["outline"], clockwise=False) for one in told["openings"] if not one["diameter"]]
+    openings = [_turned(opening["outline"], clockwise=False) for opening in data["openings"] if not opening["diameter"]]
     if openings:
-        places = tuple(_middle(one) for one in openings)
+        positions = tuple(_middle(outline) for outline in openings)
         issues.append(
             Issue(
                 "L219",
                 f"{count_of(len(openings), 'opening')} through the part, not milled: a pocket has a floor",
-                places_of([*places], len(places)),
-                missing=MissingWork("opening", len(openings), places, tuple(openings)),
+                places_of([*positions], len(positions)),
+                missing=MissingWork("opening", len(openings), positions, tuple(openings)),
             )
         )
     return issues
@@ -315,19 +316,19 @@ def work_besides_holes(source: Source, options: ReadOptions) -> list[Issue]:
     ReadError, OptionError
         As in `read_step`.
     """
-    told = _of_part(source, options, "pockets")
-    issues = _issues_of_pockets(told)
-    outlines = [_turned(one["outline"], clockwise=False) for one in told["pockets"] if not one["diameter"]]
+    data = _read_solid(source, options, "pockets")
+    issues = _issues_of_pockets(data)
+    outlines = [_turned(pocket["outline"], clockwise=False) for pocket in data["pockets"] if not pocket["diameter"]]
     if outlines:
-        places = tuple(_middle(one) for one in outlines)
-        words = f"{count_of(len(outlines), 'pocket')} not milled: no drill makes it; use leafcut pocket"
-        work = MissingWork("pocket", len(outlines), places, tuple(outlines))
-        issues.append(Issue("L219", words, places_of([*places], len(places)), missing=work))
+        positions = tuple(_middle(outline) for outline in outlines)
+        message = f"{count_of(len(outlines), 'pocket')} not milled: no drill makes it; use leafcut pocket"
+        missing = MissingWork("pocket", len(outlines), positions, tuple(outlines))
+        issues.append(Issue("L219", message, places_of([*positions], len(positions)), missing=missing))
     return issues
 
 
 def _solid(
-    path: str, data: bytes, what: str, which: WhichSolid, pose: Pose, boxed: bool = False
+    path: str, data: bytes, features: str, which: WhichSolid, pose: Pose, boxed: bool = False
 ) -> tuple[dict[str, Any], NDArray[np.float64]]:
     """Run the subprocess. Return the holes, pockets or outlines of a solid, and its triangles.
 
@@ -340,7 +341,7 @@ def _solid(
     if not data.rstrip().endswith(b"END-ISO-10303-21;"):
         raise ReadError(path, "the STEP file is cut off: its last line is missing")
     with tempfile.TemporaryDirectory(prefix="leafcut-step-") as folder:
-        file, out = Path(folder, "part.step"), Path(folder, "found.npz")
+        file, output = Path(folder, "part.step"), Path(folder, "found.npz")
         file.write_bytes(data)
         # -P: a file beside the drawing must not be imported as a module.
         command = [
@@ -349,24 +350,24 @@ def _solid(
             "-m",
             "leafcut.read.step_solid",
             str(file),
-            str(out),
+            str(output),
             str(MOST_TRIANGLES),
-            what,
+            features,
             str(which or ONLY),
             *pose,
             "box" if boxed else "",
         ]
         try:
-            done = subprocess.run(
+            process = subprocess.run(
                 command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
                 timeout=SECONDS, check=False, env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
             )  # fmt: skip
         except subprocess.TimeoutExpired:
             raise ReadError(path, f"takes more than {SECONDS} s to read; export the part in fewer faces") from None
-        if done.returncode or not out.is_file():
+        if process.returncode or not output.is_file():
             raise ReadError(path, "OpenCASCADE could not read the STEP file, or needed too much memory for it")
-        with np.load(out) as found:
-            told, triangles = json.loads(str(found["told"])), found["triangles"]
-    if "problem" in told:
-        raise ReadError(path, told["problem"])
-    return told, triangles
+        with np.load(output) as arrays:
+            result, triangles = json.loads(str(arrays["told"])), arrays["triangles"]
+    if "problem" in result:
+        raise ReadError(path, result["problem"])
+    return result, triangles

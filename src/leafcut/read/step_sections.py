@@ -108,10 +108,10 @@ def pockets_of(
         Test for visibility of a point from above.
     """
     highest = float(triangles[:, :, 2].max())
-    floors = [one for one in _levels(faces) if one.z < highest - OVER]
-    told: dict[str, Any] = {"pockets": [], "highest": highest, "open": 0, "leaning": 0, "covered": 0}
-    told["openings"] = _openings(triangles)
-    told["sloping"] = _sloping(faces, seen)
+    floors = [face for face in _levels(faces) if face.z < highest - OVER]
+    result: dict[str, Any] = {"pockets": [], "highest": highest, "open": 0, "leaning": 0, "covered": 0}
+    result["openings"] = _openings(triangles)
+    result["sloping"] = _sloping(faces, seen)
     by_height: dict[float, list[LevelFace]] = {}
     for floor in floors:
         by_height.setdefault(round(floor.z, 3), []).append(floor)
@@ -119,22 +119,22 @@ def pockets_of(
         return {"problem": f"the solid has level faces at {len(by_height)} heights; at most {MOST_HEIGHTS} are read"}
     for height in sorted(by_height, reverse=True):
         section = section_at(shape, by_height[height][0].z + OVER)
-        found = set[int]()
+        rings_done = set[int]()
         for floor in by_height[height]:
             ring = section.around(floor.x, floor.y)
             if ring < 0 or section.depth[ring] % 2 == 0:
-                told["open"] += seen(floor.x, floor.y, floor.z)
+                result["open"] += seen(floor.x, floor.y, floor.z)
                 continue
-            if ring in found:
+            if ring in rings_done:
                 continue
-            found.add(ring)
+            rings_done.add(ring)
             if hangs_over(triangles, section.region(ring), height + 2.0 * OVER):
-                told["covered"] += 1
+                result["covered"] += 1
             elif any(section.rings[k].leans for k in (ring, *section.within(ring))):
-                told["leaning"] += 1
+                result["leaning"] += 1
             else:
-                told["pockets"].append(_pocket(section, ring, height))
-    return told
+                result["pockets"].append(_pocket(section, ring, height))
+    return result
 
 
 def _openings(triangles: NDArray[np.float64]) -> list[dict[str, Any]]:
@@ -142,7 +142,7 @@ def _openings(triangles: NDArray[np.float64]) -> list[dict[str, Any]]:
 
     The shadow of the solid has each opening as a hole, at whatever height it ends.
     """
-    film, found = 0.5 * NARROWEST, []
+    film, openings = 0.5 * NARROWEST, []
     rings = shapely.MultiPolygon(
         [shapely.Polygon(ring) for piece in polygons_of(_shadow(triangles)) for ring in piece.interiors]
     )
@@ -150,8 +150,8 @@ def _openings(triangles: NDArray[np.float64]) -> list[dict[str, Any]]:
         round_ = 4.0 * math.pi * shape.area > ROUND * shape.length**2
         diameter = 2.0 * math.sqrt(shape.area / math.pi) if round_ else 0.0
         outline = [(x, y, 0.0) for x, y in shapely.get_coordinates(shape.exterior)[:-1].tolist()]
-        found.append({"outline": outline, "diameter": diameter})
-    return found
+        openings.append({"outline": outline, "diameter": diameter})
+    return openings
 
 
 def outlines_of(shape: Any, triangles: NDArray[np.float64], faces: Sequence[Any]) -> dict[str, Any]:
@@ -160,25 +160,25 @@ def outlines_of(shape: Any, triangles: NDArray[np.float64], faces: Sequence[Any]
     `uneven` is true if other sections differ: these features of the solid are not cut.
     """
     highest, lowest = float(triangles[:, :, 2].max()), float(triangles[:, :, 2].min())
-    steps = sorted({round(one.z, 3) for one in (*_levels(faces), *_levels(faces, down=True))})
+    steps = sorted({round(face.z, 3) for face in (*_levels(faces), *_levels(faces, down=True))})
     if len(steps) > MOST_HEIGHTS:
         return {"problem": f"the solid has level faces at {len(steps)} heights; at most {MOST_HEIGHTS} are read"}
     middle = 0.5 * (lowest + highest)
     heights = [middle] if min(abs(z - middle) for z in (*steps, lowest)) > OVER else []
     heights += [lowest + OVER, highest - OVER]
-    heights += [z + over for z in steps for over in (OVER, -OVER) if lowest < z + over < highest]
-    seen = _shadow(triangles)
-    allowed = SAME_EDGE * seen.length
+    heights += [z + offset for z in steps for offset in (OVER, -OVER) if lowest < z + offset < highest]
+    shadow = _shadow(triangles)
+    allowed = SAME_EDGE * shadow.length
     sections = [section_at(shape, z) for z in heights]
-    missing = [float(shapely.area(seen.symmetric_difference(one.material))) for one in sections]
+    missing = [float(shapely.area(shadow.symmetric_difference(section.material))) for section in sections]
     best = min(range(len(heights)), key=lambda k: (missing[k] > allowed, k if missing[k] <= allowed else missing[k]))
     if missing[best] > allowed or not len(sections[best].rings):
         return {
             "problem": "the solid is no flat sheet: no level section of it is as it is seen from above; cut it from a "
             "drawing of its outline"
         }
-    whole = sections[best].material
-    uneven = any(shapely.area(whole.symmetric_difference(one.material)) > allowed for one in sections)
+    material = sections[best].material
+    uneven = any(shapely.area(material.symmetric_difference(section.material)) > allowed for section in sections)
     return {"outlines": [ring.path.vertices.tolist() for ring in sections[best].rings], "uneven": uneven}
 
 
@@ -204,13 +204,15 @@ def section_at(shape: Any, z: float) -> LevelSection:
             leaning += [tuple(middle[len(middle) // 2, :2].tolist()), tuple(middle[0, :2].tolist())]
         closed = len(vertices) > 2 and math.dist(vertices[0, :2], vertices[-1, :2]) < ENDS
         strokes.append(Polyline(vertices[:-1], True) if closed else Polyline(vertices))
-    paths = [one.path for one in join(strokes, ENDS).paths if one.path.closed and abs(one.path.area) > 1e-6]
+    paths = [joined.path for joined in join(strokes, ENDS).paths if joined.path.closed and abs(joined.path.area) > 1e-6]
     shapes = np.array(list(polygons(paths)), dtype=object)
     depth, parent = nesting(shapes) if paths else (np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
     points: Any = shapely.points(leaning) if leaning else []
     edges = shapely.boundary(shapes)
     leans = [bool(len(points)) and bool(shapely.dwithin(edge, points, 0.02).any()) for edge in edges]
-    return LevelSection([SectionRing(path, yes) for path, yes in zip(paths, leans, strict=True)], shapes, depth, parent)
+    return LevelSection(
+        [SectionRing(path, is_leaning) for path, is_leaning in zip(paths, leans, strict=True)], shapes, depth, parent
+    )
 
 
 def hangs_over(triangles: NDArray[np.float64], region: Any, z: float) -> bool:
@@ -233,7 +235,7 @@ def _pocket(section: LevelSection, ring: int, z: float) -> dict[str, Any]:
         "z": z,
         "diameter": 0.0 if islands else outline.diameter,
         "outline": outline.path.vertices.tolist(),
-        "islands": [one.path.vertices.tolist() for one in islands],
+        "islands": [island.path.vertices.tolist() for island in islands],
     }
 
 
@@ -255,8 +257,8 @@ def _levels(faces: Sequence[Any], down: bool = False) -> Iterator[LevelFace]:
         surface = BRepAdaptor_Surface(face)
         if surface.GetType() != GeomAbs_Plane:
             continue
-        place = surface.Plane().Position()
-        up = place.Direction().Z() * (1.0 if place.Direct() else -1.0)
+        position = surface.Plane().Position()
+        up = position.Direction().Z() * (1.0 if position.Direct() else -1.0)
         up *= -1.0 if face.Orientation() == TopAbs_REVERSED else 1.0
         if abs(up - (-1.0 if down else 1.0)) < PARALLEL:
             x, y, z = _middle(face)
@@ -279,7 +281,7 @@ def _sloping(faces: Sequence[Any], seen: Callable[[float, float, float], bool]) 
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.GeomAbs import GeomAbs_Cone
 
-    found = 0
+    count = 0
     for face in faces:
         surface = BRepAdaptor_Surface(face)
         if surface.GetType() == GeomAbs_Cone and abs(abs(surface.Cone().Axis().Direction().Z()) - 1.0) < PARALLEL:
@@ -289,9 +291,9 @@ def _sloping(faces: Sequence[Any], seen: Callable[[float, float, float], bool]) 
             continue
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         up = np.argsort(-normals[:, 2])[:4]
-        places = corners[up[normals[up, 2] > 1e-6]].mean(axis=1)
-        found += any(seen(*place) for place in places.tolist())
-    return found
+        points = corners[up[normals[up, 2] > 1e-6]].mean(axis=1)
+        count += any(seen(*point) for point in points.tolist())
+    return count
 
 
 def _upright(face: Any) -> bool:
@@ -310,8 +312,8 @@ def _upright(face: Any) -> bool:
     u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
     for u in np.linspace(u0, u1, 6).tolist():
         for v in np.linspace(v0, v1, 6).tolist():
-            at = BRepLProp_SLProps(surface, u, v, 1, 1e-9)
-            if at.IsNormalDefined() and abs(at.Normal().Z()) > UPRIGHT:
+            properties = BRepLProp_SLProps(surface, u, v, 1, 1e-9)
+            if properties.IsNormalDefined() and abs(properties.Normal().Z()) > UPRIGHT:
                 return False
     return True
 
@@ -326,16 +328,16 @@ def _curve(edge: Any) -> NDArray[np.float64] | None:
     first, last = curve.FirstParameter(), curve.LastParameter()
     kind, bulge = curve.GetType(), 0.0
     if kind == GeomAbs_Line:
-        at = [first, last]
+        parameters = [first, last]
     elif kind == GeomAbs_Circle:
         # An arc with a bulge must not exceed half a turn.
-        pieces = max(math.ceil((last - first) / math.pi - 1e-9), 1)
-        at = np.linspace(first, last, pieces + 1).tolist()
-        place = curve.Circle().Position()
-        bulge = math.copysign(math.tan(0.25 * (last - first) / pieces), place.Direction().Z())
+        n_arcs = max(math.ceil((last - first) / math.pi - 1e-9), 1)
+        parameters = np.linspace(first, last, n_arcs + 1).tolist()
+        position = curve.Circle().Position()
+        bulge = math.copysign(math.tan(0.25 * (last - first) / n_arcs), position.Direction().Z())
     else:
         points = GCPnts_QuasiUniformDeflection(curve, CHORD)
-        at = [points.Parameter(k) for k in range(1, points.NbPoints() + 1)]
-    rows = np.array([(p.X(), p.Y(), bulge) for p in map(curve.Value, at)])
+        parameters = [points.Parameter(k) for k in range(1, points.NbPoints() + 1)]
+    rows = np.array([(p.X(), p.Y(), bulge) for p in map(curve.Value, parameters)])
     rows[-1, 2] = 0.0
     return rows if np.hypot(*np.diff(rows[:, :2], axis=0).T).sum() > 1e-7 else None

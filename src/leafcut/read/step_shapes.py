@@ -55,16 +55,16 @@ def triangles_of(face: Any) -> NDArray[np.float64]:
     index = np.array([(t.Value(1), t.Value(2), t.Value(3)) for t in rows], dtype=np.int64) - 1
     if face.Orientation() == TopAbs_REVERSED:
         index = index[:, ::-1]
-    found: NDArray[np.float64] = corners[index]
-    return found
+    triangles: NDArray[np.float64] = corners[index]
+    return triangles
 
 
 def part_above(corners: NDArray[np.float64], height: float) -> NDArray[np.float64]:
     """Clip a flat convex polygon to the part above a height; corners in order."""
-    found = []
-    for here, there in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-        if here[2] > height:
-            found.append(here)
-        if (here[2] > height) != (there[2] > height):
-            found.append(here + (there - here) * ((height - here[2]) / (there[2] - here[2])))
-    return np.array(found).reshape(-1, 3)
+    clipped = []
+    for start, stop in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        if start[2] > height:
+            clipped.append(start)
+        if (start[2] > height) != (stop[2] > height):
+            clipped.append(start + (stop - start) * ((height - start[2]) / (stop[2] - start[2])))
+    return np.array(clipped).reshape(-1, 3)

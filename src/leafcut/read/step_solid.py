@@ -94,7 +94,7 @@ def labels(values: list[float]) -> list[int]:
     steps = np.diff(np.asarray(values, dtype=np.float64)[order]) > SAME
     number = np.zeros(len(values), dtype=np.int64)
     number[order[1:]] = np.cumsum(steps)
-    return [int(one) for one in number]
+    return [int(label) for label in number]
 
 
 def joined(walls: list[RoundWall]) -> list[RoundWall]:
@@ -111,21 +111,21 @@ def joined(walls: list[RoundWall]) -> list[RoundWall]:
     by_surface: dict[tuple[int, ...], list[RoundWall]] = {}
     for key, wall in zip(keys, walls, strict=True):
         by_surface.setdefault(key, []).append(wall)
-    found: list[RoundWall] = []
+    merged: list[RoundWall] = []
     for pieces in by_surface.values():
         group: list[RoundWall] = []
-        for piece in sorted(pieces, key=lambda one: -one.high):
-            if group and piece.high < min(one.low for one in group) + SAME:
-                found.append(_one_of(group))
+        for piece in sorted(pieces, key=lambda w: -w.high):
+            if group and piece.high < min(w.low for w in group) + SAME:
+                merged.append(_merge(group))
                 group = []
             group.append(piece)
-        found.append(_one_of(group))
-    return [wall for wall in found if len(wall.covers) >= 360 - WHOLE]
+        merged.append(_merge(group))
+    return [wall for wall in merged if len(wall.covers) >= 360 - WHOLE]
 
 
-def _one_of(pieces: list[RoundWall]) -> RoundWall:
-    low, high = min(pieces, key=lambda one: one.low), max(pieces, key=lambda one: one.high)
-    covers = frozenset[int]().union(*(one.covers for one in pieces))
+def _merge(pieces: list[RoundWall]) -> RoundWall:
+    low, high = min(pieces, key=lambda w: w.low), max(pieces, key=lambda w: w.high)
+    covers = frozenset[int]().union(*(w.covers for w in pieces))
     return high._replace(low=low.low, low_radius=low.low_radius, covers=covers)
 
 
@@ -137,9 +137,9 @@ def columns(walls: list[RoundWall], apart: Callable[[RoundWall, RoundWall], bool
     by_axis: dict[tuple[int, int], list[RoundWall]] = {}
     for x, y, wall in zip(labels([w.x for w in walls]), labels([w.y for w in walls]), walls, strict=True):
         by_axis.setdefault((x, y), []).append(wall)
-    for every in by_axis.values():
+    for axis_walls in by_axis.values():
         column: list[RoundWall] = []
-        for wall in sorted(every, key=lambda one: (-one.high, -one.low)):
+        for wall in sorted(axis_walls, key=lambda w: (-w.high, -w.low)):
             if column and apart(column[-1], wall):
                 yield column
                 column = []
@@ -153,40 +153,40 @@ def hole_of(column: list[RoundWall]) -> SolidHole | None:
     if not straight:
         return None
     radius = min(wall.low_radius for wall in straight)
-    narrow = min((wall for wall in straight if wall.low_radius < radius + SAME), key=lambda one: one.low)
+    narrow = min((wall for wall in straight if wall.low_radius < radius + SAME), key=lambda w: w.low)
     top, last = column[0].high, column[-1]
     pointed = last.low < narrow.low - SAME and last.low_radius < SAME
     wider = [wall for wall in column if max(wall.low_radius, wall.high_radius) > radius + SAME and wall.taper >= 0.0]
     wider += [wall for wall in column if wall.taper < 0.0]
-    steps = tuple(_step_of(one, column, top) for one in wider if one.low_radius > SAME)
+    steps = tuple(_step_of(w, column, top) for w in wider if w.low_radius > SAME)
     return SolidHole(narrow.x, narrow.y, top, 2.0 * radius, top - narrow.low, True, pointed, steps)
 
 
 def _step_of(wall: RoundWall, column: list[RoundWall], top: float) -> HoleStep:
     """Return a wide part of a column; `open` if a tool can reach it from above, and its point has clearance below."""
-    place = column.index(wall)
-    above = all(one.low_radius > wall.high_radius - SAME and one.taper >= 0.0 for one in column[:place])
-    below = column[place + 1 :]
-    wide, depth = 2.0 * max(wall.low_radius, wall.high_radius), top - wall.low
+    index = column.index(wall)
+    above = all(w.low_radius > wall.high_radius - SAME and w.taper >= 0.0 for w in column[:index])
+    below = column[index + 1 :]
+    diameter, depth = 2.0 * max(wall.low_radius, wall.high_radius), top - wall.low
     if wall.straight:
-        return HoleStep(wide, depth, math.pi, depth, wide, above and bool(below))
+        return HoleStep(diameter, depth, math.pi, depth, diameter, above and bool(below))
     if wall.taper < 0.0 or not below:
-        return HoleStep(wide, depth, math.pi, depth, wide)
+        return HoleStep(diameter, depth, math.pi, depth, diameter)
     # The cone of the tool continues below the wall; the next cylinder has to be as wide as the cone's lower end.
-    beyond = wall.low_radius / wall.taper
-    following = below[0]
-    clear = following.straight and abs(following.high_radius - wall.low_radius) < SAME
-    clear &= following.high - following.low > beyond - SAME and abs(following.high - wall.low) < SAME
+    extension = wall.low_radius / wall.taper
+    next_wall = below[0]
+    clear = next_wall.straight and abs(next_wall.high_radius - wall.low_radius) < SAME
+    clear &= next_wall.high - next_wall.low > extension - SAME and abs(next_wall.high - wall.low) < SAME
     angle = 2.0 * math.atan(wall.taper)
-    return HoleStep(wide, depth, angle, depth + beyond, 2.0 * wall.low_radius, above and clear)
+    return HoleStep(diameter, depth, angle, depth + extension, 2.0 * wall.low_radius, above and clear)
 
 
 class Surface(NamedTuple):
     """The triangles of a solid, float64[n, 3, 3], and the bounding box of each, float64[n, 3], mm."""
 
     triangles: NDArray[np.float64]
-    least: NDArray[np.float64]
-    most: NDArray[np.float64]
+    lower: NDArray[np.float64]
+    upper: NDArray[np.float64]
 
     @classmethod
     def of(cls, triangles: NDArray[np.float64]) -> Surface:
@@ -196,12 +196,15 @@ class Surface(NamedTuple):
 
 def meets_disc(surface: Surface, x: float, y: float, radius: float, low: float, high: float) -> bool:
     """Return whether a surface enters the cylinder of a radius about a vertical axis between two heights, exclusive."""
-    triangles, least, most = surface
-    near = (most[:, 2] > low) & (least[:, 2] < high)
-    near &= (
-        (most[:, 0] > x - radius) & (least[:, 0] < x + radius) & (most[:, 1] > y - radius) & (least[:, 1] < y + radius)
+    triangles, lower, upper = surface
+    close = (upper[:, 2] > low) & (lower[:, 2] < high)
+    close &= (
+        (upper[:, 0] > x - radius)
+        & (lower[:, 0] < x + radius)
+        & (upper[:, 1] > y - radius)
+        & (lower[:, 1] < y + radius)
     )
-    for triangle in triangles[near]:
+    for triangle in triangles[close]:
         piece = part_above(part_above(triangle, low) * (1, 1, -1), -high)
         if len(piece) and shapely.MultiPoint(piece[:, :2]).convex_hull.distance(shapely.Point(x, y)) < radius:
             return True
@@ -211,9 +214,9 @@ def meets_disc(surface: Surface, x: float, y: float, radius: float, low: float, 
 def main(arguments: list[str]) -> int:
     """Read a file and write the result, within the memory limit `MEMORY`."""
     _limit_memory()
-    file, out, most, what, which, up, level, boxed = arguments
-    told, triangles = _found(file, int(most), what, which, up, level, bool(boxed))
-    np.savez(out, told=np.array(json.dumps(told)), triangles=triangles)
+    file, out, max_triangles, features, which, up, level, boxed = arguments
+    result, triangles = _read_solid(file, int(max_triangles), features, which, up, level, bool(boxed))
+    np.savez(out, told=np.array(json.dumps(result)), triangles=triangles)
     return 0
 
 
@@ -226,12 +229,12 @@ def _limit_memory() -> None:
         hard = resource.getrlimit(kind)[1]
         # Keep a lower existing limit. macOS refuses to limit the memory.
         with suppress(ValueError, OSError):
-            least = limit if hard == resource.RLIM_INFINITY else min(limit, hard)
-            resource.setrlimit(kind, (least, least))
+            lowest = limit if hard == resource.RLIM_INFINITY else min(limit, hard)
+            resource.setrlimit(kind, (lowest, lowest))
 
 
-def _found(
-    file: str, most: int, what: str, which: str, up: str, level: str, boxed: bool
+def _read_solid(
+    file: str, max_triangles: int, features: str, which: str, up: str, level: str, boxed: bool
 ) -> tuple[dict[str, Any], NDArray[np.float64]]:
     from OCP.BRepMesh import BRepMesh_IncrementalMesh
     from OCP.IFSelect import IFSelect_RetDone
@@ -250,40 +253,40 @@ def _found(
     if not solids:
         return {"problem": "the STEP file has no solid"}, none
     if which not in (ONLY, ALL) and int(which) > len(solids):
-        return {"problem": f"--solid {which}: the STEP file has {_several(solids)}"}, none
+        return {"problem": f"--solid {which}: the STEP file has {_describe_solids(solids)}"}, none
     if which == ONLY and len(solids) > 1:
-        return {"problem": f"the STEP file has {_several(solids)}; choose one with --solid"}, none
+        return {"problem": f"the STEP file has {_describe_solids(solids)}; choose one with --solid"}, none
     if which != ALL:
         shape = solids[0 if which == ONLY else int(which) - 1]
     shape = _moved(shape, TURNS[up], 0.0)
     BRepMesh_IncrementalMesh(shape, DEFLECTION, False, ANGLE, False)
-    faces = [face_of(one) for one in parts_of(shape, TopAbs_FACE)]
+    faces = [face_of(face) for face in parts_of(shape, TopAbs_FACE)]
     triangles = _triangles(faces)
-    if len(triangles) > most:
-        return {"problem": f"the solid has {len(triangles):,} triangles; at most {most:,} are taken"}, none
+    if len(triangles) > max_triangles:
+        return {"problem": f"the solid has {len(triangles):,} triangles; at most {max_triangles:,} are taken"}, none
     z = 0.0
     if len(triangles) and level != "drawn":
         z = float(triangles[:, :, 2].max() if level == "top" else triangles[:, :, 2].min())
     if z:
         shape = _moved(shape, TURNS["z"], -z)
         triangles = triangles - (0.0, 0.0, z)
-        faces = [face_of(one) for one in parts_of(shape, TopAbs_FACE)]
-    told: dict[str, Any] = {}
-    if what != "mesh":
+        faces = [face_of(face) for face in parts_of(shape, TopAbs_FACE)]
+    result: dict[str, Any] = {}
+    if features != "mesh":
         height = float(np.ptp(triangles[:, :, 2])) if len(triangles) else 0.0
-        told = {"z": z, "height": height, "hull": _hull(triangles), "box": _box_of(shape) if boxed else []}
-    return told | _told_of(what, shape, triangles, faces), triangles
+        result = {"z": z, "height": height, "hull": _hull(triangles), "box": _box_of(shape) if boxed else []}
+    return result | _features_of(features, shape, triangles, faces), triangles
 
 
-def _told_of(what: str, shape: Any, triangles: NDArray[np.float64], faces: Sequence[Any]) -> dict[str, Any]:
+def _features_of(features: str, shape: Any, triangles: NDArray[np.float64], faces: Sequence[Any]) -> dict[str, Any]:
     """Return the holes, pockets or outlines of a solid, or a problem; empty for a mesh."""
-    if what == "mesh":
+    if features == "mesh":
         return {}
-    if what == "holes":
-        return _told_of_holes(shape, triangles)
+    if features == "holes":
+        return _hole_data(shape, triangles)
     from leafcut.read.step_sections import outlines_of, pockets_of
 
-    if what == "outlines":
+    if features == "outlines":
         return outlines_of(shape, triangles, faces)
 
     def seen(x: float, y: float, z: float) -> bool:
@@ -324,30 +327,30 @@ def _box(shape: Any) -> tuple[float, float, float, float, float, float]:
     return (*_xyz(box.CornerMin()), *_xyz(box.CornerMax()))
 
 
-def _several(solids: Sequence[Any]) -> str:
+def _describe_solids(solids: Sequence[Any]) -> str:
     """Describe the solids: their number, and the size and lower corner of each bounding box."""
-    words = []
+    texts = []
     for number, solid in enumerate(solids[:MOST_NAMED], 1):
         box = _box(solid)
         size = " × ".join(f"{b - a:.4g}" for a, b in zip(box[:3], box[3:], strict=True))
         x, y, z = (round(value, 3) + 0.0 for value in box[:3])
-        words.append(f"{number}: {size} mm at {x:g}, {y:g}, Z{z:g}")
+        texts.append(f"{number}: {size} mm at {x:g}, {y:g}, Z{z:g}")
     more = f"; and {len(solids) - MOST_NAMED} more" if len(solids) > MOST_NAMED else ""
-    return f"{len(solids)} solid{'s' if len(solids) > 1 else ''} ({'; '.join(words)}{more})"
+    return f"{len(solids)} solid{'s' if len(solids) > 1 else ''} ({'; '.join(texts)}{more})"
 
 
 def _xyz(point: Any) -> tuple[float, float, float]:
     return point.X(), point.Y(), point.Z()
 
 
-def _told_of_holes(shape: Any, triangles: NDArray[np.float64]) -> dict[str, Any]:
-    holes, left, aside = _holes(shape, triangles)
-    return {"holes": [asdict(hole) for hole in holes], **left, "aside": aside}
+def _hole_data(shape: Any, triangles: NDArray[np.float64]) -> dict[str, Any]:
+    holes, excluded, aside = _holes(shape, triangles)
+    return {"holes": [asdict(hole) for hole in holes], **excluded, "aside": aside}
 
 
 def _triangles(faces: Sequence[Any]) -> NDArray[np.float64]:
-    found = [triangles_of(face) for face in faces]
-    return np.concatenate(found) if found else np.zeros((0, 3, 3))
+    parts = [triangles_of(face) for face in faces]
+    return np.concatenate(parts) if parts else np.zeros((0, 3, 3))
 
 
 def _holes(shape: Any, triangles: NDArray[np.float64]) -> tuple[list[SolidHole], dict[str, int], dict[str, int]]:
@@ -360,7 +363,7 @@ def _holes(shape: Any, triangles: NDArray[np.float64]) -> tuple[list[SolidHole],
             return False
         return _meets(shape, upper.x, upper.y, lower.high - SAME, upper.low + SAME)
 
-    holes, left = [], {"below": 0, "obstructed": 0, "free": free}
+    holes, excluded = [], {"below": 0, "obstructed": 0, "free": free}
     for column in columns(joined(walls), apart):
         hole = hole_of(column)
         if hole is None:
@@ -369,29 +372,29 @@ def _holes(shape: Any, triangles: NDArray[np.float64]) -> tuple[list[SolidHole],
         radius = hole.diameter / 2.0 * math.cos(ANGLE)
         bottom = hole.top - hole.depth
 
-        def meets(low: float, high: float, at: SolidHole = hole, radius: float = radius) -> bool:
-            return meets_disc(surface, at.x, at.y, radius, low, high)
+        def meets(low: float, high: float, drilled: SolidHole = hole, radius: float = radius) -> bool:
+            return meets_disc(surface, drilled.x, drilled.y, radius, low, high)
 
         if meets(bottom + SAME, math.inf):
             open_below = not meets(-math.inf, hole.top - SAME)
-            left["below" if open_below else "obstructed"] += 1
+            excluded["below" if open_below else "obstructed"] += 1
             continue
         # Clearance below a through hole: the point of its drill, 118°, and 1 mm.
-        room = hole.diameter / 2.0 / math.tan(math.radians(59.0)) + 1.0
-        closed = hole.pointed or meets(bottom - room, bottom + SAME)
+        clearance = hole.diameter / 2.0 / math.tan(math.radians(59.0)) + 1.0
+        closed = hole.pointed or meets(bottom - clearance, bottom + SAME)
         steps = tuple(
             replace(step, open=step.open and not _covered(surface, hole, step)) if step.open else step
             for step in hole.steps
         )
         holes.append(replace(hole, through=not closed, steps=steps))
-    return sorted(holes, key=lambda one: (one.y, one.x, -one.top)), left, aside
+    return sorted(holes, key=lambda h: (h.y, h.x, -h.top)), excluded, aside
 
 
 def _covered(surface: Surface, hole: SolidHole, step: HoleStep) -> bool:
     """Return whether a wide part of a hole is covered from above."""
     cone = 0.5 * (step.diameter - step.narrow) / math.tan(0.5 * step.angle) if step.angle < math.pi else 0.0
-    begin = hole.top - step.depth + cone + SAME
-    return meets_disc(surface, hole.x, hole.y, 0.5 * step.diameter * math.cos(ANGLE), begin, math.inf)
+    start = hole.top - step.depth + cone + SAME
+    return meets_disc(surface, hole.x, hole.y, 0.5 * step.diameter * math.cos(ANGLE), start, math.inf)
 
 
 def _walls(shape: Any) -> tuple[list[RoundWall], dict[str, int], int]:
@@ -412,8 +415,8 @@ def _walls(shape: Any) -> tuple[list[RoundWall], dict[str, int], int]:
 
     forms = (GeomAbs_BezierSurface, GeomAbs_BSplineSurface, GeomAbs_SurfaceOfExtrusion, GeomAbs_SurfaceOfRevolution)
     walls, aside, free = [], dict[tuple[float, ...], float](), 0
-    for one in parts_of(shape, TopAbs_FACE):
-        face = face_of(one)
+    for subshape in parts_of(shape, TopAbs_FACE):
+        face = face_of(subshape)
         surface = BRepAdaptor_Surface(face)
         kind = surface.GetType()
         free += kind in forms
@@ -425,32 +428,32 @@ def _walls(shape: Any) -> tuple[list[RoundWall], dict[str, int], int]:
         if (face.Orientation() == TopAbs_REVERSED) != round_.Position().Direct():
             continue
         u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
-        axis, at = round_.Axis().Direction(), round_.Axis().Location()
+        axis, location = round_.Axis().Direction(), round_.Axis().Location()
         if abs(abs(axis.Z()) - 1.0) > PARALLEL:
             if kind == GeomAbs_Cylinder:
                 key = tuple(round(value, 3) for value in _direction(axis)) + tuple(
-                    round(value / SAME) for value in (*_foot(axis, at), round_.Radius())
+                    round(value / SAME) for value in (*_foot(axis, location), round_.Radius())
                 )
                 aside[key] = aside.get(key, 0.0) + (u1 - u0)
             continue
         slope = 0.0 if kind == GeomAbs_Cylinder else round_.SemiAngle()
         start = round_.Radius() if kind == GeomAbs_Cylinder else round_.RefRadius()
-        ends = [(at.Z() + v * math.cos(slope) * axis.Z(), abs(start + v * math.sin(slope))) for v in (v0, v1)]
+        ends = [(location.Z() + v * math.cos(slope) * axis.Z(), abs(start + v * math.sin(slope))) for v in (v0, v1)]
         (low, low_radius), (high, high_radius) = sorted(ends)
         covers = _covers(round_.Position(), u0, u1)
-        walls.append(RoundWall(at.X(), at.Y(), low, high, low_radius, high_radius, covers))
-    counted: dict[str, int] = {}
+        walls.append(RoundWall(location.X(), location.Y(), low, high, low_radius, high_radius, covers))
+    by_direction: dict[str, int] = {}
     for key, turn in aside.items():
         if turn > math.tau - math.radians(WHOLE):
-            words = ", ".join(f"{value:g}" for value in key[:3])
-            counted[words] = counted.get(words, 0) + 1
-    return walls, counted, free
+            direction = ", ".join(f"{value:g}" for value in key[:3])
+            by_direction[direction] = by_direction.get(direction, 0) + 1
+    return walls, by_direction, free
 
 
-def _covers(place: Any, begin: float, end: float) -> frozenset[int]:
+def _covers(axes: Any, start_angle: float, stop_angle: float) -> frozenset[int]:
     """Return the whole degrees covered by a piece of a round wall, in top view."""
-    angle = np.linspace(begin, end, max(int(math.degrees(end - begin) * 4.0), 2))
-    along, across = place.XDirection(), place.YDirection()
+    angle = np.linspace(start_angle, stop_angle, max(int(math.degrees(stop_angle - start_angle) * 4.0), 2))
+    along, across = axes.XDirection(), axes.YDirection()
     x = along.X() * np.cos(angle) + across.X() * np.sin(angle)
     y = along.Y() * np.cos(angle) + across.Y() * np.sin(angle)
     return frozenset((np.degrees(np.arctan2(y, x)) // 1.0).astype(np.int64).tolist())
@@ -463,10 +466,10 @@ def _direction(axis: Any) -> tuple[float, float, float]:
     return sign * x + 0.0, sign * y + 0.0, sign * z + 0.0
 
 
-def _foot(axis: Any, at: Any) -> tuple[float, float, float]:
+def _foot(axis: Any, location: Any) -> tuple[float, float, float]:
     """Return the point of an axis nearest to the origin, which identifies the axis independently of its location."""
-    along = at.X() * axis.X() + at.Y() * axis.Y() + at.Z() * axis.Z()
-    return at.X() - along * axis.X(), at.Y() - along * axis.Y(), at.Z() - along * axis.Z()
+    along = location.X() * axis.X() + location.Y() * axis.Y() + location.Z() * axis.Z()
+    return location.X() - along * axis.X(), location.Y() - along * axis.Y(), location.Z() - along * axis.Z()
 
 
 def _meets(shape: Any, x: float, y: float, low: float, high: float) -> bool:

@@ -86,19 +86,19 @@ def read_svg_contours(source: Source, options: ReadOptions) -> Part:
     """
     root = _root(source)
     issues: list[Issue] = []
-    page, sure = _page(root, options, source.path)
+    page, has_size = _page(root, options, source.path)
     walk = _Walk(
         source.path, page, layer_filter(options.layers), points_of(source), copies_of(source, "uses"), source.look
     )
     walk.look_up(root)
-    walk.children(root, _Place(page.matrix), 0, ())
+    walk.children(root, _Context(page.matrix), 0, ())
     issues += walk.issues()
-    if not walk.found:
+    if not walk.contours:
         reasons = "; ".join(i.message for i in issues) or "the drawing is empty"
         raise ReadError(source.path, f"nothing to cut: {reasons}")
     units = options.units or "mm"
-    part = Part(source.name, source=source.file_name, format="svg", units=units, contours=tuple(walk.found))
-    if not sure:
+    part = Part(source.name, source=source.file_name, format="svg", units=units, contours=tuple(walk.contours))
+    if not has_size:
         extents = part.extents
         size = f"{extents[2] - extents[0]:.6g} × {extents[3] - extents[1]:.6g} mm"
         message = f"the drawing gives its size in pixels only: {size} at 96 per inch; set --units if that is wrong"
@@ -152,21 +152,21 @@ def _page(root: Any, options: ReadOptions, path: str) -> tuple[_Page, bool]:
         sizes = [parts_of_length(root.get(name, "100%")) for name in ("width", "height")]
         if box and len(box) != 4:
             raise ValueError("a view box needs four numbers")
-        given = [box[2] if box else 0.0, box[3] if box else 0.0]
-        px = [v * PX_PER_UNIT[u] if u != "%" else whole for (v, u), whole in zip(sizes, given, strict=True)]
+        view_size = [box[2] if box else 0.0, box[3] if box else 0.0]
+        px = [v * PX_PER_UNIT[u] if u != "%" else reference for (v, u), reference in zip(sizes, view_size, strict=True)]
         fit = view(box, px[0], px[1], root.get("preserveAspectRatio", "")) if box else Affine()
     except ValueError as problem:
         raise ReadError(path, f"the size of the drawing is invalid: {problem}") from None
-    mm, sure = MM_PER_PX, any(unit in PHYSICAL for _, unit in sizes)
+    mm, has_size = MM_PER_PX, any(unit in PHYSICAL for _, unit in sizes)
     if options.units:
         # The user's unit applies to the numbers in the drawing.
-        fit, mm, sure = (Affine(e=-box[0], f=-box[1]) if box else Affine()), MM_PER_UNIT[options.units], True
-        px = given if box else px
+        fit, mm, has_size = (Affine(e=-box[0], f=-box[1]) if box else Affine()), MM_PER_UNIT[options.units], True
+        px = view_size if box else px
     matrix = Affine(mm, 0.0, 0.0, -mm, 0.0, px[1] * mm).of(fit)
-    return _Page(matrix, ViewSize(box[2] if box else px[0], box[3] if box else px[1])), sure
+    return _Page(matrix, ViewSize(box[2] if box else px[0], box[3] if box else px[1])), has_size
 
 
-class _Own(NamedTuple):
+class _Attributes(NamedTuple):
     """The attributes of an element, independent of where it is drawn."""
 
     shown: bool
@@ -179,7 +179,7 @@ class _Own(NamedTuple):
     href: str
 
 
-class _Place(NamedTuple):
+class _Context(NamedTuple):
     """Inherited properties: the transform, and the layer by Inkscape, class and colour."""
 
     matrix: Affine
@@ -199,7 +199,7 @@ class _Walk:
     points: ReadBudget
     copies: ReadBudget
     look: Heartbeat
-    found: list[Contour] = field(default_factory=list)
+    contours: list[Contour] = field(default_factory=list)
     others: Counter[str] = field(default_factory=Counter)
     hidden: Counter[str] = field(default_factory=Counter)
     unfollowed: Counter[str] = field(default_factory=Counter)
@@ -209,7 +209,7 @@ class _Walk:
     _rules: dict[str, dict[str, str]] = field(default_factory=dict)
     _segments: int = 0
     #: Results for elements drawn by a `use`, or the exception raised; copies are only placed.
-    _made: dict[tuple[str, int], Any] = field(default_factory=dict)
+    _cache: dict[tuple[str, int], Any] = field(default_factory=dict)
 
     def look_up(self, root: Any) -> None:
         """Index the ids and the style rules; raise if the nesting exceeds `MAX_DEPTH`."""
@@ -225,29 +225,29 @@ class _Walk:
                 self._rules.update({name: {n: rule[n] for n in _STYLED if n in rule} for name, rule in rules.items()})
             waiting.extend((child, depth + 1) for child in element)
 
-    def children(self, element: Any, place: _Place, depth: int, trail: tuple[str, ...]) -> None:
+    def children(self, element: Any, context: _Context, depth: int, trail: tuple[str, ...]) -> None:
         """Visit the children of an element."""
         for child in element:
-            self._take(child, place, depth + 1, trail)
+            self._visit(child, context, depth + 1, trail)
 
-    def _take(self, element: Any, outer: _Place, depth: int, trail: tuple[str, ...]) -> None:
+    def _visit(self, element: Any, outer: _Context, depth: int, trail: tuple[str, ...]) -> None:
         self.copies(1)
         self.look()
         tag = _tag(element)
         if not tag or tag in UNDRAWN or tag in SILENT:
             return
         try:
-            own = self._once("own", element, self._own, trail)
-            if not own.shown or (tag in SHAPES and not own.visible):
+            attributes = self._cached("own", element, self._attributes, trail)
+            if not attributes.shown or (tag in SHAPES and not attributes.visible):
                 self.hidden["not shown"] += 1
                 return
-            place = self._inherit(own, outer)
+            context = self._inherit(attributes, outer)
             if tag in GROUPS:
-                self.children(element, self._viewport(element, place) if tag == "svg" else place, depth, trail)
+                self.children(element, self._viewport(element, context) if tag == "svg" else context, depth, trail)
             elif tag == "use":
-                self._use(element, own.href, place, depth, trail)
+                self._use(element, attributes.href, context, depth, trail)
             elif tag in SHAPES:
-                self._draw(tag, element, place, trail)
+                self._draw(tag, element, context, trail)
             else:
                 self.others[tag] += 1
         except (ValueError, ArithmeticError, LeafcutError) as problem:
@@ -259,12 +259,12 @@ class _Walk:
 
     def _style(self, element: Any) -> dict[str, str]:
         """Return the style of an element: attributes, overridden by classes, overridden by its style."""
-        found = {n: element.get(n) for n in _STYLED if element.get(n)}
+        properties = {n: element.get(n) for n in _STYLED if element.get(n)}
         for name in element.get("class", "").split():
-            found.update(self._rules.get(name, {}))
-        return {**found, **declarations(element.get("style", ""))}
+            properties.update(self._rules.get(name, {}))
+        return {**properties, **declarations(element.get("style", ""))}
 
-    def _once(self, what: str, element: Any, make: Callable[[Any], Any], trail: tuple[str, ...]) -> Any:
+    def _cached(self, what: str, element: Any, make: Callable[[Any], Any], trail: tuple[str, ...]) -> Any:
         """Return `make(element)`, cached for elements drawn by a `use`.
 
         Otherwise a few thousand copies of a long path would be read for hours.
@@ -272,27 +272,27 @@ class _Walk:
         if not trail:
             return make(element)
         key = what, id(element)
-        if key not in self._made:
+        if key not in self._cache:
             try:
-                self._made[key] = make(element)
+                self._cache[key] = make(element)
             except (ValueError, ArithmeticError, LeafcutError) as problem:
-                self._made[key] = problem
-        made = self._made[key]
-        if isinstance(made, Exception):
-            raise made
-        return made
+                self._cache[key] = problem
+        result = self._cache[key]
+        if isinstance(result, Exception):
+            raise result
+        return result
 
-    def _own(self, element: Any) -> _Own:
+    def _attributes(self, element: Any) -> _Attributes:
         style = self._style(element)
-        words = {k.rpartition("}")[2]: v for k, v in element.attrib.items()}
-        layer = words.get("label", "") if words.get("groupmode") == "layer" else ""
-        classes = words.get("class", "").split()
+        attributes = {k.rpartition("}")[2]: v for k, v in element.attrib.items()}
+        layer = attributes.get("label", "") if attributes.get("groupmode") == "layer" else ""
+        classes = attributes.get("class", "").split()
         stroke = style.get("stroke", "")
         shown = style.get("display") != "none"
-        return _Own(
+        return _Attributes(
             shown,
             style.get("visibility") not in ("hidden", "collapse"),
-            transform(words["transform"]) if shown and words.get("transform") else None,
+            transform(attributes["transform"]) if shown and attributes.get("transform") else None,
             " ".join(layer.split())[:100],
             classes[0][:100] if classes else "",
             " ".join(stroke.split())[:40] if stroke and stroke != "none" else "",
@@ -300,16 +300,16 @@ class _Walk:
             next((v for k, v in element.attrib.items() if k.rpartition("}")[2] == "href"), ""),
         )
 
-    def _inherit(self, own: _Own, outer: _Place) -> _Place:
-        return _Place(
-            outer.matrix if own.matrix is None else outer.matrix.of(own.matrix),
-            own.layer or outer.layer,
-            own.css or outer.css,
-            own.stroke or outer.stroke,
-            own.clipped or outer.clipped,
+    def _inherit(self, attributes: _Attributes, outer: _Context) -> _Context:
+        return _Context(
+            outer.matrix if attributes.matrix is None else outer.matrix.of(attributes.matrix),
+            attributes.layer or outer.layer,
+            attributes.css or outer.css,
+            attributes.stroke or outer.stroke,
+            attributes.clipped or outer.clipped,
         )
 
-    def _viewport(self, element: Any, place: _Place) -> _Place:
+    def _viewport(self, element: Any, context: _Context) -> _Context:
         """Return the place inside a nested drawing or a symbol, with its own corner and view box."""
         frame = self.page.frame
         x, y = length(element.get("x", "0"), frame.width), length(element.get("y", "0"), frame.height)
@@ -317,47 +317,47 @@ class _Walk:
         h = length(element.get("height", "100%"), frame.height)
         box = view_box(element.get("viewBox", ""))
         inner = view(box, w, h, element.get("preserveAspectRatio", "")) if len(box) == 4 else Affine()
-        return place._replace(matrix=place.matrix.of(Affine(e=x, f=y)).of(inner))
+        return context._replace(matrix=context.matrix.of(Affine(e=x, f=y)).of(inner))
 
-    def _use(self, element: Any, name: str, place: _Place, depth: int, trail: tuple[str, ...]) -> None:
+    def _use(self, element: Any, name: str, context: _Context, depth: int, trail: tuple[str, ...]) -> None:
         target = self._by_id.get(name[1:]) if name.startswith("#") else None
         if target is None or name in trail or depth > MAX_DEPTH:
             self.unfollowed[name or "without a name"] += 1
             return
         frame = self.page.frame
         x, y = length(element.get("x", "0"), frame.width), length(element.get("y", "0"), frame.height)
-        place = place._replace(matrix=place.matrix.of(Affine(e=x, f=y)))
+        context = context._replace(matrix=context.matrix.of(Affine(e=x, f=y)))
         if _tag(target) == "symbol":
             if target.get("viewBox"):
                 size = {n: element.get(n) or target.get(n) or "100%" for n in ("width", "height")}
                 w, h = length(size["width"], frame.width), length(size["height"], frame.height)
                 inner = view(view_box(target.get("viewBox")), w, h, target.get("preserveAspectRatio", ""))
-                place = place._replace(matrix=place.matrix.of(inner))
-            self.children(target, place, depth, (*trail, name))
+                context = context._replace(matrix=context.matrix.of(inner))
+            self.children(target, context, depth, (*trail, name))
         else:
-            self._take(target, place, depth + 1, (*trail, name))
+            self._visit(target, context, depth + 1, (*trail, name))
 
-    def _draw(self, tag: str, element: Any, place: _Place, trail: tuple[str, ...]) -> None:
-        layer = place.layer or place.css or place.stroke
+    def _draw(self, tag: str, element: Any, context: _Context, trail: tuple[str, ...]) -> None:
+        layer = context.layer or context.css or context.stroke
         if not self.chosen(layer):
             self.hidden[f"on layer {shown(layer)}"] += 1
             return
-        outlines = self._once("outlines", element, lambda e: outlines_of(tag, e.attrib, self.page.frame), trail)
-        self.n_clipped += place.clipped
+        outlines = self._cached("outlines", element, lambda e: outlines_of(tag, e.attrib, self.page.frame), trail)
+        self.n_clipped += context.clipped
         for outline in outlines:
-            self._keep(outline, place, layer, element.get("id", ""))
+            self._keep(outline, context, layer, element.get("id", ""))
 
-    def _keep(self, outline: SvgSubpath, place: _Place, layer: str, name: str) -> None:
+    def _keep(self, outline: SvgSubpath, context: _Context, layer: str, name: str) -> None:
         self._spend(len(outline.pieces))  # before placing: some pieces may have no length
         with np.errstate(all="ignore"):
-            path = placed_outline(outline, place.matrix, CURVE_TOLERANCE, self.points)
-            far = 0.0 if path is None else np.abs(path.extents).max()
-        if not far <= MAX_COORDINATE:
-            raise ValueError(OUT_OF_RANGE if np.isfinite(far) else "coordinates out of range")
+            path = placed_outline(outline, context.matrix, CURVE_TOLERANCE, self.points)
+            reach = 0.0 if path is None else np.abs(path.extents).max()
+        if not reach <= MAX_COORDINATE:
+            raise ValueError(OUT_OF_RANGE if np.isfinite(reach) else "coordinates out of range")
         if path is None:
             return
         self._spend(max(path.n_segments - len(outline.pieces), 0))
-        self.found.append(Contour(path, layer=layer, handle=name[:100]))
+        self.contours.append(Contour(path, layer=layer, handle=name[:100]))
 
     def _spend(self, segments: int) -> None:
         self._segments += segments
@@ -366,21 +366,21 @@ class _Walk:
 
     def issues(self) -> list[Issue]:
         """Return the issues of the walk."""
-        found = []
+        issues = []
         if self.others:
-            words = ", ".join(f"{number} <{shown(kind, 30)}>" for kind, number in self.others.most_common(8))
-            found.append(Issue("L210", f"not cut: {words}; convert text to paths to cut it", severity=Severity.NOTE))
+            texts = ", ".join(f"{number} <{shown(kind, 30)}>" for kind, number in self.others.most_common(8))
+            issues.append(Issue("L210", f"not cut: {texts}; convert text to paths to cut it", severity=Severity.NOTE))
         if self.hidden:
-            words = ", ".join(f"{number} {what}" for what, number in self.hidden.most_common(5))
-            found.append(Issue("L204", f"left out: {words}", severity=Severity.NOTE))
+            texts = ", ".join(f"{number} {reason}" for reason, number in self.hidden.most_common(5))
+            issues.append(Issue("L204", f"left out: {texts}", severity=Severity.NOTE))
         for name, number in list(self.unfollowed.items())[:5]:
             message = f"{count_of(number, 'use')} of '{shown(name)}', which is not in the drawing or refers to itself"
-            found.append(Issue("L206", message, missing=MissingWork("element", number)))
+            issues.append(Issue("L206", message, missing=MissingWork("element", number)))
         for reason, names in list(self.broken.items())[:20]:
-            place = f"id {', '.join(names[:3])}" + (" …" if len(names) > 3 else "")
+            location = f"id {', '.join(names[:3])}" + (" …" if len(names) > 3 else "")
             missing = MissingWork("element", len(names))
-            found.append(Issue("L203", f"{len(names)} skipped: {reason}", place, missing=missing))
+            issues.append(Issue("L203", f"{len(names)} skipped: {reason}", location, missing=missing))
         if self.n_clipped:
             message = f"{count_of(self.n_clipped, 'element')} with a clip path or mask: cut whole, as if not clipped"
-            found.append(Issue("L215", message))
-        return found
+            issues.append(Issue("L215", message))
+        return issues

@@ -48,9 +48,9 @@ def outlines_of(tag: str, attributes: Mapping[str, str], frame: ViewSize) -> lis
     return list(SHAPES[tag](attributes, frame))
 
 
-def _length(attributes: Mapping[str, str], name: str, whole: float, default: float = 0.0) -> float:
+def _length(attributes: Mapping[str, str], name: str, reference: float, default: float = 0.0) -> float:
     text = attributes.get(name, "").strip()
-    return default if text in ("", "auto") else length(text, whole)
+    return default if text in ("", "auto") else length(text, reference)
 
 
 def _line(a: Mapping[str, str], frame: ViewSize) -> Iterator[SvgSubpath]:
@@ -95,9 +95,9 @@ def _rectangle(a: Mapping[str, str], frame: ViewSize) -> Iterator[SvgSubpath]:
         [(x + w - rx, y + ry), (x + w - rx, y + h - ry), (x + rx, y + h - ry), (x + rx, y + ry)]
     ):
         pieces.append(Bend((cx, cy), (rx, 0.0), (0.0, ry), (k - 1) * quarter, quarter))
-    begins = [(x + rx, y), (x + w, y + ry), (x + w - rx, y + h), (x, y + h - ry)]
+    starts = [(x + rx, y), (x + w, y + ry), (x + w - rx, y + h), (x, y + h - ry)]
     ends = [(x + w - rx, y), (x + w, y + h - ry), (x + rx, y + h), (x, y + ry)]
-    sides = [[p, q] for p, q in zip(begins, ends, strict=True)]
+    sides = [[p, q] for p, q in zip(starts, ends, strict=True)]
     yield SvgSubpath([piece for pair in zip(sides, pieces, strict=True) for piece in pair], closed=True)
 
 

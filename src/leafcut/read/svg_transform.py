@@ -48,23 +48,23 @@ class Affine(NamedTuple):
 
 def numbers(text: str) -> list[float]:
     """Parse a list of numbers separated by commas or spaces; raise ValueError for anything else."""
-    found, at, text = [], 0, text.strip()
-    while at < len(text):
-        match = _NEXT_NUMBER.match(text, at)
+    values, position, text = [], 0, text.strip()
+    while position < len(text):
+        match = _NEXT_NUMBER.match(text, position)
         if match is None:
             raise ValueError(f"'{text[:40]}' is not a list of numbers")
-        found.append(float(match.group(1)))
-        at = match.end()
-    if not all(math.isfinite(n) for n in found):
+        values.append(float(match.group(1)))
+        position = match.end()
+    if not all(math.isfinite(n) for n in values):
         raise ValueError("a number that is not finite")
-    return found
+    return values
 
 
-def length(text: str, whole: float) -> float:
-    """Return a length in user units; `whole` is the reference of percentages."""
+def length(text: str, reference: float) -> float:
+    """Return a length in user units; `reference` is the reference of percentages."""
     value, unit = parts_of_length(text)
     if unit == "%":
-        return 0.01 * value * whole
+        return 0.01 * value * reference
     return value * PX_PER_UNIT[unit]
 
 
@@ -79,13 +79,13 @@ def parts_of_length(text: str) -> tuple[float, str]:
 
 def transform(text: str) -> Affine:
     """Parse a transform attribute; raise ValueError if it is invalid."""
-    result, at, text = Affine(), 0, text.strip()
-    while at < len(text):
-        match = _FUNCTION.match(text, at)
+    result, position, text = Affine(), 0, text.strip()
+    while position < len(text):
+        match = _FUNCTION.match(text, position)
         if match is None:
             raise ValueError(f"transform '{text[:40]}'")
         name, values = match.group(1), numbers(match.group(2))
-        result, at = result.of(_function(name, values)), match.end()
+        result, position = result.of(_function(name, values)), match.end()
     return result
 
 
@@ -120,11 +120,11 @@ def view(box: list[float], width: float, height: float, aspect: str) -> Affine:
     if not (w > 0.0 and h > 0.0):
         raise ValueError("a view box without size")
     sx, sy = width / w, height / h
-    words = aspect[:_LONGEST].split()
-    align = words[0] if words else "xMidYMid"
+    parts = aspect[:_LONGEST].split()
+    align = parts[0] if parts else "xMidYMid"
     if align == "none":
         return Affine(sx, 0.0, 0.0, sy, -x * sx, -y * sy)
-    scale = max(sx, sy) if "slice" in words else min(sx, sy)
+    scale = max(sx, sy) if "slice" in parts else min(sx, sy)
     shares = {"Min": 0.0, "Mid": 0.5, "Max": 1.0}
     across, down = shares.get(align[1:4], 0.5), shares.get(align[5:8], 0.5)
     return Affine(
@@ -142,10 +142,10 @@ def class_rules(sheet: str) -> dict[str, dict[str, str]]:
     """Return the rules of a style sheet for single classes (``.cut { stroke: red }``); imports are not loaded."""
     first, *others = sheet.split("/*")
     plain = first + "".join(text.partition("*/")[2] for text in others)
-    found: dict[str, dict[str, str]] = {}
+    rules: dict[str, dict[str, str]] = {}
     for rule in plain.split("}"):
         selectors, _, body = rule.partition("{")
         for selector in selectors.split(","):
             if name := _CLASS.fullmatch(selector.strip()):
-                found.setdefault(name.group(1), {}).update(declarations(body))
-    return found
+                rules.setdefault(name.group(1), {}).update(declarations(body))
+    return rules
