@@ -52,7 +52,7 @@ HEIGHTS: dict[str, float] = {CutMethod.LASER: 1.0, CutMethod.WATERJET: 3.0, CutM
 #: Values that the user can give instead of a chart, and those that together replace a chart row.
 GIVEN = ("feed", "kerf", "pierce_delay", "pierce_height", "cut_height")
 ENOUGH = ("feed", "kerf", "pierce_delay")
-_OWN = "--cut-speed, --kerf and --pierce-delay"
+_OWN_DATA = "--cut-speed, --kerf and --pierce-delay"
 
 MOST_ROWS = 100_000
 _ESTIMATE = 2
@@ -81,10 +81,10 @@ class ChartRow:
     @property
     def trust(self) -> int:
         """0 for a manufacturer's chart or the user's own, 1 for a copy, 2 for an estimate."""
-        words = self.confidence.lower()
-        if words.startswith(("low", "sample")):
+        text = self.confidence.lower()
+        if text.startswith(("low", "sample")):
             return _ESTIMATE
-        return 1 if words.startswith("secondary") and "manufacturer" not in words else 0
+        return 1 if text.startswith("secondary") and "manufacturer" not in text else 0
 
 
 def load_chart(path: Path | None = None) -> list[ChartRow]:
@@ -232,32 +232,32 @@ def find_cut_data(
     """
     rows = list(rows)
     known = [r for r in rows if r.process == process.lower()] or [r for r in rows if r.process == method_of(process)]
-    own = _own_row(process, material, thickness, amps, given)
-    if not known and own is None:
+    own_row = _own_row(process, material, thickness, amps, given)
+    if not known and own_row is None:
         raise OptionError(_no_process(rows, process, material))
     material = material_name(material)
-    named = [r for r in known if r.material == material]
-    if not named and own is None:
+    of_material = [r for r in known if r.material == material]
+    if not of_material and own_row is None:
         raise OptionError(
-            f"--material: the chart has no '{material}' for {process}{nearest(material, _all(known, 'material'))}; "
-            f"without a row, give {_OWN}"
+            f"--material: the chart has no '{material}' for "
+            f"{process}{nearest(material, _column_values(known, 'material'))}; without a row, give {_OWN_DATA}"
         )
-    fitting = [r for r in named if amps is None or r.amps == amps]
-    if not fitting and own is None:
-        currents = ", ".join(f"{a:g}" for a in sorted({r.amps for r in named if r.amps is not None})) or "none"
+    fitting = [r for r in of_material if amps is None or r.amps == amps]
+    if not fitting and own_row is None:
+        currents = ", ".join(f"{a:g}" for a in sorted({r.amps for r in of_material if r.amps is not None})) or "none"
         raise OptionError(
-            f"--amps {amps:g}: the chart has {currents} for {process} of {material}; without a row, give {_OWN}"
+            f"--amps {amps:g}: the chart has {currents} for {process} of {material}; without a row, give {_OWN_DATA}"
         )
     if nozzle is not None:
         fitting = _of_nozzle(fitting, nozzle, f"{process} of {material}")
-        own = None  # a named nozzle must be in the chart
-    found = _best(fitting, thickness, given)
-    if found is not None:
-        row, issues = found
-        return _finished(row, thickness, given, [*issues, *_others(named, row)])
-    if own is None:
+        own_row = None  # a named nozzle must be in the chart
+    match = _best_row(fitting, thickness, given)
+    if match is not None:
+        row, issues = match
+        return _cut_data(row, thickness, given, [*issues, *_other_currents(of_material, row)])
+    if own_row is None:
         raise PlanError(_no_row(fitting, process, material, thickness))
-    return _finished(own, thickness, given, [])
+    return _cut_data(own_row, thickness, given, [])
 
 
 def _no_process(rows: list[ChartRow], process: str, material: str) -> str:
@@ -270,16 +270,18 @@ def _no_process(rows: list[ChartRow], process: str, material: str) -> str:
         )
     alike = sorted({r.process for r in rows if method_of(r.process) == method_of(process)})
     if not alike:
-        return f"--cut-process: the chart has no '{process}'{nearest(process, _all(rows, 'process'))}"
-    return f"the chart has no data for {process}, only for {', '.join(alike)}; give a --chart that has it, or {_OWN}"
+        return f"--cut-process: the chart has no '{process}'{nearest(process, _column_values(rows, 'process'))}"
+    return (
+        f"the chart has no data for {process}, only for {', '.join(alike)}; give a --chart that has it, or {_OWN_DATA}"
+    )
 
 
-def _of_nozzle(rows: list[ChartRow], nozzle: str, what: str) -> list[ChartRow]:
-    wanted = nozzle.strip().lower()
-    fitting = [r for r in rows if r.rates.nozzle.lower() == wanted]
+def _of_nozzle(rows: list[ChartRow], nozzle: str, label: str) -> list[ChartRow]:
+    name = nozzle.strip().lower()
+    fitting = [r for r in rows if r.rates.nozzle.lower() == name]
     if not fitting:
         known = ", ".join(dict.fromkeys(r.rates.nozzle for r in rows if r.rates.nozzle)) or "none"
-        raise OptionError(f"--nozzle {shown(nozzle)}: the chart has {known} for {what}")
+        raise OptionError(f"--nozzle {shown(nozzle)}: the chart has {known} for {label}")
     return fitting
 
 
@@ -289,10 +291,10 @@ def _own_row(
     """Return a row of the user's own values, or None if they are incomplete."""
     if any(given.get(key) is None for key in ENOUGH) or method_of(process) not in tuple(CutMethod):
         return None
-    said = {key: given.get(key) for key in GIVEN}
+    values = {key: given.get(key) for key in GIVEN}
     return ChartRow(
-        process.lower(), material_name(material), thickness, given["feed"] or 0.0, amps, said["pierce_height"],
-        said["pierce_delay"], said["cut_height"], said["kerf"], None, "the user's own", "the user's own figures",
+        process.lower(), material_name(material), thickness, given["feed"] or 0.0, amps, values["pierce_height"],
+        values["pierce_delay"], values["cut_height"], values["kerf"], None, "the user's own", "the user's own figures",
     )  # fmt: skip
 
 
@@ -301,11 +303,11 @@ def is_process(name: str, asked: str) -> bool:
     return name == asked.lower() or name.startswith(f"{asked.lower()}_")
 
 
-def _all(rows: Iterable[ChartRow], field: str) -> list[str]:
+def _column_values(rows: Iterable[ChartRow], field: str) -> list[str]:
     return sorted({getattr(r, field) for r in rows})
 
 
-def _best(
+def _best_row(
     rows: list[ChartRow], thickness: float, given: dict[str, float | None]
 ) -> tuple[ChartRow, list[Issue]] | None:
     """Return the row of a thickness at the best current.
@@ -315,17 +317,17 @@ def _best(
     groups: dict[float, list[ChartRow]] = {}
     for row in rows:
         groups.setdefault(row.amps or 0.0, []).append(row)
-    ways = [at for amps in sorted(groups) if (at := _at_thickness(groups[amps], thickness)) is not None]
-    if not ways:
+    candidates = [match for amps in sorted(groups) if (match := _at_thickness(groups[amps], thickness)) is not None]
+    if not candidates:
         return None
 
-    def rank(at: tuple[ChartRow, list[Issue]]) -> tuple[bool, bool, float]:
-        row = at[0]
+    def rank(match: tuple[ChartRow, list[Issue]]) -> tuple[bool, bool, float]:
+        row = match[0]
         return bool(_missing(row, given)) or not _can_pierce(row, {}), row.trust == _ESTIMATE, -row.feed
 
-    best = min(ways, key=rank)
-    if not _can_pierce(best[0], {}) and len(ways) > 1:
-        raise OptionError(_above_capacity(best[0], [row for row, _ in ways], thickness))
+    best = min(candidates, key=rank)
+    if not _can_pierce(best[0], {}) and len(candidates) > 1:
+        raise OptionError(_above_capacity(best[0], [row for row, _ in candidates], thickness))
     return best
 
 
@@ -336,10 +338,12 @@ def _at_thickness(group: list[ChartRow], thickness: float) -> tuple[ChartRow, li
         exact = [r for r in trusted if abs(r.thickness - thickness) <= SAME_THICKNESS * thickness]
         if exact:
             return min(exact, key=lambda r: (r.trust, abs(r.thickness - thickness))), []
-        pairs = [around for rows in _by_nozzle(trusted) if (around := _around(rows, thickness)) is not None]
-        around = min(pairs, key=lambda p: p[1].thickness - p[0].thickness) if pairs else _around(trusted, thickness)
-        if around is not None:
-            return _between(*around, thickness)
+        pairs = [neighbours for rows in _by_nozzle(trusted) if (neighbours := _neighbours(rows, thickness)) is not None]
+        neighbours = (
+            min(pairs, key=lambda p: p[1].thickness - p[0].thickness) if pairs else _neighbours(trusted, thickness)
+        )
+        if neighbours is not None:
+            return _between(*neighbours, thickness)
     return None
 
 
@@ -348,7 +352,7 @@ def _by_nozzle(rows: list[ChartRow]) -> list[list[ChartRow]]:
     return [[r for r in rows if r.rates.nozzle == name] for name in dict.fromkeys(r.rates.nozzle for r in rows)]
 
 
-def _around(rows: list[ChartRow], thickness: float) -> tuple[ChartRow, ChartRow] | None:
+def _neighbours(rows: list[ChartRow], thickness: float) -> tuple[ChartRow, ChartRow] | None:
     """Return the nearest thinner and the nearest thicker row."""
     thin = [r for r in rows if r.thickness < thickness]
     thick = [r for r in rows if r.thickness > thickness]
@@ -360,13 +364,13 @@ def _around(rows: list[ChartRow], thickness: float) -> tuple[ChartRow, ChartRow]
 def _above_capacity(edge: ChartRow, rows: list[ChartRow], thickness: float) -> str:
     """Message for the case that the only current with complete data cannot pierce the sheet."""
     higher = [r for r in rows if r.pierce_height is not None]
-    wanting = f"{thickness:g} mm is above what {_way(edge)} pierces"
-    begin = f"--amps {edge.amps or 0:g} starts cuts at the sheet's edge"
+    message = f"{thickness:g} mm is above what {_describe_process(edge)} pierces"
+    edge_start = f"--amps {edge.amps or 0:g} starts cuts at the sheet's edge"
     if not higher:
-        return f"{wanting}; {begin}, or --pierce-delay to pierce it all the same"
+        return f"{message}; {edge_start}, or --pierce-delay to pierce it all the same"
     names = " and ".join(f"{r.amps or 0:g} A" for r in higher)
-    lacks = " and the ".join(_missing(higher[0], {}))
-    return f"{wanting}; of {names} the cut chart does not give the {lacks}: give them, or {begin}"
+    missing_values = " and the ".join(_missing(higher[0], {}))
+    return f"{message}; of {names} the cut chart does not give the {missing_values}: give them, or {edge_start}"
 
 
 def _between(a: ChartRow, b: ChartRow, thickness: float) -> tuple[ChartRow, list[Issue]]:
@@ -374,8 +378,8 @@ def _between(a: ChartRow, b: ChartRow, thickness: float) -> tuple[ChartRow, list
     power = math.log(thickness / a.thickness) / math.log(b.thickness / a.thickness)
 
     def mixed(field: str) -> float | None:
-        one, other = getattr(a, field), getattr(b, field)
-        return None if one is None or other is None else one + share * (other - one)
+        first, second = getattr(a, field), getattr(b, field)
+        return None if first is None or second is None else first + share * (second - first)
 
     row = replace(
         b if b.trust > a.trust else a,
@@ -384,47 +388,50 @@ def _between(a: ChartRow, b: ChartRow, thickness: float) -> tuple[ChartRow, list
         rates=_rates_between(a.rates, b.rates, share),
         **{f: mixed(f) for f in ("pierce_height", "pierce_delay", "cut_height", "kerf", "volts")},  # type: ignore[arg-type]
     )
-    words = f"the cut chart has no row of {thickness:g} mm: interpolated between {a.thickness:g} and {b.thickness:g} mm"
-    return row, [Issue("L411", f"{words}, {row.feed * SECONDS_PER_MINUTE:.0f} mm/min", severity=Severity.NOTE)]
+    message = (
+        f"the cut chart has no row of {thickness:g} mm: interpolated between {a.thickness:g} and {b.thickness:g} mm"
+    )
+    return row, [Issue("L411", f"{message}, {row.feed * SECONDS_PER_MINUTE:.0f} mm/min", severity=Severity.NOTE)]
 
 
 def _rates_between(a: ConsumptionRates, b: ConsumptionRates, share: float) -> ConsumptionRates:
     """Interpolate two rows linearly. Texts that differ, and flows of different gases, are dropped."""
-    found: dict[str, Any] = {}
+    rates: dict[str, Any] = {}
     for name in (field.name for field in fields(ConsumptionRates)):
-        one, other = getattr(a, name), getattr(b, name)
+        first, second = getattr(a, name), getattr(b, name)
         gas = name.removesuffix("_flow")
-        if isinstance(one, str):
-            found[name] = one if one == other else ""
-        elif one is not None and other is not None and (gas == name or getattr(a, gas) == getattr(b, gas)):
-            found[name] = one + share * (other - one)
-    return ConsumptionRates(**found)
+        if isinstance(first, str):
+            rates[name] = first if first == second else ""
+        elif first is not None and second is not None and (gas == name or getattr(a, gas) == getattr(b, gas)):
+            rates[name] = first + share * (second - first)
+    return ConsumptionRates(**rates)
 
 
 def _no_row(rows: list[ChartRow], process: str, material: str, thickness: float) -> str:
-    near = sorted({r.thickness for r in rows}, key=lambda t: abs(t - thickness))[:3]
-    offered = ", ".join(f"{t:g}" for t in sorted(near))
+    nearest_thicknesses = sorted({r.thickness for r in rows}, key=lambda t: abs(t - thickness))[:3]
+    texts = ", ".join(f"{t:g}" for t in sorted(nearest_thicknesses))
     return (
-        f"the cut chart has no row for {process} of {material}, {thickness:g} mm; the nearest are {offered} mm; "
-        f"give another --thickness, your own chart with --chart, or {_OWN}"
+        f"the cut chart has no row for {process} of {material}, {thickness:g} mm; the nearest are {texts} mm; "
+        f"give another --thickness, your own chart with --chart, or {_OWN_DATA}"
     )
 
 
-def _others(rows: list[ChartRow], chosen: ChartRow) -> list[Issue]:
+def _other_currents(rows: list[ChartRow], chosen: ChartRow) -> list[Issue]:
     """Return a note on other currents in the chart for a similar thickness."""
-    mine = _way(chosen)
-    others = {
-        _way(r): None
+    chosen_label = _describe_process(chosen)
+    other_labels = {
+        _describe_process(r): None
         for r in rows
-        if _way(r) != mine and abs(r.thickness - chosen.thickness) <= max(1.0, 0.1 * chosen.thickness)
+        if _describe_process(r) != chosen_label
+        and abs(r.thickness - chosen.thickness) <= max(1.0, 0.1 * chosen.thickness)
     }
-    if not others:
+    if not other_labels:
         return []
-    text = f"cut with {mine}; for about this thickness the chart also has {', '.join(others)}"
+    text = f"cut with {chosen_label}; for about this thickness the chart also has {', '.join(other_labels)}"
     return [Issue("L412", f"{text}: choose with --amps", severity=Severity.NOTE)]
 
 
-def _way(row: ChartRow) -> str:
+def _describe_process(row: ChartRow) -> str:
     return row.process if row.amps is None else f"{row.process} {row.amps:g} A"
 
 
@@ -450,7 +457,7 @@ def _missing(row: ChartRow, given: dict[str, float | None]) -> list[str]:
     return missing
 
 
-def _finished(
+def _cut_data(
     row: ChartRow, thickness: float, given: dict[str, float | None], issues: list[Issue]
 ) -> tuple[CutData, list[Issue]]:
     """Build the cut data; the user's values override the chart. Raise `OptionError` if a required value is missing."""
@@ -459,20 +466,23 @@ def _finished(
     can_pierce, missing = _can_pierce(row, given), _missing(row, given)
     if missing:
         raise OptionError(
-            f"the cut chart does not give the {' and the '.join(missing)} of {_way(row)} in {row.material}, "
-            f"{thickness:g} mm; give it"
+            f"the cut chart does not give the {' and the '.join(missing)} of {_describe_process(row)} in "
+            f"{row.material}, {thickness:g} mm; give it"
         )
     if row.trust == _ESTIMATE:
-        words = f"the cutting data of {_way(row)} in {row.material} are uncertain ({row.confidence}): try them first"
-        issues.append(Issue("L413", words))
+        message = (
+            f"the cutting data of {_describe_process(row)} in {row.material} are uncertain ({row.confidence}): try "
+            "them first"
+        )
+        issues.append(Issue("L413", message))
     cut_height, assumed = values.get("cut_height"), HEIGHTS.get(kind, 1.5)
     if cut_height is None:
         cut_height = assumed
         issues.append(Issue("L414", f"the cut chart gives no cut height; {assumed:g} mm assumed (--cut-height)"))
     pierce_height = values.get("pierce_height")
     if pierce_height is None and can_pierce and kind == CutMethod.PLASMA:
-        words = f"the cut chart gives no pierce height; the cut height, {cut_height:g} mm, assumed (--pierce-height)"
-        issues.append(Issue("L414", words))
+        message = f"the cut chart gives no pierce height; the cut height, {cut_height:g} mm, assumed (--pierce-height)"
+        issues.append(Issue("L414", message))
     return CutData(
         process=row.process,
         material=row.material,

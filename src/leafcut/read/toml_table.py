@@ -65,7 +65,7 @@ class TomlTable:
         value = self._get(key, None)
         if not isinstance(value, list) or not value:
             raise self.problem(key, f"is {_shown(value)}, but must be a list such as [1, 2]")
-        return tuple(self._whole(key, one, lowest, highest) for one in value)
+        return tuple(self._whole(key, item, lowest, highest) for item in value)
 
     def number(self, key: str, default: float) -> float:
         """Return a number without a unit."""
@@ -95,7 +95,7 @@ class TomlTable:
             value = [value] * size
         if not isinstance(value, list) or len(value) != size:
             raise self.problem(key, f"is {_shown(value)}, but must be {size} texts, one for each axis")
-        return tuple(self._quantity(key, unit, one) for one in value)
+        return tuple(self._quantity(key, unit, item) for item in value)
 
     def typed(self, key: str, axis: int = 0) -> str:
         """Return a value as written in the file, with its unit; for a list, the value of one axis."""
@@ -128,7 +128,7 @@ class TomlTable:
 def _shown(value: Any) -> str:
     """Return a value as one short line for messages."""
     try:
-        words = value if isinstance(value, str) else repr(value)
+        text = value if isinstance(value, str) else repr(value)
     except ValueError:  # the integer has more digits than Python prints
-        words = "a very long number"
-    return shown(words)
+        text = "a very long number"
+    return shown(text)

@@ -91,16 +91,20 @@ def _for_material(values: dict[str, Any] | str | list[Preset], material: str) ->
     """
     if not isinstance(values, list):
         return values
-    wanted = _words(material)
-    if len(values) == 1 and not (wanted and _words(values[0][0]) & _MATERIALS):
+    material_words = _words(material)
+    if len(values) == 1 and not (material_words and _words(values[0][0]) & _MATERIALS):
         return values[0][1]
-    fitting = [preset for preset in values if wanted and (wanted <= _words(preset[0]) or wanted >= _words(preset[0]))]
-    exact = [preset for preset in fitting if _words(preset[0]) == wanted]
-    left = exact or fitting or ([] if wanted else values)
-    if left and all(row == left[0][1] for _, row in left):
-        return left[0][1]
+    fitting = [
+        preset
+        for preset in values
+        if material_words and (material_words <= _words(preset[0]) or material_words >= _words(preset[0]))
+    ]
+    exact = [preset for preset in fitting if _words(preset[0]) == material_words]
+    candidates = exact or fitting or ([] if material_words else values)
+    if candidates and all(row == candidates[0][1] for _, row in candidates):
+        return candidates[0][1]
     names = ", ".join(f"'{shown(name, 30)}'" for name, _ in values[:6])
-    fault = f"no preset for '{shown(material, 30)}' alone" if wanted else "several presets"
+    fault = f"no preset for '{shown(material, 30)}' alone" if material_words else "several presets"
     return f"it has {fault}; name one with --material: {names}{', …' if len(values) > 6 else ''}"
 
 
@@ -113,21 +117,21 @@ def _linuxcnc(path: Path, data: bytes, units: str) -> Iterator[RawRow]:
     if not units:
         raise DataError(f"{path}: a LinuxCNC tool table does not state its unit; give it with --units")
     for number, line in enumerate(data.decode("utf-8", "replace").splitlines(), 1):
-        words, _, comment = line.partition(";")
-        if not words.strip():
+        entries, _, comment = line.partition(";")
+        if not entries.strip():
             continue
-        values = {word[0].upper(): word[1:] for word in words.split()}
+        values = {word[0].upper(): word[1:] for word in entries.split()}
         if "T" not in values or not re.fullmatch(r"[0-9]{1,9}", values["T"]):
             raise DataError(f"{path}: line {number}: '{shown(line, 40)}' is not a line of a LinuxCNC tool table")
         name = f"T{values['T']}"
         kind, cone = kind_in(comment), cone_in(comment)
         if kind is None and cone is not None:
             kind = cone[0]
-        said = f"its comment '{shown(comment.strip(), 30)}'" if comment.strip() else "no comment"
+        remark = f"its comment '{shown(comment.strip(), 30)}'" if comment.strip() else "no comment"
         if kind is None:
-            yield name, f"{said} names no kind of tool that leafcut knows, such as drill or end mill"
+            yield name, f"{remark} names no kind of tool that leafcut knows, such as drill or end mill"
         elif cone is not None and not cone[1]:
-            yield name, f"{said} does not state the full angle of its cone, such as 90 deg"
+            yield name, f"{remark} does not state the full angle of its cone, such as 90 deg"
         elif "D" not in values:
             yield name, "it has no diameter (D)"
         else:
@@ -145,7 +149,7 @@ def _fusion(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
         if not isinstance(tool, dict):
             yield f"tool {count}", "it is not a Fusion tool"
             continue
-        number = _inner(tool, "post-process").get("number")
+        number = _subtable(tool, "post-process").get("number")
         name = f"T{number}" if isinstance(number, int) else f"tool {count}"
         kind = FUSION_KINDS.get(str(tool.get("type", "")).lower())
         unit = _FUSION_UNITS.get(str(tool.get("unit", "")))
@@ -155,43 +159,43 @@ def _fusion(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
             yield name, f"its unit '{shown(str(tool.get('unit')), 20)}' is not millimeters or inches"
         else:
             presets = list(_fusion_presets(tool)) or [("", {})]
-            yield name, [(word, _fusion_row(tool, kind, unit, number, preset)) for word, preset in presets]
+            yield name, [(name, _fusion_row(tool, kind, unit, number, preset)) for name, preset in presets]
 
 
 def _fusion_presets(tool: dict[str, Any]) -> Iterator[Preset]:
     """Yield the name and values of each preset; libraries of 2016 to 2018 have one preset, ``*``."""
-    start = _inner(tool, "start-values")
+    start = _subtable(tool, "start-values")
     presets = start.get("presets")
     for preset in presets if isinstance(presets, list) else [start.get("*")]:
         if isinstance(preset, dict):
-            material = _inner(preset, "material")
+            material = _subtable(preset, "material")
             yield str(preset.get("name") or material.get("query") or material.get("category") or ""), preset
 
 
 def _fusion_row(tool: dict[str, Any], kind: str, unit: str, number: object, preset: dict[str, Any]) -> dict[str, Any]:
-    geometry = _inner(tool, "geometry")
+    geometry = _subtable(tool, "geometry")
     mill = kind in _MILLS
-    angle = _with(geometry.get("SIG"), "deg") if kind in ("drill", "centre-drill") else None
+    angle = _with_unit(geometry.get("SIG"), "deg") if kind in ("drill", "centre-drill") else None
     if kind in _CONES and isinstance(geometry.get("TA"), int | float):
         angle = f"{2 * geometry['TA']} deg"  # Fusion states the angle of one side
-    down = preset.get("v_f_plunge") or preset.get("v_f")
-    given = {
+    plunge = preset.get("v_f_plunge") or preset.get("v_f")
+    fields = {
         "number": number,
         "kind": kind,
         "name": _name(str(tool.get("description", ""))),
-        "diameter": _with(geometry.get("DC"), unit),
-        "flute_length": _with(geometry.get("LCF"), unit),
+        "diameter": _with_unit(geometry.get("DC"), unit),
+        "flute_length": _with_unit(geometry.get("LCF"), unit),
         "point_angle": angle,
-        "corner_radius": _with(geometry.get("RE") or None, unit) if kind == "end-mill" else None,
-        "tip_diameter": _with(geometry.get("tip-diameter") or None, unit) if kind in _CONES else None,
-        "pitch": _with(geometry.get("TP"), unit) if kind == "tap" else None,
-        "spindle_speed": _with(preset.get("n"), "rpm"),
-        "feed": None if kind == "tap" else _with(preset.get("v_f") if mill else down, f"{unit}/min"),
-        "plunge_feed": _with(preset.get("v_f_plunge"), f"{unit}/min") if mill else None,
+        "corner_radius": _with_unit(geometry.get("RE") or None, unit) if kind == "end-mill" else None,
+        "tip_diameter": _with_unit(geometry.get("tip-diameter") or None, unit) if kind in _CONES else None,
+        "pitch": _with_unit(geometry.get("TP"), unit) if kind == "tap" else None,
+        "spindle_speed": _with_unit(preset.get("n"), "rpm"),
+        "feed": None if kind == "tap" else _with_unit(preset.get("v_f") if mill else plunge, f"{unit}/min"),
+        "plunge_feed": _with_unit(preset.get("v_f_plunge"), f"{unit}/min") if mill else None,
         "teeth": geometry.get("NOF") if mill else None,
         **_fusion_body(tool, geometry, unit),
     }
-    return {key: value for key, value in given.items() if value is not None}
+    return {key: value for key, value in fields.items() if value is not None}
 
 
 def _fusion_body(tool: dict[str, Any], geometry: dict[str, Any], unit: str) -> dict[str, str | None]:
@@ -200,32 +204,32 @@ def _fusion_body(tool: dict[str, Any], geometry: dict[str, Any], unit: str) -> d
     A shaft starts above the shoulder, and a holder at the stickout (LB). Both list their segments from below; a
     holder has its own unit.
     """
-    flutes, shoulder, wide, out = (_length(geometry.get(key)) for key in ("LCF", "shoulder-length", _WIDE, "LB"))
-    pieces = _pieces(_inner(tool, "shaft"), unit)
+    flutes, shoulder, wide, stickout = (_length(geometry.get(key)) for key in ("LCF", "shoulder-length", _WIDE, "LB"))
+    pieces = _pieces(_subtable(tool, "shaft"), unit)
     wide = wide or _length(geometry.get("DC"))
     if 0 < flutes < shoulder and wide:
         neck = dict(zip(_SEGMENT, (shoulder - flutes, wide, wide), strict=True))
         pieces = [*_pieces({"segments": [neck]}, unit), *pieces]
-    holder = _inner(tool, "holder")
-    other = _FUSION_UNITS.get(str(holder.get("unit", "")), unit)
+    holder = _subtable(tool, "holder")
+    holder_unit = _FUSION_UNITS.get(str(holder.get("unit", "")), unit)
     return {
-        "shank_diameter": _with(geometry.get("SFDM"), unit) if flutes else None,
-        "stickout": _with(out, unit),
+        "shank_diameter": _with_unit(geometry.get("SFDM"), unit) if flutes else None,
+        "stickout": _with_unit(stickout, unit),
         "shaft": ", ".join(pieces) or None if flutes else None,
-        "holder": ", ".join(_pieces(holder, other)) or None if out else None,
+        "holder": ", ".join(_pieces(holder, holder_unit)) or None if stickout else None,
     }
 
 
 def _pieces(body: dict[str, Any], unit: str) -> list[str]:
     """Return the segments of a shaft or holder as in a ``[[tool]]``; none if one is invalid."""
     segments = body.get("segments")
-    found = []
-    for one in segments if isinstance(segments, list) else []:
-        length, lower, upper = (_length(one.get(key) if isinstance(one, dict) else None) for key in _SEGMENT)
+    texts = []
+    for segment in segments if isinstance(segments, list) else []:
+        length, lower, upper = (_length(segment.get(key) if isinstance(segment, dict) else None) for key in _SEGMENT)
         if not (length and lower and upper):
             return []
-        found.append(f"{lower:.6f} {unit}-{upper:.6f} {unit} x {length:.6f} {unit}")
-    return found
+        texts.append(f"{lower:.6f} {unit}-{upper:.6f} {unit} x {length:.6f} {unit}")
+    return texts
 
 
 def _length(value: object) -> float:
@@ -248,8 +252,8 @@ def _freecad(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
             yield f"tool {count}", "it has no number or no file"
             continue
         # FreeCAD stores bits beside the library, or in a folder Bit beside the folder of the library.
-        places = [path.parent / Path(file).name, path.parent.parent / "Bit" / Path(file).name]
-        bit = next((place for place in places if place.is_file()), None)
+        candidates = [path.parent / Path(file).name, path.parent.parent / "Bit" / Path(file).name]
+        bit = next((candidate for candidate in candidates if candidate.is_file()), None)
         if bit is None:
             yield f"T{number}", f"its file {shown(Path(file).name, 40)} lies neither beside the library nor in ../Bit"
             continue
@@ -266,11 +270,11 @@ def _freecad_row(path: Path, bit: Any, number: int) -> dict[str, Any] | str:
     # FreeCAD writes numbers in the user's locale without thousands separators: '3,175 mm'.
     values = {
         key: value.replace(",", ".") if isinstance(value, str) else value
-        for key, value in _inner(bit, "parameter").items()
+        for key, value in _subtable(bit, "parameter").items()
     }
     flutes = str(values.get("Flutes", ""))
     angle = values.get({"drill": "TipAngle", **dict.fromkeys(_CONES, "CuttingEdgeAngle")}.get(kind, ""))
-    given = {
+    fields = {
         "number": number,
         "kind": kind,
         "name": _name(str(bit.get("name", path.stem))),
@@ -283,7 +287,7 @@ def _freecad_row(path: Path, bit: Any, number: int) -> dict[str, Any] | str:
         "teeth": int(flutes) if kind in _MILLS and re.fullmatch(r"[0-9]{1,9}", flutes) else None,
         "shank_diameter": values.get("ShankDiameter") if _above_0(values.get("CuttingEdgeHeight")) else None,
     }
-    return {key: value for key, value in given.items() if value is not None}
+    return {key: value for key, value in fields.items() if value is not None}
 
 
 def _above_0(text: object) -> bool:
@@ -312,12 +316,12 @@ def _unzipped(path: Path, data: bytes) -> bytes:
     raise DataError(f"{path}: is not a tool library of Fusion: a zip file with a .json was expected")
 
 
-def _inner(table: dict[str, Any], key: str) -> dict[str, Any]:
-    found = table.get(key)
-    return found if isinstance(found, dict) else {}
+def _subtable(table: dict[str, Any], key: str) -> dict[str, Any]:
+    subtable = table.get(key)
+    return subtable if isinstance(subtable, dict) else {}
 
 
-def _with(value: Any, unit: str) -> str | None:
+def _with_unit(value: Any, unit: str) -> str | None:
     """Return a number with its unit as text; None for 0 and for other values."""
     plain = isinstance(value, int | float) and not isinstance(value, bool)
     return f"{value!r} {unit}" if plain and value else None

@@ -47,7 +47,7 @@ def kind_in(comment: str) -> str | None:
     """Return the kind of tool named in a comment, or None."""
     if _OTHER_WORDS.search(comment):
         return None
-    return next((kind for kind, words in _IN_WORDS if re.search(words, comment, re.IGNORECASE)), None)
+    return next((kind for kind, pattern in _IN_WORDS if re.search(pattern, comment, re.IGNORECASE)), None)
 
 
 def cone_in(comment: str) -> tuple[str, str] | None:
@@ -55,11 +55,11 @@ def cone_in(comment: str) -> tuple[str, str] | None:
 
     A small angle of a chamfer mill is usually the half angle, so it counts only if the comment contains "included".
     """
-    kind = next((kind for kind, words in _CONES if re.search(words, comment, re.IGNORECASE)), None)
+    kind = next((kind for kind, pattern in _CONES if re.search(pattern, comment, re.IGNORECASE)), None)
     if kind is None:
         return None
-    found = _ANGLE.search(comment)
-    one_side = found is not None and kind == "chamfer-mill" and int(found.group(1)) < SMALLEST_CHAMFER
-    if found is None or (one_side and "incl" not in comment.lower()):
+    angle = _ANGLE.search(comment)
+    one_side = angle is not None and kind == "chamfer-mill" and int(angle.group(1)) < SMALLEST_CHAMFER
+    if angle is None or (one_side and "incl" not in comment.lower()):
         return kind, ""
-    return kind, f"{found.group(1)} deg"
+    return kind, f"{angle.group(1)} deg"

@@ -65,9 +65,9 @@ def rows_of_table(path: Path, data: bytes, units: str) -> Iterator[RawRow]:
         raise DataError(f"{path}: is a binary file; a table of tools was expected")
     text = decoded(data)[0]
     first = text.partition("\n")[0]
-    parted = max(",;\t", key=first.count)
+    delimiter = max(",;\t", key=first.count)
     try:
-        rows = list(csv.reader(io.StringIO(text), delimiter=parted))
+        rows = list(csv.reader(io.StringIO(text), delimiter=delimiter))
     except csv.Error as problem:
         raise DataError(f"{path}: is no table ({shown(str(problem), 60)})") from None
     if len(rows) > _MOST_ROWS:
@@ -77,21 +77,21 @@ def rows_of_table(path: Path, data: bytes, units: str) -> Iterator[RawRow]:
     if "number" not in keys or "diameter" not in keys:
         missing = " or ".join(key for key in ("number", "diameter") if key not in keys)
         raise DataError(f"{path}: line 1: no column is called {missing}; the first row must name the columns")
-    read: list[tuple[str, str, dict[str, Any] | str]] = []
+    tools_read: list[tuple[str, str, dict[str, Any] | str]] = []
     for count, row in enumerate(rows[1:], 2):
         if not any(cell.strip() for cell in row):
             continue
-        said: dict[str, tuple[str, str]] = {}
+        cells: dict[str, tuple[str, str]] = {}
         for (key, unit), cell in zip(columns, row, strict=False):
             if key and cell.strip():
-                said.setdefault(key, (cell.strip(), unit))
-        number = said.get("number", ("", ""))[0].upper().removeprefix("T").strip()
+                cells.setdefault(key, (cell.strip(), unit))
+        number = cells.get("number", ("", ""))[0].upper().removeprefix("T").strip()
         name = f"T{number}" if number.isdigit() else f"line {count}"
         try:
-            read.append((name, said.get("preset", ("", ""))[0], _tool(said, number, units)))
+            tools_read.append((name, cells.get("preset", ("", ""))[0], _tool(cells, number, units)))
         except DataError as problem:
             raise DataError(f"{path}: line {count}: {problem}") from None
-    for (name, with_preset), group in groupby(read, lambda row: (row[0], bool(row[1]))):
+    for (name, with_preset), group in groupby(tools_read, lambda row: (row[0], bool(row[1]))):
         tools = [(preset, values) for _, preset, values in group]
         presets = [(preset, values) for preset, values in tools if isinstance(values, dict)]
         if with_preset and len(presets) == len(tools):
@@ -103,9 +103,9 @@ def rows_of_table(path: Path, data: bytes, units: str) -> Iterator[RawRow]:
 def _column(cell: str) -> tuple[str, str]:
     """Return the key of a column ("" if unknown), and the unit in its header."""
     head, unit = cell.strip(), ""
-    found = _HEAD.match(head)
-    if found:
-        head, inner = found[1], found[2]
+    match = _HEAD.match(head)
+    if match:
+        head, inner = match[1], match[2]
         if inner.lower().startswith("tool_"):
             head = inner
         else:
@@ -113,17 +113,17 @@ def _column(cell: str) -> tuple[str, str]:
     return _COLUMNS.get(re.sub(r"[^a-z0-9ø]", "", head.lower()), ""), unit
 
 
-def _tool(said: Mapping[str, tuple[str, str]], number: str, units: str) -> dict[str, Any] | str:
+def _tool(cells: Mapping[str, tuple[str, str]], number: str, units: str) -> dict[str, Any] | str:
     if not re.fullmatch(r"[0-9]{1,9}", number):
         return f"its number '{shown(number, 20)}' is no whole number"
     unit = units
-    if "unit" in said:
-        word = said["unit"][0].lower()
+    if "unit" in cells:
+        word = cells["unit"][0].lower()
         if word not in _UNIT_WORDS:
             return f"its unit '{shown(word, 20)}' is not mm or in"
         unit = _UNIT_WORDS[word]
-    name = said.get("name", ("", ""))[0]
-    word = said.get("kind", ("", ""))[0]
+    name = cells.get("name", ("", ""))[0]
+    word = cells.get("kind", ("", ""))[0]
     kind = _kind(word, name)
     if kind is None:
         return f"'{shown(word or name, 30)}' does not say what kind of tool it is"
@@ -131,25 +131,25 @@ def _tool(said: Mapping[str, tuple[str, str]], number: str, units: str) -> dict[
     if name:
         row["name"] = shown(name, 40)
     for key in _LENGTHS:
-        _put(row, said, key, unit)
+        _put(row, cells, key, unit)
     for key in _FEEDS:
-        _put(row, said, key, f"{unit}/min")
-    for key, plain in (("spindle_speed", "rpm"), ("point_angle", "deg"), ("dwell", "s")):
-        _put(row, said, key, plain)
-    if "cycle" in said:
-        row["cycle"] = said["cycle"][0].upper()
-    teeth = said.get("teeth", ("", ""))[0].partition(".")[0]
+        _put(row, cells, key, f"{unit}/min")
+    for key, default_unit in (("spindle_speed", "rpm"), ("point_angle", "deg"), ("dwell", "s")):
+        _put(row, cells, key, default_unit)
+    if "cycle" in cells:
+        row["cycle"] = cells["cycle"][0].upper()
+    teeth = cells.get("teeth", ("", ""))[0].partition(".")[0]
     if teeth.isdigit() and int(teeth[:9]) > 0:
         row["teeth"] = int(teeth[:9])
-    taper = said.get("taper_angle", ("", ""))[0]
+    taper = cells.get("taper_angle", ("", ""))[0]
     if kind in CONES and "point_angle" not in row and _PLAIN.fullmatch(taper):
         row["point_angle"] = f"{2 * float(taper.replace(',', '.')):g} deg"  # Fusion states the angle of one side
     return _fitting(row, ToolKind(kind))
 
 
-def _put(row: dict[str, Any], said: Mapping[str, tuple[str, str]], key: str, unit: str) -> None:
+def _put(row: dict[str, Any], cells: Mapping[str, tuple[str, str]], key: str, unit: str) -> None:
     """Set a quantity if given. The header or `unit` gives the unit of a bare number; 0 means not given."""
-    cell, head = said.get(key, ("", ""))
+    cell, head = cells.get(key, ("", ""))
     if _PLAIN.fullmatch(cell):
         if not re.search(r"[1-9]", cell):
             return
@@ -162,26 +162,26 @@ def _put(row: dict[str, Any], said: Mapping[str, tuple[str, str]], key: str, uni
 
 def _kind(word: str, name: str) -> str | None:
     plain = word.strip().lower()
-    own = re.sub(r"[\s_]+", "-", plain)
-    if own in tuple(ToolKind):
-        return own
+    kind_name = re.sub(r"[\s_]+", "-", plain)
+    if kind_name in tuple(ToolKind):
+        return kind_name
     return FUSION_KINDS.get(plain) or kind_in(word) or (kind_in(name) if not plain else None)
 
 
 def _fitting(row: dict[str, Any], kind: ToolKind) -> dict[str, Any]:
     """Remove the keys that other programs write for every tool, but this kind does not have."""
     mill = kind in MILLS
-    gone = {"plunge_feed", "teeth"} if not mill else {"cycle", "peck", "dwell", "pitch"}
+    unused = {"plunge_feed", "teeth"} if not mill else {"cycle", "peck", "dwell", "pitch"}
     if kind is not ToolKind.TAP:
-        gone.add("pitch")
+        unused.add("pitch")
     if kind is not ToolKind.END_MILL:
-        gone.add("corner_radius")
+        unused.add("corner_radius")
     if kind not in CONES:
-        gone.add("tip_diameter")
+        unused.add("tip_diameter")
         if mill or kind not in (ToolKind.DRILL, ToolKind.CENTRE_DRILL):
-            gone.add("point_angle")
+            unused.add("point_angle")
     if not mill and "plunge_feed" in row:
         row = {**row, "feed": row["plunge_feed"]}  # a drill only moves down
     if kind is ToolKind.TAP:
-        gone.add("feed")
-    return {key: value for key, value in row.items() if key not in gone}
+        unused.add("feed")
+    return {key: value for key, value in row.items() if key not in unused}

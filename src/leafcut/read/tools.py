@@ -109,16 +109,16 @@ def _foreign_library(rows: list[ToolRow], without_feeds: bool, place: str) -> tu
             tools[tool.number] = tool
             kept.append(values)
     if not tools:
-        why = f": {left_out[0]}" if left_out else ""
-        raise DataError(f"{place}: no tool of this library can be used{why}")
+        reason = f": {left_out[0]}" if left_out else ""
+        raise DataError(f"{place}: no tool of this library can be used{reason}")
     return kept, ToolLibrary(tuple(tools.values()), (), place, tuple(left_out), without_feeds)
 
 
 def _tables(top: TomlTable, key: str) -> list[Any]:
-    found = top.values.get(key, [])
-    if not isinstance(found, list):
+    tables = top.values.get(key, [])
+    if not isinstance(tables, list):
         raise DataError(f"{top.place}: '{key}' must be written as [[{key}]], once for each")
-    return found
+    return tables
 
 
 def _tool(table: TomlTable) -> Tool:
@@ -164,28 +164,28 @@ def _segments(table: TomlTable, key: str) -> tuple[BodySegment, ...]:
     pieces = [piece.strip() for piece in table.text(key, "").split(",")] if key in table else []
     if len(pieces) > _MOST_SEGMENTS:
         raise table.problem(key, f"has {len(pieces)} pieces; the limit is {_MOST_SEGMENTS}")
-    found = []
+    segments = []
     for piece in pieces:
-        wide, times, length = piece.lower().partition("x")
-        lower, dash, upper = wide.partition("-")
+        diameters, separator, length = piece.lower().partition("x")
+        lower, dash, upper = diameters.partition("-")
         try:
             lengths = [parse_quantity(text.strip(), "mm") for text in (length, lower, upper if dash else lower)]
         except OptionError:
             lengths = []
-        if not times or not lengths or not all(0.0 < value <= _LARGEST for value in lengths):
+        if not separator or not lengths or not all(0.0 < value <= _LARGEST for value in lengths):
             raise table.problem(
                 key,
                 f"has the piece '{shown(piece, 40)}', but must be such as '28 x 40', or '20-28 x 5' for a cone, in mm",
             )
-        found.append(BodySegment(*lengths))
-    return tuple(found)
+        segments.append(BodySegment(*lengths))
+    return tuple(segments)
 
 
 def _positive(table: TomlTable, key: str, unit: str) -> float:
     value = table.quantity(key, unit)
     if not value > 0 or (unit == "mm" and value > _LARGEST):
-        most = f" and at most {_LARGEST:g} mm" if unit == "mm" else ""
-        raise table.problem(key, f"is {table.typed(key)}, but must be above 0{most}")
+        limit = f" and at most {_LARGEST:g} mm" if unit == "mm" else ""
+        raise table.problem(key, f"is {table.typed(key)}, but must be above 0{limit}")
     return value
 
 

@@ -54,20 +54,20 @@ def load_material(name_or_path: str) -> WorkMaterial:
     """
     if name_or_path.lower().endswith(".toml"):
         return _material(read_toml(Path(name_or_path), MATERIAL), name_or_path)
-    wanted = name_or_path.strip().lower().replace("_", "-").replace(" ", "-")
-    if wanted in material_names():
-        return _shipped(wanted)
-    also = {other: name for name in material_names() for other in _shipped(name).also}
-    if wanted in also:
-        return _shipped(also[wanted])
-    known = [*material_names(), *also] if nearest(wanted, also).startswith("; did") else material_names()
-    raise OptionError(f"unknown material '{name_or_path}'{nearest(wanted, known)}")
+    key = name_or_path.strip().lower().replace("_", "-").replace(" ", "-")
+    if key in material_names():
+        return _shipped(key)
+    by_synonym = {synonym: name for name in material_names() for synonym in _shipped(name).also}
+    if key in by_synonym:
+        return _shipped(by_synonym[key])
+    known = [*material_names(), *by_synonym] if nearest(key, by_synonym).startswith("; did") else material_names()
+    raise OptionError(f"unknown material '{name_or_path}'{nearest(key, known)}")
 
 
 def material_list() -> list[tuple[str, str]]:
     """Return the name of each shipped material, and its description with its synonyms."""
-    found = [_shipped(name) for name in material_names()]
-    return [(one.name, f"{one.description} ({', '.join(one.also)})") for one in found]
+    materials = [_shipped(name) for name in material_names()]
+    return [(material.name, f"{material.description} ({', '.join(material.also)})") for material in materials]
 
 
 def material_text(name_or_path: str) -> str:
@@ -118,7 +118,7 @@ def _material(data: dict[str, Any], place: str) -> WorkMaterial:
 
 def _names(top: TomlTable) -> tuple[str, ...]:
     value = top.values.get("also", [])
-    if not isinstance(value, list) or not all(isinstance(one, str) and one.isprintable() for one in value):
+    if not isinstance(value, list) or not all(isinstance(name, str) and name.isprintable() for name in value):
         raise top.problem("also", 'must be a list of other names, such as ["1045", "ck45"]')
     return tuple(value)
 
@@ -130,10 +130,10 @@ def _not_negative(table: TomlTable, key: str, unit: str) -> float:
     return value
 
 
-def _share(table: TomlTable, key: str, most: float) -> float:
+def _share(table: TomlTable, key: str, limit: float) -> float:
     value = table.number(key, 0.0)
-    if not 0 <= value <= most:
-        raise table.problem(key, f"is {value:g}, but must be from 0 to {most:g}")
+    if not 0 <= value <= limit:
+        raise table.problem(key, f"is {value:g}, but must be from 0 to {limit:g}")
     return value
 
 
@@ -156,20 +156,23 @@ def _exponent(table: TomlTable, key: str, default: float | None = None) -> float
 
 
 def _lives(top: TomlTable) -> tuple[ToolLife, ...]:
-    found = top.values.get("life", [])
-    if not isinstance(found, list):
+    tables = top.values.get("life", [])
+    if not isinstance(tables, list):
         raise DataError(f"{top.place}: 'life' must be written as [[life]], once for each")
     lives: list[ToolLife] = []
-    for count, values in enumerate(found, start=1):
+    for count, values in enumerate(tables, start=1):
         table = TomlTable(values, f"{top.place}: [[life]] {count}", MATERIAL_KEYS["life"])
         life = _life(table)
-        if any((one.work, one.tool_material, one.least_feed) == _where(life) for one in lives):
+        if any(
+            (other_life.work, other_life.tool_material, other_life.least_feed) == _life_key(life)
+            for other_life in lives
+        ):
             raise table.problem("work", "is given twice for such tools; only 'least_feed' may part several")
         lives.append(life)
-    return tuple(sorted(lives, key=_where))
+    return tuple(sorted(lives, key=_life_key))
 
 
-def _where(life: ToolLife) -> tuple[CuttingWork, ToolMaterial, float]:
+def _life_key(life: ToolLife) -> tuple[CuttingWork, ToolMaterial, float]:
     return life.work, life.tool_material, life.least_feed
 
 
@@ -177,12 +180,12 @@ def _life(table: TomlTable) -> ToolLife:
     exponent = _exponent(table, "life")
     if not 0 < exponent < 1:
         raise table.problem("life", f"is {exponent:g}, but Taylor's exponent must be above 0 and below 1")
-    others = {key: _exponent(table, key, 0.0) for key in _EXPONENTS}
+    exponents = {key: _exponent(table, key, 0.0) for key in _EXPONENTS}
     if "constant" in table and "speed" in table:
-        raise table.problem("speed", "and 'constant' have the same meaning; leave one out")
+        raise table.problem("speed", "and 'constant' are two ways to say the same; leave one out")
     if "speed" in table:
-        if any(others.values()):
-            raise table.problem("speed", "is for one tool at one feed: exponents other than 'life' need 'constant'")
+        if any(exponents.values()):
+            raise table.problem("speed", "is that of one tool at one feed: exponents but 'life' need 'constant'")
         speed, life = table.quantity("speed", "mm/s"), table.quantity("at_life", "s")
         if not (speed > 0 and life > 0):
             raise table.problem("speed", "and 'at_life' must be above 0")
@@ -196,7 +199,7 @@ def _life(table: TomlTable) -> ToolLife:
         tool_material=ToolMaterial(table.text("tool", choices=tuple(ToolMaterial))),
         constant=_above_0(table, "factor", 1.0) * constant,
         life=exponent,
-        **others,
+        **exponents,
         least_feed=_not_negative(table, "least_feed", "mm"),
         source=table.text("source", ""),
     )
