@@ -45,8 +45,8 @@ def read_contours(source: Input, options: ReadOptions | None = None, look: Heart
     options = options or ReadOptions()
     format_, loaded = read_source(source, look)
     if format_.contours is None:
-        there_are = ", ".join(f"{f.name} ({' '.join(f.extensions)})" for f in formats() if f.contours)
-        raise ReadError(loaded.path, f"{format_.name} has no contours to cut; use {there_are}")
+        known_formats = ", ".join(f"{f.name} ({' '.join(f.extensions)})" for f in formats() if f.contours)
+        raise ReadError(loaded.path, f"{format_.name} has no contours to cut; use {known_formats}")
     return _read(replace(format_, read=format_.contours), format_, loaded, options)
 
 
@@ -73,10 +73,10 @@ def read_pockets(
     options = options or ReadOptions()
     format_, loaded = read_source(source, look)
     if format_.pockets is None:
-        there_are = ", ".join(f"{f.name} ({' '.join(f.extensions)})" for f in formats() if f.pockets)
-        raise ReadError(loaded.path, f"{format_.name} has no pockets; use {there_are}")
-    clear, given, join = format_.pockets, pocket_options or PocketDrawingOptions(), joining or SheetOptions()
-    reader = replace(format_, read=lambda file, reading: clear(file, reading, given, join))
+        known_formats = ", ".join(f"{f.name} ({' '.join(f.extensions)})" for f in formats() if f.pockets)
+        raise ReadError(loaded.path, f"{format_.name} has no pockets; use {known_formats}")
+    clear, drawing_options, join = format_.pockets, pocket_options or PocketDrawingOptions(), joining or SheetOptions()
+    reader = replace(format_, read=lambda file, reading: clear(file, reading, drawing_options, join))
     return _read(reader, format_, loaded, options)
 
 

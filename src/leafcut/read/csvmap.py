@@ -72,11 +72,11 @@ def read_csv(source: Source, options: ReadOptions) -> Part:
     lines = source.text().splitlines()
     separator = separator_of([line for line in lines[:200] if line.strip() and not line.lstrip().startswith("#")])
     rows = _rows(lines, separator)
-    columns, first = _columns(source, rows, separator)
+    columns, data_rows = _columns(source, rows, separator)
     factor = factor_of(options, columns.unit)
     holes: list[Hole] = []
     bad: list[tuple[int, str]] = []
-    for number, fields in first:
+    for number, fields in data_rows:
         source.look(number / len(lines))
         try:
             holes.append(_hole(fields, columns, separator, factor))
@@ -121,37 +121,44 @@ def _columns(
         raise ReadError(source.path, "no points: the file holds comments only")
     if any(is_number(f, separator) for f in fields[:2]):
         return _Columns(), _with_first((number, fields), rows)
-    found: dict[str, int] = {}
+    indices: dict[str, int] = {}
     unit = None
     for index, field in enumerate(fields):
         word = field.strip().lower()
         if word not in HEADER_WORDS and (match := _UNIT_IN_HEADER.match(word)) and match.group(1) in HEADER_WORDS:
             word, unit = match.group(1), match.group(2)
         if word in HEADER_WORDS:
-            found.setdefault(HEADER_WORDS[word], index)
-    if "x" not in found or "y" not in found:
+            indices.setdefault(HEADER_WORDS[word], index)
+    if "x" not in indices or "y" not in indices:
         given = shown(", ".join(fields))
         raise ReadError(source.path, f"the header '{given}' has no columns x and y", number)
     return (
         _Columns(
-            found["x"], found["y"], found.get("d"), found.get("name"), found.get("layer"), found.get("z"), unit, True
+            indices["x"],
+            indices["y"],
+            indices.get("d"),
+            indices.get("name"),
+            indices.get("layer"),
+            indices.get("z"),
+            unit,
+            True,
         ),
         rows,
     )
 
 
-def _with_first(first: tuple[int, list[str]], rest: Iterator[tuple[int, list[str]]]) -> Iterator[tuple[int, list[str]]]:
+def _with_first(first: tuple[int, list[str]], rows: Iterator[tuple[int, list[str]]]) -> Iterator[tuple[int, list[str]]]:
     yield first
-    yield from rest
+    yield from rows
 
 
 def _hole(fields: list[str], columns: _Columns, separator: str | None, factor: float) -> Hole:
     if len(fields) <= max(columns.x, columns.y):
         raise ValueError(f"'{shown(' '.join(fields))}' has {len(fields)} field(s), expected x and y")
     x, y = (to_mm(cell_number(fields[i], separator), factor) for i in (columns.x, columns.y))
-    name_at, diameter = columns.name, 0.0
+    name_index, diameter = columns.name, 0.0
     if (text := _field(fields, columns.d)) and not columns.from_header and not is_number(text, separator):
-        name_at = columns.d  # x, y, name: this row has no diameter
+        name_index = columns.d  # x, y, name: this row has no diameter
     elif text:
         diameter = to_mm(cell_number(text, separator), factor)
     if not (abs(x) <= MAX_COORDINATE and abs(y) <= MAX_COORDINATE and 0 <= diameter <= MAX_COORDINATE):
@@ -160,7 +167,7 @@ def _hole(fields: list[str], columns: _Columns, separator: str | None, factor: f
     z = to_mm(cell_number(height, separator), factor) if height else 0.0
     if not abs(z) <= MAX_COORDINATE:
         raise ValueError(f"z {z:g} mm is out of range")
-    return Hole(x, y, diameter, _field(fields, columns.layer), _field(fields, name_at), z)
+    return Hole(x, y, diameter, _field(fields, columns.layer), _field(fields, name_index), z)
 
 
 def _field(fields: list[str], index: int | None) -> str:

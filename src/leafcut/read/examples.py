@@ -294,13 +294,13 @@ def read_example(source: Source, options: ReadOptions) -> Part:
 
 def _random_map(source: Source) -> Part:
     """Return n uniform points in a square of side √n·10 mm: neighbours are about 5 mm apart for every n."""
-    words = source.path.removeprefix(RANDOM).split(":")
+    fields = source.path.removeprefix(RANDOM).split(":")
     try:
-        n, seed = int(words[0]), int(words[1]) if len(words) > 1 else DEFAULT_SEED
-        good = len(words) <= 2 and 1 <= n <= MAX_HOLES and 0 <= seed < 2**32
+        n, seed = int(fields[0]), int(fields[1]) if len(fields) > 1 else DEFAULT_SEED
+        valid = len(fields) <= 2 and 1 <= n <= MAX_HOLES and 0 <= seed < 2**32
     except ValueError:
-        good = False
-    if not good:
+        valid = False
+    if not valid:
         reason = f"a random map is random:N or random:N:SEED, N from 1 to {MAX_HOLES:,}, SEED from 0 to 2³²−1"
         raise ReadError(shown(source.path), reason)
     side = round(math.sqrt(n) * 10.0, 3)

@@ -97,9 +97,9 @@ def read_excellon(source: Source, options: ReadOptions) -> Part:
     kept, noticed = sift(holes, options)
     if not kept and not slots:
         tools = ", ".join(f"T{n}" for n in sorted(parser.tools)) or "none"
-        told = "; ".join(i.message for i in (*issues, *noticed))
-        line = f"no holes: {told or 'no coordinates follow the header'} (tools: {tools})"
-        raise ReadError(source.path, line) if told or parser.tools else EmptyDrillFile(source.path, line)
+        reasons = "; ".join(i.message for i in (*issues, *noticed))
+        message = f"no holes: {reasons or 'no coordinates follow the header'} (tools: {tools})"
+        raise ReadError(source.path, message) if reasons or parser.tools else EmptyDrillFile(source.path, message)
     units = options.units or own_units
     part = Part(source.name, kept, tuple(slots), source=source.file_name, format="excellon", units=units or "mm")
     if units is None:
@@ -123,24 +123,26 @@ def _format_assumed(part: Part, metric: bool | None) -> Issue:
 
 def _too_narrow(holes: list[Hole]) -> Issue | None:
     """Return a warning if all holes fit inside the widest: the coordinate format must be wrong."""
-    places = {(hole.x, hole.y) for hole in holes}
-    if len(places) < 2:
+    positions = {(hole.x, hole.y) for hole in holes}
+    if len(positions) < 2:
         return None
-    (left, low), (right, high) = (tuple(pick(values) for values in zip(*places, strict=True)) for pick in (min, max))
+    (left, low), (right, high) = (tuple(pick(values) for values in zip(*positions, strict=True)) for pick in (min, max))
     widest = max(hole.diameter for hole in holes)
     if max(right - left, high - low) >= widest:
         return None
     return Issue(
         "L102",
-        f"{len(places)} holes span {right - left:.3g} × {high - low:.3g} mm, less than the widest of them, "
+        f"{len(positions)} holes span {right - left:.3g} × {high - low:.3g} mm, less than the widest of them, "
         f"{widest:g} mm: that cannot be right; export the file with decimal points",
     )
 
 
 def _prepare(source: Source, units: str | None) -> _Prepared:
-    most = FREE_COPIES + COPIES_PER_BYTE * len(source.data)
-    reason = f"repeats (R) make more than {most:,} holes of a file of {size_of(source)}; repeat less, or split the file"
-    prepared, repeats = _Prepared(), ReadBudget(source.path, most, reason)
+    max_holes = FREE_COPIES + COPIES_PER_BYTE * len(source.data)
+    reason = (
+        f"repeats (R) make more than {max_holes:,} holes of a file of {size_of(source)}; repeat less, or split the file"
+    )
+    prepared, repeats = _Prepared(), ReadBudget(source.path, max_holes, reason)
     in_header = False
     for number, raw in enumerate(source.text().splitlines(), 1):
         line = raw.strip()
@@ -213,8 +215,8 @@ def _command(source: Source, prepared: _Prepared, line: str, number: int, in_hea
         if len(prepared.tools) > MAX_TOOLS:
             raise ReadError(source.path, f"more than {MAX_TOOLS:,} tools; split the file", number)
         return
-    words = _COORDINATE.findall(line)
-    prepared.has_plain_integers |= any("." not in word for word in words) and line[0] in "XYG"
+    coordinates = _COORDINATE.findall(line)
+    prepared.has_plain_integers |= any("." not in word for word in coordinates) and line[0] in "XYG"
     if "G85" in line:
         match = _SLOT.fullmatch(line)
         if not match or not match.group(1) or not match.group(2):
@@ -249,20 +251,20 @@ def _parse(source: Source, prepared: _Prepared, issues: list[Issue]) -> Any:
         try:
             parser.do_parse("\n".join(prepared.lines), filename="drill file")
         except (SyntaxError, ValueError) as problem:
-            line, text, reason = _place(str(problem), prepared)
+            line, text, reason = _locate(str(problem), prepared)
             raise ReadError(source.path, f"'{shown(text)}': {_reason(reason)}", line) from None
     for warning in caught:
         message = str(warning.message)
         if issubclass(warning.category, DeprecationWarning) or _HARMLESS.search(message):
             continue
-        line, text, reason = _place(message, prepared)
+        line, text, reason = _locate(message, prepared)
         if "first tool definition" in reason or "Bare coordinate" in reason:
             raise ReadError(source.path, f"'{shown(text)}' comes before any tool is selected", line)
         issues.append(Issue("L101", f"'{shown(text)}': {shown(reason, 100)}", f"{source.file_name}:{line}"))
     return parser
 
 
-def _place(message: str, prepared: _Prepared) -> tuple[int | None, str, str]:
+def _locate(message: str, prepared: _Prepared) -> tuple[int | None, str, str]:
     """Return (line of the file, command, reason) of a gerbonara message."""
     match = _GERBONARA_PLACE.match(message)
     if match is None:
@@ -293,11 +295,11 @@ def _objects(source: Source, parser: Any, options: ReadOptions, issues: list[Iss
     holes: list[Hole] = []
     slots: list[Slot] = []
     out_of_range = hidden = 0
-    for found in parser.objects:
-        layer = names.get(id(found.tool), "")
-        factor = factor_of(options, _unit_name(found.unit))
-        width = round((found.tool.diameter or 0.0) * factor_of(options, _unit_name(found.tool.unit)), 6)
-        numbers = (found.x1, found.y1, found.x2, found.y2) if hasattr(found, "x1") else (found.x, found.y)
+    for item in parser.objects:
+        layer = names.get(id(item.tool), "")
+        factor = factor_of(options, _unit_name(item.unit))
+        width = round((item.tool.diameter or 0.0) * factor_of(options, _unit_name(item.tool.unit)), 6)
+        numbers = (item.x1, item.y1, item.x2, item.y2) if hasattr(item, "x1") else (item.x, item.y)
         ends = [round(v * factor, 6) for v in numbers]
         if not all(abs(v) <= MAX_COORDINATE for v in (*ends, width)):
             out_of_range += 1

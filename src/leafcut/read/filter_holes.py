@@ -41,27 +41,29 @@ def part_holes(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole],
     The holes left out (L204) may be balloons, projection symbols or centring marks; their count reveals a misnamed
     layer.
     """
-    aside = set() if options.layers else {layer for layer in {hole.layer for hole in holes} if is_aside(layer)}
-    gone = [hole for hole in holes if hole.layer in aside]
-    if not gone:
+    skipped_layers = set() if options.layers else {layer for layer in {hole.layer for hole in holes} if is_aside(layer)}
+    skipped = [hole for hole in holes if hole.layer in skipped_layers]
+    if not skipped:
         return list(holes), []
-    layers = Counter(hole.layer for hole in gone)
-    words = ", ".join(f"{count} on layer {shown(layer, 30)}" for layer, count in layers.most_common(5))
+    layers = Counter(hole.layer for hole in skipped)
+    layer_texts = ", ".join(f"{count} on layer {shown(layer, 30)}" for layer, count in layers.most_common(5))
     more = " …" if len(layers) > 5 else ""
     message = (
-        f"circles not drilled, because their layers are named as a drawing frame, text or dimension: {words}{more}; "
-        "choose the layers to drill with --layers"
+        "circles not drilled, because their layers are named as a drawing frame, text or dimension: "
+        f"{layer_texts}{more}; choose the layers to drill with --layers"
     )
-    places = [(hole.x, hole.y) for hole in gone]
-    return [hole for hole in holes if hole.layer not in aside], [Issue("L204", message, places_of(places, len(places)))]
+    positions = [(hole.x, hole.y) for hole in skipped]
+    return [hole for hole in holes if hole.layer not in skipped_layers], [
+        Issue("L204", message, places_of(positions, len(positions)))
+    ]
 
 
 def chosen_layers(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole], list[Issue]]:
     """Return the holes of a map on the chosen layers or without a layer, and a note on those left out (L204)."""
     chosen = layer_filter(options.layers)
     kept = [h for h in holes if not h.layer or chosen(h.layer)]
-    if left := len(holes) - len(kept):
-        message = f"{count_of(left, 'hole')} on layers that are not selected left out"
+    if n_left_out := len(holes) - len(kept):
+        message = f"{count_of(n_left_out, 'hole')} on layers that are not selected left out"
         return kept, [Issue("L204", message, severity=Severity.NOTE)]
     return kept, []
 
@@ -86,7 +88,7 @@ def sift(
     kept = _without_doubles(kept, MERGE_TOLERANCE, point_tolerance, issues)
     kept = _without_centre_marks(kept, MERGE_TOLERANCE, issues)
     if options.concentric != "all":
-        kept = _one_per_centre(kept, options, issues)
+        kept = _select_concentric(kept, options, issues)
         # The remaining circle may have a centre mark that belonged to a circle just removed.
         kept = _without_centre_marks(kept, MERGE_TOLERANCE, issues)
     return tuple(kept), issues
@@ -98,9 +100,13 @@ def _by_diameter(holes: Sequence[Hole], options: ReadOptions, issues: list[Issue
     # The conversion from inches rounds: a limit of 6.35 must include a hole of 1/4 in.
     slack = 1e-6
     kept = [h for h in holes if low - slack <= h.diameter <= high + slack]
-    if left := len(holes) - len(kept):
+    if n_left_out := len(holes) - len(kept):
         issues.append(
-            Issue("L205", f"{count_of(left, 'hole')} outside the selected diameters left out", severity=Severity.NOTE)
+            Issue(
+                "L205",
+                f"{count_of(n_left_out, 'hole')} outside the selected diameters left out",
+                severity=Severity.NOTE,
+            )
         )
     return kept
 
@@ -118,18 +124,18 @@ def _without_doubles(
             double[row] = rows[first] != row
             # Both edges of a hole may be drawn: it starts at the upper one.
             highest[rows[first]] = max(highest[rows[first]], holes[row].z)
-    if gone := [(h.x, h.y) for h, is_double in zip(holes, double, strict=True) if is_double]:
+    if duplicates := [(h.x, h.y) for h, is_double in zip(holes, double, strict=True) if is_double]:
         issues.append(
             Issue(
                 "L301",
-                f"{count_of(len(gone), 'hole')} drawn on top of another of the same diameter: drilled once",
-                places_of(gone, len(gone)),
+                f"{count_of(len(duplicates), 'hole')} drawn on top of another of the same diameter: drilled once",
+                places_of(duplicates, len(duplicates)),
             )
         )
-    return [_at(h, z) for h, z, is_double in zip(holes, highest, double, strict=True) if not is_double]
+    return [_at_height(h, z) for h, z, is_double in zip(holes, highest, double, strict=True) if not is_double]
 
 
-def _at(hole: Hole, z: float) -> Hole:
+def _at_height(hole: Hole, z: float) -> Hole:
     return hole if hole.z == z else replace(hole, z=z)
 
 
@@ -140,8 +146,8 @@ def _without_centre_marks(holes: list[Hole], tolerance: float, issues: list[Issu
     # Circles first: a point whose anchor is a circle marks its centre.
     ordered = circles + [h for h in holes if h.diameter <= 0]
     table = np.array([(h.x, h.y, 0.0) for h in ordered])
-    found = anchors(table, tolerance)
-    marks = {id(ordered[i]) for i in range(len(circles), len(ordered)) if found[i] < len(circles)}
+    first_rows = anchors(table, tolerance)
+    marks = {id(ordered[i]) for i in range(len(circles), len(ordered)) if first_rows[i] < len(circles)}
     if marks:
         issues.append(
             Issue(
@@ -153,47 +159,47 @@ def _without_centre_marks(holes: list[Hole], tolerance: float, issues: list[Issu
     return [h for h in holes if id(h) not in marks]
 
 
-def _one_per_centre(holes: list[Hole], options: ReadOptions, issues: list[Issue]) -> list[Hole]:
+def _select_concentric(holes: list[Hole], options: ReadOptions, issues: list[Issue]) -> list[Hole]:
     sign = 1.0 if options.concentric == "smallest" else -1.0
     circles = [i for i, hole in enumerate(holes) if hole.diameter > 0]
     order = sorted(circles, key=lambda i: sign * holes[i].diameter)
     table = np.array([(holes[i].x, holes[i].y, 0.0) for i in order]).reshape(-1, 3)
-    found = _concentric_anchors(table, [0.5 * holes[i].diameter for i in order], MERGE_TOLERANCE)
-    gone = {row for rank, row in enumerate(order) if found[rank] != rank}
+    anchor_ranks = _concentric_anchors(table, [0.5 * holes[i].diameter for i in order], MERGE_TOLERANCE)
+    removed = {row for rank, row in enumerate(order) if anchor_ranks[rank] != rank}
     highest = [hole.z for hole in holes]
     for rank, row in enumerate(order):
-        stays = order[found[rank]]
-        highest[stays] = max(highest[stays], holes[row].z)
-    raised = [(h.x, h.y) for i, h in enumerate(holes) if i not in gone and highest[i] > h.z + SAME_HEIGHT]
+        kept_row = order[anchor_ranks[rank]]
+        highest[kept_row] = max(highest[kept_row], holes[row].z)
+    raised = [(h.x, h.y) for i, h in enumerate(holes) if i not in removed and highest[i] > h.z + SAME_HEIGHT]
     if raised:
         # Material remains above the lower circle; a rapid to its own height would enter it.
         message = "circles with one centre are drawn at different heights: the hole starts at the highest of them"
         issues.append(Issue("L406", message, places_of(raised, len(raised))))
-    if gone:
-        places = [(holes[i].x, holes[i].y) for i in sorted(gone)]
+    if removed:
+        positions = [(holes[i].x, holes[i].y) for i in sorted(removed)]
         issues.append(
             Issue(
                 "L302",
-                f"{count_of(len(gone), 'circle')} left out beside the {options.concentric} with the same centre",
-                places_of(places, len(places)),
-                missing=MissingWork("circle", len(places), tuple(places)),
+                f"{count_of(len(removed), 'circle')} left out beside the {options.concentric} with the same centre",
+                places_of(positions, len(positions)),
+                missing=MissingWork("circle", len(positions), tuple(positions)),
             )
         )
-    return [_at(hole, highest[i]) for i, hole in enumerate(holes) if i not in gone]
+    return [_at_height(hole, highest[i]) for i, hole in enumerate(holes) if i not in removed]
 
 
 def _concentric_anchors(centres: NDArray[np.float64], radii: list[float], tolerance: float) -> list[int]:
     """Return the first concentric circle of each circle, like `anchors` with the tolerance of concentric circles."""
-    found = anchors(centres, tolerance)
+    anchor_of = anchors(centres, tolerance)
     table = np.column_stack([centres[:, :2], radii])
     pairs = []
-    for k, near, apart in _neighbours(table, np.maximum(tolerance, _CONCENTRIC * table[:, 2])):
-        steps = near[apart <= _concentric_within(table[k, 2], table[near, 2], tolerance)]
+    for k, neighbours, distances in _neighbours(table, np.maximum(tolerance, _CONCENTRIC * table[:, 2])):
+        steps = neighbours[distances <= _concentric_within(table[k, 2], table[neighbours, 2], tolerance)]
         pairs += [(min(k, step), max(k, step)) for step in steps.tolist()]
-    for stays, goes in sorted(pairs):
-        if found[stays] == stays and found[goes] == goes:
-            found[goes] = stays
-    return [found[k] for k in found]
+    for first, second in sorted(pairs):
+        if anchor_of[first] == first and anchor_of[second] == second:
+            anchor_of[second] = first
+    return [anchor_of[k] for k in anchor_of]
 
 
 def circles_around(holes: Sequence[Hole], paths: Sequence[Polyline], tolerance: float) -> list[int]:
@@ -204,11 +210,11 @@ def circles_around(holes: Sequence[Hole], paths: Sequence[Polyline], tolerance: 
     """
     table = np.array([(hole.x, hole.y, 0.5 * hole.diameter) for hole in holes]).reshape(-1, 3)
     radius = table[:, 2]
-    found = set()
-    for k, near, apart in _neighbours(table, radius):
-        off = apart > _concentric_within(radius[k], radius[near], tolerance)
-        if (off & (apart + radius[near] <= radius[k])).any():
-            found.add(k)
+    outlines = set()
+    for k, neighbours, distances in _neighbours(table, radius):
+        off_centre = distances > _concentric_within(radius[k], radius[neighbours], tolerance)
+        if (off_centre & (distances + radius[neighbours] <= radius[k])).any():
+            outlines.add(k)
     boxes: dict[int, list[tuple[float, float, float, float]]] = {}
     low, high = table[:, :2] - table[:, 2:], table[:, :2] + table[:, 2:]
     for path in paths:
@@ -219,12 +225,12 @@ def circles_around(holes: Sequence[Hole], paths: Sequence[Polyline], tolerance: 
                 continue
             if np.hypot(*(path.flattened() - table[k, :2]).T).max() <= radius[k]:
                 boxes.setdefault(k, []).append((x0, y0, x1, y1))
-    for k, around in boxes.items():
+    for k, inner_boxes in boxes.items():
         # Two boxes are apart if, in one axis, one starts after the other ends.
-        starts, ends = np.array(around)[:, :2].max(axis=0), np.array(around)[:, 2:].min(axis=0)
+        starts, ends = np.array(inner_boxes)[:, :2].max(axis=0), np.array(inner_boxes)[:, 2:].min(axis=0)
         if (starts > ends).any():
-            found.add(k)
-    return sorted(found)
+            outlines.add(k)
+    return sorted(outlines)
 
 
 def _concentric_within(radius: float, inner: Any, tolerance: float) -> Any:
@@ -247,9 +253,9 @@ def _neighbours(
     first = np.searchsorted(x[order], x - reach, "left")
     last = np.searchsorted(x[order], x + reach, "right")
     for k in np.flatnonzero((last - first > 1) & (radius > radius.min(initial=np.inf))).tolist():
-        near = order[first[k] : last[k]]
-        near = near[radius[near] < radius[k]]
-        yield k, near, np.hypot(x[near] - x[k], y[near] - y[k])
+        neighbours = order[first[k] : last[k]]
+        neighbours = neighbours[radius[neighbours] < radius[k]]
+        yield k, neighbours, np.hypot(x[neighbours] - x[k], y[neighbours] - y[k])
 
 
 def anchors(points: NDArray[np.float64], tolerance: float) -> list[int]:
@@ -263,22 +269,22 @@ def anchors(points: NDArray[np.float64], tolerance: float) -> list[int]:
     points
         float64[n, 3], finite. The distance is Euclidean in the first two columns; the third may differ by `tolerance`.
     """
-    found = list(range(len(points)))
+    anchor_rows = list(range(len(points)))
     cells: dict[tuple[float, float, float], list[int]] = {}
     rows = points.tolist()
     for i in np.flatnonzero(_crowded(points, tolerance)).tolist():
         x, y, w = rows[i]
         cell = _cell(x, y, w, tolerance)
         best = i
-        for key in _around(cell, tolerance):
+        for key in _neighbour_cells(cell, tolerance):
             for j in cells.get(key, ()):
                 xj, yj, wj = rows[j]
                 if j < best and abs(w - wj) <= tolerance and math.hypot(x - xj, y - yj) <= tolerance:
                     best = j
-        found[i] = best
+        anchor_rows[i] = best
         if best == i:
             cells.setdefault(cell, []).append(i)
-    return found
+    return anchor_rows
 
 
 def _cell(x: float, y: float, w: float, tolerance: float) -> tuple[float, float, float]:
@@ -289,7 +295,7 @@ def _cell(x: float, y: float, w: float, tolerance: float) -> tuple[float, float,
     return (x // size, y // size, w // size)
 
 
-def _around(cell: tuple[float, float, float], tolerance: float) -> list[tuple[float, float, float]]:
+def _neighbour_cells(cell: tuple[float, float, float], tolerance: float) -> list[tuple[float, float, float]]:
     if tolerance <= 0:
         return [cell]
     x, y, w = cell
@@ -307,8 +313,8 @@ def _crowded(points: NDArray[np.float64], tolerance: float) -> NDArray[np.bool_]
     cells, counts = np.unique(key, return_counts=True)
     total = np.zeros(len(points), dtype=np.int64)
     for i, j in product((-1, 0, 1), repeat=2):
-        beside = key + i * 2**32 + j
-        at = np.minimum(np.searchsorted(cells, beside), len(cells) - 1)
-        total += np.where(cells[at] == beside, counts[at], 0)
+        neighbour = key + i * 2**32 + j
+        index = np.minimum(np.searchsorted(cells, neighbour), len(cells) - 1)
+        total += np.where(cells[index] == neighbour, counts[index], 0)
     crowded: NDArray[np.bool_] = total > 1
     return crowded

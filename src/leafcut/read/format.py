@@ -125,8 +125,8 @@ def parsing_xml(path: str, advice: str) -> Iterator[None]:
 class ReadBudget:
     """Limit of the work done for a file, by its size: a few lines can ask for hours of work."""
 
-    def __init__(self, path: str, most: int, reason: str) -> None:
-        self.path, self.left, self.reason = path, most, reason
+    def __init__(self, path: str, limit: int, reason: str) -> None:
+        self.path, self.left, self.reason = path, limit, reason
 
     def __call__(self, amount: int) -> None:
         """Spend an amount; raise `ReadError` if the budget is exceeded."""
@@ -139,18 +139,18 @@ class ReadBudget:
             raise ReadError(self.path, self.reason)
 
 
-def copies_of(source: Source, what: str, free: int = FREE_COPIES) -> ReadBudget:
+def copies_of(source: Source, noun: str, free: int = FREE_COPIES) -> ReadBudget:
     """Return the budget for the elements that the blocks or uses of a drawing expand to."""
-    most = free + COPIES_PER_BYTE * len(source.data)
-    reason = f"the {what} of this drawing, which has {size_of(source)}, expand to more than {most:,} elements"
-    return ReadBudget(source.path, most, f"{reason}; explode less of it")
+    limit = free + COPIES_PER_BYTE * len(source.data)
+    reason = f"the {noun} of this drawing, which has {size_of(source)}, expand to more than {limit:,} elements"
+    return ReadBudget(source.path, limit, f"{reason}; explode less of it")
 
 
 def points_of(source: Source) -> ReadBudget:
     """Return the budget for the points along the curves of a drawing."""
-    most = FREE_POINTS + POINTS_PER_BYTE * len(source.data)
-    reason = f"the curves of this drawing, which has {size_of(source)}, need more than {most:,} points"
-    return ReadBudget(source.path, most, f"{reason}; check its units")
+    limit = FREE_POINTS + POINTS_PER_BYTE * len(source.data)
+    reason = f"the curves of this drawing, which has {size_of(source)}, need more than {limit:,} points"
+    return ReadBudget(source.path, limit, f"{reason}; check its units")
 
 
 def size_of(source: Source) -> str:
@@ -216,13 +216,13 @@ def load(path: str | Path) -> Source:
         The file is missing, is a folder or a device, cannot be read, is empty, or is larger than `MAX_BYTES`.
     """
     try:
-        found = os.stat(path)  # noqa: PTH116  # a name with a NUL must end in the same except clause
-        if stat.S_ISDIR(found.st_mode):
+        status = os.stat(path)  # noqa: PTH116  # a name with a NUL must end in the same except clause
+        if stat.S_ISDIR(status.st_mode):
             raise ReadError(path, "this is a folder; name a file in it")
-        if not stat.S_ISREG(found.st_mode):
+        if not stat.S_ISREG(status.st_mode):
             raise ReadError(path, "this is not a regular file; save it to a file first")
-        if found.st_size > MAX_BYTES:
-            raise ReadError(path, f"the file has {found.st_size >> 20} MiB; the limit is {MAX_BYTES >> 20} MiB")
+        if status.st_size > MAX_BYTES:
+            raise ReadError(path, f"the file has {status.st_size >> 20} MiB; the limit is {MAX_BYTES >> 20} MiB")
         with Path(path).open("rb") as stream:
             data = stream.read(MAX_BYTES + 1)
     except FileNotFoundError:
@@ -258,10 +258,10 @@ def parse_json(text: str) -> Any:
     ValueError, RecursionError
         The text is not JSON, or contains a lone surrogate (``\\ud800``), which cannot be encoded.
     """
-    found = json.loads(text)
-    if "\\ud" in text.lower() and has_half_letter(found):
+    value = json.loads(text)
+    if "\\ud" in text.lower() and has_half_letter(value):
         raise ValueError("a text with half of a letter, \\ud800 to \\udfff")
-    return found
+    return value
 
 
 def has_half_letter(value: Any) -> bool:
@@ -289,7 +289,7 @@ def to_mm(value: float, factor: float) -> float:
     return value if factor == 1.0 else round(value * factor, 6)
 
 
-def units_unknown(what: str, part: Part, severity: Severity) -> Issue:
+def units_unknown(noun: str, part: Part, severity: Severity) -> Issue:
     """Return the issue L102 with the size of the part in mm, which reveals a wrong guess."""
     left, low, right, high = part.extents
     widths = [w for w in part.diameters if w > 0]
@@ -297,7 +297,7 @@ def units_unknown(what: str, part: Part, severity: Severity) -> Issue:
     holes = "the contours" if part.contours else "the pockets" if part.pockets else holes
     return Issue(
         "L102",
-        f"{what} does not state its units; in mm, {holes} span {right - left:g} × {high - low:g} mm; "
+        f"{noun} does not state its units; in mm, {holes} span {right - left:g} × {high - low:g} mm; "
         "set --units if that is wrong",
         severity=severity,
     )
@@ -314,8 +314,8 @@ def refuse_tiny(path: str, part: Part, options: ReadOptions) -> None:
     if options.units or options.layers:
         return
     left, low, right, high = part.extents
-    wide = float(part.diameters.max(initial=0.0))
-    width, height = right - left + wide, high - low + wide
+    widest = float(part.diameters.max(initial=0.0))
+    width, height = right - left + widest, high - low + widest
     if max(width, height) < SMALLEST_DRAWING:
         raise ReadError(
             path,

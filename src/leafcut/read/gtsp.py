@@ -48,7 +48,7 @@ def read_gtsp(source: Source, options: ReadOptions) -> Part:
     matrix = tsplib.matrix(path, keys, sections, n, symmetric=False) if weight == "EXPLICIT" else None
     if matrix is not None:
         _check_costs(path, sections["EDGE_WEIGHT_SECTION"], matrix)
-    points = tsplib.places(path, sections, n, matrix is not None, issues)
+    points = tsplib.node_positions(path, sections, n, matrix is not None, issues)
     grouping = _grouping(path, keys, sections, n)
     return Part(
         name=shown(keys.get("NAME", ("", 0))[0]).removesuffix(".pcglns") or source.name,
@@ -104,8 +104,8 @@ def _ordering(path: str, sections: Sections, number: dict[int, int]) -> Ints:
     """Return the pairs (before, after) of clusters, int32[k, 2]."""
     pairs = [
         (_known(path, line, number, before), _known(path, line, number, after))
-        for line, (before, *rest) in _runs(path, sections.get("GTSP_SET_ORDERING", (0, [])))
-        for after in rest
+        for line, (before, *successors) in _runs(path, sections.get("GTSP_SET_ORDERING", (0, [])))
+        for after in successors
     ]
     return np.array(pairs, dtype=np.int32).reshape(-1, 2)
 
@@ -115,10 +115,10 @@ def _start(path: str, sections: Sections, number: dict[int, int]) -> int:
     if "START_GROUP_SECTION" not in sections:
         return -1
     section = sections["START_GROUP_SECTION"]
-    found = tsplib.numbers(path, section)
-    if not len(found) or (found[0] != int(found[0])):
+    names = tsplib.numbers(path, section)
+    if not len(names) or (names[0] != int(names[0])):
         raise ReadError(path, "START_GROUP_SECTION names no set", section[0])
-    return _known(path, section[0], number, int(found[0]))
+    return _known(path, section[0], number, int(names[0]))
 
 
 def _known(path: str, line: int, number: dict[int, int], name: int) -> int:
@@ -141,8 +141,8 @@ def _runs(path: str, section: DataSection) -> list[tuple[int, list[int]]]:
     ends = [-1, *np.flatnonzero(values == -1).tolist()]
     if ends[-1] != len(values) - 1:
         raise ReadError(path, "the last line does not end with -1", int(lines[-1]))
-    whole = values.astype(np.int64)
-    runs = [(int(lines[a + 1]), whole[a + 1 : b].tolist()) for a, b in pairwise(ends)]
+    integers = values.astype(np.int64)
+    runs = [(int(lines[a + 1]), integers[a + 1 : b].tolist()) for a, b in pairwise(ends)]
     empty = next((line for line, run in runs if not run), None)
     if empty is not None:
         raise ReadError(path, "a line has nothing before its -1", empty)

@@ -51,8 +51,8 @@ def join_drill_files(parts: Sequence[Part], options: ReadOptions) -> Part:
         With `options.strict`, a hole occurs in two files, or the files lie too far apart to belong to one board.
     """
     holes, noticed = sift([hole for part in parts for hole in part.holes], options)
-    words = ", ".join(f"{part.source} {_counts(part)}" for part in parts)
-    message = f"drilled in one program: {words}; one tool for each diameter, plated or not"
+    files = ", ".join(f"{part.source} {_counts(part)}" for part in parts)
+    message = f"drilled in one program: {files}; one tool for each diameter, plated or not"
     issues = [Issue("L409", message, severity=Severity.NOTE)]
     if far := _far_apart(parts):
         message = f"{far} lie far apart: are they of one board, with the same zero and the same units?"
@@ -76,23 +76,26 @@ def _reference(parts: Sequence[Part]) -> Part | None:
     """Return all holes of the files, including unselected ones; None if every hole is selected."""
     if all(part.reference is None for part in parts):
         return None
-    every = [part.reference or part for part in parts]
-    holes, slots = (hole for one in every for hole in one.holes), (slot for one in every for slot in one.slots)
+    complete = [part.reference or part for part in parts]
+    holes, slots = (
+        (hole for part in complete for hole in part.holes),
+        (slot for part in complete for slot in part.slots),
+    )
     return Part("", tuple(holes), tuple(slots))
 
 
 def _counts(part: Part) -> str:
-    words = [count_of(len(part.holes), "hole")] if part.holes else []
-    return " and ".join([*words, *([count_of(len(part.slots), "slot")] if part.slots else [])])
+    texts = [count_of(len(part.holes), "hole")] if part.holes else []
+    return " and ".join([*texts, *([count_of(len(part.slots), "slot")] if part.slots else [])])
 
 
 def _far_apart(parts: Sequence[Part]) -> str:
     """Name two parts whose distance exceeds the sum of their sizes; empty if there are none."""
     boxes = [part.extents for part in parts]
-    for k, (a, one) in enumerate(zip(parts, boxes, strict=True)):
-        for b, other in zip(parts[k + 1 :], boxes[k + 1 :], strict=True):
-            apart = [max(one[i] - other[i + 2], other[i] - one[i + 2], 0.0) for i in (0, 1)]
-            sizes = [math.dist(box[:2], box[2:]) for box in (one, other)]
-            if math.hypot(*apart) > sum(sizes) and math.hypot(*apart) > 0.0:
+    for k, (a, box_a) in enumerate(zip(parts, boxes, strict=True)):
+        for b, box_b in zip(parts[k + 1 :], boxes[k + 1 :], strict=True):
+            gaps = [max(box_a[i] - box_b[i + 2], box_b[i] - box_a[i + 2], 0.0) for i in (0, 1)]
+            sizes = [math.dist(box[:2], box[2:]) for box in (box_a, box_b)]
+            if math.hypot(*gaps) > sum(sizes) and math.hypot(*gaps) > 0.0:
                 return f"{a.source} and {b.source}"
     return ""

@@ -46,13 +46,13 @@ def letters(text: str) -> tuple[LetterLines, float]:
     ValueError
         The font has no strokes for a letter; names it.
     """
-    found: LetterLines = []
+    strokes: LetterLines = []
     x = 0.0
     for letter in unicodedata.normalize("NFC", text):
         lines, width = _letter(_ALIKE.get(letter, letter))
-        found += [_moved(line, x) for line in lines]
+        strokes += [_moved(line, x) for line in lines]
         x += width
-    return found, x
+    return strokes, x
 
 
 @cache
@@ -72,7 +72,7 @@ def _letter(letter: str) -> tuple[LetterLines, float]:
     strokes = [[(x - left, _FOOT - y) for x, y in stroke] for stroke in glyph.strokes]
     if base == "i" and marks:
         strokes = strokes[1:]  # the accent replaces the dot
-    strokes += _marked(marks, 0.5 * glyph.char_width, _SMALL if base.islower() else _CAPITAL)
+    strokes += _accent_strokes(marks, 0.5 * glyph.char_width, _SMALL if base.islower() else _CAPITAL)
     return [np.array(stroke, dtype=np.float64) / _CAPITAL for stroke in strokes], glyph.char_width / _CAPITAL
 
 
@@ -81,7 +81,7 @@ def _moved(line: NDArray[np.float64], x: float, y: float = 0.0) -> NDArray[np.fl
     return moved
 
 
-def _marked(marks: list[str], middle: float, head: float) -> Iterator[list[tuple[float, float]]]:
+def _accent_strokes(marks: list[str], middle: float, head: float) -> Iterator[list[tuple[float, float]]]:
     for mark in marks:
         edge = 0.0 if mark == "\u0327" else head
         for stroke in _ACCENTS[mark]:

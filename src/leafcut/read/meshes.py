@@ -88,16 +88,16 @@ def _stl(file: Path, head: bytes, size: int) -> np.ndarray:
         raise ReadError(file, "is no STL file: it is too short")
     binary = size >= _HEADER and size == _HEADER + _TRIANGLE * int.from_bytes(head[80:84], "little")
     if not binary and not head.lstrip().lower().startswith(b"solid"):
-        told = int.from_bytes(head[80:84], "little")
+        stated_count = int.from_bytes(head[80:84], "little")
         raise ReadError(
             file,
-            f"is no STL file, or is cut off: by its header it has {told:,} triangles, which take "
-            f"{_HEADER + _TRIANGLE * told:,} bytes, and it has {size:,}",
+            f"is no STL file, or is cut off: by its header it has {stated_count:,} triangles, which take "
+            f"{_HEADER + _TRIANGLE * stated_count:,} bytes, and it has {size:,}",
         )
     count = int.from_bytes(head[80:84], "little") if binary else 0
     if count > MOST_TRIANGLES or (not binary and size > _LONGEST_TEXT):
-        found = f"{count:,} triangles" if binary else f"{size >> 20} MiB of text"
-        raise ReadError(file, f"has {found}; at most {MOST_TRIANGLES:,} triangles are read: save it coarser")
+        size_text = f"{count:,} triangles" if binary else f"{size >> 20} MiB of text"
+        raise ReadError(file, f"has {size_text}; at most {MOST_TRIANGLES:,} triangles are read: save it coarser")
     data = file.read_bytes()
     if binary:
         # Three numbers of the normal, nine of the corners, and two unused bytes.
@@ -120,8 +120,8 @@ def _checked(triangles: np.ndarray, file: Path, mend: str) -> Mesh:
         raise ReadError(file, f"triangle {number} has a corner that is not a number")
     longest = float(np.ptp(triangles.reshape(-1, 3), axis=0).max())
     if not SMALLEST <= longest <= LARGEST:
-        words = f"{longest:.3g} mm" if math.isfinite(longest) else "more than any number"
-        raise ReadError(file, f"is {words} long, which no part is; {mend}")
+        length_text = f"{longest:.3g} mm" if math.isfinite(longest) else "more than any number"
+        raise ReadError(file, f"is {length_text} long, which no part is; {mend}")
     return Mesh(triangles, file.name, is_closed(triangles))
 
 

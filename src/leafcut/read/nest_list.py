@@ -37,7 +37,7 @@ class WantedDrawing:
             raise OptionError(f"{shown(self.file)}: the quantity must be 1 or more")
 
 
-def read_wanted(words: Sequence[str | WantedDrawing]) -> list[WantedDrawing]:
+def read_wanted(arguments: Sequence[str | WantedDrawing]) -> list[WantedDrawing]:
     """Return the drawings named by arguments, with lists expanded; the quantity of a list multiplies its lines.
 
     `WantedDrawing` arguments are returned unchanged.
@@ -49,26 +49,32 @@ def read_wanted(words: Sequence[str | WantedDrawing]) -> list[WantedDrawing]:
     OptionError
         There are no arguments, or a quantity is below 1 or has no drawing.
     """
-    found = [one for word in words for one in ([word] if isinstance(word, WantedDrawing) else _named(word))]
-    if not found:
+    drawings = [
+        drawing
+        for argument in arguments
+        for drawing in ([argument] if isinstance(argument, WantedDrawing) else _drawings_named(argument))
+    ]
+    if not drawings:
         raise OptionError("no parts are given; name drawings with quantities, such as bracket.dxf:10, or a list.csv")
-    if len(found) > MAX_DRAWINGS:
+    if len(drawings) > MAX_DRAWINGS:
         raise OptionError(f"more than {MAX_DRAWINGS:,} drawings; nest them in several runs")
-    return found
+    return drawings
 
 
-def file_and_quantity(word: str) -> tuple[str, int]:
+def file_and_quantity(argument: str) -> tuple[str, int]:
     """Split an argument such as ``bracket.dxf:10`` into file and quantity."""
-    match = _NUMBERED.fullmatch(word)
-    return (match[1], int(match[2])) if match else (word, 1)
+    match = _NUMBERED.fullmatch(argument)
+    return (match[1], int(match[2])) if match else (argument, 1)
 
 
-def _named(word: str) -> Iterator[WantedDrawing]:
-    if re.fullmatch(r"x?[0-9]{1,9}x?", word, re.IGNORECASE) and not Path(word).exists():
-        raise OptionError(f"{word}: file not found; write a quantity after its drawing, bracket.dxf:{word.strip('xX')}")
-    file, quantity = file_and_quantity(word)
+def _drawings_named(argument: str) -> Iterator[WantedDrawing]:
+    if re.fullmatch(r"x?[0-9]{1,9}x?", argument, re.IGNORECASE) and not Path(argument).exists():
+        raise OptionError(
+            f"{argument}: file not found; write a quantity after its drawing, bracket.dxf:{argument.strip('xX')}"
+        )
+    file, quantity = file_and_quantity(argument)
     if quantity < 1:
-        raise OptionError(f"{shown(word)}: the quantity must be 1 or more")
+        raise OptionError(f"{shown(argument)}: the quantity must be 1 or more")
     if not file.lower().endswith(".csv"):
         yield WantedDrawing(file, quantity)
         return
@@ -112,5 +118,5 @@ def _line(file: str, number: int, fields: list[str]) -> WantedDrawing:
     except OptionError as problem:
         raise ReadError(file, str(problem), number) from None
     path = Path(name)
-    place = name if path.is_absolute() else str(Path(file).parent / path)
-    return WantedDrawing(place, pieces, angles)
+    drawing_path = name if path.is_absolute() else str(Path(file).parent / path)
+    return WantedDrawing(drawing_path, pieces, angles)

@@ -25,7 +25,7 @@ from leafcut.read.format import load_json
 #: Grid of the fingerprint, mm: the accuracy that survives another export.
 _CELL = 0.01
 #: Offset of the grid, in cells: far from round lengths, which noise could move into either neighbouring cell.
-_BEGIN = 0.381966
+_CELL_OFFSET = 0.381966
 #: Digits of the fingerprint: enough to avoid collisions among a million orders.
 _DIGITS = 12
 
@@ -48,14 +48,14 @@ class OrderFile:
     drawing: Drawing | None
 
 
-def drawing_of(places: PlacesInOrder) -> Drawing:
-    """Return the identity of a drawing; `places` of its holes in file order, mm.
+def drawing_of(positions: PlacesInOrder) -> Drawing:
+    """Return the identity of a drawing; `positions` of its holes in file order, mm.
 
     Translating the whole drawing does not change it.
     """
-    xy = [(float(x), float(y)) for x, y in places]
+    xy = [(float(x), float(y)) for x, y in positions]
     x0, y0 = (min(values) for values in zip(*xy, strict=True)) if xy else (0.0, 0.0)
-    cells = [(math.floor((x - x0) / _CELL + _BEGIN), math.floor((y - y0) / _CELL + _BEGIN)) for x, y in xy]
+    cells = [(math.floor((x - x0) / _CELL + _CELL_OFFSET), math.floor((y - y0) / _CELL + _CELL_OFFSET)) for x, y in xy]
     return Drawing(len(xy), hashlib.sha256(json.dumps(cells).encode()).hexdigest()[:_DIGITS])
 
 
@@ -65,8 +65,8 @@ def order_text(operations: dict[int, tuple[int, ...]], drawing: Drawing | None =
         f'  {{"operation": {number + 1}, "holes": {json.dumps([hole + 1 for hole in holes])}}}'
         for number, holes in sorted(operations.items())
     ]
-    of = f'"drawing": {{"holes": {drawing.holes}, "print": "{drawing.print}"}}, ' if drawing else ""
-    return f'{{"{ORDER.key}": {ORDER.current}, {of}"operations": [\n' + ",\n".join(rows) + "\n]}\n"
+    drawing_text = f'"drawing": {{"holes": {drawing.holes}, "print": "{drawing.print}"}}, ' if drawing else ""
+    return f'{{"{ORDER.key}": {ORDER.current}, {drawing_text}"operations": [\n' + ",\n".join(rows) + "\n]}\n"
 
 
 def load_order(path: Path) -> OrderFile:
@@ -87,15 +87,15 @@ def load_order(path: Path) -> OrderFile:
     rows = data.get("operations")
     if not isinstance(rows, list):
         raise ReadError(place, "'operations' must be a list")
-    wanted: dict[int, tuple[int, ...]] = {}
+    operations: dict[int, tuple[int, ...]] = {}
     for k, row in enumerate(rows, 1):
         if not isinstance(row, dict) or set(row) != {"operation", "holes"} or not isinstance(row["holes"], list):
             raise ReadError(place, f'row {k}: {{"operation": number, "holes": [numbers]}} was expected')
         number = _number(place, row["operation"], f"row {k}: 'operation'")
-        if number in wanted:
+        if number in operations:
             raise ReadError(place, f"operation {number + 1} is listed twice")
-        wanted[number] = tuple(_number(place, hole, f"operation {number + 1}: hole") for hole in row["holes"])
-    return OrderFile(wanted, _drawing(place, data.get("drawing")))
+        operations[number] = tuple(_number(place, hole, f"operation {number + 1}: hole") for hole in row["holes"])
+    return OrderFile(operations, _drawing(place, data.get("drawing")))
 
 
 def _drawing(place: str, data: Any) -> Drawing | None:
@@ -108,8 +108,8 @@ def _drawing(place: str, data: Any) -> Drawing | None:
     return Drawing(_number(place, data["holes"], "'drawing': 'holes'") + 1, data["print"])
 
 
-def _number(place: str, value: Any, what: str) -> int:
+def _number(place: str, value: Any, label: str) -> int:
     """Convert a number counted from 1 in the file to one counted from 0."""
     if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value < 2**31:
-        raise ReadError(place, f"{what}: {shown(json.dumps(value))} is not a whole number of 1 or more")
+        raise ReadError(place, f"{label}: {shown(json.dumps(value))} is not a whole number of 1 or more")
     return value - 1

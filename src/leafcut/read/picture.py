@@ -71,7 +71,7 @@ def read_picture_pockets(source: Source, _: ReadOptions, options: PocketDrawingO
     """
     from leafcut.geometry.tracing import fitted_outline, level_lines, smoothed_outline  # start-up
 
-    image = _opened(source)
+    image = _open_picture(source)
     if options.pixel_size is None:
         raise OptionError(f"{source.path}: a picture needs --pixel-size, the width of a pixel{_by_density(image)}")
     size = options.pixel_size
@@ -121,20 +121,20 @@ def _pockets(
 # -- the file --------------------------------------------------------------------------------------------------------
 
 
-def _opened(source: Source) -> Any:
+def _open_picture(source: Source) -> Any:
     """Open the picture without decoding its pixels."""
     from PIL import Image, UnidentifiedImageError
 
     kind = picture_kind(source.data)
     if kind not in _READ:
-        what = f"this is a {kind} picture" if kind else "this is not a picture"
-        raise ReadError(source.path, f"{what}; save it as PNG, JPEG or BMP")
+        description = f"this is a {kind} picture" if kind else "this is not a picture"
+        raise ReadError(source.path, f"{description}; save it as PNG, JPEG or BMP")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # pictures that are too large are refused below
             image = Image.open(io.BytesIO(source.data), formats=[kind])
             width, height = image.size
-            moving = kind == "PNG" and getattr(image, "n_frames", 1) > 1
+            animated = kind == "PNG" and getattr(image, "n_frames", 1) > 1
     except Image.DecompressionBombError:
         raise ReadError(source.path, _too_large("far too many pixels")) from None
     except UnidentifiedImageError:
@@ -145,13 +145,13 @@ def _opened(source: Source) -> Any:
         raise ReadError(source.path, _too_large(f"{width} × {height} pixels"))
     if kind == "JPEG" and (scans := source.data.count(_SCAN)) > MAX_SCANS:
         raise ReadError(source.path, f"the picture has {scans:,} scans; the limit is {MAX_SCANS}: save it as PNG")
-    if moving:
+    if animated:
         raise ReadError(source.path, "an animated picture; save one frame of it")
     return image
 
 
-def _too_large(what: str) -> str:
-    return f"the picture has {what}; the limit is {MAX_PIXELS:,}: crop it to the pocket or scale it down"
+def _too_large(size_text: str) -> str:
+    return f"the picture has {size_text}; the limit is {MAX_PIXELS:,}: crop it to the pocket or scale it down"
 
 
 def _by_density(image: Any) -> str:
@@ -208,8 +208,8 @@ def _level(source: Source, grey: Grey, options: PocketDrawingOptions) -> float:
     if bright - dark < LEAST_CONTRAST:
         raise ReadError(
             source.path,
-            f"no contrast: brightness from {100.0 * low:.3g} to {100.0 * high:.3g}%, too little to "
-            "distinguish pockets; set --threshold",
+            f"no contrast: brightness from {100.0 * low:.3g} to {100.0 * high:.3g}%, too little to tell a "
+            "pocket from the rest; set --threshold",
         )
     return 0.5 * (dark + bright)
 
@@ -226,24 +226,24 @@ def _evenly_lit(grey: Grey, invert: bool, issues: list[Issue]) -> Grey:
         return grey
     step = max(max(grey.shape) // 200, 1)
     thin = light[::step, ::step].astype(np.float64)
-    small, few = _powers(thin.shape), thin.ravel()
-    surface: NDArray[np.float64] = np.ones_like(few)
+    terms, samples = _powers(thin.shape), thin.ravel()
+    surface: NDArray[np.float64] = np.ones_like(samples)
     for _ in range(LIGHT_ROUNDS):
-        even = few / surface
-        bright = even >= otsu(even.astype(np.float32))
-        shade = np.where(bright, 1.0, even[~bright].mean() / even[bright].mean())
-        weights = np.linalg.lstsq(small * shade[:, None], few, rcond=None)[0]
-        surface = np.maximum(small @ weights, 0.02)
-    fall = 1.0 - float(surface.min() / surface.max())
-    if fall < UNEVEN:
+        flat = samples / surface
+        bright = flat >= otsu(flat.astype(np.float32))
+        shade = np.where(bright, 1.0, flat[~bright].mean() / flat[bright].mean())
+        weights = np.linalg.lstsq(terms * shade[:, None], samples, rcond=None)[0]
+        surface = np.maximum(terms @ weights, 0.02)
+    falloff = 1.0 - float(surface.min() / surface.max())
+    if falloff < UNEVEN:
         return grey
-    message = f"the picture is lit unevenly, {100.0 * fall:.0f}% darker at one place than at another: levelled"
-    issues.append(Issue("L426", f"{message}; set --threshold to use it anyway"))
+    message = f"the picture is lit unevenly, {100.0 * falloff:.0f}% darker at one place than at another: levelled"
+    issues.append(Issue("L426", f"{message}; set --threshold to use it as it is"))
     levelled: Grey = np.empty_like(light)
     y, x = (np.linspace(-1.0, 1.0, n) for n in light.shape)
     for row, dark in enumerate(light):  # row by row: the whole surface would take gigabytes
-        even = np.clip(dark / np.maximum(_powers_at(x, y[row]) @ weights, 0.02), 0.0, 1.2)
-        levelled[row] = 1.2 - even if invert else even
+        flat = np.clip(dark / np.maximum(_powers_at(x, y[row]) @ weights, 0.02), 0.0, 1.2)
+        levelled[row] = 1.2 - flat if invert else flat
     return levelled
 
 
@@ -312,16 +312,16 @@ def _without_dirt(
         )
     kept = [line for line in wide if not shapely.Polygon(line).buffer(-0.5 * narrow).is_empty]
     if not kept:
-        least = f" that is wider than --speckle {narrow * size:g} mm" if lines else ""
-        raise ReadError(source.path, f"no region to mill{least}; set what is milled with --threshold and --invert")
-    if left := len(lines) - len(kept):
+        detail = f" that is wider than --speckle {narrow * size:g} mm" if lines else ""
+        raise ReadError(source.path, f"no region to mill{detail}; set what is milled with --threshold and --invert")
+    if n_dirt := len(lines) - len(kept):
         known = {id(line) for line in kept}
-        places = [line[0] for line in lines if id(line) not in known]
-        where = [(round(float(x) * size, 3), round((rows - float(y)) * size, 3)) for x, y in places]
+        dirt = [line[0] for line in lines if id(line) not in known]
+        positions = [(round(float(x) * size, 3), round((rows - float(y)) * size, 3)) for x, y in dirt]
         message = (
-            f"{count_of(left, 'spot')} narrower than {narrow * size:g} mm taken as dirt; set --speckle to change that"
+            f"{count_of(n_dirt, 'spot')} narrower than {narrow * size:g} mm taken as dirt; set --speckle to change that"
         )
-        issues.append(Issue("L214", message, places_of(where, left)))
+        issues.append(Issue("L214", message, places_of(positions, n_dirt)))
     return kept
 
 
@@ -332,6 +332,6 @@ def _check_edges(lines: list[Points], shape: tuple[int, ...], issues: list[Issue
     rows, columns = shape
     # A level line crosses at most half of a pixel at the edge.
     sides = {"left": left, "right": columns - right, "upper": upper, "lower": rows - lower}
-    if reached := [name for name, away in sides.items() if away < _HALF_PIXEL]:
+    if reached := [name for name, distance in sides.items() if distance < _HALF_PIXEL]:
         message = f"what is milled reaches the {', '.join(reached)} edge of the picture, which is taken as a wall"
         issues.append(Issue("L425", message))

@@ -104,100 +104,100 @@ class _PlanReader:
     def __init__(self, place: str) -> None:
         self.place = place
 
-    def refuse(self, what: str, reason: str) -> ReadError:
-        return ReadError(self.place, f"{what}: {reason}")
+    def refuse(self, label: str, reason: str) -> ReadError:
+        return ReadError(self.place, f"{label}: {reason}")
 
-    def table(self, data: Any, what: str, needed: tuple[str, ...]) -> None:
+    def table(self, data: Any, label: str, needed: tuple[str, ...]) -> None:
         if not isinstance(data, dict):
-            raise self.refuse(what, "a JSON object was expected")
+            raise self.refuse(label, "a JSON object was expected")
         for key in needed:
             if key not in data:
-                raise self.refuse(what, f"'{key}' is missing")
+                raise self.refuse(label, f"'{key}' is missing")
 
-    def rows(self, data: Any, what: str) -> list[Any]:
+    def rows(self, data: Any, label: str) -> list[Any]:
         if not isinstance(data, list):
-            raise self.refuse(f"'{what}'", "a list was expected")
+            raise self.refuse(f"'{label}'", "a list was expected")
         return data
 
-    def text(self, value: Any, what: str) -> str:
+    def text(self, value: Any, label: str) -> str:
         if not isinstance(value, str):
-            raise self.refuse(what, f"{shown(json.dumps(value))} is not a text")
+            raise self.refuse(label, f"{shown(json.dumps(value))} is not a text")
         return shown(value, 200)
 
-    def number(self, value: Any, what: str) -> float:
+    def number(self, value: Any, label: str) -> float:
         number = isinstance(value, int | float) and not isinstance(value, bool)
         if not number or abs(value) > 1e9 or not math.isfinite(value):
-            raise self.refuse(what, f"{shown(json.dumps(value))} is not a number in range")
+            raise self.refuse(label, f"{shown(json.dumps(value))} is not a number in range")
         return float(value)
 
-    def flag(self, value: Any, what: str) -> bool:
+    def flag(self, value: Any, label: str) -> bool:
         if not isinstance(value, bool):
-            raise self.refuse(what, f"{shown(json.dumps(value))} is not true or false")
+            raise self.refuse(label, f"{shown(json.dumps(value))} is not true or false")
         return value
 
-    def point(self, value: Any, what: str) -> tuple[float, float]:
+    def point(self, value: Any, label: str) -> tuple[float, float]:
         if not isinstance(value, list) or len(value) != 2:
-            raise self.refuse(what, "a place [x, y] was expected")
-        return self.number(value[0], what), self.number(value[1], what)
+            raise self.refuse(label, "a place [x, y] was expected")
+        return self.number(value[0], label), self.number(value[1], label)
 
-    def known(self, data: dict[str, Any], what: str, keys: tuple[str, ...]) -> None:
+    def known(self, data: dict[str, Any], label: str, keys: tuple[str, ...]) -> None:
         for key in data:
             if key not in keys:
-                raise self.refuse(what, f"unknown key '{shown(key)}'{nearest(key, keys)}")
+                raise self.refuse(label, f"unknown key '{shown(key)}'{nearest(key, keys)}")
 
-    def word(self, value: Any, what: str, words: tuple[str, ...]) -> str:
+    def word(self, value: Any, label: str, words: tuple[str, ...]) -> str:
         if value not in words:
-            raise self.refuse(what, f"{shown(json.dumps(value))} is not one of {', '.join(words)}")
+            raise self.refuse(label, f"{shown(json.dumps(value))} is not one of {', '.join(words)}")
         return str(value)
 
-    def contour(self, data: Any, what: str) -> ContourPrint:
-        self.table(data, what, ("kind", "length", "area", "start"))
+    def contour(self, data: Any, label: str) -> ContourPrint:
+        self.table(data, label, ("kind", "length", "area", "start"))
         return ContourPrint(
-            kind=self.text(data["kind"], f"{what}: 'kind'"),
-            length=self.number(data["length"], f"{what}: 'length'"),
-            area=self.number(data["area"], f"{what}: 'area'"),
-            start=self.point(data["start"], f"{what}: 'start'"),
-            layer=self.text(data.get("layer", ""), f"{what}: 'layer'"),
-            handle=self.text(data.get("handle", ""), f"{what}: 'handle'"),
+            kind=self.text(data["kind"], f"{label}: 'kind'"),
+            length=self.number(data["length"], f"{label}: 'length'"),
+            area=self.number(data["area"], f"{label}: 'area'"),
+            start=self.point(data["start"], f"{label}: 'start'"),
+            layer=self.text(data.get("layer", ""), f"{label}: 'layer'"),
+            handle=self.text(data.get("handle", ""), f"{label}: 'handle'"),
         )
 
-    def cut(self, data: Any, what: str, contours: int) -> CutChoice:
-        self.table(data, what, ("contours",))
-        self.known(data, what, _CUT_KEYS)
-        numbers = self.rows(data["contours"], f"{what}: contours")
+    def cut(self, data: Any, label: str, contours: int) -> CutChoice:
+        self.table(data, label, ("contours",))
+        self.known(data, label, _CUT_KEYS)
+        numbers = self.rows(data["contours"], f"{label}: contours")
         for number in numbers:
             if not isinstance(number, int) or isinstance(number, bool) or not 1 <= number <= contours:
                 raise self.refuse(
-                    what, f"unknown contour {shown(json.dumps(number))}; contours are numbered 1 to {contours}"
+                    label, f"unknown contour {shown(json.dumps(number))}; contours are numbered 1 to {contours}"
                 )
-        fixed = tuple(self.word(w, f"{what}: 'fixed'", FIXABLE) for w in self.rows(data.get("fixed", []), "fixed"))
+        fixed = tuple(self.word(w, f"{label}: 'fixed'", FIXABLE) for w in self.rows(data.get("fixed", []), "fixed"))
         choice = CutChoice(
             contours=tuple(number - 1 for number in numbers),
-            start=self.point(data["start"], f"{what}: 'start'") if "start" in data else None,
-            direction=self.word(data["direction"], f"{what}: 'direction'", DIRECTIONS) if "direction" in data else "",
-            lead_in=self.lead(data["lead_in"], f"{what}: 'lead_in'") if "lead_in" in data else None,
-            lead_out=self.lead(data["lead_out"], f"{what}: 'lead_out'") if "lead_out" in data else None,
+            start=self.point(data["start"], f"{label}: 'start'") if "start" in data else None,
+            direction=self.word(data["direction"], f"{label}: 'direction'", DIRECTIONS) if "direction" in data else "",
+            lead_in=self.lead(data["lead_in"], f"{label}: 'lead_in'") if "lead_in" in data else None,
+            lead_out=self.lead(data["lead_out"], f"{label}: 'lead_out'") if "lead_out" in data else None,
             fixed=fixed,
-            bridge=self.flag(data.get("bridge", False), f"{what}: 'bridge'"),
+            bridge=self.flag(data.get("bridge", False), f"{label}: 'bridge'"),
         )
-        for name, there in (
+        for name, value in (
             ("start", choice.start),
             ("direction", choice.direction),
             ("lead", choice.lead_in),
             ("bridge", choice.bridge),
         ):
-            if name in fixed and not there:
-                raise self.refuse(what, f"'{name}' is fixed, but has no value")
+            if name in fixed and not value:
+                raise self.refuse(label, f"'{name}' is fixed, but has no value")
         return choice
 
-    def lead(self, data: Any, what: str) -> Lead:
-        self.table(data, what, ("style",))
-        self.known(data, what, _LEAD_KEYS)
-        style = self.word(data["style"], what, LEAD_STYLES)
+    def lead(self, data: Any, label: str) -> Lead:
+        self.table(data, label, ("style",))
+        self.known(data, label, _LEAD_KEYS)
+        style = self.word(data["style"], label, LEAD_STYLES)
         if style == "none":
             return Lead()
-        length, angle = self.number(data.get("length"), what), self.number(data.get("angle", 90.0), what)
-        run_in = self.number(data.get("run_in", 0.0), what)
+        length, angle = self.number(data.get("length"), label), self.number(data.get("angle", 90.0), label)
+        run_in = self.number(data.get("run_in", 0.0), label)
         if not 0.0 < length <= 10_000.0 or not 0.0 < angle < 180.0 or not 0.0 <= run_in <= 1000.0:
-            raise self.refuse(what, "a lead needs a length above 0 mm and an angle between 0 and 180 degrees")
+            raise self.refuse(label, "a lead needs a length above 0 mm and an angle between 0 and 180 degrees")
         return Lead(style, length, math.radians(angle), run_in)

@@ -107,20 +107,20 @@ def as_pockets(
         outlines = _outlines(part.contours, kinds, joining, issues)
         shapes = polygons([o.contour.path for o in outlines])
         _check_simple(outlines, shapes, picture)
-        met = conflicts(shapes)
-        kept = _once(outlines, met, issues)
-        number = {k: at for at, k in enumerate(kept)}
-        met = [
-            c._replace(first=number[c.first], second=number[c.second])
-            for c in met
-            if c.first in number and c.second in number
+        contacts = conflicts(shapes)
+        kept = _without_duplicates(outlines, contacts, issues)
+        new_index = {k: index for index, k in enumerate(kept)}
+        contacts = [
+            c._replace(first=new_index[c.first], second=new_index[c.second])
+            for c in contacts
+            if c.first in new_index and c.second in new_index
         ]
         outlines, shapes = [outlines[k] for k in kept], shapes[kept]
         depth, parent = nesting(shapes)
         _check_reading(outlines, depth, outermost)
         _check_kinds(outlines, depth, parent)
         level = depth - (outermost == EDGE)
-        _check_apart(outlines, met, level, issues, picture)
+        _check_apart(outlines, contacts, level, issues, picture)
     except ReadError:
         raise
     except LeafcutError as problem:
@@ -140,29 +140,31 @@ def _kinds(
     names = sorted({c.layer for c in contours})
     pocket_names = _named(names, options.pocket_layers, POCKET_NAMES)
     island_names = _named(names, options.island_layers, ISLAND_NAMES) - pocket_names
-    for given, found, flag in (
+    for given, matching, flag in (
         (options.pocket_layers, pocket_names, "--pocket-layers"),
         (options.island_layers, island_names, "--island-layers"),
     ):
-        if given and not found:
-            there = shown(", ".join(name or "(without a name)" for name in names), 120)
-            raise ReadError(path, f"no lines on the layers of {flag} {','.join(given)}; there are lines on {there}")
+        if given and not matching:
+            layer_names = shown(", ".join(name or "(without a name)" for name in names), 120)
+            raise ReadError(
+                path, f"no lines on the layers of {flag} {','.join(given)}; there are lines on {layer_names}"
+            )
     guessed = [name for name in sorted(pocket_names) if not options.pocket_layers]
     guessed += [name for name in sorted(island_names) if not options.island_layers]
     if guessed:
-        words = shown(", ".join(guessed), 80)
+        layers = shown(", ".join(guessed), 80)
         message = (
-            f"pockets and islands by the names of layers: {words}; change that with --pocket-layers, --island-layers"
+            f"pockets and islands by the names of layers: {layers}; change that with --pocket-layers, --island-layers"
         )
         issues.append(Issue("L421", message, severity=Severity.NOTE))
     # If layers name islands only, all other lines are pockets.
-    others = None if pocket_names else POCKET if island_names else EITHER
+    other_kind = None if pocket_names else POCKET if island_names else EITHER
     # Without a layer for islands, they are drawn on the layers of the pockets.
     pocket = POCKET if island_names else EITHER
-    kinds = [pocket if c.layer in pocket_names else ISLAND if c.layer in island_names else others for c in contours]
-    if left := Counter(c.layer for c, kind in zip(contours, kinds, strict=True) if kind is None):
-        words = ", ".join(f"{number} on layer {shown(name, 30)}" for name, number in left.most_common(5))
-        issues.append(Issue("L211", f"lines that belong to no pocket: {words}", severity=Severity.NOTE))
+    kinds = [pocket if c.layer in pocket_names else ISLAND if c.layer in island_names else other_kind for c in contours]
+    if left_out := Counter(c.layer for c, kind in zip(contours, kinds, strict=True) if kind is None):
+        layers = ", ".join(f"{number} on layer {shown(name, 30)}" for name, number in left_out.most_common(5))
+        issues.append(Issue("L211", f"lines that belong to no pocket: {layers}", severity=Severity.NOTE))
     return kinds, bool(pocket_names or island_names)
 
 
@@ -179,18 +181,18 @@ def _outlines(
 ) -> list[PocketOutline]:
     """Return the closed outlines in file order; only strokes of one kind are joined with each other."""
     strokes: dict[str, list[tuple[int, Contour]]] = {}
-    gone = []
+    zero_length = []
     for k, (contour, kind) in enumerate(zip(contours, kinds, strict=True)):
         path = cleaned(contour.path) if kind is not None else None
         if kind is not None and path is not None:
             strokes.setdefault(kind, []).append((k, replace(contour, path=path)))
         elif kind is not None:
-            gone.append(contour.path.start)
-    if gone:
-        message = f"{count_of(len(gone), 'line')} of zero length left out"
-        issues.append(Issue("L313", message, places_of(gone, len(gone)), Severity.NOTE))
-    made = [outline for kind, own in strokes.items() for outline in _joined(own, kind, joining, issues)]
-    opened = [o for o in made if not o.contour.path.closed]
+            zero_length.append(contour.path.start)
+    if zero_length:
+        message = f"{count_of(len(zero_length), 'line')} of zero length left out"
+        issues.append(Issue("L313", message, places_of(zero_length, len(zero_length)), Severity.NOTE))
+    joined = [outline for kind, members in strokes.items() for outline in _joined(members, kind, joining, issues)]
+    opened = [o for o in joined if not o.contour.path.closed]
     if opened and joining.open_paths != "drop":
         paths = [o.contour.path for o in opened]
         x, y = paths[0].end
@@ -199,9 +201,11 @@ def _outlines(
             f"at ({x:.6g}, {y:.6g}){join_advice(0, paths)}; close the outline, or use --open-paths drop"
         )
     if opened:
-        places = [o.contour.path.start for o in opened]
-        issues.append(Issue("L212", f"{count_of(len(opened), 'open path')} left out", places_of(places, len(opened))))
-    closed = sorted((o for o in made if o.contour.path.closed), key=lambda o: o.order)
+        positions = [o.contour.path.start for o in opened]
+        issues.append(
+            Issue("L212", f"{count_of(len(opened), 'open path')} left out", places_of(positions, len(opened)))
+        )
+    closed = sorted((o for o in joined if o.contour.path.closed), key=lambda o: o.order)
     if not closed:
         raise LeafcutError("no closed outline is left: nothing to mill")
     return closed
@@ -212,10 +216,10 @@ def _joined(
 ) -> list[PocketOutline]:
     """Join strokes of one kind; each outline takes layer and handle of its first stroke."""
     tidied = tidy([contour.path for _, contour in strokes], joining.join_tolerance)
-    gaps = [gap for made in tidied.paths for gap in made.gaps]
+    gaps = [gap for joined_path in tidied.paths for gap in joined_path.gaps]
     if gaps:
         message = f"{count_of(len(gaps), 'gap')} closed, the widest of {max(width for _, width in gaps):.3g} mm"
-        issues.append(Issue("L311", message, places_of([place for place, _ in gaps], len(gaps))))
+        issues.append(Issue("L311", message, places_of([point for point, _ in gaps], len(gaps))))
     if tidied.branches:
         number = count_of(len(tidied.branches), "place")
         message = f"more than two ends meet in {number}: check the outlines"
@@ -223,13 +227,13 @@ def _joined(
     if tidied.doubles:
         message = f"{count_of(len(tidied.doubles), 'line')} drawn on top of others taken once"
         issues.append(Issue("L312", message, places_of(tidied.doubles, len(tidied.doubles))))
-    found = []
+    outlines = []
     for path, members, _ in tidied.paths:
-        order, first = strokes[min(members)]
-        good = cleaned(path)
-        if good is not None:
-            found.append(PocketOutline(replace(first, path=counter_clockwise(good)), order, kind))
-    return found
+        order, stroke = strokes[min(members)]
+        clean_path = cleaned(path)
+        if clean_path is not None:
+            outlines.append(PocketOutline(replace(stroke, path=counter_clockwise(clean_path)), order, kind))
+    return outlines
 
 
 # -- checks ----------------------------------------------------------------------------------------------------------
@@ -244,8 +248,8 @@ def _check_simple(outlines: Sequence[PocketOutline], shapes: NDArray[Any], pictu
             raise LeafcutError(f"{outline} encloses no area: noise; blur the picture, or set a larger --speckle")
         raise LeafcutError(f"{outline} encloses no area; repair the drawing")
     for outline, reason in zip(outlines, shapely.is_valid_reason(shapes), strict=True):
-        if place := reason.partition("[")[2].rstrip("]").split():
-            x, y = float(place[0]), float(place[1])
+        if coordinates := reason.partition("[")[2].rstrip("]").split():
+            x, y = float(coordinates[0]), float(coordinates[1])
             if picture:
                 raise LeafcutError(
                     f"{outline} crosses or touches itself at ({x:.6g}, {y:.6g}): noise; blur the picture, or set a "
@@ -254,21 +258,27 @@ def _check_simple(outlines: Sequence[PocketOutline], shapes: NDArray[Any], pictu
             raise LeafcutError(f"{outline} crosses or touches itself at ({x:.6g}, {y:.6g}); repair the drawing")
 
 
-def _once(outlines: Sequence[PocketOutline], met: Sequence[Conflict], issues: list[Issue]) -> list[int]:
+def _without_duplicates(
+    outlines: Sequence[PocketOutline], contacts: Sequence[Conflict], issues: list[Issue]
+) -> list[int]:
     """Return the indices of the outlines without duplicates (L312); raise if outlines overlap."""
-    gone = {c.second for c in met if c.kind == "same"}
-    for c in met:
-        one, other = outlines[c.first], outlines[c.second]
-        if c.kind == "same" and one.kind != other.kind:
-            raise LeafcutError(f"{one} and {other} coincide; an island must leave material to mill")
-        if c.kind == "overlap" and not {c.first, c.second} & gone:
-            raise LeafcutError(f"{one} and {other} overlap, {_at(c)}; outlines must not cross")
-    if gone:
-        places = [outlines[k].contour.path.start for k in sorted(gone)]
+    duplicates = {c.second for c in contacts if c.kind == "same"}
+    for c in contacts:
+        first, second = outlines[c.first], outlines[c.second]
+        if c.kind == "same" and first.kind != second.kind:
+            raise LeafcutError(f"{first} and {second} coincide; an island must leave material to mill")
+        if c.kind == "overlap" and not {c.first, c.second} & duplicates:
+            raise LeafcutError(f"{first} and {second} overlap, {_location(c)}; outlines must not cross")
+    if duplicates:
+        positions = [outlines[k].contour.path.start for k in sorted(duplicates)]
         issues.append(
-            Issue("L312", f"{count_of(len(gone), 'outline')} drawn twice merged", places_of(places, len(places)))
+            Issue(
+                "L312",
+                f"{count_of(len(duplicates), 'outline')} drawn twice merged",
+                places_of(positions, len(positions)),
+            )
         )
-    return [k for k in range(len(outlines)) if k not in gone]
+    return [k for k in range(len(outlines)) if k not in duplicates]
 
 
 def _check_reading(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], outermost: str) -> None:
@@ -301,12 +311,12 @@ def _sized(outlines: Sequence[PocketOutline], noun: str) -> str:
 
 def _check_kinds(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], parent: NDArray[np.int64]) -> None:
     """Raise if layers contradict the nesting: an island in no pocket, or a pocket directly in a pocket."""
-    for outline, deep, around in zip(outlines, depth.tolist(), parent.tolist(), strict=True):
-        if outline.kind == ISLAND and around < 0:
+    for outline, level, enclosing in zip(outlines, depth.tolist(), parent.tolist(), strict=True):
+        if outline.kind == ISLAND and enclosing < 0:
             raise LeafcutError(f"{outline} lies in no pocket")
-        if outline.kind == ISLAND and deep % 2 == 0:
+        if outline.kind == ISLAND and level % 2 == 0:
             raise LeafcutError(f"{outline} lies in another island, not in a pocket")
-        if outline.kind == POCKET and deep % 2:
+        if outline.kind == POCKET and level % 2:
             raise LeafcutError(
                 f"{outline} lies directly in another pocket; draw it on an island layer to leave it standing"
             )
@@ -314,7 +324,7 @@ def _check_kinds(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], pa
 
 def _check_apart(
     outlines: Sequence[PocketOutline],
-    met: Sequence[Conflict],
+    contacts: Sequence[Conflict],
     level: NDArray[np.int64],
     issues: list[Issue],
     picture: bool,
@@ -326,35 +336,35 @@ def _check_apart(
     level
         -1 for the edge of a plate; otherwise even for pockets, odd for islands.
     """
-    beside, at_edge = [], []
-    for c in met:
+    touching, at_edge = [], []
+    for c in contacts:
         if min(level[c.first], level[c.second]) < 0:
             if max(level[c.first], level[c.second]) == 0:
                 at_edge.append(c.place)
             continue
         if level[c.first] % 2 == level[c.second] % 2 == 0:
-            beside.append(c.place)
+            touching.append(c.place)
             continue
         islands = [k for k in (c.first, c.second) if level[k] % 2]
-        one, other = outlines[islands[0]], "another island" if len(islands) == 2 else "a wall"
+        island, neighbour = outlines[islands[0]], "another island" if len(islands) == 2 else "a wall"
         if picture:
             raise LeafcutError(
-                f"{str(one).replace('the outline', 'the island')} touches {other}, {_at(c)}: blur the picture, or set "
-                "a larger --speckle"
+                f"{str(island).replace('the outline', 'the island')} touches {neighbour}, {_location(c)}: blur the "
+                "picture, or set a larger --speckle"
             )
         raise LeafcutError(
-            f"{str(one).replace('the outline', 'the island')} touches {other}, {_at(c)}; islands must stand clear, or "
-            "be drawn as part of the wall"
+            f"{str(island).replace('the outline', 'the island')} touches {neighbour}, {_location(c)}; islands must "
+            "stand clear, or be drawn as part of the wall"
         )
-    if beside:
-        message = f"{count_of(len(beside), 'pair')} of pockets touch each other: no wall stays between them"
-        issues.append(Issue("L423", message, places_of(beside, len(beside))))
+    if touching:
+        message = f"{count_of(len(touching), 'pair')} of pockets touch each other: no wall stays between them"
+        issues.append(Issue("L423", message, places_of(touching, len(touching))))
     if at_edge:
         message = f"{count_of(len(at_edge), 'pocket')} at the edge of the plate: no wall stays there"
         issues.append(Issue("L423", message, places_of(at_edge, len(at_edge))))
 
 
-def _at(conflict: Conflict) -> str:
+def _location(conflict: Conflict) -> str:
     return f"at ({conflict.place[0]:.6g}, {conflict.place[1]:.6g})"
 
 
@@ -365,14 +375,14 @@ def _pockets(
     islands: dict[int, list[int]] = {}
     for k in np.flatnonzero((level > 0) & (level % 2 == 1)).tolist():
         islands.setdefault(int(parent[k]), []).append(k)
-    found = np.flatnonzero(level % 2 == 0).tolist()
+    pocket_indices = np.flatnonzero(level % 2 == 0).tolist()
     return tuple(
         Pocket(
             outlines[k].contour.path,
             tuple(outlines[i].contour.path.reversed() for i in islands.get(k, ())),
-            name if len(found) == 1 else str(number),
+            name if len(pocket_indices) == 1 else str(number),
             outlines[k].contour.layer,
             outlines[k].contour.handle,
         )
-        for number, k in enumerate(found, 1)
+        for number, k in enumerate(pocket_indices, 1)
     )

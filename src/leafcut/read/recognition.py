@@ -77,9 +77,9 @@ def sniff_sirius(head: bytes) -> Match:
 
 def sniff_wkt(head: bytes) -> Match:
     """Recognise well-known text by its first geometry."""
-    begins = rf"\s*(?:SRID\s*=\s*\d+\s*;\s*)?(?:{_GEOMETRIES})\b\s*(?:(?:Z|M|ZM)\s*)?(?:\(|EMPTY\b)"
+    pattern = rf"\s*(?:SRID\s*=\s*\d+\s*;\s*)?(?:{_GEOMETRIES})\b\s*(?:(?:Z|M|ZM)\s*)?(?:\(|EMPTY\b)"
     text = head[:4096].decode("latin-1").removeprefix("ï»¿")
-    return Match.YES if re.match(begins, text, re.IGNORECASE) else Match.NO
+    return Match.YES if re.match(pattern, text, re.IGNORECASE) else Match.NO
 
 
 def sniff_picture(head: bytes) -> Match:
@@ -89,9 +89,9 @@ def sniff_picture(head: bytes) -> Match:
 
 def picture_kind(head: bytes) -> str:
     """Return the kind of a picture by its first bytes; empty for other files."""
-    found = next((kind for magic, kind in _PICTURES if head.startswith(magic)), "")
-    sure = {"BMP": head[6:10] == bytes(4), "WebP": head[8:12] == b"WEBP"}
-    return found if sure.get(found, True) else ""
+    kind = next((kind for magic, kind in _PICTURES if head.startswith(magic)), "")
+    checks = {"BMP": head[6:10] == bytes(4), "WebP": head[8:12] == b"WEBP"}
+    return kind if checks.get(kind, True) else ""
 
 
 def sniff_excellon(head: bytes) -> Match:

@@ -63,12 +63,12 @@ def outline_of(whole: Part) -> Part:
     if not kept and not holes:
         kept, holes = [c.path for c in drawn], list(whole.holes)
     try:
-        paths = [made.path for made in tidy(kept, JOINED).paths]
+        paths = [joined.path for joined in tidy(kept, JOINED).paths]
     except PlanError:  # hundreds of ends in one point: the outline is unknown
         paths = kept
     closed = _bounds([path for path in paths if path.closed], holes)
     opened = [path for path in paths if not path.closed]
-    if _is_empty(closed) or any(_around(path.extents, closed.extents) for path in opened):
+    if _is_empty(closed) or any(_surrounds(path.extents, closed.extents) for path in opened):
         return _bounds(paths, holes)
     return closed
 
@@ -84,7 +84,7 @@ def _is_empty(part: Part) -> bool:
     return not part.holes and not part.contours
 
 
-def _around(outer: tuple[float, float, float, float], inner: tuple[float, float, float, float]) -> bool:
+def _surrounds(outer: tuple[float, float, float, float], inner: tuple[float, float, float, float]) -> bool:
     """Return whether the box `outer` extends beyond `inner` on every side, by more than `JOINED`."""
     return (
         outer[0] < inner[0] - JOINED

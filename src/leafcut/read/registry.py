@@ -150,16 +150,16 @@ def _own_names() -> set[str]:
     return {format_.name for format_ in BUILT_IN}
 
 
-def _format_of(name: str, found: Any) -> Format:
+def _format_of(name: str, entry: Any) -> Format:
     """Return the format of an entry point called `name`, after checks."""
-    if not isinstance(found, Format):
-        raise TypeError(f"a leafcut.read.Format was expected, not {type(found).__name__}")
-    texts = (found.name, found.help, *found.extensions, *found.prefix, *found.processes)
+    if not isinstance(entry, Format):
+        raise TypeError(f"a leafcut.read.Format was expected, not {type(entry).__name__}")
+    texts = (entry.name, entry.help, *entry.extensions, *entry.prefix, *entry.processes)
     if not all(isinstance(text, str) and text.isprintable() and text for text in texts):
         raise ValueError("a format's name, help, extensions, prefixes and processes are texts of one line")
-    if found.name in _own_names():
-        raise ValueError(f"leafcut already has a format '{found.name}'")
-    return found
+    if entry.name in _own_names():
+        raise ValueError(f"leafcut already has a format '{entry.name}'")
+    return entry
 
 
 #: Packages add a format with an entry point that names a `Format`.
@@ -213,17 +213,22 @@ def choose(known: tuple[Format, ...], source: Source) -> Format:
     """Return the format of a file: certain by content, else by extension, else likely by content."""
     extension = Path(source.path).suffix.lower()
     head = source.data[:SNIFF_BYTES]
-    own = [(_sniff(format_, head), format_) for format_ in known if extension in format_.extensions]
-    for match, format_ in own:
+    by_extension = [(_sniff(format_, head), format_) for format_ in known if extension in format_.extensions]
+    for match, format_ in by_extension:
         if match == Match.YES:  # the other tests, some of them slow, are not needed
             return format_
-    others = [(_sniff(format_, head), format_) for format_ in known if extension not in format_.extensions]
-    for wanted, among in ((Match.YES, others), (Match.MAYBE, own), (Match.NO, own), (Match.MAYBE, others)):
-        for match, format_ in among:
-            if match == wanted:
+    by_content = [(_sniff(format_, head), format_) for format_ in known if extension not in format_.extensions]
+    for required, candidates in (
+        (Match.YES, by_content),
+        (Match.MAYBE, by_extension),
+        (Match.NO, by_extension),
+        (Match.MAYBE, by_content),
+    ):
+        for match, format_ in candidates:
+            if match == required:
                 return format_
-    there_are = ", ".join(f"{f.name} ({' '.join(f.extensions)})" for f in known if f.extensions)
-    raise ReadError(source.path, f"unknown file format; leafcut reads {there_are}")
+    known_formats = ", ".join(f"{f.name} ({' '.join(f.extensions)})" for f in known if f.extensions)
+    raise ReadError(source.path, f"unknown file format; leafcut reads {known_formats}")
 
 
 def _sniff(format_: Format, head: bytes) -> Match:

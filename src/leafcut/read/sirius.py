@@ -62,8 +62,8 @@ def read_sirius_contours(source: Source, options: ReadOptions) -> Part:
             try:
                 path = _path(rows, factor)
             except (ValueError, TypeError, LookupError, OverflowError):
-                words = f"path {k + 1} of part {number} skipped: not a list of (x, y, bulge)"
-                issues.append(Issue("L203", words, missing=MissingWork("contour")))
+                message = f"path {k + 1} of part {number} skipped: not a list of (x, y, bulge)"
+                issues.append(Issue("L203", message, missing=MissingWork("contour")))
                 continue
             count += path.n_segments
             if count > MAX_SEGMENTS:
@@ -120,5 +120,5 @@ def _is_sheet(contours: list[Contour], name: str) -> bool:
     if len(first) != 1 or not first[0].path.closed:
         return False
     x0, y0, x1, y1 = first[0].path.extents
-    around = len(others) > 0 and bool((others[:, :2] >= (x0, y0)).all() and (others[:, 2:] <= (x1, y1)).all())
-    return name.upper().startswith("LIST") or around
+    encloses = len(others) > 0 and bool((others[:, :2] >= (x0, y0)).all() and (others[:, 2:] <= (x1, y1)).all())
+    return name.upper().startswith("LIST") or encloses

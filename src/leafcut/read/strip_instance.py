@@ -64,7 +64,7 @@ def _item(
             raise ReadError(file, f"item {number} is a {shown(str(kind))}; only simple_polygon is read")
         demand, turns = item["demand"], item.get("allowed_orientations")
         corners = [(unit * float(x), unit * float(y)) for x, y in points[:MAX_POINTS]]
-        own = None if turns is None else tuple(math.radians(float(turn)) % math.tau for turn in turns)
+        rotations = None if turns is None else tuple(math.radians(float(turn)) % math.tau for turn in turns)
         label = f"{name}-{shown(str(item.get('id', number)))}"
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as problem:
         raise ReadError(
@@ -74,7 +74,7 @@ def _item(
         raise ReadError(file, f"item {number}: the demand must be a whole number, 1 or more")
     if len(corners) < 3 or not all(abs(v) <= MAX_COORDINATE for corner in corners for v in corner):
         raise ReadError(file, f"item {number}: 3 points at least, with coordinates of {MAX_COORDINATE:g} mm at most")
-    if own is not None and (not own or not all(map(math.isfinite, own))):
+    if rotations is not None and (not rotations or not all(map(math.isfinite, rotations))):
         raise ReadError(file, f"item {number}: its angles must be a list of numbers")
     outline = Contour(Polyline.of_points(corners, closed=True))
-    return NestPart(label, (outline,), demand * quantity, angles[0] if angles else own)
+    return NestPart(label, (outline,), demand * quantity, angles[0] if angles else rotations)

@@ -30,12 +30,12 @@ def parse_clock(text: str) -> float:
         hours, minutes, seconds = int(match[1] or 0), int(match[2]), float(match[3])
         if seconds >= 60 or (match[1] and minutes >= 60):
             raise OptionError(f"'{text}' is no time of a clock: no more than 59 minutes and seconds")
-        found = 3600.0 * hours + 60.0 * minutes + seconds
+        duration = 3600.0 * hours + 60.0 * minutes + seconds
     else:
-        found = parse_quantity(text, "s")
-    if not found > 0:
+        duration = parse_quantity(text, "s")
+    if not duration > 0:
         raise OptionError(f"'{text}' is not above 0 s")
-    return found
+    return duration
 
 
 def read_times(path: str | Path) -> list[tuple[str, float]]:
@@ -59,9 +59,9 @@ def read_times(path: str | Path) -> list[tuple[str, float]]:
     if b"\0" in data:
         raise ReadError(path, "is a binary file; a table of program,seconds was expected")
     text = decoded(data)[0]
-    parted = ";" if ";" in text.partition("\n")[0] else ","
-    found: list[tuple[str, float]] = []
-    for count, row in enumerate(csv.reader(io.StringIO(text), delimiter=parted), 1):
+    delimiter = ";" if ";" in text.partition("\n")[0] else ","
+    times: list[tuple[str, float]] = []
+    for count, row in enumerate(csv.reader(io.StringIO(text), delimiter=delimiter), 1):
         cells = [cell.strip() for cell in row]
         if not any(cells):
             continue
@@ -70,12 +70,12 @@ def read_times(path: str | Path) -> list[tuple[str, float]]:
         try:
             seconds = parse_clock(cells[1])
         except OptionError as problem:
-            if not found and count == 1:
+            if not times and count == 1:
                 continue  # the header
             raise ReadError(path, str(problem), count) from None
-        found.append((str(file.parent / cells[0]), seconds))
-        if len(found) > _MOST_ROWS:
+        times.append((str(file.parent / cells[0]), seconds))
+        if len(times) > _MOST_ROWS:
             raise ReadError(path, f"has more than {_MOST_ROWS} rows")
-    if not found:
+    if not times:
         raise ReadError(path, "has no row of program,seconds")
-    return found
+    return times

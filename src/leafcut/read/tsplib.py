@@ -59,7 +59,7 @@ def read_tsp(source: Source, options: ReadOptions) -> Part:
     n = dimension(source.path, keys)
     issues: list[Issue] = []
     costs = matrix(source.path, keys, sections, n) if weight == "EXPLICIT" else None
-    points = places(source.path, sections, n, costs is not None, issues)
+    points = node_positions(source.path, sections, n, costs is not None, issues)
     name = shown(keys.get("NAME", ("", 0))[0]) or source.name
     return Part(
         name=name,
@@ -140,15 +140,15 @@ def numbers(path: str, section: DataSection) -> NDArray[np.float64]:
     for offset, line in enumerate(lines):
         for word in line.split():
             try:
-                good = math.isfinite(float(word))
+                valid = math.isfinite(float(word))
             except ValueError:
-                good = False
-            if not good:
+                valid = False
+            if not valid:
                 raise ReadError(path, f"'{shown(word, 30)}' is not a number", first + offset)
     return values
 
 
-def places(path: str, sections: Sections, n: int, explicit: bool, issues: list[Issue]) -> NDArray[np.float64]:
+def node_positions(path: str, sections: Sections, n: int, explicit: bool, issues: list[Issue]) -> NDArray[np.float64]:
     """Return the positions of the nodes, float64[n, 2]; on a circle if an `explicit` problem has none."""
     if "NODE_COORD_SECTION" in sections:
         return _coordinates(path, sections["NODE_COORD_SECTION"], n, issues)
@@ -193,20 +193,20 @@ def matrix(
     values = numbers(path, section)
     if len(values) != MATRIX_FORMATS[form](n):
         last = section[0] + len(section[1]) - 1
-        wanted = MATRIX_FORMATS[form](n)
-        raise ReadError(path, f"{form} of {n} nodes needs {wanted} numbers, the section has {len(values)}", last)
+        needed = MATRIX_FORMATS[form](n)
+        raise ReadError(path, f"{form} of {n} nodes needs {needed} numbers, the section has {len(values)}", last)
     if form == "FULL_MATRIX":
         full = values.reshape(n, n)
         if symmetric and not np.array_equal(full, full.T):
             raise ReadError(path, "the matrix is not symmetric; leafcut solves symmetric problems")
         return full
-    half = np.zeros((n, n))
+    triangle = np.zeros((n, n))
     offset = 0 if "DIAG" in form else 1
     # Both traverse the triangle row by row, like the file.
-    where = np.triu_indices(n, offset) if form.startswith("UPPER") else np.tril_indices(n, -offset)
-    half[where] = values
-    both: NDArray[np.float64] = half + half.T - np.diag(np.diag(half))
-    return both
+    indices = np.triu_indices(n, offset) if form.startswith("UPPER") else np.tril_indices(n, -offset)
+    triangle[indices] = values
+    symmetric_matrix: NDArray[np.float64] = triangle + triangle.T - np.diag(np.diag(triangle))
+    return symmetric_matrix
 
 
 def _on_circle(n: int) -> NDArray[np.float64]:

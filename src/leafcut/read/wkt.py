@@ -73,26 +73,26 @@ def read_wkt_pockets(source: Source, options: ReadOptions, _: PocketDrawingOptio
     for line, text in _geometries(source):
         source.look()
         rings.take(_parsed(source.path, line, text), line)
-    if not rings.found:
-        what = ", ".join(sorted(rings.others)) or "empty geometries"
-        raise ReadError(source.path, f"no region to mill: the text holds {what}; POLYGON or MULTIPOLYGON was expected")
+    if not rings.rings:
+        kinds = ", ".join(sorted(rings.others)) or "empty geometries"
+        raise ReadError(source.path, f"no region to mill: the text holds {kinds}; POLYGON or MULTIPOLYGON was expected")
     if rings.others:
         words = ", ".join(f"{number} {kind}" for kind, number in sorted(rings.others.items()))
         issues.append(Issue("L210", f"no region: {words}", severity=Severity.NOTE))
     if rings.heights:
         message = "corners have different heights: projected onto the plane"
         issues.append(Issue("L202", message, places_of(rings.heights, len(rings.heights))))
-    contours = tuple(Contour(Polyline.of_points(ring.points, closed=True)) for ring in rings.found)
+    contours = tuple(Contour(Polyline.of_points(ring.points, closed=True)) for ring in rings.rings)
     part = Part(source.name, source=source.file_name, format="wkt", units=options.units or "mm", contours=contours)
     if options.units is None:
         issues.insert(0, units_unknown("the text", part, Severity.NOTE))
-    return as_pockets(replace(part, issues=tuple(issues)), [ring.kind for ring in rings.found], joining, source.path)
+    return as_pockets(replace(part, issues=tuple(issues)), [ring.kind for ring in rings.rings], joining, source.path)
 
 
 def _geometries(source: Source) -> Iterator[tuple[int, str]]:
     """Yield each geometry and its first line number; a geometry ends where its brackets close."""
     text = source.text()
-    begin = depth = counted = 0
+    piece_start = depth = counted = 0
     line = 1
     for match in itertools.chain(_BRACKET_OR_EMPTY.finditer(text), [None]):
         if match is not None:
@@ -101,12 +101,12 @@ def _geometries(source: Source) -> Iterator[tuple[int, str]]:
                 raise ReadError(source.path, f"brackets nested more than {MAX_DEPTH} deep", line)
             if depth > 0:
                 continue
-        piece = text[begin : match.end() if match else len(text)]
-        start = begin + len(piece) - len(piece.lstrip(_BETWEEN))
+        piece = text[piece_start : match.end() if match else len(text)]
+        start = piece_start + len(piece) - len(piece.lstrip(_BETWEEN))
         line, counted = line + text.count("\n", counted, start), start
         if piece.strip(_BETWEEN):
             yield line, piece.strip(_BETWEEN)
-        begin, depth = begin + len(piece), 0
+        piece_start, depth = piece_start + len(piece), 0
 
 
 def _parsed(path: str, line: int, text: str) -> Any:
@@ -118,8 +118,8 @@ def _parsed(path: str, line: int, text: str) -> Any:
             prefix = _PREFIX.match(text)
             return shapely.from_wkt(text[prefix.end() if prefix else 0 :].strip())
         except (shapely.errors.ShapelyError, NotImplementedError) as problem:
-            words = shown(str(problem), 120)
-            reason = words.removeprefix("ParseException: ").removeprefix("IllegalArgumentException: ")
+            message = shown(str(problem), 120)
+            reason = message.removeprefix("ParseException: ").removeprefix("IllegalArgumentException: ")
             raise ReadError(path, f"this is not well-known text: {reason}", line) from None
 
 
@@ -136,7 +136,7 @@ class _Rings:
     def __init__(self, path: str, factor: float) -> None:
         self.path = path
         self.factor = factor
-        self.found: list[_Ring] = []
+        self.rings: list[_Ring] = []
         self.others: dict[str, int] = {}
         #: First point of each ring that is not level.
         self.heights: list[tuple[float, float]] = []
@@ -147,9 +147,9 @@ class _Rings:
         if geometry is None or geometry.is_empty:
             return
         if geometry.geom_type == "Polygon":
-            self._keep(geometry.exterior, POCKET, line)
+            self._add_ring(geometry.exterior, POCKET, line)
             for ring in geometry.interiors:
-                self._keep(ring, ISLAND, line)
+                self._add_ring(ring, ISLAND, line)
         elif hasattr(geometry, "geoms"):
             for piece in geometry.geoms:
                 self.take(piece, line)
@@ -157,7 +157,7 @@ class _Rings:
             kind = geometry.geom_type.upper()
             self.others[kind] = self.others.get(kind, 0) + 1
 
-    def _keep(self, ring: Any, kind: str, line: int) -> None:
+    def _add_ring(self, ring: Any, kind: str, line: int) -> None:
         import shapely  # start-up
 
         if ring.is_empty:
@@ -177,4 +177,4 @@ class _Rings:
         if points.shape[1] > 2 and np.ptp(points[:, 2]) > 0.0:
             self.heights.append((float(points[0, 0]), float(points[0, 1])))
         xy = points[:, :2]
-        self.found.append(_Ring(xy if self.factor == 1.0 else np.round(xy, 6), kind))
+        self.rings.append(_Ring(xy if self.factor == 1.0 else np.round(xy, 6), kind))

@@ -102,14 +102,14 @@ class _Map:
             self.open[-1].current = ""
 
     def _read_units(self, attributes: dict[str, str], line: int) -> None:
-        given = next((attributes[key] for key in UNIT_KEYS if key in attributes), None)
-        if given is None:
+        unit_text = next((attributes[key] for key in UNIT_KEYS if key in attributes), None)
+        if unit_text is None:
             return
-        word = given.strip().lower()
+        word = unit_text.strip().lower()
         self.units = UNIT_WORDS.get(word, word)
         if self.units not in MM_PER_UNIT:
             known = [u for u in MM_PER_UNIT if u != '"']
-            raise ReadError(self.path, f"unknown units '{shown(given)}'{nearest(word, known)}", line)
+            raise ReadError(self.path, f"unknown units '{shown(unit_text)}'{nearest(word, known)}", line)
 
 
 def read_xml(source: Source, options: ReadOptions) -> Part:
@@ -120,28 +120,28 @@ def read_xml(source: Source, options: ReadOptions) -> Part:
     ReadError
         The file is not well-formed XML, declares entities, has unknown units, or contains no points.
     """
-    found = _parse(source)
-    if not found.points:
-        tags = ", ".join(f"{n} <{shown(t, 30)}>" for t, n in list(found.tags.items())[:5])
+    point_map = _parse(source)
+    if not point_map.points:
+        tags = ", ".join(f"{n} <{shown(t, 30)}>" for t, n in list(point_map.tags.items())[:5])
         raise ReadError(
             source.path, f"no points: there is none of <{'>, <'.join(POINT_TAGS)}>, but {tags or 'nothing'}"
         )
-    factor = factor_of(options, found.units)
+    factor = factor_of(options, point_map.units)
     holes, issues = [], []
-    for point in found.points:
+    for point in point_map.points:
         try:
             holes.append(_hole(point, factor))
         except ValueError as problem:
             place = f"{source.file_name}:{point.line}"
             issues.append(Issue("L203", f"point skipped: {problem}", place, missing=MissingWork("hole")))
     if not holes:
-        raise ReadError(source.path, f"no usable points: {issues[0].message}", found.points[0].line)
+        raise ReadError(source.path, f"no usable points: {issues[0].message}", point_map.points[0].line)
     on_layer, left_out = chosen_layers(holes, options)
     kept, noticed = sift(on_layer, options, point_tolerance=0.0)
     issues += left_out
     if not kept:
         raise ReadError(source.path, f"no holes: {'; '.join(i.message for i in (*left_out, *noticed))}")
-    units = options.units or found.units
+    units = options.units or point_map.units
     part = Part(source.name, kept, source=source.file_name, format="xml", units=units or "mm")
     if units is None:
         noticed.append(units_unknown("the map", part, Severity.NOTE))
@@ -169,7 +169,7 @@ def _parse(source: Source) -> _Map:
 
     from defusedxml.expatreader import DefusedExpatParser
 
-    found = _Map(source.path)
+    point_map = _Map(source.path)
 
     class Handler(ContentHandler):
         """Forwards the parser's events with local names in lower case."""
@@ -177,19 +177,19 @@ def _parse(source: Source) -> _Map:
         def startElement(self, name: str, attrs: Any) -> None:
             source.look()
             plain = {_plain(key): str(value) for key, value in attrs.items()}
-            found.start(_plain(name), plain, parser.getLineNumber())
+            point_map.start(_plain(name), plain, parser.getLineNumber())
 
         def characters(self, content: str) -> None:
-            found.text(content)
+            point_map.text(content)
 
         def endElement(self, name: str) -> None:
-            found.end(_plain(name))
+            point_map.end(_plain(name))
 
     parser = DefusedExpatParser(forbid_dtd=False, forbid_entities=True, forbid_external=True)
     parser.setContentHandler(Handler())
     with parsing_xml(source.path, "which a map does not need"):
         parser.parse(io.BytesIO(source.data))
-    return found
+    return point_map
 
 
 def _plain(name: str) -> str:
