@@ -27,15 +27,15 @@ def nest(
     from leafcut.processes.nesting.run import nest_drawings
 
     wanted = read_wanted([part if isinstance(part, WantedDrawing) else str(part) for part in parts])
-    words = [str(part) for part in parts if not isinstance(part, WantedDrawing)]
-    lists = [name for word in words for name in (word, word.rpartition(":")[0]) if name]
-    inputs = [*beside, *lists, *(one.file for one in wanted)]
+    typed = [str(part) for part in parts if not isinstance(part, WantedDrawing)]
+    lists = [name for text in typed for name in (text, text.rpartition(":")[0]) if name]
+    inputs = [*beside, *lists, *(drawing.file for drawing in wanted)]
     check_output(output, inputs)
     options = settings.of(NestOptions)
     if options.remnants_out is not None:
         check_output(options.remnants_out / "rest.dxf", inputs)  # fail early if the folder is missing
     outcome, texts = nest_drawings(wanted, settings, output, progress=progress, cancelled=cancelled)
-    sheets = [word.name for word in options.sheets if word.size is None]
+    sheets = [sheet.name for sheet in options.sheets if sheet.size is None]
     read = [*inputs, *sheets]
     for name in texts:
         check_output(name, read)

@@ -66,10 +66,10 @@ class NestOptions(OptionGroup):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for one in self.sheets:
-            if one.size is not None and min(one.size) <= 2.0 * self.margin:
+        for sheet in self.sheets:
+            if sheet.size is not None and min(sheet.size) <= 2.0 * self.margin:
                 raise OptionError(
-                    f"--margin: {self.margin:g} mm on each side leaves no room on a sheet of {shown(one.name)}"
+                    f"--margin: {self.margin:g} mm on each side leaves no room on a sheet of {shown(sheet.name)}"
                 )
         _ = self.angles
 
@@ -82,15 +82,16 @@ class NestOptions(OptionGroup):
         OptionError
             The list is empty, an entry is not a sheet, or only some sizes have a price.
         """
-        found = tuple(parse_sheet(word) for word in self.sheet)
-        if not found:
+        sheets = tuple(parse_sheet(text) for text in self.sheet)
+        if not sheets:
             raise OptionError("--sheet: is empty; give a size such as 3000x1500")
-        free = next((one.name for one in found if one.size is not None and one.price is None), None)
-        if free is not None and any(one.price is not None for one in found):
+        unpriced = next((sheet.name for sheet in sheets if sheet.size is not None and sheet.price is None), None)
+        if unpriced is not None and any(sheet.price is not None for sheet in sheets):
             raise OptionError(
-                f"--sheet: {shown(free)} has no price but others do; give every size a price, such as {free}@180"
+                f"--sheet: {shown(unpriced)} has no price but others do; give every size a price, such as "
+                f"{unpriced}@180"
             )
-        return found
+        return sheets
 
     @property
     def angles(self) -> tuple[float, ...] | None:

@@ -13,7 +13,7 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.nest import Layout, Nest, Stock
 
 #: ezdxf's metadata option is global, so threads take turns.
-_ONE_BY_ONE = threading.Lock()
+_EZDXF_LOCK = threading.Lock()
 #: Layer → AutoCAD colour index.
 LAYERS = {"CUT": 7, "CUT_HOLES": 3, "MARK": 5, "SHEET": 8}
 #: Application name of the extended data (XDATA) with the name of a part.
@@ -81,14 +81,14 @@ def _ascii(name: str) -> str:
 
 def _draw(space: Any, path: Polyline, layer: str) -> Any:
     """Add a path, as a circle if it is one, else as a polyline with bulges; return the entity."""
-    where = {"layer": layer}
+    attributes = {"layer": layer}
     bulges = path.bulges
     if path.closed and len(bulges) == 2 and abs(abs(bulges[0]) - 1.0) < ROUND and abs(bulges[0] - bulges[1]) < ROUND:
         arc = path.segment(0)
         center = (round(arc.center[0], DIGITS), round(arc.center[1], DIGITS))
-        return space.add_circle(center, round(arc.radius, DIGITS), dxfattribs=where)
+        return space.add_circle(center, round(arc.radius, DIGITS), dxfattribs=attributes)
     rows = [(round(x, DIGITS), round(y, DIGITS), bulge) for x, y, bulge in path.vertices.tolist()]
-    return space.add_lwpolyline(rows, format="xyb", close=path.closed, dxfattribs=where)
+    return space.add_lwpolyline(rows, format="xyb", close=path.closed, dxfattribs=attributes)
 
 
 def _text(drawing: Any) -> str:
@@ -106,7 +106,7 @@ def _without_dates() -> Iterator[None]:
     """
     import ezdxf
 
-    with _ONE_BY_ONE:
+    with _EZDXF_LOCK:
         before = ezdxf.options.write_fixed_meta_data_for_testing
         ezdxf.options.write_fixed_meta_data_for_testing = True
         try:

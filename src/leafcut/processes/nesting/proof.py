@@ -36,38 +36,42 @@ def check_nest(nest: Nest, spacing: float, margin: float, kerf: float = 0.0) -> 
     * Parts are at least `spacing` (mm) apart, also from the edge of a surrounding hole. With a `kerf` (mm), parts
       linked by edges exactly one kerf apart may be that close.
     """
-    found = _sheets(nest) + _counted(nest)
+    errors = _check_sheets(nest) + _check_counts(nest)
     for number, layout in enumerate(nest.layouts, 1):
-        words = _angles(nest, layout) + _inside(nest, layout, margin) + _apart(nest, layout, spacing, kerf)
-        found += [f"sheet {number}: {line}" for line in words]
-    return found
+        messages = (
+            _check_angles(nest, layout)
+            + _check_inside(nest, layout, margin)
+            + _check_distances(nest, layout, spacing, kerf)
+        )
+        errors += [f"sheet {number}: {line}" for line in messages]
+    return errors
 
 
-def _counted(nest: Nest) -> list[str]:
-    there = Counter[int]()
+def _check_counts(nest: Nest) -> list[str]:
+    placed = Counter[int]()
     for layout in nest.layouts:
         for placement in layout.placements:
-            there[placement.part] += layout.count
-    expected = [part.quantity - left for part, left in zip(nest.parts, nest.unplaced, strict=True)]
+            placed[placement.part] += layout.count
+    expected = [part.quantity - missing for part, missing in zip(nest.parts, nest.unplaced, strict=True)]
     return [
-        f"{part.name}: {there[i]} placed, {wanted} expected"
+        f"{part.name}: {placed[i]} placed, {wanted} expected"
         for i, (part, wanted) in enumerate(zip(nest.parts, expected, strict=True))
-        if there[i] != wanted
+        if placed[i] != wanted
     ]
 
 
-def _sheets(nest: Nest) -> list[str]:
-    taken = Counter[int]()
+def _check_sheets(nest: Nest) -> list[str]:
+    used = Counter[int]()
     for layout in nest.layouts:
-        taken[layout.stock] += layout.count
+        used[layout.stock] += layout.count
     return [
-        f"{taken[k]} sheets of {stock.name} are used, {stock.count} are available"
+        f"{used[k]} sheets of {stock.name} are used, {stock.count} are available"
         for k, stock in enumerate(nest.stocks)
-        if stock.count is not None and taken[k] > stock.count
+        if stock.count is not None and used[k] > stock.count
     ]
 
 
-def _angles(nest: Nest, layout: Layout) -> list[str]:
+def _check_angles(nest: Nest, layout: Layout) -> list[str]:
     return [
         f"{nest.parts[p.part].name}: lies at {math.degrees(p.angle):g}°, which is not allowed"
         for p in layout.placements
@@ -79,34 +83,34 @@ def _allowed(angle: float, rotations: tuple[float, ...] | None) -> bool:
     return rotations is None or any(abs(math.remainder(angle - r, math.tau)) <= SAME_ANGLE for r in rotations)
 
 
-def _inside(nest: Nest, layout: Layout, margin: float) -> list[str]:
-    edge, stock = margin - ROUNDING, nest.stock_of(layout)
+def _check_inside(nest: Nest, layout: Layout, margin: float) -> list[str]:
+    min_edge, stock = margin - ROUNDING, nest.stock_of(layout)
     if stock.edge:
-        return _within(nest, layout, margin)
-    found = []
+        return _check_within(nest, layout, margin)
+    errors = []
     for p in layout.placements:
         x0, y0, x1, y1 = p.placed(nest.parts[p.part].outline).extents
-        if min(x0, y0) < edge or x1 > stock.length - edge or y1 > stock.width - edge:
-            found.append(f"{nest.parts[p.part].name}: reaches from ({x0:.3f}, {y0:.3f}) to ({x1:.3f}, {y1:.3f})")
-    return found
+        if min(x0, y0) < min_edge or x1 > stock.length - min_edge or y1 > stock.width - min_edge:
+            errors.append(f"{nest.parts[p.part].name}: reaches from ({x0:.3f}, {y0:.3f}) to ({x1:.3f}, {y1:.3f})")
+    return errors
 
 
-def _within(nest: Nest, layout: Layout, margin: float) -> list[str]:
+def _check_within(nest: Nest, layout: Layout, margin: float) -> list[str]:
     """Return the parts that are not inside a sheet of any shape less its margin."""
     outline, *holes = (path.flattened(CHORD) for path in nest.stock_of(layout).paths)
     sheet = shapely.Polygon(outline, holes)
     rounded = any(path.bulges.any() for path in nest.stock_of(layout).paths)
-    found = []
+    errors = []
     for p in layout.placements:
         shell = shapely.Polygon(_region(nest, p).exterior)
-        away = shell.distance(sheet.boundary) - CHORD * (rounded + _round(nest, p)[0])
-        if not sheet.contains(shell) or away < margin - ROUNDING:
+        distance = shell.distance(sheet.boundary) - CHORD * (rounded + _round(nest, p)[0])
+        if not sheet.contains(shell) or distance < margin - ROUNDING:
             x, y = shell.representative_point().coords[0]
-            found.append(f"{nest.parts[p.part].name}: lies {away:.3f} mm from the edge near ({x:.1f}, {y:.1f})")
-    return found
+            errors.append(f"{nest.parts[p.part].name}: lies {distance:.3f} mm from the edge near ({x:.1f}, {y:.1f})")
+    return errors
 
 
-def _apart(nest: Nest, layout: Layout, spacing: float, kerf: float) -> list[str]:
+def _check_distances(nest: Nest, layout: Layout, spacing: float, kerf: float) -> list[str]:
     """Return the pairs of parts that overlap or are too close."""
     placements = layout.placements
     regions = [_region(nest, p) for p in placements]
@@ -115,28 +119,28 @@ def _apart(nest: Nest, layout: Layout, spacing: float, kerf: float) -> list[str]
     round_shell, round_hole = [CHORD * shell for shell, _ in rounds], [CHORD * hole for _, hole in rounds]
     tree = shapely.STRtree(regions)
     first, second = tree.query(regions, "dwithin", spacing + 2.0 * CHORD)
-    near = [(i, j) for i, j in sorted(zip(first.tolist(), second.tolist(), strict=True)) if i < j]
-    hang = [(i, j) for i, j in near if kerf > 0.0 and _have_common_edge(shells[i], shells[j], kerf)]
-    block = linked(len(regions), *np.array(hang, dtype=np.int64).reshape(-1, 2).T)
-    found = []
-    for i, j in near:
+    close_pairs = [(i, j) for i, j in sorted(zip(first.tolist(), second.tolist(), strict=True)) if i < j]
+    joined = [(i, j) for i, j in close_pairs if kerf > 0.0 and _have_common_edge(shells[i], shells[j], kerf)]
+    groups = linked(len(regions), *np.array(joined, dtype=np.int64).reshape(-1, 2).T)
+    errors = []
+    for i, j in close_pairs:
         distance = regions[i].distance(regions[j])
         # A part in a hole of another is measured from the edge of the hole.
         slack = (round_hole if shells[i].contains(shells[j]) else round_shell)[i]
         slack += (round_hole if shells[j].contains(shells[i]) else round_shell)[j]
-        least = kerf if block[i] == block[j] else spacing + slack
-        if distance < least - ROUNDING or (distance == 0.0 and regions[i].intersects(regions[j])):
+        minimum = kerf if groups[i] == groups[j] else spacing + slack
+        if distance < minimum - ROUNDING or (distance == 0.0 and regions[i].intersects(regions[j])):
             names = f"{nest.parts[placements[i].part].name} and {nest.parts[placements[j].part].name}"
             x, y = regions[j].representative_point().coords[0]
-            found.append(f"{names} are {distance:.3f} mm apart near ({x:.1f}, {y:.1f}), {least:g} expected")
-    return found
+            errors.append(f"{names} are {distance:.3f} mm apart near ({x:.1f}, {y:.1f}), {minimum:g} expected")
+    return errors
 
 
-def _have_common_edge(one: Polygon, other: Polygon, kerf: float) -> bool:
+def _have_common_edge(a: Polygon, b: Polygon, kerf: float) -> bool:
     """Return whether two outlines have parallel edges exactly one kerf apart."""
-    if abs(one.distance(other) - kerf) > ROUNDING:
+    if abs(a.distance(b) - kerf) > ROUNDING:
         return False
-    return bool(other.exterior.intersection(one.buffer(kerf + SAME_PLACE)).length >= COMMON)
+    return bool(b.exterior.intersection(a.buffer(kerf + SAME_PLACE)).length >= COMMON)
 
 
 def _paths(nest: Nest, placement: Placement) -> list[Polyline]:
@@ -166,47 +170,52 @@ def check_remnants(
     outline, *holes = (path.flattened(CHORD) for path in nest.stock_of(layout).paths)
     sheet = shapely.Polygon(outline, holes).buffer(2.0 * CHORD)
     shells = [shapely.Polygon(_region(nest, p).exterior) for p in layout.placements]
-    found = []
+    errors = []
     for stock, (x, y) in remnants:
         ring, *inner = (path.moved(x, y).flattened(CHORD) for path in stock.paths)
         piece = shapely.Polygon(ring, inner)
         if not piece.is_valid or not sheet.covers(piece):
-            found.append(f"{stock.name} reaches beyond the sheet, or crosses itself")
-        near = [shell for shell in shells if shell.distance(piece) < spacing - ROUNDING]
-        found += [f"{stock.name} is {shell.distance(piece):.3f} mm from a part, {spacing:g} expected" for shell in near]
-    return found
+            errors.append(f"{stock.name} reaches beyond the sheet, or crosses itself")
+        close_shells = [shell for shell in shells if shell.distance(piece) < spacing - ROUNDING]
+        errors += [
+            f"{stock.name} is {shell.distance(piece):.3f} mm from a part, {spacing:g} expected"
+            for shell in close_shells
+        ]
+    return errors
 
 
 def check_drawing(nest: Nest, layout: Layout, sheet: Sheet) -> list[str]:
     """Return the differences between a sheet read back from a drawing and the plan; empty if there are none."""
-    found = []
+    errors = []
     stock = nest.stock_of(layout)
     edges = [Contour(path, "sheet") for path in sheet.paths]
     for path in stock.paths:
-        edge = next((one for one in edges if _is_same(Contour(path, "sheet"), one)), None)
+        edge = next((candidate for candidate in edges if _is_same(Contour(path, "sheet"), candidate)), None)
         if edge is None:
-            found.append(f"the edge of the sheet is not that of {stock.length:g} × {stock.width:g} mm")
+            errors.append(f"the edge of the sheet is not that of {stock.length:g} × {stock.width:g} mm")
         else:
             edges.remove(edge)
     if edges:
-        found.append("the sheet has a hole that was not planned")
+        errors.append("the sheet has a hole that was not planned")
     if sheet.n_parts != len(layout.placements):
-        found.append(f"{sheet.n_parts} parts are in the drawing, {len(layout.placements)} expected")
+        errors.append(f"{sheet.n_parts} parts are in the drawing, {len(layout.placements)} expected")
     drawn = [c.contour for c in sheet.contours]
     tree = STRtree([Point(_middle(c.path)) for c in drawn])
-    left = set(range(len(drawn)))
+    remaining = set(range(len(drawn)))
     names = Counter(nest.parts[p.part].label for p in layout.placements)
     if Counter(c.name for c in drawn if c.name) != names:
-        found.append("the names of the parts differ from the drawing")
+        errors.append("the names of the parts are not those of the drawing")
     for contour in nest.contours(layout):
-        near = tree.query(Point(_middle(contour.path)), "dwithin", SAME_PLACE)
-        same = next((int(i) for i in sorted(near) if int(i) in left and _is_same(contour, drawn[i])), None)
-        if same is None:
+        candidates = tree.query(Point(_middle(contour.path)), "dwithin", SAME_PLACE)
+        match = next((int(i) for i in sorted(candidates) if int(i) in remaining and _is_same(contour, drawn[i])), None)
+        if match is None:
             x, y = contour.path.start
-            found.append(f"a contour ({contour.kind}) at ({x:.3f}, {y:.3f}) is not in the drawing")
+            errors.append(f"a contour ({contour.kind}) at ({x:.3f}, {y:.3f}) is not in the drawing")
         else:
-            left.remove(same)
-    return found + [f"a contour ({drawn[i].kind}) at {drawn[i].path.start} is not in the nest" for i in sorted(left)]
+            remaining.remove(match)
+    return errors + [
+        f"a contour ({drawn[i].kind}) at {drawn[i].path.start} is not in the nest" for i in sorted(remaining)
+    ]
 
 
 def _middle(path: Polyline) -> tuple[float, float]:
@@ -216,11 +225,11 @@ def _middle(path: Polyline) -> tuple[float, float]:
 
 def _is_same(a: Contour, b: Contour) -> bool:
     """Return whether two contours have the same kind, extents, length and area."""
-    if a.kind != b.kind or a.path.closed != b.path.closed or _unlike(a.path.extents, b.path.extents):
+    if a.kind != b.kind or a.path.closed != b.path.closed or _differ(a.path.extents, b.path.extents):
         return False
     area = abs(abs(a.path.area) - abs(b.path.area))
     return abs(a.path.length - b.path.length) <= SAME_PLACE and area <= SAME_PLACE * max(a.path.length, 1.0)
 
 
-def _unlike(a: tuple[float, ...], b: tuple[float, ...]) -> bool:
+def _differ(a: tuple[float, ...], b: tuple[float, ...]) -> bool:
     return max(abs(p - q) for p, q in zip(a, b, strict=True)) > SAME_PLACE

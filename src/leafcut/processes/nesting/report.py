@@ -24,10 +24,10 @@ def nest_as_json(outcome: NestOutcome) -> dict[str, Any]:
         "parts": sum(part.quantity for part in first.parts),
         "spacing_mm": outcome.spacing,
         "margin_mm": outcome.margin,
-        "variants": [_variant(one, files) for one, files in _with_files(outcome)],
+        "variants": [_variant(nest, files) for nest, files in _with_files(outcome)],
         "remnants": [
-            {**_stock(one.stock), "count": one.count, "area_mm2": one.stock.area, "file": one.file}
-            for one in outcome.remnants
+            {**_stock(remnant.stock), "count": remnant.count, "area_mm2": remnant.stock.area, "file": remnant.file}
+            for remnant in outcome.remnants
         ],
         "dropped": list(outcome.dropped),
         "verified": True,
@@ -49,41 +49,41 @@ def _stock(stock: Stock) -> dict[str, Any]:
 
 
 def _with_files(outcome: NestOutcome) -> Iterator[tuple[Nest, tuple[str, ...]]]:
-    return ((one, outcome.files[i] if i < len(outcome.files) else ()) for i, one in enumerate(outcome.nests))
+    return ((nest, outcome.files[i] if i < len(outcome.files) else ()) for i, nest in enumerate(outcome.nests))
 
 
-def _variant(one: Nest, files: tuple[str, ...]) -> dict[str, Any]:
+def _variant(nest: Nest, files: tuple[str, ...]) -> dict[str, Any]:
     return {
-        "method": one.method,
-        "seed": one.seed,
-        "repeatable": one.repeatable,
-        "sheets": one.n_sheets,
-        "sheet_area_mm2": one.sheet_area,
-        "cost": one.cost,
-        "utilisation_percent": 100.0 * one.utilisation,
-        "utilisation_of_used_percent": 100.0 * one.utilisation_of_used,
-        "used_length_of_last_mm": one.used_length,
-        "placed": one.n_placed,
-        "unplaced": {part.name: left for part, left in zip(one.parts, one.unplaced, strict=True) if left},
+        "method": nest.method,
+        "seed": nest.seed,
+        "repeatable": nest.repeatable,
+        "sheets": nest.n_sheets,
+        "sheet_area_mm2": nest.sheet_area,
+        "cost": nest.cost,
+        "utilisation_percent": 100.0 * nest.utilisation,
+        "utilisation_of_used_percent": 100.0 * nest.utilisation_of_used,
+        "used_length_of_last_mm": nest.used_length,
+        "placed": nest.n_placed,
+        "unplaced": {part.name: missing for part, missing in zip(nest.parts, nest.unplaced, strict=True) if missing},
         "layouts": [
             {
                 "sheets": layout.count,
-                "sheet": one.stock_of(layout).name,
-                "price": one.stock_of(layout).price,
-                "parts": _parts(one, layout),
+                "sheet": nest.stock_of(layout).name,
+                "price": nest.stock_of(layout).price,
+                "parts": _parts(nest, layout),
                 "file": files[i] if files else None,
             }
-            for i, layout in enumerate(one.layouts)
+            for i, layout in enumerate(nest.layouts)
         ],
     }
 
 
-def _parts(one: Nest, layout: Layout) -> dict[str, int]:
-    found = Counter(placement.part for placement in layout.placements)
-    named: Counter[str] = Counter()
-    for number in sorted(found):
-        named[one.parts[number].name] += found[number]
-    return dict(named)
+def _parts(nest: Nest, layout: Layout) -> dict[str, int]:
+    counts_by_part = Counter(placement.part for placement in layout.placements)
+    counts_by_name: Counter[str] = Counter()
+    for number in sorted(counts_by_part):
+        counts_by_name[nest.parts[number].name] += counts_by_part[number]
+    return dict(counts_by_name)
 
 
 def print_nests(outcome: NestOutcome, console: Console) -> None:
@@ -102,41 +102,45 @@ def print_nests(outcome: NestOutcome, console: Console) -> None:
     table.add_column("variant")
     for title in (*(["cost"] if first.priced else []), "sheets", "used of the last", "utilisation", "of what is used"):
         table.add_column(title, justify="right", no_wrap=True)
-    for number, one in enumerate(outcome.nests, 1):
-        shares = (f"{100.0 * share:.1f} %" for share in (one.utilisation, one.utilisation_of_used))
-        cost = [] if one.cost is None else [f"{one.cost:,.2f}"]
+    for number, nest in enumerate(outcome.nests, 1):
+        shares = (f"{100.0 * share:.1f} %" for share in (nest.utilisation, nest.utilisation_of_used))
+        cost = [] if nest.cost is None else [f"{nest.cost:,.2f}"]
         table.add_row(
-            f"{number} by {one.method}, seed {one.seed}", *cost, str(one.n_sheets), f"{one.used_length:.0f} mm", *shares
+            f"{number} by {nest.method}, seed {nest.seed}",
+            *cost,
+            str(nest.n_sheets),
+            f"{nest.used_length:.0f} mm",
+            *shares,
         )
     console.print(table)
     for line in _lines(outcome):
         console.print(Text(clean(line)), soft_wrap=True)
 
 
-def _sizes(one: Nest) -> str:
+def _sizes(nest: Nest) -> str:
     """Describe the kinds of sheet: ``3000 × 1500 mm``, or the numbers taken of each."""
-    if len(one.stocks) == 1:
-        return f"{one.stocks[0].length:g} × {one.stocks[0].width:g} mm"
-    taken: Counter[int] = Counter()
-    for layout in one.layouts:
-        taken[layout.stock] += layout.count
-    each = []
-    for k, stock in enumerate(one.stocks):
-        there = "" if stock.count is None else f" of {stock.count}"
+    if len(nest.stocks) == 1:
+        return f"{nest.stocks[0].length:g} × {nest.stocks[0].width:g} mm"
+    used: Counter[int] = Counter()
+    for layout in nest.layouts:
+        used[layout.stock] += layout.count
+    descriptions = []
+    for k, stock in enumerate(nest.stocks):
+        available = "" if stock.count is None else f" of {stock.count}"
         price = "" if stock.price is None else f" at {stock.price:g}"
-        each.append(f"{stock.name} ({taken[k]}{there} taken{price})")
-    return ", ".join(each)
+        descriptions.append(f"{stock.name} ({used[k]}{available} taken{price})")
+    return ", ".join(descriptions)
 
 
 def _lines(outcome: NestOutcome) -> Iterator[str]:
-    for one, files in _with_files(outcome):
-        for layout, file in zip(one.layouts, files, strict=False):
-            of = f" of {one.stock_of(layout).name}" if len(one.stocks) > 1 else ""
+    for nest, files in _with_files(outcome):
+        for layout, file in zip(nest.layouts, files, strict=False):
+            kind = f" of {nest.stock_of(layout).name}" if len(nest.stocks) > 1 else ""
             parts = count(len(layout.placements), "part")
-            yield f"{file}: {parts}, cut {count(layout.count, 'sheet')}{of} like this"
-    for rest in outcome.remnants:
-        size = f"{rest.stock.length:.0f} × {rest.stock.width:.0f} mm, {rest.stock.area / 1e6:.3f} m²"
-        yield f"{rest.file}: {count(rest.count, 'remnant')} of {size}"
+            yield f"{file}: {parts}, cut {count(layout.count, 'sheet')}{kind} like this"
+    for remnant in outcome.remnants:
+        size = f"{remnant.stock.length:.0f} × {remnant.stock.width:.0f} mm, {remnant.stock.area / 1e6:.3f} m²"
+        yield f"{remnant.file}: {count(remnant.count, 'remnant')} of {size}"
     if not any(outcome.files):
         yield "not written: name a file for the sheet, -o FILE.dxf"
     if outcome.defaults:

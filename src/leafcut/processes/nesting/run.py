@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 #: Grid of the default sheet size, mm.
 SHEET_STEP = 50.0
 #: Number of parts without a place that are named.
-MOST_NAMED = 5
+MAX_NAMED = 5
 #: Nests whose ranks differ by less than this are duplicates: mm of used length.
 ALIKE = 0.01
 
@@ -64,55 +64,55 @@ def nest(
     from leafcut.processes.nesting.plan.nesting import prepare, variants
     from leafcut.processes.nesting.proof import check_nest
 
-    began = time.perf_counter()
+    start_time = time.perf_counter()
     cancelled = cancelled or threading.Event()
     task = prepare(parts, options, kerf, stocks or sized_sheets(options))
     common = kerf if options.blocks != "none" else 0.0
-    found: list[Nest] = []
+    nests: list[Nest] = []
     dropped: list[str] = []
 
     last = Progress("")
 
-    def tell(now: Progress) -> None:
+    def report_progress(state: Progress) -> None:
         nonlocal last
-        best = f"; {100.0 * max(n.utilisation_of_used for n in found):.1f} % so far" if found else ""
-        last = replace(now, step=now.step + best)
+        best = f"; {100.0 * max(n.utilisation_of_used for n in nests):.1f} % so far" if nests else ""
+        last = replace(state, step=state.step + best)
         if progress is not None:
             progress(last)
 
-    def tell_found(variant: Nest) -> None:
+    def report_nest(variant: Nest) -> None:
         used = 100.0 * variant.utilisation_of_used
         if progress is not None:
             progress(replace(last, trial=Trial(f"{variant.method} {variant.seed}", f"{used:.1f} %", -used)))
 
     try:
-        for variant in variants(task, search, tell, cancelled):
+        for variant in variants(task, search, report_progress, cancelled):
             if isinstance(variant, Nest):
-                tell_found(variant)
+                report_nest(variant)
             if isinstance(variant, str):
                 dropped.append(variant)
             elif faults := check_nest(variant, task.spacing, options.margin, common):
                 dropped.append(f"by {variant.method}, seed {variant.seed}: {faults[0]}")
             else:
-                found.append(variant)
+                nests.append(variant)
     except KeyboardInterrupt:
         cancelled.set()
-        if not found:
+        if not nests:
             raise
-    if not found:
+    if not nests:
         raise PlanError(f"no nest passed the check: {(dropped or ['stopped too early'])[0]}")
-    best = _different(found)[: options.variants]
-    issues = (*_left_over(best[0]), *_issues(best, dropped, cancelled.is_set()))
-    seconds = time.perf_counter() - began
+    best = _different(nests)[: options.variants]
+    issues = (*_unplaced_issues(best[0]), *_issues(best, dropped, cancelled.is_set()))
+    seconds = time.perf_counter() - start_time
     return NestOutcome(tuple(best), task.spacing, options.margin, tuple(dropped), (), (), issues, seconds)
 
 
-def _different(found: list[Nest]) -> list[Nest]:
+def _different(nests: list[Nest]) -> list[Nest]:
     """Return the nests sorted by rank, without duplicates."""
     kept: list[Nest] = []
-    for one in sorted(found, key=lambda n: n.rank):
-        if not kept or max(abs(a - b) for a, b in zip(one.rank, kept[-1].rank, strict=True)) > ALIKE:
-            kept.append(one)
+    for variant in sorted(nests, key=lambda n: n.rank):
+        if not kept or max(abs(a - b) for a, b in zip(variant.rank, kept[-1].rank, strict=True)) > ALIKE:
+            kept.append(variant)
     return kept
 
 
@@ -124,29 +124,29 @@ def sized_sheets(options: NestOptions) -> list[Stock]:
     OptionError
         One of them is a drawing.
     """
-    found = []
-    for word in options.sheets:
-        if word.size is None:
-            raise OptionError(f"--sheet: {shown(word.name)} is a drawing; give a size here")
-        found.append(Stock(*word.size, word.count, word.price, (), word.name))
-    return found
+    stocks = []
+    for sheet in options.sheets:
+        if sheet.size is None:
+            raise OptionError(f"--sheet: {shown(sheet.name)} is a drawing; give a size here")
+        stocks.append(Stock(*sheet.size, sheet.count, sheet.price, (), sheet.name))
+    return stocks
 
 
-def _left_over(best: Nest) -> list[Issue]:
+def _unplaced_issues(best: Nest) -> list[Issue]:
     """Return an issue on parts that do not fit the available sheets."""
-    left = [f"{n} of {part.name}" for part, n in zip(best.parts, best.unplaced, strict=True) if n]
-    if not left:
+    missing = [f"{n} of {part.name}" for part, n in zip(best.parts, best.unplaced, strict=True) if n]
+    if not missing:
         return []
-    more = f" and {count_of(len(left) - MOST_NAMED, 'kind')} more" if len(left) > MOST_NAMED else ""
-    words = f"no room for {', '.join(left[:MOST_NAMED])}{more}: add sheets, or use larger ones"
-    return [Issue("L436", words, missing=MissingWork("part", sum(best.unplaced)))]
+    more = f" and {count_of(len(missing) - MAX_NAMED, 'kind')} more" if len(missing) > MAX_NAMED else ""
+    message = f"no room for {', '.join(missing[:MAX_NAMED])}{more}: add sheets, or use larger ones"
+    return [Issue("L436", message, missing=MissingWork("part", sum(best.unplaced)))]
 
 
 def _issues(best: list[Nest], dropped: list[str], stopped: bool) -> tuple[Issue, ...]:
     issues = [Issue("L433", f"a nest was dropped: {line}") for line in dropped]
     if stopped:
         issues.append(Issue("L434", "stopped early; these are the nests so far", severity=Severity.NOTE))
-    if not all(one.repeatable for one in best):
+    if not all(variant.repeatable for variant in best):
         message = "the time limit ended the search: run without a limit to get the same nest from the same seed"
         issues.append(Issue("L434", message, severity=Severity.NOTE))
     return tuple(issues)
@@ -177,16 +177,16 @@ def nest_drawings(
     kerf = KERF if settings.cut_data.kerf is None else settings.cut_data.kerf
     outcome = nest(parts, options, kerf, settings.solve, stocks=stocks, progress=progress, cancelled=cancelled)
     names = outcome.names(output or "sheet.dxf", all_variants=options.all_variants)
-    drawings = tuple(_drawn(one, files) for one, files in zip(outcome.nests, names, strict=False))
+    drawings = tuple(_sheet_texts(variant, files) for variant, files in zip(outcome.nests, names, strict=False))
     files = names if output else ()
     texts = {file: text for pair in zip(files, drawings, strict=False) for file, text in zip(*pair, strict=True)}
     remnants: tuple[Remnant, ...] = ()
     if options.remnants_out is not None:
-        remnants, drawn = _remnants(outcome, Path(output or "sheet.dxf").stem, options)
-        texts |= drawn
-    every = (*dict.fromkeys(issues), *outcome.issues)
+        remnants, remnant_texts = _remnants(outcome, Path(output or "sheet.dxf").stem, options)
+        texts |= remnant_texts
+    all_issues = (*dict.fromkeys(issues), *outcome.issues)
     # Missing work comes first.
-    issues = sorted(every, key=lambda issue: issue.missing is None)
+    issues = sorted(all_issues, key=lambda issue: issue.missing is None)
     return replace(outcome, files=files, drawings=drawings, remnants=remnants, issues=tuple(issues)), texts
 
 
@@ -208,35 +208,35 @@ def _read(
     from leafcut.read.strip_instance import is_strip_instance, read_strip_instance
 
     @cache
-    def loaded(file: str) -> Source:
+    def load_cached(file: str) -> Source:
         return load(file) if is_strip_instance(file) else read_source(file)[1]
 
     @cache
-    def drawn(file: str) -> Sheet:
-        return _drawing(loaded(file), settings, looking_for(progress, "reading"))
+    def sheet_of(file: str) -> Sheet:
+        return _drawing(load_cached(file), settings, looking_for(progress, "reading"))
 
-    settings, issues, stocks = _sheets_at_hand(settings, loaded, looking_for(progress, "reading"))
+    settings, issues, stocks = _available_sheets(settings, load_cached, looking_for(progress, "reading"))
     parts: list[NestPart] = []
-    for one in wanted:
-        angles = parse_angles(one.rotations, "rotations") if one.rotations else settings.of(NestOptions).angles
-        if is_strip_instance(one.file):
-            turned = bool(one.rotations) or "rotations" in settings.given
+    for entry in wanted:
+        angles = parse_angles(entry.rotations, "rotations") if entry.rotations else settings.of(NestOptions).angles
+        if is_strip_instance(entry.file):
+            turned = bool(entry.rotations) or "rotations" in settings.given
             unit = factor_of(settings.of(ReadOptions), None)
-            parts += read_strip_instance(loaded(one.file), one.quantity, angles, turned, unit)
+            parts += read_strip_instance(load_cached(entry.file), entry.quantity, angles, turned, unit)
             continue
-        sheet = drawn(one.file)
-        more, said = parts_of(sheet, one.quantity, angles)
-        parts += more
-        issues += [*(replace(issue, message=f"{sheet.name}: {issue.message}") for issue in sheet.issues), *said]
+        sheet = sheet_of(entry.file)
+        new_parts, part_issues = parts_of(sheet, entry.quantity, angles)
+        parts += new_parts
+        issues += [*(replace(issue, message=f"{sheet.name}: {issue.message}") for issue in sheet.issues), *part_issues]
     return settings, parts, stocks, issues
 
 
-def _drawing(source: Source, settings: Settings, look: Heartbeat) -> Sheet:
+def _drawing(source: Source, settings: Settings, on_progress: Heartbeat) -> Sheet:
     """Return the prepared contours of a drawing of parts."""
     from leafcut.processes.sheet.plan.sheet import prepare_sheet
     from leafcut.read import read_contours
 
-    part = read_contours(source, settings.read, look)
+    part = read_contours(source, settings.read, on_progress)
     try:
         return prepare_sheet(part, settings.sheet, settings.read.concentric)
     except PlanError as error:
@@ -244,8 +244,8 @@ def _drawing(source: Source, settings: Settings, look: Heartbeat) -> Sheet:
         raise error if str(error).startswith(source.path) else PlanError(f"{source}: {error}") from None
 
 
-def _sheets_at_hand(
-    settings: Settings, loaded: Callable[[str], Source], look: Heartbeat
+def _available_sheets(
+    settings: Settings, load_cached: Callable[[str], Source], on_progress: Heartbeat
 ) -> tuple[Settings, list[Issue], list[Stock]]:
     """Return the settings, issues, and the sheets; by default, unlimited sheets of the size of the machine's table.
 
@@ -270,23 +270,25 @@ def _sheets_at_hand(
         options = replace(options, sheet=(size,))
         return settings.but(options), [], sized_sheets(options)
     stocks = [
-        _remnant(word, loaded(word.name), options.margin, look)
-        if word.size is None
-        else Stock(*word.size, word.count, word.price, (), word.name)
-        for word in options.sheets
+        _remnant(sheet, load_cached(sheet.name), options.margin, on_progress)
+        if sheet.size is None
+        else Stock(*sheet.size, sheet.count, sheet.price, (), sheet.name)
+        for sheet in options.sheets
     ]
     issues = []
     for stock in stocks:
-        if all(side <= most for side, most in zip((stock.length, stock.width), reach, strict=True)):
+        if all(side <= limit for side, limit in zip((stock.length, stock.width), reach, strict=True)):
             continue
-        words = f"a sheet of {shown(stock.name)} is larger than {machine.name} reaches, {reach[0]:g} × {reach[1]:g} mm"
+        message = (
+            f"a sheet of {shown(stock.name)} is larger than {machine.name} reaches, {reach[0]:g} × {reach[1]:g} mm"
+        )
         if "machine" in settings.given:
-            raise OptionError(f"--sheet: {words}; use a smaller one, or another --machine")
-        issues.append(Issue("L435", f"{words}: check it with the machine that cuts it (--machine)"))
+            raise OptionError(f"--sheet: {message}; use a smaller one, or another --machine")
+        issues.append(Issue("L435", f"{message}: check it with the machine that cuts it (--machine)"))
     return settings, issues, stocks
 
 
-def _remnant(word: SheetWord, source: Source, margin: float, look: Heartbeat) -> Stock:
+def _remnant(sheet: SheetWord, source: Source, margin: float, on_progress: Heartbeat) -> Stock:
     """Return the sheet in a drawing: one closed outline, with the holes cut before.
 
     Everything but marks counts, so the drawing of a nested sheet is the remnant after its parts are removed.
@@ -295,16 +297,16 @@ def _remnant(word: SheetWord, source: Source, margin: float, look: Heartbeat) ->
     from leafcut.processes.sheet.plan.sheet import prepare_sheet
     from leafcut.read import read_contours
 
-    part = read_contours(source, ReadOptions(), look)
+    part = read_contours(source, ReadOptions(), on_progress)
     try:
         drawn = prepare_sheet(part, SheetOptions(cut_layers=("*",), ignore_layers=MARK_NAMES), "all")
     except PlanError as error:
-        raise error if str(error).startswith(word.name) else PlanError(f"{shown(word.name)}: {error}") from None
+        raise error if str(error).startswith(sheet.name) else PlanError(f"{shown(sheet.name)}: {error}") from None
     outer = [c.contour.path for c in drawn.contours if c.depth == 0]
     holes = [c.contour.path for c in drawn.contours if c.depth == 1]
     if len(outer) != 1:
         raise PlanError(
-            f"{shown(word.name)}: {len(outer)} separate outlines; a sheet has one, with holes in it: give each "
+            f"{shown(sheet.name)}: {len(outer)} separate outlines; a sheet has one, with holes in it: give each "
             "sheet its own drawing"
         )
     x0, y0, x1, y1 = outer[0].extents
@@ -313,10 +315,10 @@ def _remnant(word: SheetWord, source: Source, margin: float, look: Heartbeat) ->
     metal = Polygon(outline, inner)
     if max(x1 - x0, y1 - y0) > LARGEST_SHEET or not metal.is_valid or metal.buffer(-margin).is_empty:
         raise PlanError(
-            f"{shown(word.name)}: {x1 - x0:.6g} × {y1 - y0:.6g} mm is no sheet that holds anything, with "
+            f"{shown(sheet.name)}: {x1 - x0:.6g} × {y1 - y0:.6g} mm is no sheet that holds anything, with "
             f"--margin {margin:g} mm along its edges"
         )
-    return Stock(x1 - x0, y1 - y0, word.count, word.price, paths, Path(word.name).stem)
+    return Stock(x1 - x0, y1 - y0, sheet.count, sheet.price, paths, Path(sheet.name).stem)
 
 
 def _remnants(outcome: NestOutcome, stem: str, options: NestOptions) -> tuple[tuple[Remnant, ...], dict[str, str]]:
@@ -332,7 +334,7 @@ def _remnants(outcome: NestOutcome, stem: str, options: NestOptions) -> tuple[tu
     from leafcut.processes.nesting.proof import check_remnants
 
     best, folder = outcome.nests[0], options.remnants_out or Path()
-    found: list[Remnant] = []
+    remnants: list[Remnant] = []
     texts: dict[str, str] = {}
     for number, layout in enumerate(best.layouts, 1):
         name = f"{stem}_{number}_rest" if len(best.layouts) > 1 else f"{stem}_rest"
@@ -340,23 +342,23 @@ def _remnants(outcome: NestOutcome, stem: str, options: NestOptions) -> tuple[tu
         for stock, _ in stocks:
             file = str(folder / f"{stock.name}.dxf")
             texts[file] = write_stock(stock)
-            found.append(Remnant(file, layout.count, stock))
+            remnants.append(Remnant(file, layout.count, stock))
         if faults := check_remnants(best, layout, stocks, outcome.spacing):
             raise VerifyError(f"remnants of sheet {number} were not written: {faults[0]}")
-    return tuple(found), texts
+    return tuple(remnants), texts
 
 
-def _drawn(one: Nest, names: Sequence[str]) -> tuple[str, ...]:
+def _sheet_texts(variant: Nest, names: Sequence[str]) -> tuple[str, ...]:
     """Return the drawings of the sheets of a nest; `names` are their files."""
     from leafcut.processes.nesting.post import write_layout
 
-    texts = tuple(write_layout(one, layout) for layout in one.layouts)
-    for layout, name, text in zip(one.layouts, names, texts, strict=True):
-        _read_back(one, layout, name, text)
+    texts = tuple(write_layout(variant, layout) for layout in variant.layouts)
+    for layout, name, text in zip(variant.layouts, names, texts, strict=True):
+        _read_back(variant, layout, name, text)
     return texts
 
 
-def _read_back(one: Nest, layout: Layout, name: str, text: str) -> None:
+def _read_back(variant: Nest, layout: Layout, name: str, text: str) -> None:
     """Raise `VerifyError` if a drawing, read back, differs from the plan."""
     from leafcut.processes.nesting.proof import check_drawing
     from leafcut.processes.sheet.plan.sheet import prepare_sheet
@@ -364,6 +366,6 @@ def _read_back(one: Nest, layout: Layout, name: str, text: str) -> None:
     from leafcut.read.format import Source
 
     part = read_dxf_contours(Source(name, text.encode()), ReadOptions())
-    faults = check_drawing(one, layout, prepare_sheet(part, SheetOptions(open_paths="cut"), "all"))
+    faults = check_drawing(variant, layout, prepare_sheet(part, SheetOptions(open_paths="cut"), "all"))
     if faults:
         raise VerifyError(f"{name}: was not written: {faults[0]}")

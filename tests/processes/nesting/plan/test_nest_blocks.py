@@ -11,7 +11,7 @@ import shapely
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import NestPart, Placement
-from leafcut.processes.nesting.plan.blocks import MOST, in_blocks
+from leafcut.processes.nesting.plan.blocks import MAX_MEMBERS, in_blocks
 from leafcut.processes.nesting.plan.pieces import pieces_of
 
 KERF = 1.5
@@ -41,7 +41,7 @@ def test_blocks_hold_every_part_once_and_neighbours_a_kerf_apart(shape: str, kin
     assert sum(len(b.members) * n for b, n in zip(blocks, counts, strict=True)) == 17
     for block in blocks:
         parts = polygons(path, block.members)
-        assert len(parts) <= (2 if kind == "pairs" else MOST)
+        assert len(parts) <= (2 if kind == "pairs" else MAX_MEMBERS)
         gaps = [a.distance(b) for a, b in itertools.combinations(parts, 2)]
         assert all(gap > KERF - 1e-6 for gap in gaps)
         for part in parts if len(parts) > 1 else []:

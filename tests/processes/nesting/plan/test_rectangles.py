@@ -73,7 +73,7 @@ def test_a_sheet_has_room_for_as_much_as_its_pieces_weigh() -> None:
     pieces = some([box(48, 28)], (0.0,))
     packer = RectanglePacker(pieces, 148.0, 88.0, 10.0, 2.0, 0)
     assert packer.weight(0) == pytest.approx(50 * 30)
-    assert packer.room / packer.weight(0) == pytest.approx(9)
+    assert packer.sheet_area / packer.weight(0) == pytest.approx(9)
     assert len(packer.fill(Counter({0: 20}), last=False)) == 9
 
 

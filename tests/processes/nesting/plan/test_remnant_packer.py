@@ -43,7 +43,7 @@ def polygons(sizes: list[tuple[float, float]], laid: list[PlacedPiece]) -> list[
 def test_a_strip_holds_as_many_squares_as_fit_beside_each_other_within_its_margin() -> None:
     """Of 100 mm 90 are left by two margins of 5: two squares of 30 take 64 with their spacing, three 98."""
     one = packer([(30, 30)], (box(100, 40),))
-    assert one.room == pytest.approx(90 * 30)
+    assert one.sheet_area == pytest.approx(90 * 30)
     assert one.holds(0) and one.weight(0) == pytest.approx(900)
     assert len(one.fill(Counter({0: 5}), last=True)) == 2
     assert not packer([(91, 10)], (box(100, 40),)).holds(0)

@@ -20,7 +20,7 @@ from leafcut.model.nest import Placement
 from leafcut.processes.nesting.plan.pieces import CHORD, RECTANGLE, SAME_ANGLE, NestPiece
 
 #: Most parts in a block; more would leave few positions, and concentrate heat.
-MOST = 12
+MAX_MEMBERS = 12
 #: Largest share of a sheet side for a block, so that a sheet holds several.
 LARGEST = 0.5
 #: Minimum length of an edge for a common line, in mm and in kerfs; `processes.sheet.plan.common_cuts.edges` has the
@@ -45,22 +45,22 @@ def in_blocks(
     inner
         Length and width of a sheet less its margins, mm.
     """
-    found: list[NestPiece] = []
+    grouped: list[NestPiece] = []
     numbers: list[int] = []
     for piece, count in zip(pieces, counts, strict=True):
-        left = count
-        while left > 1:
-            block = _block(piece, left, kerf, kind, inner)
+        remaining = count
+        while remaining > 1:
+            block = _block(piece, remaining, kerf, kind, inner)
             if block is None:
                 break
             size = len(block.members) // len(piece.members)
-            found.append(block)
-            numbers.append(left // size)
-            left %= size
-        if left:
-            found.append(piece)
-            numbers.append(left)
-    return found, numbers
+            grouped.append(block)
+            numbers.append(remaining // size)
+            remaining %= size
+        if remaining:
+            grouped.append(piece)
+            numbers.append(remaining)
+    return grouped, numbers
 
 
 def _block(piece: NestPiece, count: int, kerf: float, kind: str, inner: tuple[float, float]) -> NestPiece | None:
@@ -72,35 +72,35 @@ def _block(piece: NestPiece, count: int, kerf: float, kind: str, inner: tuple[fl
     columns, rows = _grid(box.width + kerf, box.height + kerf, count, kerf, kind, inner)
     if columns * rows < 2:
         return None
-    places = [
+    positions = [
         (box.angle, i * (box.width + kerf) - box.x, j * (box.height + kerf) - box.y)
         for j in range(rows)
         for i in range(columns)
     ]
     width, height = columns * (box.width + kerf) - kerf, rows * (box.height + kerf) - kerf
     corners = [(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)]
-    made = _made(piece, Polyline.of_points(corners, closed=True), places)
-    return None if made is None or not made.fits(*inner) else made
+    block = _build_block(piece, Polyline.of_points(corners, closed=True), positions)
+    return None if block is None or not block.fits(*inner) else block
 
 
 def _grid(
     width: float, height: float, count: int, kerf: float, kind: str, inner: tuple[float, float]
 ) -> tuple[int, int]:
     """Return columns and rows of the largest block of cells (mm), the squarest of equal ones; (1, 1) for no block."""
-    least = max(SHORTEST, SHORTEST_KERFS * kerf)
-    most = min(count, 2 if kind == "pairs" else MOST)
+    min_side = max(SHORTEST, SHORTEST_KERFS * kerf)
+    max_members = min(count, 2 if kind == "pairs" else MAX_MEMBERS)
     best, rank = (1, 1), (0.0, 0.0)
-    for columns in range(1, most + 1):
-        for rows in range(1, most // columns + 1):
-            shared = (columns == 1 or height >= least) and (rows == 1 or width >= least)
+    for columns in range(1, max_members + 1):
+        for rows in range(1, max_members // columns + 1):
+            shared = (columns == 1 or height >= min_side) and (rows == 1 or width >= min_side)
             sides = sorted((columns * width, rows * height))
             # A block of two may be as large as the sheet; larger blocks must leave room for several.
-            room = sorted(side * (1.0 if columns * rows == 2 else LARGEST) for side in inner)
+            limits = sorted(side * (1.0 if columns * rows == 2 else LARGEST) for side in inner)
             if kind == "rows" and min(columns, rows) > 2:
                 continue
-            if shared and all(side <= limit for side, limit in zip(sides, room, strict=True)):
-                own = (float(columns * rows), -abs(math.log(columns * width / (rows * height))))
-                best, rank = max(((best, rank), ((columns, rows), own)), key=lambda one: one[1])
+            if shared and all(side <= limit for side, limit in zip(sides, limits, strict=True)):
+                candidate_rank = (float(columns * rows), -abs(math.log(columns * width / (rows * height))))
+                best, rank = max(((best, rank), ((columns, rows), candidate_rank)), key=lambda entry: entry[1])
     return best
 
 
@@ -113,42 +113,44 @@ def _pair(piece: NestPiece, kerf: float) -> NestPiece | None:
         if length < max(SHORTEST, SHORTEST_KERFS * kerf):
             return None
         # Outlines run counter-clockwise: the scrap is to the right of an edge.
-        out = ((s.end[1] - s.start[1]) / length, (s.start[0] - s.end[0]) / length)
-        x, y = s.start[0] + s.end[0] + kerf * out[0], s.start[1] + s.end[1] + kerf * out[1]
-        other = affine_transform(piece.polygon, [-1.0, 0.0, 0.0, -1.0, x, y])
-        if piece.polygon.distance(other) < kerf - ROUNDING:
+        normal = ((s.end[1] - s.start[1]) / length, (s.start[0] - s.end[0]) / length)
+        x, y = s.start[0] + s.end[0] + kerf * normal[0], s.start[1] + s.end[1] + kerf * normal[1]
+        twin = affine_transform(piece.polygon, [-1.0, 0.0, 0.0, -1.0, x, y])
+        if piece.polygon.distance(twin) < kerf - ROUNDING:
             continue
         a, b = s.start, s.end
         c, d = (x - a[0], y - a[1]), (x - b[0], y - b[1])
-        return _made(
+        return _build_block(
             piece,
-            _around([piece.polygon, other, shapely.Polygon([a, b, c, d])], piece),
+            _union_outline([piece.polygon, twin, shapely.Polygon([a, b, c, d])], piece),
             [(0.0, 0.0, 0.0), (math.pi, x, y)],
         )
     return None
 
 
-def _around(shapes: list[Polygon], piece: NestPiece) -> Polyline:
+def _union_outline(shapes: list[Polygon], piece: NestPiece) -> Polyline:
     """Return the outline of the union of shapes, outside of the chords that approximate arcs."""
-    whole: Any = shapely.union_all([shape.buffer(0.0) for shape in shapes])
+    union: Any = shapely.union_all([shape.buffer(0.0) for shape in shapes])
     if piece.slack:
-        whole = whole.buffer(CHORD, join_style="mitre")
-    edge: Any = shapely.Polygon(whole.exterior).simplify(0.1 * CHORD)
+        union = union.buffer(CHORD, join_style="mitre")
+    edge: Any = shapely.Polygon(union.exterior).simplify(0.1 * CHORD)
     return Polyline.of_points(edge.exterior.coords, closed=True)
 
 
-def _made(piece: NestPiece, path: Polyline, places: Sequence[PartPlace]) -> NestPiece | None:
+def _build_block(piece: NestPiece, path: Polyline, positions: Sequence[PartPlace]) -> NestPiece | None:
     """Return a block of a piece; None if no rotation is allowed for all of its parts."""
-    members: list[Placement] = [m for angle, x, y in places for m in piece.laid(angle, x, y)]
+    members: list[Placement] = [m for angle, x, y in positions for m in piece.placements(angle, x, y)]
     angles = piece.angles
     if angles is not None:
-        turns = sorted({angle for angle, _, _ in places})
-        free = (a - turns[0] for a in angles)
-        angles = tuple(a % math.tau for a in free if all(_among(a + turn, piece.angles or ()) for turn in turns))
+        turns = sorted({angle for angle, _, _ in positions})
+        offsets = (a - turns[0] for a in angles)
+        angles = tuple(
+            a % math.tau for a in offsets if all(_is_allowed(a + turn, piece.angles or ()) for turn in turns)
+        )
         if not angles:
             return None
     return NestPiece(path, tuple(members), angles)
 
 
-def _among(angle: float, allowed: Sequence[float]) -> bool:
+def _is_allowed(angle: float, allowed: Sequence[float]) -> bool:
     return any(abs(math.remainder(angle - a, math.tau)) <= SAME_ANGLE for a in allowed)

@@ -33,7 +33,7 @@ class Packer(Protocol):
         """Return the area that a piece needs, mm²."""
 
     @property
-    def room(self) -> float:
+    def sheet_area(self) -> float:
         """Area of a sheet, mm²."""
 
     def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
@@ -57,8 +57,8 @@ class NestTask:
 
     def inner(self, stock: int) -> tuple[float, float]:
         """Length and width of a sheet, or of its bounding box, less the margins, mm."""
-        one = self.stocks[stock]
-        return one.length - 2.0 * self.options.margin, one.width - 2.0 * self.options.margin
+        sheet = self.stocks[stock]
+        return sheet.length - 2.0 * self.options.margin, sheet.width - 2.0 * self.options.margin
 
     @property
     def at_hand(self) -> list[float]:
@@ -66,7 +66,7 @@ class NestTask:
         return [math.inf if stock.count is None else float(stock.count) for stock in self.stocks]
 
     @property
-    def most(self) -> float:
+    def max_sheets(self) -> float:
         """Total number of sheets."""
         return sum(self.at_hand)
 
@@ -85,18 +85,22 @@ class Filling:
         self.layouts: list[Layout] = []
         self.n_sheets = 0
 
-    def laid(self, stock: int, later: Sequence[int]) -> list[PlacedPiece]:
+    def fill_sheet(self, stock: int, later: Sequence[int]) -> list[PlacedPiece]:
         """Return the pieces on the next sheet of one kind; the other kinds come `later`."""
         packer = self.packers[stock]
-        offered = self._offered(packer, later)
-        return packer.fill(offered, last=offered == self.left) or self._alone(stock)
+        offered = self._pieces_to_offer(packer, later)
+        return packer.fill(offered, last=offered == self.left) or self._single_piece(stock)
 
-    def add(self, stock: int, laid: Sequence[PlacedPiece], most: float) -> int:
-        """Repeat a sheet while there are pieces for it, at most `most` times; return the number."""
+    def add(self, stock: int, placed: Sequence[PlacedPiece], limit: float) -> int:
+        """Repeat a sheet while there are pieces for it, at most `limit` times; return the number."""
         pieces = self.task.pieces
-        used = Counter(piece.piece for piece in laid)
-        count = int(min(most, *(self.left[piece] // number for piece, number in used.items())))
-        placements = [p for one in laid for p in pieces[one.piece].laid(one.angle, one.x, one.y)]
+        used = Counter(piece.piece for piece in placed)
+        count = int(min(limit, *(self.left[piece] // number for piece, number in used.items())))
+        placements = [
+            p
+            for placed_piece in placed
+            for p in pieces[placed_piece.piece].placements(placed_piece.angle, placed_piece.x, placed_piece.y)
+        ]
         self.layouts.append(Layout(tuple(placements), count, stock))
         self.left -= Counter({piece: number * count for piece, number in used.items()})
         self.n_sheets += count
@@ -112,24 +116,24 @@ class Filling:
         repeatable = all(packer.repeatable for packer in self.packers)
         return Nest(self.task.parts, self.task.stocks, tuple(self.layouts), unplaced, method, seed, repeatable)
 
-    def _offered(self, packer: Packer, later: Sequence[int]) -> Counter[int]:
+    def _pieces_to_offer(self, packer: Packer, later: Sequence[int]) -> Counter[int]:
         """Return the pieces to offer for one sheet: all, or slightly more than it can hold.
 
         Pieces that fit on no later kind of sheet come first.
         """
-        left, room = self.left, packer.offered * packer.room
-        only: Counter[int] = Counter()
+        remaining, area = self.left, packer.offered * packer.sheet_area
+        only_here: Counter[int] = Counter()
         if later:
-            for piece, count in left.items():
+            for piece, count in remaining.items():
                 if packer.holds(piece) and not any(self.packers[k].holds(piece) for k in later):
-                    only[piece] = count
-        if not only or only == left:
-            return share_of(left, packer.weight, room)
-        offered = share_of(only, packer.weight, room)
-        room -= sum(packer.weight(piece) * count for piece, count in offered.items())
-        return offered + (share_of(left - only, packer.weight, room) if room > 0.0 else Counter())
+                    only_here[piece] = count
+        if not only_here or only_here == remaining:
+            return share_of(remaining, packer.weight, area)
+        offered = share_of(only_here, packer.weight, area)
+        area -= sum(packer.weight(piece) * count for piece, count in offered.items())
+        return offered + (share_of(remaining - only_here, packer.weight, area) if area > 0.0 else Counter())
 
-    def _alone(self, stock: int) -> list[PlacedPiece]:
+    def _single_piece(self, stock: int) -> list[PlacedPiece]:
         """Return the largest piece in the corner of a sheet, if a packer found no place for any."""
         if self.task.stocks[stock].edge:
             return []
@@ -144,9 +148,9 @@ class Filling:
 
 def filled(task: NestTask, packers: Sequence[Packer], plan: FillPlan, method: str, seed: int) -> Nest:
     """Fill the sheets of a plan until the pieces or the sheets run out."""
-    made = Filling(task, packers)
-    for step, (stock, most) in enumerate(plan):
-        later, taken = [k for k, _ in plan[step + 1 :]], 0
-        while made.left.total() and taken < most and (laid := made.laid(stock, later)):
-            taken += made.add(stock, laid, most - taken)
-    return made.nest(method, seed)
+    filling = Filling(task, packers)
+    for step, (stock, limit) in enumerate(plan):
+        later, count = [k for k, _ in plan[step + 1 :]], 0
+        while filling.left.total() and count < limit and (placed := filling.fill_sheet(stock, later)):
+            count += filling.add(stock, placed, limit - count)
+    return filling.nest(method, seed)

@@ -10,11 +10,11 @@ from shapely.geometry.base import BaseGeometry
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.nest import NestPart, Placement
 from leafcut.processes.nesting.plan.pieces import NestPiece, angles_within, polygon_of
-from leafcut.processes.nesting.plan.rooms import FREE_ANGLES, clear_of, place
+from leafcut.processes.nesting.plan.rooms import FREE_ANGLES, clear_of, find_position
 
 #: Number of holes per part to fill, largest first, and kinds of part to try in each.
-MOST_HOLES = 20
-MOST_TRIED = 40
+MAX_HOLES = 20
+MAX_TRIED = 40
 
 
 def filled_holes(
@@ -25,51 +25,51 @@ def filled_holes(
     Parts are filled from the smallest to the largest, so that a part in a hole may itself contain others. `spacing`
     (mm) stays between a part and the edge of the hole. The members of all pieces add up to all quantities.
     """
-    found, counts = list(pieces), [part.quantity for part in parts]
+    filled, counts = list(pieces), [part.quantity for part in parts]
     clear = clear_of(spacing)
     for root in sorted(range(len(parts)), key=lambda i: (pieces[i].area, i)):
-        rooms = _rooms(parts[root].holes, clear)
-        while rooms and counts[root]:
-            members, used = _fill(root, rooms, found, counts, clear)
+        spaces = _hole_spaces(parts[root].holes, clear)
+        while spaces and counts[root]:
+            members, used = _fill(root, spaces, filled, counts, clear)
             if not used:
                 break
             number = min([counts[root], *(counts[piece] // count for piece, count in used.items())])
-            found.append(NestPiece(pieces[root].path, (*pieces[root].members, *members), pieces[root].angles))
+            filled.append(NestPiece(pieces[root].path, (*pieces[root].members, *members), pieces[root].angles))
             counts.append(number)
             counts[root] -= number
             for piece, count in used.items():
                 counts[piece] -= count * number
     kept = [i for i, count in enumerate(counts) if count]
-    return [found[i] for i in kept], [counts[i] for i in kept]
+    return [filled[i] for i in kept], [counts[i] for i in kept]
 
 
-def _rooms(holes: Sequence[Polyline], clear: float) -> list[BaseGeometry]:
+def _hole_spaces(holes: Sequence[Polyline], clear: float) -> list[BaseGeometry]:
     """Return the largest holes, shrunk by the clearance along their edges."""
-    large = sorted(holes, key=lambda hole: -abs(hole.area))[:MOST_HOLES]
+    large = sorted(holes, key=lambda hole: -abs(hole.area))[:MAX_HOLES]
     polygons = [polygon_of(hole) for hole in large]
-    rooms = [polygon.buffer(-clear) for polygon in polygons if polygon.is_valid]
-    return [room for room in rooms if not room.is_empty]
+    spaces = [polygon.buffer(-clear) for polygon in polygons if polygon.is_valid]
+    return [space for space in spaces if not space.is_empty]
 
 
 def _fill(
-    root: int, rooms: list[BaseGeometry], pieces: list[NestPiece], counts: list[int], clear: float
+    root: int, spaces: list[BaseGeometry], pieces: list[NestPiece], counts: list[int], clear: float
 ) -> tuple[list[Placement], Counter[int]]:
     """Fill the holes of a part, largest pieces first. Return the placements, and the number of each piece used."""
     members: list[Placement] = []
     used: Counter[int] = Counter()
-    for room in rooms:
-        rest = room
-        fitting = [i for i, p in enumerate(pieces) if i != root and counts[i] and p.area < room.area]
-        for number in sorted(fitting, key=lambda i: (-pieces[i].area, i))[:MOST_TRIED]:
+    for space in spaces:
+        remaining = space
+        fitting = [i for i, p in enumerate(pieces) if i != root and counts[i] and p.area < space.area]
+        for number in sorted(fitting, key=lambda i: (-pieces[i].area, i))[:MAX_TRIED]:
             piece = pieces[number]
-            while used[number] < counts[number] and piece.area < rest.area:
-                found = place(piece, rest, _angles(piece, pieces[root].angles), quick=True)
-                if found is None:
+            while used[number] < counts[number] and piece.area < remaining.area:
+                position = find_position(piece, remaining, _angles(piece, pieces[root].angles), quick=True)
+                if position is None:
                     break
-                angle, x, y, polygon = found
-                members += piece.laid(angle, x, y)
+                angle, x, y, polygon = position
+                members += piece.placements(angle, x, y)
                 used[number] += 1
-                rest = rest.difference(polygon.buffer(clear))
+                remaining = remaining.difference(polygon.buffer(clear))
     return members, +used
 
 

@@ -73,18 +73,18 @@ def _blocks(
     inner: Sequence[tuple[float, float]],
 ) -> tuple[list[NestPiece], list[int]]:
     """Group pieces into blocks that fit the smallest sheet for the piece."""
-    found: list[NestPiece] = []
+    grouped: list[NestPiece] = []
     numbers: list[int] = []
     for piece, count in zip(pieces, counts, strict=True):
-        smallest = min((one for one in inner if piece.fits(*one)), key=math.prod)
-        made, many = in_blocks([piece], [count], kerf, options.blocks, smallest)
-        found += made
-        numbers += many
-    return found, numbers
+        smallest = min((size for size in inner if piece.fits(*size)), key=math.prod)
+        blocks, block_counts = in_blocks([piece], [count], kerf, options.blocks, smallest)
+        grouped += blocks
+        numbers += block_counts
+    return grouped, numbers
 
 
 def variants(
-    task: NestTask, search: SolveOptions, tell: OnProgress, cancelled: threading.Event
+    task: NestTask, search: SolveOptions, on_progress: OnProgress, cancelled: threading.Event
 ) -> Iterator[Nest | str]:
     """Yield nests as they are found, unchecked; a line of text for a failed one.
 
@@ -92,62 +92,72 @@ def variants(
     """
     task = _with_remnants(task, search)
     if len(task.stocks) > 1:
-        yield from _on_several(task, search, tell, cancelled)
+        yield from _on_several(task, search, on_progress, cancelled)
         return
     if _by_shapes(task):
         numbers = range(task.options.variants)
         yield from _shape_variants(
-            task, search, numbers, lambda seed, clock: _on(task, as_many(task), clock, seed, cancelled), tell, cancelled
+            task,
+            search,
+            numbers,
+            lambda seed, clock: _on(task, as_many(task), clock, seed, cancelled),
+            on_progress,
+            cancelled,
         )
-    yield from _rectangle_variants(task, tell, cancelled.is_set, cancelled)
+    yield from _rectangle_variants(task, on_progress, cancelled.is_set, cancelled)
 
 
 def _on_several(
-    task: NestTask, search: SolveOptions, tell: OnProgress, cancelled: threading.Event
+    task: NestTask, search: SolveOptions, on_progress: OnProgress, cancelled: threading.Event
 ) -> Iterator[Nest | str]:
     """Yield nests on the cheapest sheets: first by rectangles, which is fast, then by shapes on cheaper sheets.
 
     The first variant by shapes chooses the sheets, and the others use them. With a time limit, only the first is made,
     in the time left by the rectangles.
     """
-    shapes, best = _by_shapes(task), list[Nest]()
-    began, limit = time.monotonic(), math.inf if search.time_limit is None else search.time_limit
-    hurried = [False]
+    shapes, nests = _by_shapes(task), list[Nest]()
+    start_time, limit = time.monotonic(), math.inf if search.time_limit is None else search.time_limit
+    timed_out = [False]
 
     def late() -> bool:
-        hurried[0] |= time.monotonic() > began + (CHOOSING if shapes else 1.0) * limit
-        return hurried[0] or cancelled.is_set()
+        timed_out[0] |= time.monotonic() > start_time + (CHOOSING if shapes else 1.0) * limit
+        return timed_out[0] or cancelled.is_set()
 
-    for one in _rectangle_variants(task, tell, late, cancelled):
-        best.append(replace(one, repeatable=not hurried[0]))
-        yield best[-1]
-    if not shapes or not best:
+    for rectangle_nest in _rectangle_variants(task, on_progress, late, cancelled):
+        nests.append(replace(rectangle_nest, repeatable=not timed_out[0]))
+        yield nests[-1]
+    if not shapes or not nests:
         return
-    rest = (
+    remaining_search = (
         search
         if search.time_limit is None
-        else replace(search, time_limit=0.01 + max(began + limit - time.monotonic(), 0.0))
+        else replace(search, time_limit=0.01 + max(start_time + limit - time.monotonic(), 0.0))
     )
-    other = min(best, key=lambda nest: nest.rank)
-    for found in _shape_variants(
-        task, rest, range(1), lambda seed, clock: _on_cheapest(task, other, clock, seed, cancelled), tell, cancelled
+    cheapest_nest = min(nests, key=lambda nest: nest.rank)
+    for shape_nest in _shape_variants(
+        task,
+        remaining_search,
+        range(1),
+        lambda seed, clock: _on_cheapest(task, cheapest_nest, clock, seed, cancelled),
+        on_progress,
+        cancelled,
     ):
-        best += [found] if isinstance(found, Nest) else []
-        yield found
+        nests += [shape_nest] if isinstance(shape_nest, Nest) else []
+        yield shape_nest
     if search.time_limit is None:
-        plan = same_sheets(min(best, key=lambda nest: nest.rank))
+        plan = same_sheets(min(nests, key=lambda nest: nest.rank))
         yield from _shape_variants(
-            task, rest, range(1, task.options.variants),
-            lambda seed, clock: _on(task, plan, clock, seed, cancelled), tell, cancelled,
+            task, remaining_search, range(1, task.options.variants),
+            lambda seed, clock: _on(task, plan, clock, seed, cancelled), on_progress, cancelled,
         )  # fmt: skip
 
 
 def _rectangle_variants(
-    task: NestTask, tell: OnProgress, late: Callable[[], bool], cancelled: threading.Event
+    task: NestTask, on_progress: OnProgress, late: Callable[[], bool], cancelled: threading.Event
 ) -> Iterator[Nest]:
     for rule in range(len(RULES)):
         if not (rule and (cancelled.is_set() or late())):
-            tell(Progress("nesting by rectangles", 0.99, trial=Trial(f"rectangles {rule}")))
+            on_progress(Progress("nesting by rectangles", 0.99, trial=Trial(f"rectangles {rule}")))
             yield cheapest(task, _rectangle_packers(task, rule), "rectangles", rule, late)
 
 
@@ -180,7 +190,7 @@ def _with_remnants(task: NestTask, search: SolveOptions) -> NestTask:
 
 
 def _shape_variants(
-    task: NestTask, search: SolveOptions, numbers: range, make: Callable[[int, _Clock], Nest], tell: OnProgress,
+    task: NestTask, search: SolveOptions, numbers: range, make: Callable[[int, _Clock], Nest], on_progress: OnProgress,
     cancelled: threading.Event,
 ) -> Iterator[Nest | str]:  # fmt: skip
     """Yield a nest by shapes for each of some seeds, in order, searching several at a time.
@@ -189,16 +199,16 @@ def _shape_variants(
     cost density. The others share the remaining threads, if any. Without a limit, each variant gets one thread, so that
     the number of threads does not change the nests.
     """
-    every = search.threads or os.cpu_count() or 1
-    threads = min(every, len(numbers))
+    n_threads = search.threads or os.cpu_count() or 1
+    threads = min(n_threads, len(numbers))
     rounds, workers = [1] * len(numbers), [1] * len(numbers)
     if search.time_limit is not None:
-        others = min(len(numbers) - 1, every // THREADS_PER_VARIANT)
-        numbers, threads = numbers if others else numbers[:1], 1 + others
-        rounds = [1, *[math.ceil((len(numbers) - 1) / max(others, 1))] * (len(numbers) - 1)]
-        workers = [every - others, *[1] * (len(numbers) - 1)]
+        n_others = min(len(numbers) - 1, n_threads // THREADS_PER_VARIANT)
+        numbers, threads = numbers if n_others else numbers[:1], 1 + n_others
+        rounds = [1, *[math.ceil((len(numbers) - 1) / max(n_others, 1))] * (len(numbers) - 1)]
+        workers = [n_threads - n_others, *[1] * (len(numbers) - 1)]
 
-    def made(number: int, rounds: int, workers: int) -> Nest | str:
+    def search_variant(number: int, rounds: int, workers: int) -> Nest | str:
         if cancelled.is_set():
             return ""
         try:
@@ -207,15 +217,17 @@ def _shape_variants(
             return "" if cancelled.is_set() else f"by shapes, seed {search.seed + number}: {problem}"
 
     with ThreadPoolExecutor(max(threads, 1)) as executor:
-        futures = [executor.submit(made, *one) for one in zip(numbers, rounds, workers, strict=False)]
-        words = f"nesting by shapes, {len(futures)} variants" if len(futures) > 1 else "nesting by shapes"
+        futures = [
+            executor.submit(search_variant, *arguments) for arguments in zip(numbers, rounds, workers, strict=False)
+        ]
+        message = f"nesting by shapes, {len(futures)} variants" if len(futures) > 1 else "nesting by shapes"
         try:
             for number in numbers[: len(futures)]:
-                tell(Progress(words, trial=Trial(f"shapes {search.seed + number}")))
+                on_progress(Progress(message, trial=Trial(f"shapes {search.seed + number}")))
             for number, future in enumerate(futures):
-                tell(Progress(words, number / len(futures)))
-                if found := future.result():
-                    yield found
+                on_progress(Progress(message, number / len(futures)))
+                if outcome := future.result():
+                    yield outcome
         # on Ctrl-C or an abandoned iteration, end the searches, because the executor would wait for them
         except BaseException:
             cancelled.set()
@@ -223,30 +235,30 @@ def _shape_variants(
 
 
 def _by_shapes(task: NestTask) -> bool:
-    wanted = task.options.nester
-    return wanted == "shapes" or (wanted == "auto" and not all(piece.is_rectangle for piece in task.pieces))
+    nester = task.options.nester
+    return nester == "shapes" or (nester == "auto" and not all(piece.is_rectangle for piece in task.pieces))
 
 
-def _on_cheapest(task: NestTask, other: Nest, clock: _Clock, seed: int, cancelled: threading.Event) -> Nest:
+def _on_cheapest(task: NestTask, reference: Nest, clock: _Clock, seed: int, cancelled: threading.Event) -> Nest:
     """Return a nest by shapes on sheets that cost no more than another nest."""
     packers = _shape_packers(task, seed, clock.budget, cancelled, shorten=False)
 
     def attempt(plan: FillPlan) -> Nest:
-        clock.begin(task, plan, 1.0 / TRY_SHARE)
+        clock.start_plan(task, plan, 1.0 / TRY_SHARE)
         return filled(task, packers, plan, "shapes", seed)
 
     best = cheapest_by_density(
-        task, packers, cheaper(task, packers, other, DENSEST), 0.5 * (other.utilisation_of_used + DENSEST),
+        task, packers, cheaper(task, packers, reference, DENSEST), 0.5 * (reference.utilisation_of_used + DENSEST),
         TIMED_TRIES if clock.limited else SHAPE_TRIES, attempt,
         lambda: cancelled.is_set() or clock.share_left < LAST_SEARCH,
     )  # fmt: skip
-    last = _on(task, same_sheets(best or other), clock, seed, cancelled)
-    return min([last] if best is None else [last, best], key=lambda nest: nest.rank)
+    final_nest = _on(task, same_sheets(best or reference), clock, seed, cancelled)
+    return min([final_nest] if best is None else [final_nest, best], key=lambda nest: nest.rank)
 
 
 def _on(task: NestTask, plan: FillPlan, clock: _Clock, seed: int, cancelled: threading.Event) -> Nest:
     """Return a nest by shapes on the sheets of a plan."""
-    clock.begin(task, plan, 1)
+    clock.start_plan(task, plan, 1)
     return filled(task, _shape_packers(task, seed, clock.budget, cancelled), plan, "shapes", seed)
 
 
@@ -276,14 +288,14 @@ class _Clock:
         self.strips = 1.0
         self.end = time.monotonic() + self.all
 
-    def begin(self, task: NestTask, plan: FillPlan, plans: float) -> None:
+    def start_plan(self, task: NestTask, plan: FillPlan, plans: float) -> None:
         """Share the remaining time among the strips of a plan and of `plans` plans in total."""
         area = sum(piece.area * count for piece, count in zip(task.pieces, task.counts, strict=True))
         sheets = 0.0
         for stock, count in plan:
-            room = math.prod(task.inner(stock))
-            sheets += min(count, area / room)
-            area -= min(count * room, area)
+            sheet_area = math.prod(task.inner(stock))
+            sheets += min(count, area / sheet_area)
+            area -= min(count * sheet_area, area)
         self.strips = plans * max(1.0, STRIPS_PER_SHEET * math.floor(sheets))
 
     @property

@@ -17,17 +17,17 @@ def parts_of(sheet: Sheet, quantity: int, rotations: tuple[float, ...] | None) -
     PlanError
         The drawing contains no closed outline.
     """
-    found: dict[int, list[Contour]] = {}
+    contours_by_part: dict[int, list[Contour]] = {}
     outlines = [c for c in sheet.contours if _is_outline(c)]
-    for one in (*outlines, *(c for c in sheet.contours if not _is_outline(c))):
-        found.setdefault(one.part, []).append(one.contour)
-    strays = [] if any(c.part == 0 for c in outlines) else found.pop(0, [])
+    for contour in (*outlines, *(c for c in sheet.contours if not _is_outline(c))):
+        contours_by_part.setdefault(contour.part, []).append(contour.contour)
+    strays = [] if any(c.part == 0 for c in outlines) else contours_by_part.pop(0, [])
     if not outlines:
         raise PlanError(f"{sheet.name}: no closed outline of a part; join its lines, or name its layer")
-    several = len(found) > 1
+    several = len(contours_by_part) > 1
     parts = [
         NestPart(f"{sheet.name}-{number}" if several else sheet.name, tuple(contours), quantity, rotations)
-        for number, (_, contours) in enumerate(sorted(found.items()), 1)
+        for number, (_, contours) in enumerate(sorted(contours_by_part.items()), 1)
     ]
     issues = []
     if several:
@@ -37,11 +37,11 @@ def parts_of(sheet: Sheet, quantity: int, rotations: tuple[float, ...] | None) -
         x, y = strays[0].path.start
         message = f"{sheet.name}: {len(strays)} lines that lie in no part were left out"
         message = message if len(strays) > 1 else f"{sheet.name}: 1 line that lies in no part was left out"
-        work = MissingWork("line", len(strays), tuple(stray.path.start for stray in strays))
-        place = f"at ({x:g}, {y:g})" + (" …" if len(strays) > 1 else "")
-        issues.append(Issue("L431", message, place, missing=work))
+        missing = MissingWork("line", len(strays), tuple(stray.path.start for stray in strays))
+        position = f"at ({x:g}, {y:g})" + (" …" if len(strays) > 1 else "")
+        issues.append(Issue("L431", message, position, missing=missing))
     return parts, issues
 
 
-def _is_outline(one: SheetContour) -> bool:
-    return one.contour.path.closed and one.contour.kind == "cut" and one.depth % 2 == 0
+def _is_outline(contour: SheetContour) -> bool:
+    return contour.contour.path.closed and contour.contour.kind == "cut" and contour.depth % 2 == 0

@@ -89,8 +89,8 @@ class NestPiece:
     @cached_property
     def _along_edges(self) -> tuple[float, ...]:
         """The rotation with the smallest bounding box, and the one 90° further."""
-        around: Any = oriented_envelope(self.polygon)
-        corners = list(around.exterior.coords)
+        envelope: Any = oriented_envelope(self.polygon)
+        corners = list(envelope.exterior.coords)
         edge = math.atan2(corners[1][1] - corners[0][1], corners[1][0] - corners[0][0])
         return (-edge % math.tau, (0.5 * math.pi - edge) % math.tau)
 
@@ -103,7 +103,7 @@ class NestPiece:
         """Return whether it fits in a rectangle at one of its rotations."""
         return any(b.width <= length + FORGIVEN and b.height <= width + FORGIVEN for b in self.boxes)
 
-    def laid(self, angle: float, x: float, y: float) -> list[Placement]:
+    def placements(self, angle: float, x: float, y: float) -> list[Placement]:
         """Return the placements of its members after rotation by `angle`, then translation by (x, y)."""
         cos, sin = math.cos(angle), math.sin(angle)
         return [
@@ -141,8 +141,8 @@ def _piece(number: int, part: NestPart) -> NestPiece:
         raise PlanError(f"{part.name}: its outline is not closed; join its ends in the drawing")
     piece = NestPiece(part.outline, (Placement(number, 0.0, 0.0, 0.0),), part.rotations)
     if not piece.polygon.is_valid or piece.area <= 0.0:
-        place = explain_validity(piece.polygon).partition("[")[2].rstrip("]")
-        where = f" near ({', '.join(f'{float(v):.6g}' for v in place.split())})" if place else ""
+        location = explain_validity(piece.polygon).partition("[")[2].rstrip("]")
+        where = f" near ({', '.join(f'{float(v):.6g}' for v in location.split())})" if location else ""
         raise PlanError(f"{part.name}: its outline crosses or touches itself{where}; repair the drawing")
     return piece
 
@@ -150,7 +150,7 @@ def _piece(number: int, part: NestPart) -> NestPiece:
 def check_fit(parts: Sequence[NestPart], pieces: Sequence[NestPiece], inner: Sequence[tuple[float, float]]) -> None:
     """Raise `PlanError` for the first piece that fits in no rectangle (length, width in mm)."""
     for part, piece in zip(parts, pieces, strict=True):
-        if not any(piece.fits(*one) for one in inner):
+        if not any(piece.fits(*size) for size in inner):
             length, width = max(inner, key=math.prod)
             box = min(piece.boxes, key=lambda b: max(b.width - length, b.height - width))
             sheet = "a sheet" if len(inner) == 1 else "the largest sheet"
@@ -160,22 +160,22 @@ def check_fit(parts: Sequence[NestPart], pieces: Sequence[NestPiece], inner: Seq
             )
 
 
-def share_of(some: Counter[int], weight: Callable[[int], float], area: float) -> Counter[int]:
+def share_of(counts: Counter[int], weight: Callable[[int], float], area: float) -> Counter[int]:
     """Return pieces with a total weight (mm²) of about `area`: the same share of each, then the largest that fit.
 
     All pieces if their weight is at most `area`; at least one.
     """
-    whole = sum(weight(piece) * count for piece, count in some.items())
-    if whole <= area:
-        return +some
-    taken = Counter({piece: int(area / whole * count) for piece, count in some.items()})
-    room = area - sum(weight(piece) * count for piece, count in taken.items())
-    order = sorted(+some, key=lambda piece: (-weight(piece), piece))
+    total_weight = sum(weight(piece) * count for piece, count in counts.items())
+    if total_weight <= area:
+        return +counts
+    share = Counter({piece: int(area / total_weight * count) for piece, count in counts.items()})
+    remaining = area - sum(weight(piece) * count for piece, count in share.items())
+    order = sorted(+counts, key=lambda piece: (-weight(piece), piece))
     for piece in order:
-        more = min(some[piece] - taken[piece], int(room / weight(piece)))
-        taken[piece] += more
-        room -= more * weight(piece)
-    return +taken or Counter({order[0]: 1})
+        extra = min(counts[piece] - share[piece], int(remaining / weight(piece)))
+        share[piece] += extra
+        remaining -= extra * weight(piece)
+    return +share or Counter({order[0]: 1})
 
 
 def angles_within(inner: Iterable[float] | None, outer: Sequence[float] | None, turn: float) -> bool:

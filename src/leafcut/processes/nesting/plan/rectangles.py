@@ -89,7 +89,7 @@ class RectanglePacker:
         return self.cells[piece].width * self.cells[piece].height / MICRON**2
 
     @property
-    def room(self) -> float:
+    def sheet_area(self) -> float:
         """Area of a sheet, mm²."""
         return self.length * self.width / MICRON**2
 
@@ -100,8 +100,8 @@ class RectanglePacker:
             low, high = 0, self.length
             for _ in range(HALVINGS):
                 middle = (low + high) // 2
-                found = self._pack(offered, middle)
-                low, high, best = (low, middle, found) if len(found) == len(best) else (middle, high, best)
+                packed = self._pack(offered, middle)
+                low, high, best = (low, middle, packed) if len(packed) == len(best) else (middle, high, best)
         return best
 
     def _pack(self, offered: Counter[int], length: int) -> list[PlacedPiece]:
@@ -115,9 +115,9 @@ class RectanglePacker:
             for _ in range(offered[number]):
                 packer.add_rect(cell.width, cell.height, number)
         packer.pack()
-        return [self._laid(*rectangle[1:]) for rectangle in packer.rect_list()]
+        return [self._placed_piece(*rectangle[1:]) for rectangle in packer.rect_list()]
 
-    def _laid(self, x: int, y: int, width: int, height: int, number: int) -> PlacedPiece:
+    def _placed_piece(self, x: int, y: int, width: int, height: int, number: int) -> PlacedPiece:
         cell = self.cells[number]
         across = (width, height) != (cell.width, cell.height)
         box = cell.turned if across and cell.turned is not None else cell.box
@@ -126,11 +126,11 @@ class RectanglePacker:
 
 def _cell(piece: NestPiece, spacing: float) -> Cell:
     box = min(piece.boxes, key=lambda b: (b.width * b.height, b.angle))
-    turned = next((b for b in piece.boxes if _across(box, b)), None)
+    turned = next((b for b in piece.boxes if _is_turned(box, b)), None)
     return Cell(box, turned, _ceil(box.width + spacing), _ceil(box.height + spacing))
 
 
-def _across(a: Box, b: Box) -> bool:
+def _is_turned(a: Box, b: Box) -> bool:
     return b.width <= a.height + 1e-6 and b.height <= a.width + 1e-6
 
 

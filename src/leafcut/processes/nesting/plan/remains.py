@@ -31,9 +31,9 @@ def remains(nest: Nest, layout: Layout, spacing: float, least: float, name: str)
     sheet = outline.difference(shapely.union_all(holes)) if holes else outline
     clear = clear_of(spacing) + _COARSE
     shells = [polygon_of(p.placed(nest.parts[p.part].outline)) for p in layout.placements]
-    rest = sheet.difference(shapely.union_all([shell.buffer(clear, quad_segs=8) for shell in shells]))
-    whole = _without_strips(rest, least).simplify(_COARSE)
-    pieces = [piece for piece in shapely.get_parts(whole) if not piece.buffer(-0.5 * least).is_empty]
+    remaining = sheet.difference(shapely.union_all([shell.buffer(clear, quad_segs=8) for shell in shells]))
+    simplified = _without_strips(remaining, least).simplify(_COARSE)
+    pieces = [piece for piece in shapely.get_parts(simplified) if not piece.buffer(-0.5 * least).is_empty]
     pieces.sort(key=lambda piece: (-round(piece.area, 3), piece.bounds))
     return [_as_stock(piece, f"{name}_{number}") for number, piece in enumerate(pieces, 1)]
 

@@ -14,12 +14,12 @@ from shapely.geometry.base import BaseGeometry
 from leafcut.model.nest import Stock
 from leafcut.processes.nesting.plan.pieces import CHORD, NestPiece
 from leafcut.processes.nesting.plan.rectangles import PlacedPiece
-from leafcut.processes.nesting.plan.rooms import FREE_ANGLES, SLACK, clear_of, place
+from leafcut.processes.nesting.plan.rooms import FREE_ANGLES, SLACK, clear_of, find_position
 
 #: Mitre limit of grown corners.
 _MITRE = 2.0
 #: Smallest usable area, mm².
-_NOTHING = 1.0
+_MIN_AREA = 1.0
 
 
 class RemnantPacker:
@@ -47,21 +47,21 @@ class RemnantPacker:
         self.clear = clear_of(spacing)
         outline, *holes = (path.flattened(CHORD) for path in stock.paths)
         round_edge = any(path.bulges.any() for path in stock.paths)
-        whole = shapely.Polygon(outline, holes)
-        away = margin + (SLACK if round_edge or any(piece.slack for piece in pieces) else 0.0)
-        self.inner: BaseGeometry = whole.buffer(-away, join_style="mitre", mitre_limit=_MITRE)
-        self._rooms = cache(self._has_room)
+        sheet = shapely.Polygon(outline, holes)
+        inset = margin + (SLACK if round_edge or any(piece.slack for piece in pieces) else 0.0)
+        self.inner: BaseGeometry = sheet.buffer(-inset, join_style="mitre", mitre_limit=_MITRE)
+        self._cached_has_room = cache(self._has_room)
 
     def holds(self, piece: int) -> bool:
         """Return whether a piece fits on an empty sheet."""
-        return self._rooms(piece)
+        return self._cached_has_room(piece)
 
     def weight(self, piece: int) -> float:
         """Return the area that a piece needs, mm²."""
         return self.pieces[piece].area
 
     @property
-    def room(self) -> float:
+    def sheet_area(self) -> float:
         """Area of a sheet less its margin, mm²."""
         return float(self.inner.area)
 
@@ -74,26 +74,28 @@ class RemnantPacker:
 
     def _fill(self, offered: Counter[int]) -> list[PlacedPiece]:
         end = min(self.end, time.monotonic() + self.seconds)
-        laid: list[PlacedPiece] = []
-        rest = self.inner
+        placed: list[PlacedPiece] = []
+        free_area = self.inner
         for number in sorted(+offered, key=lambda p: (-self.pieces[p].area, p)):
             piece = self.pieces[number]
             for _ in range(offered[number]):
                 if time.monotonic() >= end:
                     self.repeatable = False
-                    return laid
-                found = place(piece, rest, self._angles(number)) if piece.area <= rest.area else None
-                if found is None:
+                    return placed
+                position = (
+                    find_position(piece, free_area, self._angles(number)) if piece.area <= free_area.area else None
+                )
+                if position is None:
                     break
-                angle, x, y, polygon = found
-                laid.append(PlacedPiece(number, angle, x, y))
-                rest = rest.difference(polygon.buffer(self.clear, join_style="mitre", mitre_limit=_MITRE))
-                rooms = [room for room in shapely.get_parts(rest) if room.area > _NOTHING]
-                rest = shapely.union_all(rooms) if rooms else shapely.Polygon()
-        return laid
+                angle, x, y, polygon = position
+                placed.append(PlacedPiece(number, angle, x, y))
+                free_area = free_area.difference(polygon.buffer(self.clear, join_style="mitre", mitre_limit=_MITRE))
+                regions = [region for region in shapely.get_parts(free_area) if region.area > _MIN_AREA]
+                free_area = shapely.union_all(regions) if regions else shapely.Polygon()
+        return placed
 
     def _has_room(self, number: int) -> bool:
-        return place(self.pieces[number], self.inner, self._angles(number)) is not None
+        return find_position(self.pieces[number], self.inner, self._angles(number)) is not None
 
     def _angles(self, number: int) -> Sequence[float]:
         angles = self.pieces[number].angles

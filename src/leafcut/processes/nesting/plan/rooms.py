@@ -21,16 +21,16 @@ ROUND_CORNER = 1.002
 #: Additional clearance, mm, for the chords of arcs on both sides.
 SLACK = 4.0 * CHORD
 #: Grid positions per axis; odd, to include the middle.
-PLACES = 15
+GRID_SIZE = 15
 #: Most corners of a room and of a piece that are matched with each other.
-ROOM_CORNERS, PIECE_CORNERS = 300, 16
+REGION_CORNERS, PIECE_CORNERS = 300, 16
 #: Positions tested in one batch.
 _CHUNK = 128
 #: Rounding tolerance for a piece placed against an edge, mm.
 _ROUNDING = 1e-6
 
 #: Rotation (rad), translation (mm), and the polygon of the placed piece.
-FoundRoom = tuple[float, float, float, "Polygon"]
+FoundPosition = tuple[float, float, float, "Polygon"]
 
 
 def clear_of(spacing: float) -> float:
@@ -38,21 +38,23 @@ def clear_of(spacing: float) -> float:
     return ROUND_CORNER * spacing + SLACK
 
 
-def place(piece: NestPiece, room: BaseGeometry, angles: Iterable[float], *, quick: bool = False) -> FoundRoom | None:
+def find_position(
+    piece: NestPiece, region: BaseGeometry, angles: Iterable[float], *, quick: bool = False
+) -> FoundPosition | None:
     """Return the leftmost, then lowest, position of a piece within a room; None if it does not fit.
 
     Candidates are the positions of a grid, and those that match a corner of the piece with a corner of the room.
     `quick` tries only the grid, and stops at the first rotation that fits.
     """
-    if room.is_empty:
+    if region.is_empty:
         return None
-    corners = np.zeros((0, 2)) if quick else _thinned(shapely.get_coordinates(room), ROOM_CORNERS)
-    within = room.buffer(_ROUNDING, join_style="mitre")
-    shapely.prepare(within)
-    best: FoundRoom | None = None
+    corners = np.zeros((0, 2)) if quick else _thinned(shapely.get_coordinates(region), REGION_CORNERS)
+    grown = region.buffer(_ROUNDING, join_style="mitre")
+    shapely.prepare(grown)
+    best: FoundPosition | None = None
     for angle in angles:
         ring = np.asarray(polygon_of(piece.path.turned(angle)).exterior.coords)
-        for x, y, polygon in _places(ring, corners, room, within):
+        for x, y, polygon in _positions(ring, corners, region, grown):
             if best is None or _rank(polygon) < _rank(best[3]):
                 best = (angle, x, y, polygon)
             break
@@ -66,32 +68,32 @@ def _rank(polygon: Polygon) -> tuple[float, float]:
     return (round(x1, 6), round(y0 + y1, 6))
 
 
-def _places(
-    ring: NDArray[np.float64], corners: NDArray[np.float64], room: BaseGeometry, within: Any
+def _positions(
+    ring: NDArray[np.float64], corners: NDArray[np.float64], region: BaseGeometry, grown: Any
 ) -> Iterator[tuple[float, float, Polygon]]:
     """Yield the positions of a rotated piece (ring float64[n, 2]) within the room, from the left and from below."""
-    left, low, right, high = room.bounds
+    left, low, right, high = region.bounds
     (x0, y0), (x1, y1) = ring.min(axis=0), ring.max(axis=0)
     if x1 - x0 > right - left + _ROUNDING or y1 - y0 > high - low + _ROUNDING:
         return
-    xs, ys = np.linspace(left - x0, right - x1, PLACES), np.linspace(low - y0, high - y1, PLACES)
+    xs, ys = np.linspace(left - x0, right - x1, GRID_SIZE), np.linspace(low - y0, high - y1, GRID_SIZE)
     grid = np.stack(np.meshgrid(xs, ys, indexing="ij"), axis=-1).reshape(-1, 2)
-    own = _thinned(np.vstack([ring[:-1], [(x0, y0), (x0, y1), (x1, y0), (x1, y1)]])[::-1], PIECE_CORNERS)
-    met = (corners[:, None, :] - own[None, :, :]).reshape(-1, 2)
-    moves = np.concatenate([grid, met])
+    piece_corners = _thinned(np.vstack([ring[:-1], [(x0, y0), (x0, y1), (x1, y0), (x1, y1)]])[::-1], PIECE_CORNERS)
+    touching = (corners[:, None, :] - piece_corners[None, :, :]).reshape(-1, 2)
+    moves = np.concatenate([grid, touching])
     inside = (moves >= (left - x0 - _ROUNDING, low - y0 - _ROUNDING)) & (
         moves <= (right - x1 + _ROUNDING, high - y1 + _ROUNDING)
     )
     moves = np.unique(np.round(moves[inside.all(axis=1)], 6), axis=0)
     for k in range(0, len(moves), _CHUNK):
-        some = moves[k : k + _CHUNK]
-        polygons = shapely.polygons(ring[None, :, :] + some[:, None, :])
-        for at in np.flatnonzero(shapely.covers(within, polygons)):
-            yield float(some[at, 0]), float(some[at, 1]), polygons[at]
+        chunk = moves[k : k + _CHUNK]
+        polygons = shapely.polygons(ring[None, :, :] + chunk[:, None, :])
+        for index in np.flatnonzero(shapely.covers(grown, polygons)):
+            yield float(chunk[index, 0]), float(chunk[index, 1]), polygons[index]
 
 
-def _thinned(points: NDArray[np.float64], most: int) -> NDArray[np.float64]:
-    """Return points float64[n, 2], evenly thinned to at most `most`."""
-    if len(points) <= most:
+def _thinned(points: NDArray[np.float64], limit: int) -> NDArray[np.float64]:
+    """Return points float64[n, 2], evenly thinned to at most `limit`."""
+    if len(points) <= limit:
         return points
-    return points[np.linspace(0, len(points) - 1, most).astype(np.int64)]
+    return points[np.linspace(0, len(points) - 1, limit).astype(np.int64)]

@@ -26,7 +26,7 @@ FEW_POINTS, KEPT = 16, 0.6
 #: Mitre limit of grown corners.
 MITRE = 2.0
 #: Most pieces per search, for a reasonable time.
-MOST_PIECES = 250
+MAX_PIECES = 250
 #: Shares of the expected capacity tried when a sheet must be packed again with fewer pieces.
 SHARES = (1.02, 1.0, 0.98)
 #: A strip within this factor of the lower bound needs no further search.
@@ -85,7 +85,7 @@ class ShapePacker:
         return self.shape(piece)[2]
 
     @property
-    def room(self) -> float:
+    def sheet_area(self) -> float:
         """Area of a sheet, mm²."""
         return self.length * self.width
 
@@ -95,43 +95,43 @@ class ShapePacker:
         Too many pieces for one search are packed as identical bands across the sheet.
         """
         offered = Counter({p: n for p, n in offered.items() if self._fits(p)})
-        bands = math.ceil(offered.total() / MOST_PIECES)
+        bands = math.ceil(offered.total() / MAX_PIECES)
         if bands == 0:
             return []
         band = +Counter({piece: count // bands for piece, count in offered.items()})
         if not band:  # many kinds of piece, few of each
-            band, bands = _at_most(offered, MOST_PIECES), 1
-        found, width = self._fill_strip(band, self.length / bands, last)
+            band, bands = _at_most(offered, MAX_PIECES), 1
+        band_pieces, width = self._fill_strip(band, self.length / bands, last)
         pitch = width if last else self.length / bands
-        laid = [_moved(one, k * pitch) for k in range(bands) for one in found]
-        if last and (rest := offered - Counter(one.piece for one in laid)) and bands > 1:
-            more, _ = self._fill_strip(_at_most(rest, MOST_PIECES), self.length - bands * pitch, last)
-            laid += [_moved(one, bands * pitch) for one in more]
-        return laid
+        result = [_moved(placed, k * pitch) for k in range(bands) for placed in band_pieces]
+        if last and (remaining := offered - Counter(placed.piece for placed in result)) and bands > 1:
+            extra, _ = self._fill_strip(_at_most(remaining, MAX_PIECES), self.length - bands * pitch, last)
+            result += [_moved(placed, bands * pitch) for placed in extra]
+        return result
 
     def _fill_strip(self, offered: Counter[int], length: float, last: bool) -> tuple[list[PlacedPiece], float]:
         """Return the pieces that fit a length of the sheet, and the length used."""
         strip = self._pack(offered, 0.0 if last and self.shorten else length)
         if strip.width <= length:
-            return self._laid(strip), strip.width
-        best = self._laid(strip, length)
+            return self._placed_pieces(strip), strip.width
+        best = self._placed_pieces(strip, length)
         density = self._area(offered) / (strip.width * self.width)
         for share in SHARES:
             fewer = share_of(offered, self.weight, share * density * length * self.width)
-            if self._area(fewer) <= sum(self.weight(laid.piece) for laid in best):
+            if self._area(fewer) <= sum(self.weight(placed.piece) for placed in best):
                 break
-            again = self._pack(fewer, length)
-            if again.width <= length:
-                return self._laid(again), again.width
+            retry = self._pack(fewer, length)
+            if retry.width <= length:
+                return self._placed_pieces(retry), retry.width
         return best, length
 
-    def _area(self, some: Counter[int]) -> float:
-        return sum(self.weight(piece) * count for piece, count in some.items())
+    def _area(self, counts: Counter[int]) -> float:
+        return sum(self.weight(piece) * count for piece, count in counts.items())
 
-    def _pack(self, some: Counter[int], enough: float) -> Strip:
-        order = sorted(piece for piece, count in some.items() if count > 0)
-        items = [StripItem(self.shape(p)[0], some[p], self._degrees(p)) for p in order]
-        shortest = PERFECT * max(self._area(some) / self.width, *(self.extent(p)[0] for p in order))
+    def _pack(self, counts: Counter[int], enough: float) -> Strip:
+        order = sorted(piece for piece, count in counts.items() if count > 0)
+        items = [StripItem(self.shape(p)[0], counts[p], self._degrees(p)) for p in order]
+        shortest = PERFECT * max(self._area(counts) / self.width, *(self.extent(p)[0] for p in order))
         strip = pack_strip(
             items, self.width, self.seed, self.budget(), enough=max(enough, shortest), cancelled=self.cancelled
         )
@@ -156,9 +156,9 @@ class ShapePacker:
         angles = self.pieces[piece].angles
         return None if angles is None else [math.degrees(a) for a in angles]
 
-    def _laid(self, strip: Strip, length: float = math.inf) -> list[PlacedPiece]:
+    def _placed_pieces(self, strip: Strip, length: float = math.inf) -> list[PlacedPiece]:
         """Return the pieces whose grown outlines end before `length`."""
-        found = []
+        placed = []
         for piece, degrees, x, y in strip.items:
             shape, middle, _ = self.shape(piece)
             angle = _exact(math.radians(degrees), self.pieces[piece].angles)
@@ -167,8 +167,8 @@ class ShapePacker:
                 continue
             # The nester rotates shapes about their own middle.
             dx, dy = x - cos * middle[0] + sin * middle[1], y - sin * middle[0] - cos * middle[1]
-            found.append(PlacedPiece(piece, angle, self.corner + dx, self.corner + dy))
-        return found
+            placed.append(PlacedPiece(piece, angle, self.corner + dx, self.corner + dy))
+        return placed
 
     def _shape(self, number: int) -> tuple[list[tuple[float, float]], tuple[float, float], float]:
         """Return the points of a grown outline about its middle, the middle, and the grown area.
@@ -194,16 +194,16 @@ class ShapePacker:
         return corners, middle, float(rough.area)
 
 
-def _moved(laid: PlacedPiece, x: float) -> PlacedPiece:
-    return PlacedPiece(laid.piece, laid.angle, laid.x + x, laid.y)
+def _moved(placed: PlacedPiece, x: float) -> PlacedPiece:
+    return PlacedPiece(placed.piece, placed.angle, placed.x + x, placed.y)
 
 
-def _at_most(some: Counter[int], number: int) -> Counter[int]:
-    """Return the same share of every piece, at most `number` in total; the first kinds if there are too many."""
-    if some.total() <= number:
-        return some
-    share = number / some.total()
-    kept = {piece: max(int(share * count), 1) for piece, count in sorted(some.items())[:number]}
+def _at_most(counts: Counter[int], limit: int) -> Counter[int]:
+    """Return the same share of every piece, at most `limit` in total; the first kinds if there are too many."""
+    if counts.total() <= limit:
+        return counts
+    share = limit / counts.total()
+    kept = {piece: max(int(share * count), 1) for piece, count in sorted(counts.items())[:limit]}
     return Counter(kept)
 
 

@@ -17,14 +17,14 @@ from leafcut.processes.nesting.plan.fill import Filling, FillPlan, NestTask, Pac
 #: Sheet choices to try: this many pieces in total, within bounds.
 TRIES, LEAST_TRIES, MOST_TRIES = 5_000, 4, 60
 #: Most combinations to enumerate.
-MOST_LOOKED = 50_000
+MAX_CHOICES = 50_000
 #: Relative tolerance of equal costs.
 SAME = 1e-9
 
 
 def as_many(task: NestTask, kind: int = 0) -> FillPlan:
     """Return a plan that uses as many sheets of one kind as needed."""
-    return ((kind, min(task.at_hand[kind], task.most)),)
+    return ((kind, min(task.at_hand[kind], task.max_sheets)),)
 
 
 def same_sheets(nest: Nest) -> FillPlan:
@@ -36,12 +36,14 @@ def cheapest(task: NestTask, packers: Sequence[Packer], method: str, seed: int, 
     """Return the cheapest nest found before `late` returns true."""
     if len(packers) == 1:
         return filled(task, packers, as_many(task), method, seed)
-    best = _one_by_one(task, packers).nest(method, seed)
+    best = _greedy(task, packers).nest(method, seed)
     # A mix of kinds must never cost more than the best single kind, however little time there is.
     alone = (filled(task, packers, as_many(task, kind), method, seed) for kind in range(len(packers)))
     best = min([best, *alone], key=_rank)
     if any(best.unplaced):
-        best = min([best, *(filled(task, packers, plan, method, seed) for plan in _all(task, packers))], key=_rank)
+        best = min(
+            [best, *(filled(task, packers, plan, method, seed) for plan in _all_sheets(task, packers))], key=_rank
+        )
     tries = min(max(TRIES // sum(task.counts), LEAST_TRIES), MOST_TRIES)
     plans = cheaper(task, packers, best)
     return cheapest_of(plans, tries, best, lambda plan, _: filled(task, packers, plan, method, seed), late)
@@ -60,13 +62,13 @@ def cheapest_of(
     hold more. `attempt` nests on a plan; its second argument is the number of tries left.
     """
     low, high = 0, len(plans)
-    for left in range(tries, 0, -1):
+    for tries_left in range(tries, 0, -1):
         if low >= high or late():
             break
-        at = low if high - low <= left else (low + high) // 2
-        one = attempt(plans[at], left - 1)
-        best = min(best, one, key=_rank)
-        low, high = (at + 1, high) if any(one.unplaced) else (low, at)
+        index = low if high - low <= tries_left else (low + high) // 2
+        nest = attempt(plans[index], tries_left - 1)
+        best = min(best, nest, key=_rank)
+        low, high = (index + 1, high) if any(nest.unplaced) else (low, index)
     return best
 
 
@@ -82,22 +84,22 @@ def cheapest_by_density(
         Expected utilisation of the sheets. Every attempt corrects it.
     """
     need = _needs(task, packers)[0][1]
-    wanted = [need / sum(packers[k].room * count for k, count in plan) for plan in plans]
-    whole = sum(part.area * part.quantity for part in task.parts)
-    left, best = list(range(len(plans))), None
+    densities = [need / sum(packers[k].sheet_area * count for k, count in plan) for plan in plans]
+    total_area = sum(part.area * part.quantity for part in task.parts)
+    candidates, best = list(range(len(plans))), None
     for _ in range(tries):
-        if not left or late():
+        if not candidates or late():
             break
-        middle = sorted(wanted[k] for k in left)[(len(left) - 1) // 2]
-        likely = [k for k in left if wanted[k] <= density]
-        at = min(likely or [k for k in left if wanted[k] <= middle])
-        one = attempt(plans[at])
-        if any(one.unplaced):
-            density = min(density, wanted[at] * one.area / whole)
-            left = [k for k in left if wanted[k] < wanted[at]]
+        median = sorted(densities[k] for k in candidates)[(len(candidates) - 1) // 2]
+        likely = [k for k in candidates if densities[k] <= density]
+        index = min(likely or [k for k in candidates if densities[k] <= median])
+        nest = attempt(plans[index])
+        if any(nest.unplaced):
+            density = min(density, densities[index] * nest.area / total_area)
+            candidates = [k for k in candidates if densities[k] < densities[index]]
         else:
-            best, density = one, max(density, wanted[at])
-            left = [k for k in left if k < at]
+            best, density = nest, max(density, densities[index])
+            candidates = [k for k in candidates if k < index]
     return best
 
 
@@ -105,36 +107,38 @@ def _rank(nest: Nest) -> tuple[float, ...]:
     return nest.rank
 
 
-def _one_by_one(task: NestTask, packers: Sequence[Packer]) -> Filling:
+def _greedy(task: NestTask, packers: Sequence[Packer]) -> Filling:
     """Choose sheets greedily by parts per cost; the last is the cheapest that holds the rest."""
-    made = Filling(task, packers)
+    filling = Filling(task, packers)
     costs, at_hand = sheet_costs(task.stocks), task.at_hand
-    while made.left.total() and made.n_sheets < task.most:
-        there = [k for k in range(len(packers)) if at_hand[k] > 0]
-        tried = {k: laid for k in there if (laid := made.laid(k, [other for other in there if other != k]))}
+    while filling.left.total() and filling.n_sheets < task.max_sheets:
+        available = [k for k in range(len(packers)) if at_hand[k] > 0]
+        tried = {
+            k: placed for k in available if (placed := filling.fill_sheet(k, [kind for kind in available if kind != k]))
+        }
         if not tried:
             break
-        whole = [k for k, laid in tried.items() if len(laid) == made.left.total()]
-        areas = {k: sum(task.pieces[one.piece].area for one in laid) for k, laid in tried.items()}
+        complete = [k for k, placed in tried.items() if len(placed) == filling.left.total()]
+        areas = {k: sum(task.pieces[placed_piece.piece].area for placed_piece in placed) for k, placed in tried.items()}
         free = [k for k in tried if costs[k] <= 0.0]
         if free:
-            stock = max(free, key=lambda k: areas[k] / packers[k].room)
+            stock = max(free, key=lambda k: areas[k] / packers[k].sheet_area)
         else:
-            stock = min(whole or tried, key=lambda k: costs[k] if whole else costs[k] / areas[k])
-        at_hand[stock] -= made.add(stock, tried[stock], min(at_hand[stock], task.most - made.n_sheets))
-    return made
+            stock = min(complete or tried, key=lambda k: costs[k] if complete else costs[k] / areas[k])
+        at_hand[stock] -= filling.add(stock, tried[stock], min(at_hand[stock], task.max_sheets - filling.n_sheets))
+    return filling
 
 
-def _all(task: NestTask, packers: Sequence[Packer]) -> Iterator[FillPlan]:
+def _all_sheets(task: NestTask, packers: Sequence[Packer]) -> Iterator[FillPlan]:
     """Return plans that use all available sheets, the largest first if their number is limited."""
-    left, counts = task.most, [0.0] * len(packers)
-    for k in sorted(range(len(packers)), key=lambda k: (-packers[k].room, k)):
-        counts[k] = min(task.at_hand[k], left)
-        left -= counts[k]
+    remaining, counts = task.max_sheets, [0.0] * len(packers)
+    for k in sorted(range(len(packers)), key=lambda k: (-packers[k].sheet_area, k)):
+        counts[k] = min(task.at_hand[k], remaining)
+        remaining -= counts[k]
     return _orders(packers, counts, sheet_costs(task.stocks))
 
 
-def cheaper(task: NestTask, packers: Sequence[Packer], than: Nest, densest: float = 1.0) -> list[FillPlan]:
+def cheaper(task: NestTask, packers: Sequence[Packer], reference: Nest, densest: float = 1.0) -> list[FillPlan]:
     """Return plans with enough area that cost less than a complete nest, the cheapest first.
 
     Parameters
@@ -142,13 +146,13 @@ def cheaper(task: NestTask, packers: Sequence[Packer], than: Nest, densest: floa
     densest
         Highest utilisation assumed.
     """
-    if any(than.unplaced):
+    if any(reference.unplaced):
         return []
-    costs, rooms = sheet_costs(task.stocks), [densest * packer.room for packer in packers]
-    below = than.rank[1] * (1.0 - SAME)
-    found = _Choice(costs, rooms, task.at_hand, task.most, _needs(task, packers), below).found()
-    found.sort(key=lambda counts: (_cost(counts, costs), -_unpaid(counts, costs), sum(counts), counts))
-    return [plan for counts in found for plan in _orders(packers, counts, costs)]
+    costs, areas = sheet_costs(task.stocks), [densest * packer.sheet_area for packer in packers]
+    below = reference.rank[1] * (1.0 - SAME)
+    choices = _Choice(costs, areas, task.at_hand, task.max_sheets, _needs(task, packers), below).counts_below()
+    choices.sort(key=lambda counts: (_cost(counts, costs), -_unpaid(counts, costs), sum(counts), counts))
+    return [plan for counts in choices for plan in _orders(packers, counts, costs)]
 
 
 def _unpaid(counts: Sequence[int], costs: Sequence[float]) -> int:
@@ -157,7 +161,7 @@ def _unpaid(counts: Sequence[int], costs: Sequence[float]) -> int:
 
 def _orders(packers: Sequence[Packer], counts: Sequence[float], costs: Sequence[float]) -> Iterator[FillPlan]:
     """Yield filling orders of some sheets: largest first, then smallest first; free sheets always come first."""
-    kinds = sorted((k for k, n in enumerate(counts) if n), key=lambda k: (-packers[k].room, k))
+    kinds = sorted((k for k, n in enumerate(counts) if n), key=lambda k: (-packers[k].sheet_area, k))
     unpaid = tuple((k, counts[k]) for k in kinds if costs[k] <= 0.0)
     plan = tuple((k, counts[k]) for k in kinds if costs[k] > 0.0)
     yield (*unpaid, *plan)
@@ -180,7 +184,7 @@ def _needs(task: NestTask, packers: Sequence[Packer]) -> list[_Need]:
         kinds = frozenset(k for k, packer in enumerate(packers) if packer.holds(piece))
         if kinds:
             areas[kinds] = areas.get(kinds, 0.0) + count * min(packers[k].weight(piece) for k in kinds)
-    return [(kinds, sum(area for other, area in areas.items() if other <= kinds)) for kinds in areas]
+    return [(kinds, sum(area for subset, area in areas.items() if subset <= kinds)) for kinds in areas]
 
 
 @dataclass(frozen=True)
@@ -188,47 +192,49 @@ class _Choice:
     """Enumerates sheet counts with enough area that cost less than `below`; all sequences are by kind of sheet."""
 
     costs: Sequence[float]
-    rooms: Sequence[float]
+    areas: Sequence[float]
     at_hand: Sequence[float]
-    most: float
+    max_sheets: float
     needs: Sequence[_Need]
     below: float
 
-    def found(self) -> list[tuple[int, ...]]:
+    def counts_below(self) -> list[tuple[int, ...]]:
         """Return the counts of every kind."""
-        rates = [cost / max(room, SAME) for cost, room in zip(self.costs, self.rooms, strict=True)]
+        rates = [cost / max(area, SAME) for cost, area in zip(self.costs, self.areas, strict=True)]
         # Cheapest area first: the area still needed costs at least as much with every later kind.
         order = sorted(range(len(rates)), key=lambda k: (rates[k], k))
-        whole = max(need for _, need in self.needs)
-        made: list[tuple[int, ...]] = []
-        waiting: list[tuple[int, ...]] = [()]
-        for _ in range(MOST_LOOKED):
-            if not waiting:
+        total_need = max(need for _, need in self.needs)
+        choices: list[tuple[int, ...]] = []
+        stack: list[tuple[int, ...]] = [()]
+        for _ in range(MAX_CHOICES):
+            if not stack:
                 break
-            numbers = waiting.pop()
-            taken = dict(zip(order, numbers, strict=False))
-            if len(taken) == len(order):
-                counts = tuple(taken[k] for k in range(len(order)))
-                made += [counts] if self._enough(counts) else []
+            numbers = stack.pop()
+            numbers_by_kind = dict(zip(order, numbers, strict=False))
+            if len(numbers_by_kind) == len(order):
+                counts = tuple(numbers_by_kind[k] for k in range(len(order)))
+                choices += [counts] if self._enough(counts) else []
                 continue
-            k, cost = order[len(taken)], sum(n * self.costs[i] for i, n in taken.items())
-            rest = whole - sum(n * self.rooms[i] for i, n in taken.items())
-            if cost + max(rest, 0.0) * rates[k] < self.below:
-                waiting += [(*numbers, n) for n in range(self._up_to(k, cost, sum(numbers), whole) + 1)]
-        return made
+            k, cost = order[len(numbers_by_kind)], sum(n * self.costs[i] for i, n in numbers_by_kind.items())
+            remaining = total_need - sum(n * self.areas[i] for i, n in numbers_by_kind.items())
+            if cost + max(remaining, 0.0) * rates[k] < self.below:
+                stack += [(*numbers, n) for n in range(self._up_to(k, cost, sum(numbers), total_need) + 1)]
+        return choices
 
-    def _up_to(self, k: int, cost: float, taken: int, whole: float) -> int:
+    def _up_to(self, k: int, cost: float, taken: int, total_need: float) -> int:
         """Return the maximum number of a kind, given the `cost` and number of the sheets already taken."""
         # Free sheets have no cost bound; twice the number needed by area is enough.
-        worth = (
-            (self.below - cost) / self.costs[k] if self.costs[k] else 2.0 * math.ceil(whole / max(self.rooms[k], 1.0))
+        affordable = (
+            (self.below - cost) / self.costs[k]
+            if self.costs[k]
+            else 2.0 * math.ceil(total_need / max(self.areas[k], 1.0))
         )
-        return int(min(self.at_hand[k], self.most - taken, worth, MOST_LOOKED))
+        return int(min(self.at_hand[k], self.max_sheets - taken, affordable, MAX_CHOICES))
 
     def _enough(self, counts: Sequence[int]) -> bool:
         if not any(counts) or _cost(counts, self.costs) >= self.below:
             return False
         return all(
-            sum(counts[k] * self.rooms[k] for k in kinds) >= need and any(counts[k] for k in kinds)
+            sum(counts[k] * self.areas[k] for k in kinds) >= need and any(counts[k] for k in kinds)
             for kinds, need in self.needs
         )

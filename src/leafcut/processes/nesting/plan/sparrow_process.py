@@ -111,7 +111,7 @@ def solve(task: dict[str, Any]) -> dict[str, Any]:
         time.sleep(POLL)
 
 
-def _leave_with_the_parent() -> None:
+def _exit_with_parent() -> None:
     """End the process when standard input is closed: the parent has ended, or needs no answer."""
     sys.stdin.buffer.read()
     os._exit(1)
@@ -119,6 +119,6 @@ def _leave_with_the_parent() -> None:
 
 if __name__ == "__main__":
     given = json.loads(sys.stdin.buffer.readline())
-    threading.Thread(target=_leave_with_the_parent, daemon=True).start()
+    threading.Thread(target=_exit_with_parent, daemon=True).start()
     print(json.dumps(solve(given)), flush=True)
     os._exit(0)  # the search thread is still running, and a normal exit would wait for it

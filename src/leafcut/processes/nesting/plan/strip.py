@@ -103,7 +103,7 @@ def pack_strip(
         "enough": enough,
         "workers": budget.workers,
     }
-    answer = _ask(task, budget.seconds + PATIENCE, cancelled or threading.Event())
+    answer = _run_nester(task, budget.seconds + PATIENCE, cancelled or threading.Event())
     placed = tuple((int(i), float(a), float(x), float(y)) for i, a, x, y in answer["items"])
     return Strip(float(answer["width"]), placed, int(answer["steps"]), str(answer["ended"]))
 
@@ -114,7 +114,7 @@ def require(package: str) -> None:
         raise PlanError(f"nesting needs the package {package}: pip install 'leafcut[nest]'")
 
 
-def _ask(task: dict[str, Any], patience: float, cancelled: threading.Event) -> dict[str, Any]:
+def _run_nester(task: dict[str, Any], patience: float, cancelled: threading.Event) -> dict[str, Any]:
     """Run the subprocess and return its answer; it ends with this process, or when `cancelled` is set."""
     # -P: no module in the folder of the script or of the user must shadow one of Python's.
     command = [sys.executable, "-P", str(SCRIPT)]
@@ -122,12 +122,12 @@ def _ask(task: dict[str, Any], patience: float, cancelled: threading.Event) -> d
     deadline = time.monotonic() + patience
     # Files, not pipes: nobody reads during the search, and a full pipe would block it.
     with (
-        tempfile.TemporaryFile() as said,
-        tempfile.TemporaryFile() as complaint,
-        subprocess.Popen(command, env=environment, stdin=subprocess.PIPE, stdout=said, stderr=complaint) as process,
+        tempfile.TemporaryFile() as output,
+        tempfile.TemporaryFile() as errors,
+        subprocess.Popen(command, env=environment, stdin=subprocess.PIPE, stdout=output, stderr=errors) as process,
     ):
         try:
-            _tell(process, task)
+            _send_task(process, task)
             while process.poll() is None and not cancelled.is_set() and time.monotonic() < deadline:
                 with suppress(subprocess.TimeoutExpired):
                     process.wait(POLL)
@@ -136,12 +136,12 @@ def _ask(task: dict[str, Any], patience: float, cancelled: threading.Event) -> d
         process.wait()
         if cancelled.is_set():
             raise NesterError("stopped")
-        said.seek(0)
-        complaint.seek(0)
-        return _understood(said.read(), complaint.read())
+        output.seek(0)
+        errors.seek(0)
+        return _parse_answer(output.read(), errors.read())
 
 
-def _tell(process: subprocess.Popen[bytes], task: dict[str, Any]) -> None:
+def _send_task(process: subprocess.Popen[bytes], task: dict[str, Any]) -> None:
     """Send the task; standard input stays open while an answer is awaited."""
     assert process.stdin is not None
     try:
@@ -152,11 +152,11 @@ def _tell(process: subprocess.Popen[bytes], task: dict[str, Any]) -> None:
             process.stdin.close()
 
 
-def _understood(said: bytes, complaint: bytes) -> dict[str, Any]:
+def _parse_answer(output: bytes, errors: bytes) -> dict[str, Any]:
     try:
-        answer: dict[str, Any] = json.loads(said)
+        answer: dict[str, Any] = json.loads(output)
     except ValueError:
-        lines = [" ".join(line.split()) for line in complaint.decode(errors="replace").splitlines() if line.strip()]
+        lines = [" ".join(line.split()) for line in errors.decode(errors="replace").splitlines() if line.strip()]
         after_panic = [b for a, b in pairwise(lines) if "panicked" in a]
         reason = (after_panic or lines[-1:] or ["no reason given"])[0]
         raise NesterError(f"the nester gave no answer ({reason[:120]})") from None
