@@ -23,7 +23,7 @@ from leafcut.options import PostOptions, ReadOptions
 from leafcut.post.writer import write_program
 from leafcut.processes.drilling import spec
 from leafcut.processes.drilling.judge import DrillingRequest, judge_holes
-from leafcut.processes.drilling.plan.drill_toolpath import drawing_order, lay_toolpath
+from leafcut.processes.drilling.plan.drill_toolpath import drawing_order, generate_toolpath
 from leafcut.processes.drilling.plan.drilling import DrillPlan, plan_drilling
 from leafcut.processes.placing import placed
 from leafcut.proof.program import read_back, rounding_of
@@ -64,7 +64,7 @@ def program(asked: DrillingRequest, name: str, units: str) -> str:
     """Return the program that leafcut makes, holes in the order of the drawing."""
     part = placed(asked.part, asked.reading)
     plan = plan_drilling(part, MILL, asked.library, asked.job, asked.options)
-    path = lay_toolpath(plan, MILL, [drawing_order(one) for one in plan.operations])
+    path = generate_toolpath(plan, MILL, [drawing_order(one) for one in plan.operations])
     names = {tool.number: tool.label.split(" ", 1)[1] for tool in plan.tools}
     return write_program(path, dialect(name), PostOptions(output_units=units), ["judged"], tool_names=names)
 

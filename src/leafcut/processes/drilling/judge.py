@@ -34,7 +34,7 @@ _ARITHMETIC = 2e-6
 #: Point angle of assumed drills, rad: DIN 338, type N.
 _POINT_ANGLE = math.radians(118.0)
 #: Depth of spotted holes if no depth is given, mm; diameter assumed for a bare point, mm.
-_SPOT, _BARE_POINT = 1.0, 1.0
+_SPOT_DEPTH, _BARE_POINT = 1.0, 1.0
 #: Default depth of a centre drill, relative to its diameter.
 _CENTRE_SHARE = 0.4
 #: Decimals and minimum of assumed tool diameters, mm.
@@ -46,11 +46,11 @@ _SAME, _SAME_ANGLE = 1e-9, math.radians(1.0)
 #: Radius for matching a tool to a drawn position, mm; the exact position is compared later.
 _SAME_PLACE = 0.01
 #: Tolerance of multiples of 90°, in quarter turns.
-_QUARTER = 1e-9
+_QUARTER_TOLERANCE = 1e-9
 #: Comment that names an assumed tool at its tool change: ``(T1 drill D6.35)``.
 _NAMED = re.compile(r"[(;]\s*T(\d+) (drill|slot-mill) D([\d.]+)\s*(?:\)|$)", re.IGNORECASE | re.MULTILINE)
 #: Motions that never occur in leafcut's drilling programs.
-_STRANGE = (Kind.ARC_CW, Kind.ARC_CCW, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN, Kind.PROBE)
+_FOREIGN_KINDS = (Kind.ARC_CW, Kind.ARC_CCW, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN, Kind.PROBE)
 
 
 class _Cut(NamedTuple):
@@ -72,7 +72,7 @@ class _SlotCut(NamedTuple):
     tool: str
 
 
-class _Made(NamedTuple):
+class _Plunge(NamedTuple):
     """A position where the program plunges at feed: position and lowest tip, mm; tool and line."""
 
     x: float
@@ -85,7 +85,7 @@ class _Made(NamedTuple):
 class _Pass(NamedTuple):
     """A straight sideways cut: start and end, mm; tool and line."""
 
-    begin: tuple[float, float, float]
+    start: tuple[float, float, float]
     end: tuple[float, float, float]
     tool: str
     line: int
@@ -119,7 +119,7 @@ class DrillingRequest:
         if not isinstance(origin, str):
             return complex(*origin)
         bounds = self.drawn if self.part.reference is None else self._bounds(self.part.reference)
-        (x0, x1), (y0, y1) = ((float(one.min()), float(one.max())) for one in (bounds.real, bounds.imag))
+        (x0, x1), (y0, y1) = ((float(axis.min()), float(axis.max())) for axis in (bounds.real, bounds.imag))
         if origin == "centre":
             return complex(x0 + 0.5 * (x1 - x0), y0 + 0.5 * (y1 - y0))
         return complex(x0 if "left" in origin else x1, y0 if "lower" in origin else y1)
@@ -127,47 +127,47 @@ class DrillingRequest:
     def _bounds(self, outline: Part) -> NDArray[np.complex128]:
         """Return the points of an outline, and opposite corners of each path's bounding box, mirrored and rotated."""
         corners = [complex(hole.x, hole.y) for hole in outline.holes]
-        places = [self.turned(np.array(corners, dtype=np.complex128))]
+        points = [self.turned(np.array(corners, dtype=np.complex128))]
         side = 1.0 if self.reading.mirror is None else -1.0
         for path in (contour.path for contour in outline.contours):
             x, y, bulge = path.vertices.T
-            there = self.turned(x + 1j * y)
-            x0, y0, x1, y1 = Polyline(np.column_stack([there.real, there.imag, side * bulge]), path.closed).extents
-            places.append(np.array([complex(x0, y0), complex(x1, y1)]))
-        return np.concatenate(places)
+            turned = self.turned(x + 1j * y)
+            x0, y0, x1, y1 = Polyline(np.column_stack([turned.real, turned.imag, side * bulge]), path.closed).extents
+            points.append(np.array([complex(x0, y0), complex(x1, y1)]))
+        return np.concatenate(points)
 
-    def turned(self, places: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    def turned(self, points: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """Return points of the drawing, x + iy, mm, mirrored and then rotated."""
         if self.reading.mirror == "x":
-            places = -places.conj()
+            points = -points.conj()
         elif self.reading.mirror == "y":
-            places = places.conj()
+            points = points.conj()
         quarters = self.reading.rotate / (0.5 * math.pi)
-        if abs(quarters - round(quarters)) < _QUARTER:
-            return np.asarray(places * 1j ** (round(quarters) % 4))
-        return np.asarray(places * complex(math.cos(self.reading.rotate), math.sin(self.reading.rotate)))
+        if abs(quarters - round(quarters)) < _QUARTER_TOLERANCE:
+            return np.asarray(points * 1j ** (round(quarters) % 4))
+        return np.asarray(points * complex(math.cos(self.reading.rotate), math.sin(self.reading.rotate)))
 
     @cached_property
     def drawn(self) -> NDArray[np.complex128]:
         """Holes, then both ends of all slots, mirrored and rotated, complex128[n], mm."""
-        places = [complex(hole.x, hole.y) for hole in self.part.holes]
-        places += [complex(*end) for slot in self.part.slots for end in (slot.start, slot.end)]
-        return self.turned(np.array(places, dtype=np.complex128))
+        points = [complex(hole.x, hole.y) for hole in self.part.holes]
+        points += [complex(*end) for slot in self.part.slots for end in (slot.start, slot.end)]
+        return self.turned(np.array(points, dtype=np.complex128))
 
     @cached_property
-    def places(self) -> NDArray[np.float64]:
+    def points(self) -> NDArray[np.float64]:
         """The same in program coordinates, float64[n, 2]."""
-        there = self.drawn - self.zero
-        return np.column_stack([there.real, there.imag])
+        shifted = self.drawn - self.zero
+        return np.column_stack([shifted.real, shifted.imag])
 
     @cached_property
     def triangles(self) -> NDArray[np.float64]:
         """The surface in program coordinates, float64[n, 3, 3]."""
         assert self.surface is not None
-        found = self.surface.triangles.copy()
-        there = self.turned(found[:, :, 0] + 1j * found[:, :, 1]) - self.zero
-        found[:, :, 0], found[:, :, 1] = there.real, there.imag
-        return found
+        triangles = self.surface.triangles.copy()
+        shifted = self.turned(triangles[:, :, 0] + 1j * triangles[:, :, 1]) - self.zero
+        triangles[:, :, 0], triangles[:, :, 1] = shifted.real, shifted.imag
+        return triangles
 
 
 def judge_holes(request: DrillingRequest, text: str, path: Toolpath, rounding: float) -> list[Difference]:
@@ -180,57 +180,59 @@ def judge_holes(request: DrillingRequest, text: str, path: Toolpath, rounding: f
     rounding
         Rounding of written numbers, mm.
     """
-    room = rounding + _ARITHMETIC
+    tolerance = rounding + _ARITHMETIC
     names = None if request.library is not None else _names(text)
-    made, passes, wrong = _made(path, names)
+    plunges, passes, differences = _read_motions(path, names)
     tools = _ToolsUsed(
-        request, [(one.x, one.y, one.tool) for one in made] + [(*one.begin[:2], one.tool) for one in passes]
+        request,
+        [(motion.x, motion.y, motion.tool) for motion in plunges]
+        + [(*motion.start[:2], motion.tool) for motion in passes],
     )
-    holes, slots = list(_wanted_holes(request, tools)), list(_wanted_slots(request, tools))
-    left, differences = _compare_holes(request.part.holes, holes, made, room)
-    wrong += differences + _compare_slots(slots, passes, room)
-    drawn = _Places([(one.x, one.y) for one in holes])
-    ends = _Places([end for slot in slots for end in slot.ends])
-    for one in left:
-        entered = [slots[k // 2] for k in ends.near(one.x, one.y, room)]
-        if any(slot.tool == one.tool and one.tip >= slot.bottom - room for slot in entered):
+    holes, slots = list(_required_holes(request, tools)), list(_required_slots(request, tools))
+    unmatched, hole_differences = _compare_holes(request.part.holes, holes, plunges, tolerance)
+    differences += hole_differences + _compare_slots(slots, passes, tolerance)
+    drawn = _PointIndex([(cut.x, cut.y) for cut in holes])
+    ends = _PointIndex([end for slot in slots for end in slot.ends])
+    for plunge in unmatched:
+        entered_slots = [slots[k // 2] for k in ends.near(plunge.x, plunge.y, tolerance)]
+        if any(slot.tool == plunge.tool and plunge.tip >= slot.bottom - tolerance for slot in entered_slots):
             continue
-        where = place(one.x, one.y, one.tip)
-        if drawn.near(one.x, one.y, room):
-            text = f"{one.tool} drills at {where}, where the hole is already made"
-            wrong.append(Difference("hole twice", 0, one.line, text))
+        where = place(plunge.x, plunge.y, plunge.tip)
+        if drawn.near(plunge.x, plunge.y, tolerance):
+            text = f"{plunge.tool} drills at {where}, where the hole is already made"
+            differences.append(Difference("hole twice", 0, plunge.line, text))
         else:
-            text = f"{one.tool} drills at {where}, where the drawing has no hole"
-            wrong.append(Difference("hole not drawn", 0, one.line, text))
-    return shorten(wrong)
+            text = f"{plunge.tool} drills at {where}, where the drawing has no hole"
+            differences.append(Difference("hole not drawn", 0, plunge.line, text))
+    return shorten(differences)
 
 
 # The requested work.
 
 
-def _wanted_holes(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Cut]:
+def _required_holes(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Cut]:
     """Yield every cut of every hole, in the required order of its tools."""
     part, job = request.part, request.job
     steps = [_tools_of(request, used, hole, k) for k, hole in enumerate(part.holes)]
     solid = any(hole.depth is not None for hole in part.holes)
-    tops, under = _tops(request, steps, solid)
+    tops, underside = _tops(request, steps, solid)
     for k, (hole, tools) in enumerate(zip(part.holes, steps, strict=True)):
-        x, y = request.places[k].tolist()
-        point = max((_point(tool) for tool in tools if tool.kind is ToolKind.DRILL), default=0.0)
+        x, y = request.points[k].tolist()
+        drill_point = max((_point_length(tool) for tool in tools if tool.kind is ToolKind.DRILL), default=0.0)
         for tool in tools:
             if tool.kind is ToolKind.CENTRE_DRILL:
                 tip = _CENTRE_SHARE * tool.diameter if tool.depth is None else tool.depth
-            elif under is not None:
-                tip = tops[k] - under[k] + job.break_through + _point(tool)
+            elif underside is not None:
+                tip = tops[k] - underside[k] + job.break_through + _point_length(tool)
             elif job.depth is not None:
-                tip = job.depth + (_point(tool) if request.options.depth_to == "shoulder" else 0.0)
+                tip = job.depth + (_point_length(tool) if request.options.depth_to == "shoulder" else 0.0)
             elif job.thickness is not None:
-                tip = job.thickness + job.break_through + _point(tool)
+                tip = job.thickness + job.break_through + _point_length(tool)
             elif solid:
                 below = job.break_through if hole.through else 0.0
-                tip = (hole.depth or 0.0) + below + _point(tool) - (point if hole.flat else 0.0)
+                tip = (hole.depth or 0.0) + below + _point_length(tool) - (drill_point if hole.flat else 0.0)
             else:
-                tip = _SPOT
+                tip = _SPOT_DEPTH
             yield _Cut(x, y, tops[k] - tip, _name(request, tool), k)
         for wide in hole.steps:
             wider = _wide_tool(request, wide, (x, y, hole.z))
@@ -239,17 +241,17 @@ def _wanted_holes(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Cut]:
                 yield _Cut(x, y, tops[k] - wide.tip + flat, _name(request, wider), k)
 
 
-def _wanted_slots(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_SlotCut]:
+def _required_slots(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_SlotCut]:
     """Yield every slot; all start at Z0."""
-    job, ends = request.job, request.places[len(request.part.holes) :].reshape(-1, 2, 2).tolist()
+    job, ends = request.job, request.points[len(request.part.holes) :].reshape(-1, 2, 2).tolist()
     for slot, ((x0, y0), (x1, y1)) in zip(request.part.slots, ends, strict=True):
         tool = _slot_tool(request, used, slot, (x0, y0), (x1, y1))
         if job.depth is not None:
-            depth = job.depth + (_point(tool) if request.options.depth_to == "shoulder" else 0.0)
+            depth = job.depth + (_point_length(tool) if request.options.depth_to == "shoulder" else 0.0)
         elif job.thickness is not None:
-            depth = job.thickness + job.break_through + _point(tool)
+            depth = job.thickness + job.break_through + _point_length(tool)
         else:
-            depth = _SPOT
+            depth = _SPOT_DEPTH
         yield _SlotCut(((x0, y0), (x1, y1)), -depth, tool.peck or tool.diameter, _name(request, tool))
 
 
@@ -259,22 +261,22 @@ def _tops(
     """Return the height of the top of each hole, and the underside of the part if the surface determines it, mm."""
     holes = request.part.holes
     drawn = np.array([hole.z for hole in holes], dtype=np.float64)
-    own = solid or request.options.hole_heights == "drawn"
+    use_drawn = solid or request.options.hole_heights == "drawn"
     if request.surface is None:
-        return (drawn if own else np.zeros(len(holes))), None
-    if own and not request.options.through:
+        return (drawn if use_drawn else np.zeros(len(holes))), None
+    if use_drawn and not request.options.through:
         return drawn, None
     from leafcut.material.surface import rims_of  # imported here because it loads a kernel, and most plates are flat
 
-    places, radius = request.places[: len(holes)], [0.5 * max(tool.diameter for tool in tools) for tools in steps]
-    rims = rims_of(request.triangles, places, np.array(radius, dtype=np.float64))
-    above = np.maximum(rims.top - drawn, 0.0) if own else np.zeros(len(holes))
-    cut = [
-        max(min(wide, 0.5 * hole.diameter), *(_cut_radius(tool, over) for tool in tools))
-        for hole, tools, wide, over in zip(holes, steps, radius, above.tolist(), strict=True)
+    points, radii = request.points[: len(holes)], [0.5 * max(tool.diameter for tool in tools) for tools in steps]
+    rims = rims_of(request.triangles, points, np.array(radii, dtype=np.float64))
+    above = np.maximum(rims.top - drawn, 0.0) if use_drawn else np.zeros(len(holes))
+    cut_radii = [
+        max(min(tool_radius, 0.5 * hole.diameter), *(_cut_radius(tool, height) for tool in tools))
+        for hole, tools, tool_radius, height in zip(holes, steps, radii, above.tolist(), strict=True)
     ]
-    inner = rims_of(request.triangles, places, np.array(cut, dtype=np.float64))
-    tops = drawn if own else np.maximum(rims.top, inner.top)
+    inner = rims_of(request.triangles, points, np.array(cut_radii, dtype=np.float64))
+    tops = drawn if use_drawn else np.maximum(rims.top, inner.top)
     return tops, (inner.under if request.options.through else None)
 
 
@@ -282,11 +284,11 @@ def _cut_radius(tool: Tool, above: float) -> float:
     """Return the radius cut with a height of material above the hole, mm; for a centre drill, only its point cuts."""
     if tool.kind is not ToolKind.CENTRE_DRILL or tool.point_angle >= math.pi:
         return 0.5 * tool.diameter
-    deep = _CENTRE_SHARE * tool.diameter if tool.depth is None else tool.depth
-    return min(0.5 * tool.diameter, 0.5 * tool.tip_diameter + (deep + above) * math.tan(0.5 * tool.point_angle))
+    depth = _CENTRE_SHARE * tool.diameter if tool.depth is None else tool.depth
+    return min(0.5 * tool.diameter, 0.5 * tool.tip_diameter + (depth + above) * math.tan(0.5 * tool.point_angle))
 
 
-def _point(tool: Tool) -> float:
+def _point_length(tool: Tool) -> float:
     """Return the length of a tool's point, mm."""
     return 0.5 * tool.diameter / math.tan(0.5 * tool.point_angle) if tool.point_angle < math.pi else 0.0
 
@@ -304,23 +306,23 @@ def _assumed(kind: ToolKind, diameter: float) -> Tool:
 class _ToolsUsed:
     """The assumed tools named in a program, by the positions where they work."""
 
-    def __init__(self, request: DrillingRequest, works: Sequence[tuple[float, float, str]]) -> None:
+    def __init__(self, request: DrillingRequest, cuts: Sequence[tuple[float, float, str]]) -> None:
         # A drill file of a board specifies its drills exactly.
         board = request.part.format == "excellon"
         self._tolerance = 0.5 * 10.0**-_DECIMALS + (0.0 if board else request.job.diameter_tolerance)
-        known = [one for one in works if math.isfinite(one[0] + one[1])]
-        self._places = _Places([(x, y) for x, y, _ in known])
+        known = [cut for cut in cuts if math.isfinite(cut[0] + cut[1])]
+        self._points = _PointIndex([(x, y) for x, y, _ in known])
         self._tools = [name for _, _, name in known]
 
-    def assumed(self, kind: ToolKind, diameter: float, *places: tuple[float, float]) -> Tool:
+    def assumed(self, kind: ToolKind, diameter: float, *points: tuple[float, float]) -> Tool:
         """Return the tool used at a position if its diameter is within tolerance, else a tool of the exact diameter."""
         widths = [diameter]
-        for x, y in places:
-            for k in self._places.near(x, y, _SAME_PLACE):
+        for x, y in points:
+            for k in self._points.near(x, y, _SAME_PLACE):
                 name, _, width = self._tools[k].partition(" ")
                 if name == kind.value and abs(float(width) - diameter) <= self._tolerance + _SAME:
                     widths.append(float(width))
-        return _assumed(kind, min(widths[1:] or widths, key=lambda one: abs(one - diameter)))
+        return _assumed(kind, min(widths[1:] or widths, key=lambda width: abs(width - diameter)))
 
 
 def _tools_of(request: DrillingRequest, used: _ToolsUsed, hole: Hole, number: int) -> list[Tool]:
@@ -331,7 +333,7 @@ def _tools_of(request: DrillingRequest, used: _ToolsUsed, hole: Hole, number: in
     """
     library, tolerance = request.library, request.job.diameter_tolerance
     if library is None:
-        x, y = request.places[number].tolist()
+        x, y = request.points[number].tolist()
         return [used.assumed(ToolKind.DRILL, hole.diameter if hole.diameter > 0.0 else _BARE_POINT, (x, y))]
     drills = [tool for tool in library.tools if tool.kind is ToolKind.DRILL]
     diameter = hole.diameter
@@ -346,9 +348,9 @@ def _tools_of(request: DrillingRequest, used: _ToolsUsed, hole: Hole, number: in
         numbers = library.recipes[min(recipes)[2]].steps
         tools = [tool for number in numbers for tool in library.tools if tool.number == number]
     else:
-        near = [(abs(tool.diameter - diameter), k) for k, tool in enumerate(drills)]
-        near = [one for one in near if one[0] <= tolerance + _SAME]
-        tools = [drills[min(near)[1]] if near else _assumed(ToolKind.DRILL, diameter)]
+        candidates = [(abs(tool.diameter - diameter), k) for k, tool in enumerate(drills)]
+        candidates = [candidate for candidate in candidates if candidate[0] <= tolerance + _SAME]
+        tools = [drills[min(candidates)[1]] if candidates else _assumed(ToolKind.DRILL, diameter)]
     centre = [tool for tool in library.tools if tool.kind is ToolKind.CENTRE_DRILL]
     if request.options.centre_drill and not any(tool.kind is ToolKind.CENTRE_DRILL for tool in tools):
         tools = centre[:1] + tools
@@ -360,8 +362,8 @@ def _slot_tool(request: DrillingRequest, used: _ToolsUsed, slot: Slot, *ends: tu
     if request.library is None:
         return used.assumed(ToolKind.SLOT_MILL, slot.width, *ends)
     mills = [tool for tool in request.library.tools if tool.kind is ToolKind.SLOT_MILL]
-    near = [(abs(tool.diameter - slot.width), k) for k, tool in enumerate(mills)]
-    return mills[min(near)[1]] if near else _assumed(ToolKind.SLOT_MILL, slot.width)
+    candidates = [(abs(tool.diameter - slot.width), k) for k, tool in enumerate(mills)]
+    return mills[min(candidates)[1]] if candidates else _assumed(ToolKind.SLOT_MILL, slot.width)
 
 
 def _wide_tool(request: DrillingRequest, wide: HoleStep, top: tuple[float, float, float]) -> Tool | None:
@@ -372,8 +374,8 @@ def _wide_tool(request: DrillingRequest, wide: HoleStep, top: tuple[float, float
     fitting = []
     for tool in request.library.tools:
         if wide.angle == math.pi:
-            long = tool.flute_length is None or tool.flute_length > wide.tip - _SAME
-            fits = tool.kind is ToolKind.END_MILL and tool.corner_radius == 0.0 and long
+            long_enough = tool.flute_length is None or tool.flute_length > wide.tip - _SAME
+            fits = tool.kind is ToolKind.END_MILL and tool.corner_radius == 0.0 and long_enough
             fits = fits and abs(tool.diameter - wide.diameter) <= tolerance
         else:
             fits = tool.kind in CONES and abs(tool.point_angle - wide.angle) <= _SAME_ANGLE
@@ -382,16 +384,16 @@ def _wide_tool(request: DrillingRequest, wide: HoleStep, top: tuple[float, float
             fitting.append((abs(tool.diameter - wide.diameter), tool.number, tool))
     if not fitting:
         return None
-    found = min(fitting)[2]
+    best = min(fitting)[2]
     if request.surface is not None:
         import shapely  # imported here because most plates are flat
 
         from leafcut.proof.surface import meets_area
 
         x, y, z = top
-        if meets_area(request.triangles, shapely.Point(x, y), 0.5 * found.diameter, z + SAME_HEIGHT):
+        if meets_area(request.triangles, shapely.Point(x, y), 0.5 * best.diameter, z + SAME_HEIGHT):
             return None
-    return found
+    return best
 
 
 # The work in the program.
@@ -402,15 +404,17 @@ def _names(text: str) -> dict[int, str]:
     return {int(number): f"{kind.lower()} {float(width):g}" for number, kind, width in _NAMED.findall(text)}
 
 
-def _made(path: Toolpath, names: Mapping[int, str] | None) -> tuple[list[_Made], list[_Pass], list[Difference]]:
+def _read_motions(
+    path: Toolpath, names: Mapping[int, str] | None
+) -> tuple[list[_Plunge], list[_Pass], list[Difference]]:
     """Return the plunges at feed, the sideways cuts, and motions foreign to drilling programs.
 
     A pecked hole counts once: each of its feed moves ends deeper than those before.
     """
-    made: list[_Made] = []
+    plunges: list[_Plunge] = []
     passes: list[_Pass] = []
-    strange: list[Difference] = []
-    within = False
+    foreign: list[Difference] = []
+    plunging = False
     rows = zip(
         path.kind.tolist(), path.before.tolist(), path.end.tolist(), path.ref.tolist(), path.line.tolist(),
         path.tool.tolist(), strict=True,
@@ -419,45 +423,45 @@ def _made(path: Toolpath, names: Mapping[int, str] | None) -> tuple[list[_Made],
         tool = f"T{number}" if names is None else names.get(number, f"T{number}, which no comment names")
         upright = x == x0 and y == y0
         if kind == Kind.DRILL:
-            made.append(_Made(x, y, path.cycles[ref].bottom, tool, line))
-            within = False
+            plunges.append(_Plunge(x, y, path.cycles[ref].bottom, tool, line))
+            plunging = False
         elif kind == Kind.FEED and not upright:
             passes.append(_Pass((x0, y0, z0), (x, y, z), tool, line))
-            within = False
+            plunging = False
         elif kind == Kind.FEED and not z >= z0:
-            if within and z < made[-1].tip:
-                made[-1] = made[-1]._replace(tip=z, line=line)
+            if plunging and z < plunges[-1].tip:
+                plunges[-1] = plunges[-1]._replace(tip=z, line=line)
             else:
-                made.append(_Made(x, y, z, tool, line))
-            within = True
-        elif kind in _STRANGE:
+                plunges.append(_Plunge(x, y, z, tool, line))
+            plunging = True
+        elif kind in _FOREIGN_KINDS:
             text = "an arc, a probe, another zero or a block that is not understood, in a drilling program"
-            strange.append(Difference("not drilling", 0, line, text))
+            foreign.append(Difference("not drilling", 0, line, text))
         elif kind == Kind.TOOL or (kind in (Kind.RAPID, Kind.MACHINE) and not upright):
-            within = False
-    return made, passes, strange
+            plunging = False
+    return plunges, passes, foreign
 
 
-class _Places:
+class _PointIndex:
     """Points in the plane, float64[n, 2], with spatial lookup."""
 
-    def __init__(self, places: Sequence[tuple[float, float]]) -> None:
-        self._places = places
+    def __init__(self, points: Sequence[tuple[float, float]]) -> None:
+        self._points = points
         self._cells: dict[tuple[int, int], list[int]] = defaultdict(list)
-        for k, (x, y) in enumerate(places):
+        for k, (x, y) in enumerate(points):
             self._cells[math.floor(x), math.floor(y)].append(k)
 
-    def near(self, x: float, y: float, room: float) -> list[int]:
-        """Return the indices of the points within `room` on each axis, mm."""
+    def near(self, x: float, y: float, tolerance: float) -> list[int]:
+        """Return the indices of the points within `tolerance` on each axis, mm."""
         if not (math.isfinite(x) and math.isfinite(y)):
             return []
-        columns, rows = ({math.floor(one - room), math.floor(one + room)} for one in (x, y))
+        columns, rows = ({math.floor(value - tolerance), math.floor(value + tolerance)} for value in (x, y))
         cells = (self._cells.get((column, row), ()) for column in sorted(columns) for row in sorted(rows))
         return [
             k
             for cell in cells
             for k in cell
-            if abs(self._places[k][0] - x) <= room and abs(self._places[k][1] - y) <= room
+            if abs(self._points[k][0] - x) <= tolerance and abs(self._points[k][1] - y) <= tolerance
         ]
 
 
@@ -465,80 +469,89 @@ class _Places:
 
 
 def _compare_holes(
-    drawn: Sequence[Hole], wanted: Sequence[_Cut], made: Sequence[_Made], room: float
-) -> tuple[list[_Made], list[Difference]]:
+    holes: Sequence[Hole], required: Sequence[_Cut], plunges: Sequence[_Plunge], tolerance: float
+) -> tuple[list[_Plunge], list[Difference]]:
     """Return the plunges that match no requested hole, and the differences of those that do."""
-    index = _Places([(one.x, one.y) for one in made])
-    free = [True] * len(made)
-    found: list[int | None] = []
-    for one in wanted:
-        here = [k for k in index.near(one.x, one.y, room) if free[k] and made[k].tool == one.tool]
-        best = min(here, key=lambda k: (abs(made[k].tip - one.tip) > room, k), default=None)
-        found.append(best)
+    index = _PointIndex([(plunge.x, plunge.y) for plunge in plunges])
+    unused = [True] * len(plunges)
+    matches: list[int | None] = []
+    for cut in required:
+        candidates = [k for k in index.near(cut.x, cut.y, tolerance) if unused[k] and plunges[k].tool == cut.tool]
+        best = min(candidates, key=lambda k: (abs(plunges[k].tip - cut.tip) > tolerance, k), default=None)
+        matches.append(best)
         if best is not None:
-            free[best] = False
-    wrong = []
+            unused[best] = False
+    differences = []
     last: tuple[int, int] = (-1, -1)
-    for one, match in zip(wanted, found, strict=True):
-        where = f"the hole Ø{drawn[one.hole].diameter:g} at {place(one.x, one.y)}"
+    for cut, match in zip(required, matches, strict=True):
+        where = f"the hole Ø{holes[cut.hole].diameter:g} at {place(cut.x, cut.y)}"
         if match is None:
-            other = next((k for k in index.near(one.x, one.y, room) if free[k]), None)
-            if other is None:
-                text = f"{where} is not made by {one.tool}"
-                wrong.append(Difference("missing hole", 0, 0, text))
+            substitute = next((k for k in index.near(cut.x, cut.y, tolerance) if unused[k]), None)
+            if substitute is None:
+                text = f"{where} is not made by {cut.tool}"
+                differences.append(Difference("missing hole", 0, 0, text))
             else:
-                free[other] = False
-                text = f"{where} is made by {made[other].tool}, must be made by {one.tool}"
-                wrong.append(Difference("wrong tool", 0, made[other].line, text))
+                unused[substitute] = False
+                text = f"{where} is made by {plunges[substitute].tool}, must be made by {cut.tool}"
+                differences.append(Difference("wrong tool", 0, plunges[substitute].line, text))
             continue
-        if abs(made[match].tip - one.tip) > room:
-            text = f"{where}: the tip of {one.tool} goes to Z{made[match].tip:.3f}, must go to Z{one.tip:.3f}"
-            wrong.append(Difference("wrong depth", 0, made[match].line, text))
-        if last[0] == one.hole and match < last[1]:
-            text = f"{where}: {one.tool} works before the tool that must come first"
-            wrong.append(Difference("wrong order", 0, made[match].line, text))
-        last = (one.hole, match)
-    return [one for one, still in zip(made, free, strict=True) if still], wrong
+        if abs(plunges[match].tip - cut.tip) > tolerance:
+            text = f"{where}: the tip of {cut.tool} goes to Z{plunges[match].tip:.3f}, must go to Z{cut.tip:.3f}"
+            differences.append(Difference("wrong depth", 0, plunges[match].line, text))
+        if last[0] == cut.hole and match < last[1]:
+            text = f"{where}: {cut.tool} works before the tool that must come first"
+            differences.append(Difference("wrong order", 0, plunges[match].line, text))
+        last = (cut.hole, match)
+    return [plunge for plunge, is_unused in zip(plunges, unused, strict=True) if is_unused], differences
 
 
-def _compare_slots(slots: Sequence[_SlotCut], passes: Sequence[_Pass], room: float) -> list[Difference]:
+def _compare_slots(slots: Sequence[_SlotCut], passes: Sequence[_Pass], tolerance: float) -> list[Difference]:
     """Return the differences between the sideways cuts and the slots.
 
     Each slot must be cut once at its bottom. No pass may exceed the maximum depth of its tool, or cut elsewhere.
     """
-    index = _Places([slot.ends[0] for slot in slots] + [slot.ends[1] for slot in slots])
-    times, reached = [0] * len(slots), [0.0] * len(slots)
-    wrong = []
-    for one in passes:
-        (x0, y0, z0), (x1, y1, z1) = one.begin, one.end
-        both = {k % len(slots) for k in index.near(x0, y0, room)} & {k % len(slots) for k in index.near(x1, y1, room)}
-        both = {k for k in both if slots[k].tool == one.tool and _spans(slots[k], one, room)}
-        here = [k for k in sorted(both) if z0 == z1 and z1 >= slots[k].bottom - room]
-        if not here:
-            text = f"{one.tool} cuts from {place(*one.begin)} to {place(*one.end)}, where no slot is drawn so deep"
-            wrong.append(Difference("cut not drawn", 0, one.line, text))
+    index = _PointIndex([slot.ends[0] for slot in slots] + [slot.ends[1] for slot in slots])
+    bottom_passes, depths = [0] * len(slots), [0.0] * len(slots)
+    differences = []
+    for motion in passes:
+        (x0, y0, z0), (x1, y1, z1) = motion.start, motion.end
+        slot_numbers = {k % len(slots) for k in index.near(x0, y0, tolerance)} & {
+            k % len(slots) for k in index.near(x1, y1, tolerance)
+        }
+        slot_numbers = {
+            k for k in slot_numbers if slots[k].tool == motion.tool and _connects_ends(slots[k], motion, tolerance)
+        }
+        candidates = [k for k in sorted(slot_numbers) if z0 == z1 and z1 >= slots[k].bottom - tolerance]
+        if not candidates:
+            text = (
+                f"{motion.tool} cuts from {place(*motion.start)} to {place(*motion.end)}, where no slot is drawn so "
+                "deep"
+            )
+            differences.append(Difference("cut not drawn", 0, motion.line, text))
             continue
-        number = min(here, key=lambda k: times[k])
+        number = min(candidates, key=lambda k: bottom_passes[k])
         where = f"the slot from {place(x0, y0)} to {place(x1, y1)}"
-        if reached[number] - z1 > slots[number].step + room:
-            text = f"{where}: a pass is {reached[number] - z1:.3f} mm deep, {one.tool} takes {slots[number].step:g} mm"
-            wrong.append(Difference("deep pass", 0, one.line, text))
-        reached[number] = min(reached[number], z1)
-        if abs(z1 - slots[number].bottom) <= room:
-            times[number] += 1
-            if times[number] > 1:
+        if depths[number] - z1 > slots[number].step + tolerance:
+            text = (
+                f"{where}: a pass is {depths[number] - z1:.3f} mm deep, {motion.tool} takes {slots[number].step:g} mm"
+            )
+            differences.append(Difference("deep pass", 0, motion.line, text))
+        depths[number] = min(depths[number], z1)
+        if abs(z1 - slots[number].bottom) <= tolerance:
+            bottom_passes[number] += 1
+            if bottom_passes[number] > 1:
                 text = f"{where} is cut once more at its bottom"
-                wrong.append(Difference("slot twice", 0, one.line, text))
-    for slot, n in zip(slots, times, strict=True):
-        if not n:
+                differences.append(Difference("slot twice", 0, motion.line, text))
+    for slot, count in zip(slots, bottom_passes, strict=True):
+        if not count:
             ends = f"{place(*slot.ends[0])} to {place(*slot.ends[1])}"
             text = f"{slot.tool} does not cut the slot from {ends} down to Z{slot.bottom:.3f}"
-            wrong.append(Difference("missing slot", 0, 0, text))
-    return wrong
+            differences.append(Difference("missing slot", 0, 0, text))
+    return differences
 
 
-def _spans(slot: _SlotCut, one: _Pass, room: float) -> bool:
+def _connects_ends(slot: _SlotCut, motion: _Pass, tolerance: float) -> bool:
     """Return whether a pass connects the ends of a slot."""
-    straight = [math.dist(one.begin[:2], slot.ends[0]), math.dist(one.end[:2], slot.ends[1])]
-    back = [math.dist(one.begin[:2], slot.ends[1]), math.dist(one.end[:2], slot.ends[0])]
-    return min(max(straight), max(back)) <= math.sqrt(2.0) * room
+    forward = [math.dist(motion.start[:2], slot.ends[0]), math.dist(motion.end[:2], slot.ends[1])]
+    backward = [math.dist(motion.start[:2], slot.ends[1]), math.dist(motion.end[:2], slot.ends[0])]
+    return min(max(forward), max(backward)) <= math.sqrt(2.0) * tolerance

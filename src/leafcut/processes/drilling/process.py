@@ -25,19 +25,19 @@ if TYPE_CHECKING:
     from leafcut.processes.suitability import Suitability, WholeDrawing
     from leafcut.read.format import Source
 
-_MAIN = (
+_MAIN_OPTIONS = (
     "machine", "thickness", "depth", "tools", "material", "feed", "spindle_speed", "cycle", "peck", "clearance_height",
 )  # fmt: skip
 #: Form fields of the job below the main group, around the drilling options.
-_DEPTHS = (
+_DEPTH_OPTIONS = (
     "depth_to", "break_through", "hole_heights", "surface", "surface_unit", "through", "fixture",
     "fixture_file",
     "retract_height", "keep_out",
 )  # fmt: skip
-_REST = ("retract", "dwell", "diameter_tolerance", "centre_drill")
+_MORE_OPTIONS = ("retract", "dwell", "diameter_tolerance", "centre_drill")
 #: Layer names of holes to drill, and the suitability if they exist.
-_DRILL_NAMES, _BY_NAME = ("DRILL*",), 0.93
-_WAY = ("start_point", "end_point", "hole_order")
+_DRILL_NAMES, _SUITED_BY_NAME = ("DRILL*",), 0.93
+_PATH_OPTIONS = ("start_point", "end_point", "hole_order")
 
 
 class Drilling(Process):
@@ -68,9 +68,9 @@ class Drilling(Process):
     heads = (Head.SPINDLE,)
     pictured = "holes"
     form = (
-        ("main", _MAIN),
+        ("main", _MAIN_OPTIONS),
         ("search", SEARCH),
-        ("drill", (*_DEPTHS, *_REST, *_WAY)),
+        ("drill", (*_DEPTH_OPTIONS, *_MORE_OPTIONS, *_PATH_OPTIONS)),
         (
             "read",
             (
@@ -94,12 +94,12 @@ class Drilling(Process):
         if not drawing.n_holes:
             return None
         named = drawing.named(_DRILL_NAMES)
-        works = drawing.drilled, drawing.narrow
+        masks = drawing.drilled, drawing.narrow
         if named and (drawing.on(named)[drawing.drilled].any() or drawing.holes_on(named)[drawing.narrow].any()):
-            words = ", ".join(named)
-            return Suitability(_BY_NAME, "drill_layers", {**drawing.figures, "layers": words}, *works)
+            layers = ", ".join(named)
+            return Suitability(_SUITED_BY_NAME, "drill_layers", {**drawing.figures, "layers": layers}, *masks)
         reason = "holes" if drawing.n_outlines else "only_holes"
-        return Suitability(COUNTED * (1.0 - drawing.share_of_outlines), reason, drawing.figures, *works)
+        return Suitability(COUNTED * (1.0 - drawing.share_of_outlines), reason, drawing.figures, *masks)
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
         """Return one stage of tasks for each tool: a hole has one choice, a slot two directions."""
@@ -109,26 +109,26 @@ class Drilling(Process):
         from leafcut.processes.job import check_words_used
         from leafcut.processes.plan import Plan
 
-        work, request = planned(job, sources, everything=asked == "auto")
-        words = dialect(job.settings.post.dialect or job.machine.controller)
-        job = job.for_words(words)
-        check_words_used(job.settings, job.machine, words)
-        check_tool_changes(job.machine, words)
-        wanted = wanted_nodes(work, job.settings.of(DrillOptions).hole_order)
+        drill_plan, request = planned(job, sources, everything=asked == "auto")
+        post_dialect = dialect(job.settings.post.dialect or job.machine.controller)
+        job = job.for_words(post_dialect)
+        check_words_used(job.settings, job.machine, post_dialect)
+        check_tool_changes(job.machine, post_dialect)
+        first_nodes = wanted_nodes(drill_plan, job.settings.of(DrillOptions).hole_order)
         return Plan(
             job=job,
-            part=work.part,
-            words=words,
-            work=work,
+            part=drill_plan.part,
+            words=post_dialect,
+            work=drill_plan,
             spec=request,
-            stages=stages_of(work, job.machine, job.settings.solve.objective, wanted),
+            stages=stages_of(drill_plan, job.machine, job.settings.solve.objective, first_nodes),
             kind="drill",
-            tools=work.tools,
-            box=work.part.extents,
-            made_for=work.made_for,
-            start=work.start,
-            issues=(*work.part.issues, *work.issues),
-            unforced=not wanted,
+            tools=drill_plan.tools,
+            box=drill_plan.part.extents,
+            made_for=drill_plan.made_for,
+            start=drill_plan.start,
+            issues=(*drill_plan.part.issues, *drill_plan.issues),
+            unforced=not first_nodes,
         )
 
     def generate(self, plan: Plan, order: Order) -> Candidate:
@@ -147,22 +147,22 @@ class Drilling(Process):
         from leafcut.processes.zones import crossing_heights
         from leafcut.proof.program import check_program, read_back, rounding_of
 
-        work, settings, words = plan.work, plan.job.settings, plan.words
-        written, units = read_back(text, words), settings.post.output_units
+        drill_plan, settings, dialect = plan.work, plan.job.settings, plan.words
+        written, units = read_back(text, dialect), settings.post.output_units
         problems = check_program(
             best.path,
             written,
-            words,
+            dialect,
             plan.job.machine,
             units,
-            zones=work.zones,
-            zone_height=crossing_heights(settings.job.keep_out, work.clearance_height),
-            tool_radii={tool.number: 0.5 * tool.diameter for tool in work.tools},
-            bodies={tool.number: bodies_of(tool) for tool in work.tools},
-            tops=surface_tops(work, settings.of(DrillOptions).hole_heights == "drawn"),
-            surface=None if work.ground is None else work.ground.triangles,
+            zones=drill_plan.zones,
+            zone_height=crossing_heights(settings.job.keep_out, drill_plan.clearance_height),
+            tool_radii={tool.number: 0.5 * tool.diameter for tool in drill_plan.tools},
+            bodies={tool.number: bodies_of(tool) for tool in drill_plan.tools},
+            tops=surface_tops(drill_plan, settings.of(DrillOptions).hole_heights == "drawn"),
+            surface=None if drill_plan.ground is None else drill_plan.ground.triangles,
         )
-        return written, [*problems, *judge_holes(plan.spec, text, written, rounding_of(words, units))]
+        return written, [*problems, *judge_holes(plan.spec, text, written, rounding_of(dialect, units))]
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
         """Return the holes and slots of each tool, in order."""
@@ -171,13 +171,13 @@ class Drilling(Process):
 
         return tuple(
             OperationOutcome(
-                one.tool,
-                one.cycle.name if one.cycle.name in plan.words.cycles else "",
-                tuple(targets_in_order(one, solution.nodes).tolist()),
-                one.slots,
+                operation.tool,
+                operation.cycle.name if operation.cycle.name in plan.words.cycles else "",
+                tuple(targets_in_order(operation, solution.nodes).tolist()),
+                operation.slots,
                 solution,
             )
-            for one, solution in zip(plan.work.operations, best.order.solutions, strict=True)
+            for operation, solution in zip(plan.work.operations, best.order.solutions, strict=True)
         )
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> DrillingDetail:
@@ -186,11 +186,11 @@ class Drilling(Process):
         from leafcut.processes.drilling.plan.drill_toolpath import with_high_travel
         from leafcut.timing.toolpath import measure
 
-        work, saved = plan.work, None
-        if work.reliefs:
-            high = _motion(plan, with_high_travel(work), best.order)
+        drill_plan, saved = plan.work, None
+        if drill_plan.reliefs:
+            high = _motion(plan, with_high_travel(drill_plan), best.order)
             saved = measure(high, plan.job.machine, start=plan.start).time_s - best.measure.time_s
-        ground = work.ground
+        ground = drill_plan.ground
         mesh, boxes = (None, ()) if ground is None else (ground.mesh, ground.boxes)
         return DrillingDetail(saved, plan.job.settings.job.thickness, mesh, boxes)
 
@@ -208,9 +208,9 @@ class Drilling(Process):
         return placed(read(source, settings.read), settings.read)
 
 
-def _motion(plan: Plan, work: DrillPlan, order: Order) -> Toolpath:
-    from leafcut.processes.drilling.plan.drill_toolpath import lay_toolpath
+def _motion(plan: Plan, drill_plan: DrillPlan, order: Order) -> Toolpath:
+    from leafcut.processes.drilling.plan.drill_toolpath import generate_toolpath
 
     machine, post = plan.job.machine, plan.job.settings.post
     pause = plan.words.hand_change_pause and not machine.tool_changer
-    return lay_toolpath(work, machine, order.choices, coolant=post.coolant, pause=pause)
+    return generate_toolpath(drill_plan, machine, order.choices, coolant=post.coolant, pause=pause)

@@ -23,18 +23,18 @@ class DrillingReport(PathReport[DrillingDetail]):
         saved = self.outcome.detail.low_ways_saved_s
         if saved is None or saved < _LEAST_SAVED:
             return [] if saved is None else [Fact("low_ways_saved_s", max(saved, 0.0), "s")]
-        words = said("saved against moves at the greatest height")
-        return [Fact("low_ways_saved_s", saved, "s", words, said("Low moves"))]
+        label = said("saved against moves at the greatest height")
+        return [Fact("low_ways_saved_s", saved, "s", label, said("Low moves"))]
 
     def stock(self) -> ShownStock:
         """Return the tools, and the part or the known data of the plate: its edge and thickness."""
-        outcome, found = self.outcome, super().stock()
+        outcome, stock = self.outcome, super().stock()
         if outcome.detail.surface is not None:
             return ShownStock(
-                found.tools, surface=outcome.detail.surface, finished=True, fixtures=outcome.detail.fixtures
+                stock.tools, surface=outcome.detail.surface, finished=True, fixtures=outcome.detail.fixtures
             )
         thickness, part = outcome.detail.thickness, outcome.part
         x0, y0, x1, y1 = part.extents
         edge = near_edge(part, np.array([x0, y0]), np.array([x1, y1]))
-        around = (*edge.min(axis=0).tolist(), *edge.max(axis=0).tolist()) if len(edge) else None
-        return ShownStock(found.tools, around=around, floor=None if thickness is None else -thickness)
+        bounds = (*edge.min(axis=0).tolist(), *edge.max(axis=0).tolist()) if len(edge) else None
+        return ShownStock(stock.tools, around=bounds, floor=None if thickness is None else -thickness)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from leafcut.read.format import Source
 
 
-def _with_work_asked_for(part: Part, job: Job, source: Source, everything: bool) -> Part:
+def _with_missing_work(part: Part, job: Job, source: Source, everything: bool) -> Part:
     """Return the part with issues for missing work.
 
     If the user requested drilling, contours are not missing work. If concentric circles were selected explicitly, the
@@ -44,9 +44,9 @@ def _with_work_asked_for(part: Part, job: Job, source: Source, everything: bool)
 
 def _meshes(job: Job, source: Source, part: Part, of_step: bool) -> tuple[Mesh | None, Mesh | None]:
     """Return the surface and the fixture, in the axes and with the zero of the part."""
-    ours, which = job.settings.of(DrillOptions), job.settings.read.solid
+    drill_options, solid_number = job.settings.of(DrillOptions), job.settings.read.solid
     solid = any(hole.depth is not None for hole in part.holes)
-    if ours.surface is None and ours.fixture_file is None and not solid:
+    if drill_options.surface is None and drill_options.fixture_file is None and not solid:
         return None, None
     from leafcut.processes.placing import upright_mesh
     from leafcut.read.meshes import load_mesh
@@ -54,17 +54,17 @@ def _meshes(job: Job, source: Source, part: Part, of_step: bool) -> tuple[Mesh |
     from leafcut.read.step import step_mesh
 
     surface = fixture = None
-    if ours.surface is not None:
+    if drill_options.surface is not None:
         job.tell("reading the surface")
-        if which is not None and of_step and format_name(ours.surface) != part.format:
-            which = None  # the number refers to a solid of the drawing
-        surface = load_mesh(ours.surface, ours.surface_unit, which=which)
+        if solid_number is not None and of_step and format_name(drill_options.surface) != part.format:
+            solid_number = None  # the number refers to a solid of the drawing
+        surface = load_mesh(drill_options.surface, drill_options.surface_unit, which=solid_number)
     elif solid:
         job.tell("reading the surface")
-        surface = Mesh(step_mesh(source.path, source.data, which), part.name)
-    if ours.fixture_file is not None:
+        surface = Mesh(step_mesh(source.path, source.data, solid_number), part.name)
+    if drill_options.fixture_file is not None:
         job.tell("reading the fixture")
-        fixture = load_mesh(ours.fixture_file, ours.surface_unit, which="all")
+        fixture = load_mesh(drill_options.fixture_file, drill_options.surface_unit, which="all")
     return (
         None if surface is None else upright_mesh(surface, part),
         None if fixture is None else upright_mesh(fixture, part),
@@ -90,35 +90,39 @@ def planned(job: Job, sources: Sequence[Source], everything: bool) -> tuple[Dril
 
         if tools.suffix.lower() not in WITH_PRESETS:
             raise OptionError("--material: chooses among the presets of a Fusion tool library only; leave it out")
-    look, reading = job.looking("reading"), job.settings.read
-    options, ours = job.settings.job, job.settings.of(DrillOptions)
+    on_progress, reading = job.looking("reading"), job.settings.read
+    options, drill_options = job.settings.job, job.settings.of(DrillOptions)
     of_step = any(sniff_step(source.data[:SNIFF_BYTES]) is Match.YES for source in sources)
-    if ours.surface is not None and not of_step:
+    if drill_options.surface is not None and not of_step:
         # --solid refers to a solid of the surface.
         reading = replace(reading, solid=None)
     if len(sources) == 1:
-        part = read(sources[0], reading, look)
+        part = read(sources[0], reading, on_progress)
     else:
         from leafcut.read.joining import read_drill_files
 
-        part = read_drill_files(sources, reading, look)
-    part = _with_work_asked_for(part, job, sources[0], everything)
+        part = read_drill_files(sources, reading, on_progress)
+    part = _with_missing_work(part, job, sources[0], everything)
     solid = any(hole.depth is not None for hole in part.holes)
-    if solid and "hole_heights" in job.settings.asked and ours.hole_heights == "one":
+    if solid and "hole_heights" in job.settings.asked and drill_options.hole_heights == "one":
         raise OptionError("--hole-heights one: the holes of a solid have heights of their own; leave it out")
     surface, fixture = _meshes(job, sources[0], part, of_step)
-    mesh, fixture = (None if one is None else placed_mesh(one, part, job.settings.read) for one in (surface, fixture))
+    mesh, fixture = (
+        None if loaded is None else placed_mesh(loaded, part, job.settings.read) for loaded in (surface, fixture)
+    )
     library = library_of(job.settings, job.machine)
-    request = DrillingRequest(part, job.settings.read, options, ours, library, surface)
-    made_for = "" if mesh is None else placing_words(str(ours.surface or sources[0].path), part, job.settings.read)
+    request = DrillingRequest(part, job.settings.read, options, drill_options, library, surface)
+    made_for = (
+        "" if mesh is None else placing_words(str(drill_options.surface or sources[0].path), part, job.settings.read)
+    )
     part = placed(part, job.settings.read)
     if not solid and mesh is not None:
         part = replace(part, zero=replace(part.zero or ProgramZero(), level="surface", z=float(mesh.high[2])))
-    elif not solid and ours.hole_heights == "drawn" and part.holes:
+    elif not solid and drill_options.hole_heights == "drawn" and part.holes:
         part = replace(
             part, zero=replace(part.zero or ProgramZero(), level="holes", z=max(hole.z for hole in part.holes))
         )
-    plan = replace(plan_drilling(part, job.machine, library, options, ours, mesh, fixture), made_for=made_for)
+    plan = replace(plan_drilling(part, job.machine, library, options, drill_options, mesh, fixture), made_for=made_for)
     if "retract" in job.settings.asked and plan.always_initial and options.retract != "initial":
         raise OptionError(
             "--retract r: the heights between holes of different heights are unknown, so the tool rises above the "
@@ -144,32 +148,32 @@ def wanted_nodes(plan: DrillPlan, path: Path | None) -> dict[int, Ints]:
 
     if path is None:
         return {}
-    order, here = load_order(path), drawing_of(plan.part.hole_xy.tolist())
-    if order.drawing is not None and order.drawing != here:
-        has = "as many, in other places" if order.drawing.holes == here.holes else f"{here.holes}"
+    order, drawing = load_order(path), drawing_of(plan.part.hole_xy.tolist())
+    if order.drawing is not None and order.drawing != drawing:
+        difference = "as many, in other places" if order.drawing.holes == drawing.holes else f"{drawing.holes}"
         raise PlanError(
-            f"{path}: this is the order of another drawing, with {order.drawing.holes} holes; this one has {has}; "
-            "make a new file for it, or remove 'drawing' from this one to use it anyway"
+            f"{path}: this is the order of another drawing, with {order.drawing.holes} holes; this one has "
+            f"{difference}; make a new file for it, or remove 'drawing' from this one to use it anyway"
         )
-    found = {}
+    nodes = {}
     for number, holes in order.operations.items():
-        what = f"{path}: operation {number + 1}"
+        where = f"{path}: operation {number + 1}"
         if number >= len(plan.operations):
-            raise PlanError(f"{what}: there are {len(plan.operations)}; make a new file")
+            raise PlanError(f"{where}: there are {len(plan.operations)}; make a new file")
         operation = plan.operations[number]
         if operation.slots:
-            raise PlanError(f"{what} mills slots; only holes can be given an order; remove it from the file")
+            raise PlanError(f"{where} mills slots; only holes can be given an order; remove it from the file")
         node_of = {int(hole): node for node, hole in enumerate(operation.targets)}
         for k, hole in enumerate(holes):
             if hole not in node_of:
-                raise PlanError(f"{what}: hole {hole + 1} is not one that {operation.tool.label} drills")
+                raise PlanError(f"{where}: hole {hole + 1} is not one that {operation.tool.label} drills")
             if hole in holes[:k]:
-                raise PlanError(f"{what}: hole {hole + 1} is listed twice")
-        found[number] = np.array([node_of[hole] for hole in holes], dtype=np.int32)
-    return found
+                raise PlanError(f"{where}: hole {hole + 1} is listed twice")
+        nodes[number] = np.array([node_of[hole] for hole in holes], dtype=np.int32)
+    return nodes
 
 
-def check_tool_changes(machine: Machine, words: Dialect) -> None:
+def check_tool_changes(machine: Machine, dialect: Dialect) -> None:
     """Refuse a machine profile whose tool change features the controller does not support.
 
     Raises
@@ -177,18 +181,18 @@ def check_tool_changes(machine: Machine, words: Dialect) -> None:
     OptionError
         Names the key of the profile, and the reason.
     """
-    for possible, why in (
+    for supported, reason in (
         (machine.tool_changer, "its tools are changed by hand"),
-        (words.tool_change == "M6", f"{words.name} has no M6"),
-        (words.language != "klartext", f"{words.name} programs name no tool before its call"),
-        (words.length_offset != "D", f"a T of {words.name} takes up the length of its tool, too"),
+        (dialect.tool_change == "M6", f"{dialect.name} has no M6"),
+        (dialect.language != "klartext", f"{dialect.name} programs name no tool before its call"),
+        (dialect.length_offset != "D", f"a T of {dialect.name} takes up the length of its tool, too"),
     ):
-        if machine.preselect_tool and not possible:
+        if machine.preselect_tool and not supported:
             raise OptionError(
-                f"--machine {machine.name}: {why}; take tool_change.preselect out of the machine's profile"
+                f"--machine {machine.name}: {reason}; take tool_change.preselect out of the machine's profile"
             )
-    if machine.optional_stop and "M1" not in words.m_words.split():
+    if machine.optional_stop and "M1" not in dialect.m_words.split():
         raise OptionError(
-            f"--machine {machine.name}: {words.name} has no M1; take tool_change.optional_stop out of the machine's "
+            f"--machine {machine.name}: {dialect.name} has no M1; take tool_change.optional_stop out of the machine's "
             "profile"
         )

@@ -18,7 +18,7 @@ from leafcut.model.motion import Kind
 from leafcut.model.part import Hole, Part, Slot
 from leafcut.model.problem import Metric
 from leafcut.model.tool import BodySegment, Recipe, Tool, ToolKind, ToolLibrary
-from leafcut.processes.drilling.plan.drill_toolpath import build_problem, drawing_order, lay_toolpath
+from leafcut.processes.drilling.plan.drill_toolpath import build_problem, drawing_order, generate_toolpath
 from leafcut.processes.drilling.plan.drilling import plan_drilling
 from leafcut.processes.zones import crossing_heights, parse_zones
 from meshes import box_triangles
@@ -171,7 +171,7 @@ def test_zones_are_four_numbers_in_any_corner_order_and_may_have_a_height() -> N
 
 def laid(made: object, machine: Machine = MILL, orders: list[np.ndarray] | None = None) -> list[tuple]:
     """Return (kind, end) of every row of the laid toolpath."""
-    path = lay_toolpath(made, machine, orders or [drawing_order(o) for o in made.operations])
+    path = generate_toolpath(made, machine, orders or [drawing_order(o) for o in made.operations])
     return [(m.kind, m.end) for m in path]
 
 
@@ -224,7 +224,7 @@ def test_a_slot_is_a_cluster_of_its_two_ways() -> None:
 
 def test_slots_are_cut_to_and_fro_one_diameter_at_a_time() -> None:
     made = plan(SLOTTED, None)
-    path = lay_toolpath(made, MILL, [np.array([0, 3], dtype=np.int32)])
+    path = generate_toolpath(made, MILL, [np.array([0, 3], dtype=np.int32)])
     feeds = [m.end for m in path if m.kind is Kind.FEED]
     depths = [-10.5 * k / 7 for k in range(1, 7)] + [-10.5]  # 10.5 mm in passes of at most 2 mm, an odd number
     to_and_fro = [10, 0, 10, 0, 10, 0, 10]
@@ -368,13 +368,13 @@ def lifts(part: Part = FOUR, machine: Machine = MILL, **options: object) -> list
 def test_between_slots_a_zone_is_crossed_at_the_initial_plane_and_all_else_at_the_r_plane() -> None:
     part = Part("slots", slots=(Slot((0, 0), (10, 0), 2.0), Slot((20, 0), (16, 0), 2.0)))
     for zones, height in (((), 2.0), (("12.5 -5 13.5 5",), 10.0)):
-        path = lay_toolpath(plan(part, None, keep_out=zones), MILL, [np.array([0, 3], dtype=np.int32)])
+        path = generate_toolpath(plan(part, None, keep_out=zones), MILL, [np.array([0, 3], dtype=np.int32)])
         over = next(k for k, m in enumerate(path) if m.kind is Kind.RAPID and m.end[:2] == (16, 0))
         assert path[over].end[2] == path[over - 1].end[2] == height
 
 
 def test_retract_initial_lifts_between_slots_too() -> None:
-    path = lay_toolpath(plan(SLOTTED, None, retract="initial"), MILL, [np.array([0, 3], dtype=np.int32)])
+    path = generate_toolpath(plan(SLOTTED, None, retract="initial"), MILL, [np.array([0, 3], dtype=np.int32)])
     assert {m.end[2] for m in path if m.kind is Kind.RAPID and m.end[:2] == (12, 0)} == {10.0, 2.0}
 
 

@@ -45,6 +45,6 @@ def catalogue_size(diameter: float, tolerance: float) -> float:
 
 
 def _metric(diameter: float) -> float:
-    steps = next(steps for most, steps in _METRIC if diameter <= most)
-    sizes = {round(whole * step, 4) for step in steps for whole in (int(diameter / step), int(diameter / step) + 1)}
+    steps = next(steps for limit, steps in _METRIC if diameter <= limit)
+    sizes = {round(count * step, 4) for step in steps for count in (int(diameter / step), int(diameter / step) + 1)}
     return min((round(abs(size - diameter), 6), size) for size in sizes)[1]

@@ -27,7 +27,10 @@ _SAME_HEIGHT = 1e-6
 
 
 def stages_of(
-    plan: DrillPlan, machine: Machine, objective: Literal["time", "distance"], wanted: Mapping[int, NDArray[np.int32]]
+    plan: DrillPlan,
+    machine: Machine,
+    objective: Literal["time", "distance"],
+    first_nodes: Mapping[int, NDArray[np.int32]],
 ) -> tuple[Stage, ...]:
     """Return a stage for each operation; each starts where the previous one ends.
 
@@ -46,8 +49,8 @@ def stages_of(
             metric = travel_metric(machine, objective, zones=zones, lift_height_mm=height)
         last = number == len(plan.operations) - 1
         problem = build_problem(plan, operation, metric, None if number else plan.start, plan.end if last else None)
-        first = wanted.get(number, np.zeros(0, dtype=np.int32))
-        stages.append(Stage(problem, number > 0, drawing_order(operation), f"ordering {operation.tool.label}", first))
+        nodes = first_nodes.get(number, np.zeros(0, dtype=np.int32))
+        stages.append(Stage(problem, number > 0, drawing_order(operation), f"ordering {operation.tool.label}", nodes))
     return tuple(stages)
 
 
@@ -65,12 +68,12 @@ def build_problem(
         holes = plan.part.hole_xy[operation.targets].round(6)
         return RoutingProblem.of_points(holes, metric, start=start, end=end, name=name)
     slots = [plan.part.slots[t] for t in operation.targets]
-    one_way = np.array([s.start for s in slots], dtype=np.float64).reshape(-1, 2)
-    other_way = np.array([s.end for s in slots], dtype=np.float64).reshape(-1, 2)
-    entry = np.stack([one_way, other_way], axis=1).reshape(-1, 2)
-    leave = np.stack([other_way, one_way], axis=1).reshape(-1, 2)
+    starts = np.array([s.start for s in slots], dtype=np.float64).reshape(-1, 2)
+    ends = np.array([s.end for s in slots], dtype=np.float64).reshape(-1, 2)
+    entry = np.stack([starts, ends], axis=1).reshape(-1, 2)
+    exits = np.stack([ends, starts], axis=1).reshape(-1, 2)
     cluster = np.repeat(np.arange(len(slots), dtype=np.int32), 2)
-    return RoutingProblem(entry, leave, cluster, np.zeros(len(entry)), metric, start=start, end=end, name=name)
+    return RoutingProblem(entry, exits, cluster, np.zeros(len(entry)), metric, start=start, end=end, name=name)
 
 
 def drawing_order(operation: DrillOperation) -> NDArray[np.int32]:
@@ -83,7 +86,7 @@ def targets_in_order(operation: DrillOperation, nodes: NDArray[np.int32]) -> NDA
     return operation.targets[nodes // 2 if operation.slots else nodes]
 
 
-def lay_toolpath(
+def generate_toolpath(
     plan: DrillPlan,
     machine: Machine,
     orders: Sequence[NDArray[np.int32]],
@@ -103,7 +106,7 @@ def lay_toolpath(
         builder.machine(z=machine.safe_z)
     for number, (operation, nodes) in enumerate(zip(plan.operations, orders, strict=True)):
         if number:
-            _leave_for_tool_change(builder, plan, machine, coolant)
+            _retract_for_tool_change(builder, plan, machine, coolant)
             if machine.optional_stop:
                 builder.pause(optional=True)
         take_tool(builder, machine, operation.tool, plan.clearance_height, coolant=coolant, pause=pause)
@@ -117,8 +120,10 @@ def lay_toolpath(
 
 def with_high_travel(plan: DrillPlan) -> DrillPlan:
     """Return the plan with all travel moves above the highest point of the surface."""
-    over = tuple(replace(one, cycle=replace(one.cycle, to_initial=True)) for one in plan.operations)
-    return replace(plan, operations=over, always_initial=True, reliefs=())
+    operations = tuple(
+        replace(operation, cycle=replace(operation.cycle, to_initial=True)) for operation in plan.operations
+    )
+    return replace(plan, operations=operations, always_initial=True, reliefs=())
 
 
 def surface_tops(plan: DrillPlan, drawn: bool) -> NDArray[np.float64] | None:
@@ -131,7 +136,7 @@ def surface_tops(plan: DrillPlan, drawn: bool) -> NDArray[np.float64] | None:
     return None if plan.ground is None else np.column_stack([plan.part.hole_xy, plan.tops])
 
 
-def _leave_for_tool_change(builder: ToolpathBuilder, plan: DrillPlan, machine: Machine, coolant: bool) -> None:
+def _retract_for_tool_change(builder: ToolpathBuilder, plan: DrillPlan, machine: Machine, coolant: bool) -> None:
     rise(builder, machine, max(plan.clearance_height, plan.tool_change_height))
     if machine.tool_change_position is not None:
         builder.machine(*machine.tool_change_position)
@@ -148,9 +153,9 @@ def _drill(
 ) -> None:
     targets = targets_in_order(operation, nodes)
     # Difference between the bottoms of each hole and of the cycle, mm.
-    beside = (operation.bottoms(plan.tops, plan.deeper) - operation.cycle.bottom)[nodes]
-    xy, bottoms = plan.part.hole_xy[targets], beside.round(9).tolist()
-    heights = _way_heights(plan, machine, operation, xy, relief)
+    offsets = (operation.bottoms(plan.tops, plan.deeper) - operation.cycle.bottom)[nodes]
+    xy, bottoms = plan.part.hole_xy[targets], offsets.round(9).tolist()
+    heights = _travel_heights(plan, machine, operation, xy, relief)
     for k, (x, y) in enumerate(xy.tolist()):
         if k == 0:
             _approach(builder, plan, x, y)
@@ -162,22 +167,22 @@ def _drill(
     builder.rapid(z=plan.clearance_height)
 
 
-def _way_heights(
+def _travel_heights(
     plan: DrillPlan, machine: Machine, operation: DrillOperation, xy: NDArray[np.float64], relief: Relief | None
 ) -> list[float]:
     """Return the minimum height of the travel move to each hole, mm; −∞ if any height will do."""
     heights = np.full(len(xy), -np.inf)
     dogleg = machine.rapid_style == "dogleg"
     if relief is not None:
-        places = [(x, y) for x, y in xy.round(6).tolist()]
-        ways = [way_height(relief, a, b, dogleg) for a, b in pairwise(places)]
+        points = [(x, y) for x, y in xy.round(6).tolist()]
+        travel_heights = [way_height(relief, a, b, dogleg) for a, b in pairwise(points)]
         # Rounded up to the written precision, so that the move is never too low.
-        heights[1:] = np.ceil(np.array(ways) * 1000.0 - 1e-6) / 1000.0
+        heights[1:] = np.ceil(np.array(travel_heights) * 1000.0 - 1e-6) / 1000.0
     elif len(plan.zones) and not plan.always_initial:
         lifted = touches_any_zone(xy[:-1], xy[1:], plan.high_zones_for(operation.tool), dogleg=dogleg)
         heights[1:][lifted] = plan.clearance_height
-    found: list[float] = heights.tolist()
-    return found
+    values: list[float] = heights.tolist()
+    return values
 
 
 def _at_height(cycle: DrillCycle, r_plane: float, lower: float) -> DrillCycle:
@@ -193,22 +198,22 @@ def _rout(
     """Rout slot by slot: plunge, cut back and forth along the slot in passes, and retract."""
     cycle, feed = operation.cycle, operation.tool.feed
     zones, dogleg = plan.high_zones_for(operation.tool), machine.rapid_style == "dogleg"
-    place: Point | None = None
+    position: Point | None = None
     for node in nodes.tolist():
         slot = plan.part.slots[int(operation.targets[node // 2])]
         (x0, y0), (x1, y1) = (slot.start, slot.end) if node % 2 == 0 else (slot.end, slot.start)
-        if place is None:
+        if position is None:
             _approach(builder, plan, x0, y0)
         else:
-            zone = bool(touches_any_zone([place], [(x0, y0)], zones, dogleg=dogleg)[0])
-            builder.rapid(z=plan.clearance_height if zone or plan.always_initial else plan.retract_height)
+            crosses_zone = bool(touches_any_zone([position], [(x0, y0)], zones, dogleg=dogleg)[0])
+            builder.rapid(z=plan.clearance_height if crosses_zone or plan.always_initial else plan.retract_height)
             builder.rapid(x0, y0)
         if builder.position[2] != plan.retract_height:
             builder.rapid(z=plan.retract_height)
         for number, depth in enumerate(slot_depths(cycle, operation.tool)):
             builder.feed(z=depth, feed=feed)
             builder.feed(*((x1, y1) if number % 2 == 0 else (x0, y0)), feed=feed)
-        place = (x1, y1)
+        position = (x1, y1)
     builder.rapid(z=plan.clearance_height)
 
 

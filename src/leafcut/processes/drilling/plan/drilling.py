@@ -161,36 +161,36 @@ def plan_drilling(
         )
     chooser = ToolChooser(library, machine, job, options, board=part.format == "excellon")
     deeper = np.zeros(len(part.holes))
-    own = any(hole.depth is not None for hole in part.holes)
-    under = np.full(len(part.holes), -np.inf)
+    solid = any(hole.depth is not None for hole in part.holes)
+    underside = np.full(len(part.holes), -np.inf)
     if ground is None:
-        tops, heights = _tops(part, options)
+        tops, height_issues = _tops(part, options)
         surface = tops
         if job.thickness is not None:
-            under = tops - job.thickness
+            underside = tops - job.thickness
         work = _collect(part, chooser)
     else:
         work = _collect(part, chooser)
-        drawn = options.hole_heights == "drawn" or own
+        drawn = options.hole_heights == "drawn" or solid
         radii = _radii(part, work)
-        found = tops_of(part, ground, radii, _bite(part, work, radii), drawn)
-        tops, surface, heights = found.tops, np.maximum(found.tops, found.surface), found.issues
+        measured = tops_of(part, ground, radii, _cut_radius_function(part, work, radii), drawn)
+        tops, surface, height_issues = measured.tops, np.maximum(measured.tops, measured.surface), measured.issues
         # A hole that opens into a cavity has the part below it again.
-        opens = [hole.z - hole.depth if hole.through and hole.depth is not None else -np.inf for hole in part.holes]
-        under = np.maximum(found.under, opens)
+        exits = [hole.z - hole.depth if hole.through and hole.depth is not None else -np.inf for hole in part.holes]
+        underside = np.maximum(measured.under, exits)
         if options.through:
-            thickness = tops - found.under
+            thickness = tops - measured.under
             job = replace(job, thickness=float(thickness.min()))
             deeper = thickness - thickness.min()
-        elif own and job.depth is None and job.thickness is None:
+        elif solid and job.depth is None and job.thickness is None:
             job, deeper = _own_depths(part, work, job)
-    wide, unmade = _widen(part, chooser, work, ground)
+    wide, wide_issues = _widen(part, chooser, work, ground)
     highest = float(tops.max(initial=0.0)) if ground is None else max(ground.highest, 0.0)
-    over = replace(
+    raised_job = replace(
         job, clearance_height=job.clearance_height + highest, retract_height=job.retract_height + highest
     )  # fmt: skip
-    check_spindle_heights(machine, over, "drill")
-    refuse_higher_zones(job.keep_out, over.clearance_height)
+    check_spindle_heights(machine, raised_job, "drill")
+    refuse_higher_zones(job.keep_out, raised_job.clearance_height)
     # Without a surface, the space between holes of different heights is unknown: travel above the highest.
     initial = job.retract == "initial" or (ground is None and bool(len(tops) and np.ptp(tops)))
     rule = depth_rule(job, options)
@@ -208,32 +208,32 @@ def plan_drilling(
     plan = DrillPlan(
         part=part,
         operations=operations,
-        clearance_height=over.clearance_height,
-        retract_height=over.retract_height,
+        clearance_height=raised_job.clearance_height,
+        retract_height=raised_job.retract_height,
         tool_change_height=TOOL_CHANGE_HEIGHT + highest,
         always_initial=initial,
         tops=tops,
         r_planes=(surface + job.retract_height).round(6),
         deeper=deeper,
         zones=parse_zones(job.keep_out),
-        zone_heights=crossing_heights(job.keep_out, over.clearance_height),
+        zone_heights=crossing_heights(job.keep_out, raised_job.clearance_height),
         start=_xy(job.start_point, "--start-point"),
         end=_xy(job.end_point, "--end-point"),
         issues=(
-            *heights,
-            *unmade,
+            *height_issues,
+            *wide_issues,
             *rule.issues,
             *chooser.issues(),
             *_tap_lead_issues(operations, rule),
-            *_far_below(part, operations, rule, tops, deeper, under),
-            *_deep_strokes(part, operations, tops, deeper, under),
+            *_far_below(part, operations, rule, tops, deeper, underside),
+            *_deep_strokes(part, operations, tops, deeper, underside),
         ),
         ground=ground,
     )
     _check_zones(plan)
     if ground is None or initial:
         return plan
-    return replace(plan, reliefs=tuple(_relief(plan, ground, machine, one) for one in operations))
+    return replace(plan, reliefs=tuple(_relief(plan, ground, machine, operation) for operation in operations))
 
 
 def _own_depths(part: Part, work: dict[Step, list[int]], job: JobOptions) -> tuple[JobOptions, NDArray[np.float64]]:
@@ -304,16 +304,16 @@ def _check_ground(
 ) -> None:
     """Refuse holes in which a tool would hit a fixture, or cut into the finished surface."""
     finished = any(hole.depth is not None for hole in part.holes)
-    widths = np.array([max([hole.diameter, *(one.diameter for one in hole.steps)]) for hole in part.holes])
-    for one in operations:
-        places, lowest = part.hole_xy[one.targets], one.bottoms(tops, deeper)
-        check_bodies(one.tool, places, tops[one.targets], lowest, ground)
-        check_fixture(places, lowest, 0.5 * one.tool.diameter, ground)
+    widths = np.array([max([hole.diameter, *(step.diameter for step in hole.steps)]) for hole in part.holes])
+    for operation in operations:
+        points, lowest = part.hole_xy[operation.targets], operation.bottoms(tops, deeper)
+        check_bodies(operation.tool, points, tops[operation.targets], lowest, ground)
+        check_fixture(points, lowest, 0.5 * operation.tool.diameter, ground)
         if finished:
-            check_beside(one.tool, places, widths[one.targets], tops[one.targets], lowest, ground)
+            check_beside(operation.tool, points, widths[operation.targets], tops[operation.targets], lowest, ground)
 
 
-def _bite(
+def _cut_radius_function(
     part: Part, work: dict[Step, list[int]], radii: NDArray[np.float64]
 ) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
     """Return the function from the height of material above the top of each hole to the widest radius cut, mm.
@@ -330,7 +330,7 @@ def _bite(
             reach = np.full(len(targets), cutter.radius)
             if step.tool.kind is ToolKind.CENTRE_DRILL:
                 deep = above[targets] + centre_depth(step.tool)
-                reach = np.array([cutter.radius_at(one) for one in deep.tolist()])
+                reach = np.array([cutter.radius_at(depth) for depth in deep.tolist()])
             cut[targets] = np.maximum(cut[targets], reach)
         return cut
 
@@ -356,29 +356,32 @@ def _widen(
     A tool wider than its countersink needs clearance beside it at the top of the hole.
     """
     wide: dict[Step, list[float]] = {}
-    left = []
+    unmade = []
     for index, hole in enumerate(part.holes):
-        for one in hole.steps:
-            step = chooser.step_for_wide_part(hole, one)
+        for wide_part in hole.steps:
+            step = chooser.step_for_wide_part(hole, wide_part)
             radius = 0.0 if step is None else 0.5 * step.tool.diameter
             if step is not None and ground is not None and not ground.is_free(hole.x, hole.y, radius, hole.z):
                 step = None
             if step is None:
-                left.append((hole, one))
+                unmade.append((hole, wide_part))
                 continue
-            tip = one.tip - (0.5 * step.tool.tip_diameter / math.tan(0.5 * one.angle) if one.angle < math.pi else 0.0)
+            tip = wide_part.tip - (
+                0.5 * step.tool.tip_diameter / math.tan(0.5 * wide_part.angle) if wide_part.angle < math.pi else 0.0
+            )
             work.setdefault(step, []).append(index)
             wide.setdefault(step, []).append(tip)
-    if not left:
+    if not unmade:
         return wide, []
-    hole, one = left[0]
-    holes = len({id(hole) for hole, _ in left})
+    hole, wide_part = unmade[0]
+    holes = len({id(hole) for hole, _ in unmade})
     issue = Issue(
         "L217",
         f"{count_of(holes, 'hole')} with a counterbore, countersink or undercut, as at {hole.x:g}, {hole.y:g} "
-        f"(\u00d8 {one.diameter:g}, {one.depth:.3f} mm deep): the narrow part is drilled, the wide one is not made; "
-        "add an end mill of its diameter or a chamfer mill of its angle to --tools",
-        missing=MissingWork("wide part", len(left), tuple((hole.x, hole.y) for hole, _ in left)),
+        f"(\u00d8 {wide_part.diameter:g}, {wide_part.depth:.3f} mm deep): the narrow part is drilled, the wide one is "
+        "not made; "
+        "what is free above is, where --tools has an end mill of its diameter or a chamfer mill of its angle",
+        missing=MissingWork("wide part", len(unmade), tuple((hole.x, hole.y) for hole, _ in unmade)),
     )
     return wide, [issue]
 
@@ -397,14 +400,14 @@ def _check_flutes(
     operations: tuple[DrillOperation, ...], tops: NDArray[np.float64], deeper: NDArray[np.float64]
 ) -> None:
     """Refuse a tool that is too short for its deepest hole."""
-    for one in operations:
-        if one.slots or one.tips is not None:
+    for operation in operations:
+        if operation.slots or operation.tips is not None:
             continue
-        deepest = float((tops[one.targets] - one.bottoms(tops, deeper)).max(initial=0.0))
-        if one.tool.flute_length is not None and deepest > one.tool.flute_length + 1e-9:
+        deepest = float((tops[operation.targets] - operation.bottoms(tops, deeper)).max(initial=0.0))
+        if operation.tool.flute_length is not None and deepest > operation.tool.flute_length + 1e-9:
             raise PlanError(
-                f"{one.tool.label} cuts {one.tool.flute_length:g} mm deep at most, but the thickest place needs "
-                f"{deepest:.3g} mm; use a longer tool"
+                f"{operation.tool.label} cuts {operation.tool.flute_length:g} mm deep at most, but the thickest place "
+                f"needs {deepest:.3g} mm; use a longer tool"
             )
 
 
@@ -419,13 +422,13 @@ def _tops(part: Part, options: DrillOptions) -> tuple[NDArray[np.float64], list[
     """
     if options.hole_heights == "drawn":
         tops = np.array([hole.z for hole in part.holes], dtype=np.float64)
-        first: dict[tuple[float, float], float] = {}
+        heights_seen: dict[tuple[float, float], float] = {}
         for hole in part.holes:
-            here = first.setdefault((round(hole.x, 2), round(hole.y, 2)), hole.z)
-            if abs(here - hole.z) > SAME_HEIGHT:
+            height = heights_seen.setdefault((round(hole.x, 2), round(hole.y, 2)), hole.z)
+            if abs(height - hole.z) > SAME_HEIGHT:
                 raise PlanError(
-                    f"{part.name}: --hole-heights drawn: at {hole.x:g}, {hole.y:g} one hole is drawn at Z{here:g} and "
-                    f"one at Z{hole.z:g}; choose one of them (--layers, --max-diameter)"
+                    f"{part.name}: --hole-heights drawn: at {hole.x:g}, {hole.y:g} one hole is drawn at Z{height:g} "
+                    f"and one at Z{hole.z:g}; choose one of them (--layers, --max-diameter)"
                 )
         return tops, []
     heights = HeightCount.of((hole.x, hole.y, hole.z) for hole in part.holes)
@@ -444,72 +447,73 @@ def _tap_lead_issues(operations: tuple[DrillOperation, ...], rule: DepthRule) ->
 
 def _far_below(
     part: Part, operations: tuple[DrillOperation, ...], rule: DepthRule, tops: NDArray[np.float64],
-    deeper: NDArray[np.float64], under: NDArray[np.float64],
+    deeper: NDArray[np.float64], underside: NDArray[np.float64],
 ) -> list[Issue]:  # fmt: skip
     """Return a warning if tools exit far below the part, with the greatest distance; a note for a board.
 
-    `under` is the underside of the part at each hole, float64[n], mm; −∞ if unknown.
+    `underside` is the underside of the part at each hole, float64[n], mm; −∞ if unknown.
     """
-    farthest, count, label, place = BELOW_BOARD if part.format == "excellon" else FAR_BELOW, 0, "", (0.0, 0.0)
-    for one in operations:
-        if one.slots:
-            below = np.full(len(one.targets), -one.cycle.bottom - rule.depth if rule.through else -np.inf)
+    farthest, count, label, point = BELOW_BOARD if part.format == "excellon" else FAR_BELOW, 0, "", (0.0, 0.0)
+    for operation in operations:
+        if operation.slots:
+            below = np.full(len(operation.targets), -operation.cycle.bottom - rule.depth if rule.through else -np.inf)
         else:
-            below = under[one.targets] - one.bottoms(tops, deeper)
+            below = underside[operation.targets] - operation.bottoms(tops, deeper)
         far = np.flatnonzero(below > FAR_BELOW + 1e-9)
         count += len(far)
         if float(below.max(initial=0.0)) > farthest + 1e-9:
-            farthest, target = float(below.max()), int(one.targets[np.argmax(below)])
-            label = one.tool.label
-            place = part.slots[target].start if one.slots else (part.holes[target].x, part.holes[target].y)
+            farthest, target = float(below.max()), int(operation.targets[np.argmax(below)])
+            label = operation.tool.label
+            point = part.slots[target].start if operation.slots else (part.holes[target].x, part.holes[target].y)
     if not label:
         return []
     if not count:
-        words = f"{label} exits up to {farthest:.2f} mm below the board: use a thicker backing board"
-        return [Issue("L402", words, severity=Severity.NOTE)]
-    words = (
-        f"{label} at {place[0]:g}, {place[1]:g} comes out {farthest:.2f} mm below the part "
+        message = f"{label} exits up to {farthest:.2f} mm below the board: use a thicker backing board"
+        return [Issue("L402", message, severity=Severity.NOTE)]
+    message = (
+        f"{label} at {point[0]:g}, {point[1]:g} comes out {farthest:.2f} mm below the part "
         f"({count_of(count, 'place')} with more than {FAR_BELOW:g} mm): leave room below it for the tip, or give a "
         "smaller --break-through"
     )
-    return [Issue("L404", words)]
+    return [Issue("L404", message)]
 
 
 def _deep_strokes(
     part: Part, operations: tuple[DrillOperation, ...], tops: NDArray[np.float64], deeper: NDArray[np.float64],
-    under: NDArray[np.float64],
+    underside: NDArray[np.float64],
 ) -> list[Issue]:  # fmt: skip
     """Return a warning for each drill with a stroke longer than `LONGEST_STROKE` diameters; none on boards.
 
-    `under` is the underside of the part at each hole, float64[n], mm; −∞ if unknown.
+    `underside` is the underside of the part at each hole, float64[n], mm; −∞ if unknown.
     """
     issues: list[Issue] = []
-    for one in operations if part.format != "excellon" else ():
-        if one.slots or one.tips is not None or one.tool.kind is not ToolKind.DRILL:
+    for operation in operations if part.format != "excellon" else ():
+        if operation.slots or operation.tips is not None or operation.tool.kind is not ToolKind.DRILL:
             continue
-        depths = tops[one.targets] - np.maximum(one.bottoms(tops, deeper), under[one.targets])
-        strokes = np.minimum(depths, one.cycle.peck) if one.cycle.name in PECKING else depths
-        limit = LONGEST_STROKE * one.tool.diameter
+        depths = tops[operation.targets] - np.maximum(operation.bottoms(tops, deeper), underside[operation.targets])
+        strokes = np.minimum(depths, operation.cycle.peck) if operation.cycle.name in PECKING else depths
+        limit = LONGEST_STROKE * operation.tool.diameter
         deep = np.flatnonzero(strokes > limit + SAME_HEIGHT)
         if not len(deep):
             continue
         number = int(deep[np.argmax(depths[deep])])
-        hole = part.holes[int(one.targets[number])]
+        hole = part.holes[int(operation.targets[number])]
         depth, stroke = float(depths[number]), float(strokes[number])
         where = (
-            f"{one.tool.label} at {hole.x:g}, {hole.y:g} drills {depth:.4g} mm deep, {depth / one.tool.diameter:.1f}"
+            f"{operation.tool.label} at {hole.x:g}, {hole.y:g} drills {depth:.4g} mm deep, "
+            f"{depth / operation.tool.diameter:.1f}"
         )
         holes = count_of(len(deep), "hole")
         if stroke < depth:
-            many = f"{holes} with strokes longer than {LONGEST_STROKE:g} diameters"
-            words = f"{where} diameters, in strokes of {stroke:.4g} mm ({many}): use a smaller peck"
+            detail = f"{holes} with strokes longer than {LONGEST_STROKE:g} diameters"
+            message = f"{where} diameters, in strokes of {stroke:.4g} mm ({detail}): use a smaller peck"
         else:
-            many = f"{holes} deeper than {LONGEST_STROKE:g} diameters"
-            words = (
-                f"{where} diameters, in one stroke ({many}): give --peck, or set cycle G83 and peck for the tool in "
+            detail = f"{holes} deeper than {LONGEST_STROKE:g} diameters"
+            message = (
+                f"{where} diameters, in one stroke ({detail}): give --peck, or set cycle G83 and peck for the tool in "
                 "the library"
             )
-        issues.append(Issue("L446", words))
+        issues.append(Issue("L446", message))
     return issues
 
 
@@ -518,42 +522,44 @@ def _check_zones(plan: DrillPlan) -> None:
     for operation in plan.operations:
         if operation.slots:
             slots = [plan.part.slots[t] for t in operation.targets]
-            begin, end = np.array([s.start for s in slots]), np.array([s.end for s in slots])
+            starts, ends = np.array([s.start for s in slots]), np.array([s.end for s in slots])
         else:
-            begin = end = plan.part.hole_xy[operation.targets]
+            starts = ends = plan.part.hole_xy[operation.targets]
         kind, tool = "slot" if operation.slots else "hole", operation.tool
-        inside = np.flatnonzero(touches_any_zone(begin, end, widened(plan.zones, 0.5 * tool.diameter)))
+        inside = np.flatnonzero(touches_any_zone(starts, ends, widened(plan.zones, 0.5 * tool.diameter)))
         if len(inside):
-            x, y = begin[inside[0]]
+            x, y = starts[inside[0]]
             raise PlanError(
                 f"the {kind} at {x:g}, {y:g} is in a keep-out zone, or closer to it than the radius of "
                 f"{tool.label} ({count_of(len(inside), kind)} in all); change --keep-out, or leave them out"
             )
         if not bodies_of(tool) or not len(plan.zones):
             continue
-        tips = np.full(len(begin), operation.cycle.bottom)
+        tips = np.full(len(starts), operation.cycle.bottom)
         if not operation.slots:
             tips = operation.bottoms(plan.tops, plan.deeper)
-        away = _distances(begin, end, plan.zones)
-        meets = [k for k, tip in enumerate(tips.tolist()) if (away[k] <= plan.reach(tool, tip)).any()]
-        if meets:
-            x, y = begin[meets[0]]
+        distances = _distances(starts, ends, plan.zones)
+        hits = [k for k, tip in enumerate(tips.tolist()) if (distances[k] <= plan.reach(tool, tip)).any()]
+        if hits:
+            x, y = starts[hits[0]]
             raise PlanError(
                 f"{tool.label}: at {x:g}, {y:g} its shank or holder comes into a keep-out zone below its height "
-                f"({count_of(len(meets), kind)} in all); use a longer tool, change --keep-out, or leave them out"
+                f"({count_of(len(hits), kind)} in all); use a longer tool, change --keep-out, or leave them out"
             )
 
 
-def _distances(begin: NDArray[np.float64], end: NDArray[np.float64], zones: NDArray[np.float64]) -> NDArray[np.float64]:
+def _distances(
+    starts: NDArray[np.float64], ends: NDArray[np.float64], zones: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Return the distances of straight cuts, float64[n, 2], from zones, float64[k, 4]: float64[n, k], mm."""
     import shapely  # imported here because most tools have no known holder
 
-    cuts: Any = np.asarray(shapely.linestrings(np.stack([begin, end], axis=1)))
-    still = (begin == end).all(axis=1)
-    cuts[still] = shapely.points(end[still])
+    cuts: Any = np.asarray(shapely.linestrings(np.stack([starts, ends], axis=1)))
+    is_point = (starts == ends).all(axis=1)
+    cuts[is_point] = shapely.points(ends[is_point])
     boxes: Any = shapely.box(*zones.T)
-    away: NDArray[np.float64] = shapely.distance(cuts[:, None], boxes[None, :])
-    return away
+    distances: NDArray[np.float64] = shapely.distance(cuts[:, None], boxes[None, :])
+    return distances
 
 
 def _collect(part: Part, chooser: ToolChooser) -> dict[Step, list[int]]:
@@ -567,7 +573,7 @@ def _collect(part: Part, chooser: ToolChooser) -> dict[Step, list[int]]:
     return work
 
 
-_KIND_ORDER = {kind: place for place, kind in enumerate(ToolKind)}
+_KIND_ORDER = {kind: position for position, kind in enumerate(ToolKind)}
 
 
 def _order_tools(steps: list[Step], sequences: Sequence[Sequence[Step]]) -> list[Step]:
@@ -575,19 +581,19 @@ def _order_tools(steps: list[Step], sequences: Sequence[Sequence[Step]]) -> list
 
     Among the available steps: by kind (centre drills first), then by diameter.
     """
-    before: dict[Step, set[Step]] = {step: set() for step in steps}
+    predecessors: dict[Step, set[Step]] = {step: set() for step in steps}
     for sequence in sequences:
         for k, step in enumerate(sequence):
-            before[step].update(sequence[:k])
+            predecessors[step].update(sequence[:k])
     order: list[Step] = []
-    left = sorted(steps, key=lambda s: (s.slots, _KIND_ORDER[s.tool.kind], s.tool.diameter, s.tool.number))
-    while left:
-        free = next((s for s in left if not before[s] - set(order)), None)
-        if free is None:
-            names = ", ".join(s.tool.label for s in left)
+    remaining = sorted(steps, key=lambda s: (s.slots, _KIND_ORDER[s.tool.kind], s.tool.diameter, s.tool.number))
+    while remaining:
+        ready = next((s for s in remaining if not predecessors[s] - set(order)), None)
+        if ready is None:
+            names = ", ".join(s.tool.label for s in remaining)
             raise PlanError(f"the recipes contradict each other: {names} each come before another; change a recipe")
-        order.append(free)
-        left.remove(free)
+        order.append(ready)
+        remaining.remove(ready)
     return order
 
 
@@ -656,13 +662,15 @@ def _check_speeds(operations: tuple[DrillOperation, ...], machine: Machine, job:
             missing = "feed" if tool.spindle_rpm > 0 else "spindle_speed"
             raise PlanError(f"{tool.label} has no {missing}; give it in the tool library")
         if not machine.spindle_min_rpm <= tool.spindle_rpm <= machine.spindle_max_rpm:
-            has = f"the spindle of {machine.name} turns {machine.spindle_min_rpm:g} to {machine.spindle_max_rpm:g} rpm"
+            limits = (
+                f"the spindle of {machine.name} turns {machine.spindle_min_rpm:g} to {machine.spindle_max_rpm:g} rpm"
+            )
             if tool.assumed and tool.spindle_rpm == job.spindle_speed:
-                raise PlanError(f"--spindle-speed {tool.spindle_rpm:g}: {has}; give a speed of these")
-            wants = f"{tool.label} wants {tool.spindle_rpm:g} rpm, but {has}"
+                raise PlanError(f"--spindle-speed {tool.spindle_rpm:g}: {limits}; give a speed of these")
+            demand = f"{tool.label} wants {tool.spindle_rpm:g} rpm, but {limits}"
             if tool.spindle_rpm < machine.spindle_min_rpm:
-                raise PlanError(f"{wants}: mill the hole, or change the speed in the tool library")
-            raise PlanError(f"{wants}: change the speed in the tool library, or use a faster spindle")
+                raise PlanError(f"{demand}: mill the hole, or change the speed in the tool library")
+            raise PlanError(f"{demand}: change the speed in the tool library, or use a faster spindle")
         if tool.feed > machine.max_feed * (1 + 1e-9):
             raise PlanError(
                 f"{tool.label} wants {tool.feed * 60:g} mm/min, but {machine.name} feeds at most "

@@ -23,7 +23,7 @@ FEED_PER_REVOLUTION = 0.02  # of the diameter
 #: Highest surface speed of carbide drills in circuit boards, mm/s: 150 m/min (Richvertex, PCB cutting conditions).
 BOARD_SPEED = 150_000.0 / 60.0
 #: Largest ratio between the right speed and the range of the spindle: beyond, the tool breaks or burns.
-MOST_OFF = 2.0
+MAX_SPEED_RATIO = 2.0
 #: Ratio of an assumed speed to the right one above which a warning is issued.
 FAST = 1.5
 
@@ -51,12 +51,12 @@ class Step(NamedTuple):
     wide: bool = False
 
 
-def _bores(tool: Tool, part: HoleStep) -> bool:
+def _can_bore(tool: Tool, part: HoleStep) -> bool:
     long = tool.flute_length is None or tool.flute_length > part.tip - 1e-9
     return tool.kind is ToolKind.END_MILL and tool.corner_radius == 0.0 and long
 
 
-def _sinks(tool: Tool, part: HoleStep) -> bool:
+def _can_countersink(tool: Tool, part: HoleStep) -> bool:
     wide = tool.tip_diameter <= part.narrow < part.diameter <= tool.diameter + 1e-9
     return tool.kind in CONES and abs(tool.point_angle - part.angle) <= SAME_ANGLE and wide
 
@@ -79,7 +79,7 @@ class ToolChooser:
         self._assumed: dict[tuple[ToolKind, float], Tool] = {}
         self._chosen: dict[tuple[float, str], tuple[Step, ...]] = {}
         self._bare_points = 0
-        self._nearly: dict[Tool, list[float]] = {}
+        self._approximated: dict[Tool, list[float]] = {}
         self._filled: dict[int, Tool] = {}
         self._widened = set[tuple[Step, ...]]()
 
@@ -97,13 +97,13 @@ class ToolChooser:
         if self.library is None or not part.open:
             return None
         flat = part.angle == math.pi
-        fitting = [tool for tool in self.library.tools if (_bores if flat else _sinks)(tool, part)]
+        fitting = [tool for tool in self.library.tools if (_can_bore if flat else _can_countersink)(tool, part)]
         fitting = [tool for tool in fitting if tool.feed > 0.0 and tool.spindle_rpm > 0.0]
         tolerance = self.job.diameter_tolerance + 1e-9
         fitting = [tool for tool in fitting if not flat or abs(tool.diameter - part.diameter) <= tolerance]
         if not fitting:
             return None
-        tool = min(fitting, key=lambda one: (abs(one.diameter - part.diameter), one.number))
+        tool = min(fitting, key=lambda candidate: (abs(candidate.diameter - part.diameter), candidate.number))
         step = Step(replace(tool, feed=tool.plunge_feed or PLUNGE_PART * tool.feed), wide=True)
         self._widened.add((*self.steps_for_hole(hole), step))
         return step
@@ -158,8 +158,8 @@ class ToolChooser:
             yield Issue(
                 "L401",
                 f"{tool.label} assumed: {tool.feed * 60:.6g} mm/min at {tool.spindle_rpm:.0f} rpm"
-                f"{self._material()}; check them, or give --tools{self._too_fast(tool)}",
-                severity=Severity.WARNING if self._too_fast(tool) else Severity.NOTE,
+                f"{self._material_note()}; check them, or give --tools{self._speed_advice(tool)}",
+                severity=Severity.WARNING if self._speed_advice(tool) else Severity.NOTE,
             )
             if tool.kind is ToolKind.DRILL and tool.diameter > LARGEST_COMMON_DRILL:
                 yield Issue(
@@ -167,20 +167,20 @@ class ToolChooser:
                     f"{tool.label}: unusually large for a drill; leave out circles that are not drilled "
                     "with --max-diameter",
                 )
-            if tool in self._nearly:
-                yield self._nearly_as_wide(tool, self._nearly[tool])
+            if tool in self._approximated:
+                yield self._size_issue(tool, self._approximated[tool])
         for tool in self._filled.values():
             yield Issue(
                 "L401",
                 f"{tool.label}: its library gives no feeds; {tool.feed * 60:.6g} mm/min at {tool.spindle_rpm:.0f} rpm "
-                f"assumed{self._material()}; check them{self._too_fast(tool)}",
-                severity=Severity.WARNING if self._too_fast(tool) else Severity.NOTE,
+                f"assumed{self._material_note()}; check them{self._speed_advice(tool)}",
+                severity=Severity.WARNING if self._speed_advice(tool) else Severity.NOTE,
             )
         if self.library is not None and self.library.left_out:
-            left = self.library.left_out
-            more = f"; and {len(left) - 1} more" if len(left) > 1 else ""
-            words = f"a tool of the library is not used: {left[0]}{more}"
-            yield Issue("L407", words, severity=Severity.NOTE)
+            unused = self.library.left_out
+            more = f"; and {len(unused) - 1} more" if len(unused) > 1 else ""
+            message = f"a tool of the library is not used: {unused[0]}{more}"
+            yield Issue("L407", message, severity=Severity.NOTE)
         if self._bare_points:
             yield Issue(
                 "L401",
@@ -211,15 +211,15 @@ class ToolChooser:
             return [self._with_data(self.library.by_number[number]) for number in best.steps]
         drill = self._nearest(diameter, ToolKind.DRILL)
         if drill is None:
-            raise PlanError(self._no_drill(diameter, hole))
+            raise PlanError(self._no_drill_message(diameter, hole))
         return [self._with_data(drill)]
 
     def _centre_drill(self) -> Tool:
         assert self.library is not None
-        found = [t for t in self.library.tools if t.kind is ToolKind.CENTRE_DRILL]
-        if not found:
+        centre_drills = [t for t in self.library.tools if t.kind is ToolKind.CENTRE_DRILL]
+        if not centre_drills:
             raise PlanError(f"{self.library.source}: --centre-drill needs a centre drill; add one to the library")
-        return self._with_data(found[0])
+        return self._with_data(centre_drills[0])
 
     def _with_data(self, tool: Tool) -> Tool:
         """Return a tool with assumed feed and speed if its library has no feeds at all."""
@@ -232,13 +232,13 @@ class ToolChooser:
 
     def _nearest(self, diameter: float, kind: ToolKind) -> Tool | None:
         assert self.library is not None
-        found = [t for t in self.library.tools if t.kind is kind]
-        best = min(found, key=lambda t: abs(t.diameter - diameter), default=None)
+        candidates = [t for t in self.library.tools if t.kind is kind]
+        best = min(candidates, key=lambda t: abs(t.diameter - diameter), default=None)
         if best is None or abs(best.diameter - diameter) > self.job.diameter_tolerance + 1e-9:
             return None
         return best
 
-    def _no_drill(self, diameter: float, hole: Hole) -> str:
+    def _no_drill_message(self, diameter: float, hole: Hole) -> str:
         assert self.library is not None
         drills = [t.diameter for t in self.library.tools if t.kind is ToolKind.DRILL]
         near = min(drills, key=lambda d: abs(d - diameter), default=None)
@@ -271,16 +271,16 @@ class ToolChooser:
     def _note_size(self, tool: Tool, diameter: float) -> None:
         """Record a diameter that differs from that of its assumed tool."""
         if abs(tool.diameter - diameter) > EQUAL:
-            self._nearly.setdefault(tool, []).append(diameter)
+            self._approximated.setdefault(tool, []).append(diameter)
 
-    def _nearly_as_wide(self, tool: Tool, diameters: list[float]) -> Issue:
+    def _size_issue(self, tool: Tool, diameters: list[float]) -> Issue:
         """Return an issue on the diameters that an assumed tool only approximates."""
-        low, high = (f"{one:.5g}" for one in (min(diameters), max(diameters)))
-        works = count_of(len(diameters), "slot" if tool.kind is ToolKind.SLOT_MILL else "hole")
+        low, high = (f"{diameter:.5g}" for diameter in (min(diameters), max(diameters)))
+        targets = count_of(len(diameters), "slot" if tool.kind is ToolKind.SLOT_MILL else "hole")
         return Issue(
             "L401",
-            f"{tool.label} makes {works} of Ø{low}{'' if low == high else f' to {high}'}: within --diameter-tolerance "
-            f"{self.job.diameter_tolerance:g} mm the nearest catalogue size counts",
+            f"{tool.label} makes {targets} of Ø{low}{'' if low == high else f' to {high}'}: within "
+            f"--diameter-tolerance {self.job.diameter_tolerance:g} mm the nearest catalogue size counts",
             severity=Severity.NOTE,
         )
 
@@ -297,15 +297,15 @@ class ToolChooser:
         rpm = tool.spindle_rpm or self.job.spindle_speed
         if not rpm:
             careful, highest = (_rpm(speed, tool.diameter) for speed in (SURFACE_SPEED, self._fastest))
-            if highest * MOST_OFF < machine.spindle_min_rpm:
-                raise PlanError(self._unfit(tool, highest))
-            if careful > machine.spindle_max_rpm * MOST_OFF:
-                raise PlanError(self._unfit(tool, careful))
+            if highest * MAX_SPEED_RATIO < machine.spindle_min_rpm:
+                raise PlanError(self._spindle_message(tool, highest))
+            if careful > machine.spindle_max_rpm * MAX_SPEED_RATIO:
+                raise PlanError(self._spindle_message(tool, careful))
             rpm = float(round(min(max(careful, machine.spindle_min_rpm), machine.spindle_max_rpm)))
         feed = self.job.feed or min(round(FEED_PER_REVOLUTION * tool.diameter * rpm, 1) / 60.0, machine.max_feed)
         return rpm, feed
 
-    def _unfit(self, tool: Tool, rpm: float) -> str:
+    def _spindle_message(self, tool: Tool, rpm: float) -> str:
         """Message for an unsuitable spindle: the required speed, its range, and the remedy."""
         machine = self.machine
         needs = (
@@ -318,20 +318,20 @@ class ToolChooser:
             return f"{needs}: mill the slot as a pocket, or give the --spindle-speed that your mill and material need"
         return f"{needs}: mill the hole, or give the --spindle-speed that your drill and material need"
 
-    def _material(self) -> str:
+    def _material_note(self) -> str:
         """Return the material of the assumed feeds and speeds; empty if both are given."""
         if self.job.feed and self.job.spindle_speed:
             return ""
         return ", for circuit boards" if self._board else ", for high-speed steel in mild steel or aluminium"
 
-    def _too_fast(self, tool: Tool) -> str:
+    def _speed_advice(self, tool: Tool) -> str:
         """Return the right speed of a tool that turns much faster, as an addition to its issue; else "".
 
         A given speed, or one from the library, is not assumed; but the feed assumed for it is.
         """
         right = _rpm(self._fastest, tool.diameter)
         lowest = self.machine.spindle_min_rpm
-        if tool.spindle_rpm > MOST_OFF * right and not self.job.feed:
+        if tool.spindle_rpm > MAX_SPEED_RATIO * right and not self.job.feed:
             return f"; {right:.0f} rpm would be right for that"
         if self.job.spindle_speed or tool.spindle_rpm != lowest or lowest <= FAST * right:
             return ""
