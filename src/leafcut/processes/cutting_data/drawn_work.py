@@ -51,8 +51,8 @@ def drawn_works(
     issues += [issue for issue in outcome.issues if issue.severity is not Severity.NOTE]
     times = clock(outcome.path_after, machine)
     path = times.path
-    at_work = path.latest(Kind.TOOL, path.ref)
-    fed = path.kind == Kind.FEED
+    tool_numbers = path.latest(Kind.TOOL, path.ref)
+    at_feed = path.kind == Kind.FEED
     length = np.zeros(len(path))
     length[1:] = np.abs(np.diff(path.end[:, 2]))
     holes: dict[int, int] = {}
@@ -66,9 +66,17 @@ def drawn_works(
         if tool.kind is not ToolKind.DRILL or not holes[number]:
             works.append((tool, 0, 0.0, 0.0, 0.0))
             continue
-        mine = at_work == number
-        moved = float(length[mine & fed].sum())
+        of_tool = tool_numbers == number
+        feed_length = float(length[of_tool & at_feed].sum())
         # The tool change and spindle start do not depend on the speed, but belong to the part.
-        idle = float(times.seconds[mine].sum()) - moved / tool.feed
-        works.append((tool, holes[number], moved, moved - holes[number] * settings.job.retract_height, max(idle, 0.0)))
+        idle = float(times.seconds[of_tool].sum()) - feed_length / tool.feed
+        works.append(
+            (
+                tool,
+                holes[number],
+                feed_length,
+                feed_length - holes[number] * settings.job.retract_height,
+                max(idle, 0.0),
+            )
+        )
     return works

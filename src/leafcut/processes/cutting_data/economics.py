@@ -91,9 +91,9 @@ class Yields(NamedTuple):
     torque: Floats
     thrust: Floats
 
-    def taken(self, which: Mask | Indices) -> Yields:
+    def taken(self, selection: Mask | Indices) -> Yields:
         """Return a selection."""
-        return Yields(*(column[which] for column in self))
+        return Yields(*(column[selection] for column in self))
 
     def points(self) -> tuple[CuttingPoint, ...]:
         """Return all results one by one."""
@@ -107,14 +107,14 @@ def deep_hole_share(depth: float, diameter: float) -> float:
 
 def tool_life(work: ToolWork, speed: Floats, chip: Floats) -> Floats:
     """Return the tool life, s, by the law whose feed range contains each chip, mm; below all ranges by the first."""
-    stood = deep_hole_share(work.hole_depth, work.tool.diameter) if work.work is CuttingWork.DRILL else 1.0
+    depth_factor = deep_hole_share(work.hole_depth, work.tool.diameter) if work.work is CuttingWork.DRILL else 1.0
     seconds = np.empty_like(speed)
     least = np.array([life.least_feed for life in work.lives])
-    which = np.maximum(np.searchsorted(least, chip * (1.0 + 1e-9), side="right") - 1, 0)
+    law_index = np.maximum(np.searchsorted(least, chip * (1.0 + 1e-9), side="right") - 1, 0)
     for number, life in enumerate(work.lives):
-        mine = which == number
-        seconds[mine] = life.seconds(
-            speed[mine] / stood, chip[mine], work.tool.diameter, work.width, work.depth, work.teeth
+        in_law = law_index == number
+        seconds[in_law] = life.seconds(
+            speed[in_law] / depth_factor, chip[in_law], work.tool.diameter, work.width, work.depth, work.teeth
         )
     return seconds
 
@@ -140,15 +140,15 @@ def yields(
     return Yields(rpm, feed, chip, speed, time, cost, life, worn, power, torque, thrust)
 
 
-def best_of(found: Yields, objective: str) -> int:
+def best_of(results: Yields, objective: str) -> int:
     """Return the index of the best result for an objective.
 
     Ties are resolved by the other objectives, then by the lower spindle speed: time before cost before life; cost
     before time before life; life before cost before time.
     """
     keys = {
-        "time": (found.time, found.cost, -found.life),
-        "cost": (found.cost, found.time, -found.life),
-        "life": (-found.life, found.cost, found.time),
+        "time": (results.time, results.cost, -results.life),
+        "cost": (results.cost, results.time, -results.life),
+        "life": (-results.life, results.cost, results.time),
     }[objective]
-    return int(np.lexsort((found.rpm, *reversed(keys)))[0])
+    return int(np.lexsort((results.rpm, *reversed(keys)))[0])

@@ -27,10 +27,10 @@ def non_dominated(values: Floats) -> Mask:
     rows = values[order]
     new = np.append(True, (rows[1:] != rows[:-1]).any(axis=1))[: len(rows)]
     kept = np.array(_staircase(rows[new].tolist()), dtype=bool)
-    found = np.zeros(len(values), dtype=bool)
+    mask = np.zeros(len(values), dtype=bool)
     if len(rows):
-        found[order] = kept[np.cumsum(new) - 1]
-    return found
+        mask[order] = kept[np.cumsum(new) - 1]
+    return mask
 
 
 def _staircase(rows: list[list[float]]) -> list[bool]:
@@ -39,14 +39,14 @@ def _staircase(rows: list[list[float]]) -> list[bool]:
     thirds: list[float] = []  # descending: the smallest third number of all rows whose second is no larger
     kept: list[bool] = []
     for _, second, third in rows:
-        at = bisect_right(seconds, second)
-        dominated = at > 0 and thirds[at - 1] <= third
+        index = bisect_right(seconds, second)
+        dominated = index > 0 and thirds[index - 1] <= third
         kept.append(not dominated)
         if dominated:
             continue
-        begin = at - 1 if at > 0 and seconds[at - 1] == second else at
-        end = at
-        while end < len(thirds) and thirds[end] >= third:
-            end += 1
-        seconds[begin:end], thirds[begin:end] = [second], [third]
+        start = index - 1 if index > 0 and seconds[index - 1] == second else index
+        stop = index
+        while stop < len(thirds) and thirds[stop] >= third:
+            stop += 1
+        seconds[start:stop], thirds[start:stop] = [second], [third]
     return kept

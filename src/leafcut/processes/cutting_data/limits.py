@@ -15,9 +15,9 @@ from leafcut.processes.cutting_data.economics import Yields
 from leafcut.units import SECONDS_PER_MINUTE
 
 #: Combinations evaluated in one batch, most combinations, and most speeds.
-_TOGETHER, _MOST, _MOST_SPEEDS = 200_000, 20_000_000, 1_000_000
+_BATCH_SIZE, _MAX_CANDIDATES, _MAX_SPEEDS = 200_000, 20_000_000, 1_000_000
 #: Rounding tolerance of the grid.
-_ROUNDED = 1e-9
+_ROUNDING_TOLERANCE = 1e-9
 
 
 class SpeedGrid(NamedTuple):
@@ -52,30 +52,33 @@ class SpeedGrid(NamedTuple):
         """
         speeds = self._steps(self.lowest_rpm, self.highest_rpm, self.rpm_step)
         by_rpm = self.teeth / SECONDS_PER_MINUTE
-        first = np.maximum(np.ceil(self.least_chip * by_rpm * speeds / self.feed_step - _ROUNDED), 1.0)
+        first = np.maximum(np.ceil(self.least_chip * by_rpm * speeds / self.feed_step - _ROUNDING_TOLERANCE), 1.0)
         highest = np.minimum(self.largest_chip * by_rpm * speeds, self.highest_feed)
-        counts = np.maximum(np.floor(highest / self.feed_step + _ROUNDED) - first + 1.0, 0.0)
-        if not counts.sum() <= _MOST:
+        counts = np.maximum(np.floor(highest / self.feed_step + _ROUNDING_TOLERANCE) - first + 1.0, 0.0)
+        if not counts.sum() <= _MAX_CANDIDATES:
             raise PlanError(
-                f"{counts.sum():.3g} speeds and feeds are too many (at most {_MOST:g}); lower the machine's "
+                f"{counts.sum():.3g} speeds and feeds are too many (at most {_MAX_CANDIDATES:g}); lower the machine's "
                 "spindle.max_speed"
             )
         ends = np.cumsum(counts)
-        begin = 0
-        while begin < len(speeds):
-            before = ends[begin - 1] if begin else 0.0
-            end = max(int(np.searchsorted(ends, before + _TOGETHER, side="right")), begin + 1)
-            each = counts[begin:end].astype(np.int64)
-            rpm = np.repeat(speeds[begin:end], each)
-            number = np.arange(len(rpm)) - np.repeat(np.cumsum(each) - each, each)
-            yield rpm, np.asarray(self.feed_step * (np.repeat(first[begin:end], each) + number), dtype=np.float64)
-            begin = end
+        start = 0
+        while start < len(speeds):
+            done = ends[start - 1] if start else 0.0
+            stop = max(int(np.searchsorted(ends, done + _BATCH_SIZE, side="right")), start + 1)
+            batch_counts = counts[start:stop].astype(np.int64)
+            rpm = np.repeat(speeds[start:stop], batch_counts)
+            number = np.arange(len(rpm)) - np.repeat(np.cumsum(batch_counts) - batch_counts, batch_counts)
+            yield (
+                rpm,
+                np.asarray(self.feed_step * (np.repeat(first[start:stop], batch_counts) + number), dtype=np.float64),
+            )
+            start = stop
 
     @staticmethod
     def _steps(low: float, high: float, step: float) -> Floats:
         """Return the multiples of a step from `low` to `high`; `high` itself if there are none."""
-        first, last = max(math.ceil(low / step - _ROUNDED), 1), math.floor(high / step + _ROUNDED)
-        if last - first >= _MOST_SPEEDS:
+        first, last = max(math.ceil(low / step - _ROUNDING_TOLERANCE), 1), math.floor(high / step + _ROUNDING_TOLERANCE)
+        if last - first >= _MAX_SPEEDS:
             raise PlanError(f"{last - first:.3g} spindle speeds are too many; lower the machine's spindle.max_speed")
         return step * np.arange(first, last + 1, dtype=float) if last >= first else np.array([high])
 
@@ -86,11 +89,11 @@ class CuttingLimit:
 
     Attributes
     ----------
-    words, flag
+    quantity, flag
         The limited quantity, and the setting of the limit.
     value, shown
         The limit, and the format of its values.
-    of
+    values_of
         Function that returns the limited quantity of each candidate.
     at_least
         Whether the limit is a minimum.
@@ -100,29 +103,29 @@ class CuttingLimit:
         The best value among the candidates.
     """
 
-    words: str
+    quantity: str
     flag: str
     value: float
     shown: Callable[[float], str]
-    of: Callable[[Yields], Floats]
+    values_of: Callable[[Yields], Floats]
     at_least: bool = False
     alone: bool = False
     nearest: float = field(default=math.nan)
 
-    def holds(self, found: Yields) -> Mask:
+    def holds(self, results: Yields) -> Mask:
         """Return the mask of candidates within the limit."""
-        quantity = self.of(found)
-        within: Mask = quantity >= self.value if self.at_least else quantity <= self.value
-        best = float(quantity.max() if self.at_least else quantity.min())
+        values = self.values_of(results)
+        within: Mask = values >= self.value if self.at_least else values <= self.value
+        best = float(values.max() if self.at_least else values.min())
         self.nearest = (np.fmax if self.at_least else np.fmin)(self.nearest, best)
         return within
 
 
-def within(limits: list[CuttingLimit], found: Yields) -> Mask:
+def within(limits: list[CuttingLimit], results: Yields) -> Mask:
     """Return the mask of speeds and feeds within all limits, and record the effect of each limit."""
-    allowed = np.ones(len(found.rpm), dtype=bool)
+    allowed = np.ones(len(results.rpm), dtype=bool)
     for limit in limits:
-        mask = limit.holds(found)
+        mask = limit.holds(results)
         limit.alone |= bool(mask.any())
         allowed &= mask
     return allowed
@@ -138,8 +141,8 @@ def refusal(label: str, limits: list[CuttingLimit]) -> PlanError:
         if not limit.alone:
             least, most = ("at least", "at most") if limit.at_least else ("at most", "at least")
             return PlanError(
-                f"{label}: no speed and feed has a {limit.words} of {least} {limit.shown(limit.value)}: it is {most} "
-                f"{limit.shown(limit.nearest)}; change {limit.flag}"
+                f"{label}: no speed and feed has a {limit.quantity} of {least} {limit.shown(limit.value)}: it is "
+                f"{most} {limit.shown(limit.nearest)}; change {limit.flag}"
             )
     flags = ", ".join(dict.fromkeys(limit.flag for limit in limits))
     return PlanError(f"{label}: no speed and feed is within all limits together; change {flags}")

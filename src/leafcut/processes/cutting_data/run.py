@@ -76,8 +76,8 @@ def cutting_data(
     issues: list[Issue] = []
     works = list(_works(drawing, settings, machine, material, issues, progress))
     if not works:
-        told = "; ".join(issue.message for issue in issues[:3])
-        raise PlanError(f"no tool is left to choose speeds for{f': {told}' if told else ''}")
+        reasons = "; ".join(issue.message for issue in issues[:3])
+        raise PlanError(f"no tool is left to choose speeds for{f': {reasons}' if reasons else ''}")
     fronts = _fronts(works, settings, machine, material, objective, issues)
     return CuttingData(
         source="" if drawing is None else str(drawing),
@@ -126,13 +126,13 @@ def _works(
 
     options = settings.of(SpeedOptions)
     if drawing is None:
-        found = list(_stated(settings, machine))
+        tool_works = list(_stated(settings, machine))
     else:
-        found = drawn_works(drawing, settings, machine, issues, progress)
+        tool_works = drawn_works(drawing, settings, machine, issues, progress)
         if options.cut_length is not None:
-            found += _end_mills(settings, machine)
+            tool_works += _end_mills(settings, machine)
     left_out: dict[str, list[str]] = {}
-    for tool, holes, fed, cut, idle in found:
+    for tool, holes, fed, cut, idle in tool_works:
         kind = tool.material or ToolMaterial(options.tool_material)
         if tool.kind is ToolKind.DRILL and holes:
             lives = material.lives_of(CuttingWork.DRILL, kind)
@@ -140,10 +140,10 @@ def _works(
         elif tool.kind is ToolKind.END_MILL and options.cut_length is not None:
             yield _mill(tool, settings, options.cut_length, material, kind), kind
         else:
-            why = "give --cut-length" if tool.kind is ToolKind.END_MILL else "only drills and end mills have them"
-            left_out.setdefault(why, []).append(f"T{tool.number}")
-    for why, labels in left_out.items():
-        issues.append(Issue("L440", f"no speeds chosen for {', '.join(labels)}: {why}", severity=Severity.NOTE))
+            reason = "give --cut-length" if tool.kind is ToolKind.END_MILL else "only drills and end mills have them"
+            left_out.setdefault(reason, []).append(f"T{tool.number}")
+    for reason, labels in left_out.items():
+        issues.append(Issue("L440", f"no speeds chosen for {', '.join(labels)}: {reason}", severity=Severity.NOTE))
 
 
 def _end_mills(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int, float, float, float]]:
@@ -165,12 +165,12 @@ def _check_known(tool: Tool, kind: ToolMaterial, work: CuttingWork, material: Wo
     """
     if material.lives_of(work, kind):
         return
-    known = [one.value for one in ToolMaterial if material.lives_of(work, one)]
-    words = {CuttingWork.DRILL: "drills", CuttingWork.MILL: "end mills"}[work]
-    others = f"there are those of {' and '.join(known)} {words}" if known else f"there are none of {words} at all"
+    known = [candidate.value for candidate in ToolMaterial if material.lives_of(work, candidate)]
+    noun = {CuttingWork.DRILL: "drills", CuttingWork.MILL: "end mills"}[work]
+    known_text = f"there are those of {' and '.join(known)} {noun}" if known else f"there are none of {noun} at all"
     raise PlanError(
-        f"{tool.label}: {material.name} has no tool-life constants of {kind.value} {words}; {others}; add a [[life]] "
-        "in a material file of your own, or set --tool-material"
+        f"{tool.label}: {material.name} has no tool-life constants of {kind.value} {noun}; {known_text}; add a "
+        "[[life]] in a material file of your own, or set --tool-material"
     )
 
 
@@ -184,10 +184,10 @@ def _check_tool(work: ToolWork) -> None:
     """
     if not work.teeth:
         raise PlanError(f"{work.tool.label}: the number of its teeth is unknown; add 'teeth' in the tool library")
-    most = work.tool.flute_length
-    if most is not None and work.hole_depth > most:
+    flute_length = work.tool.flute_length
+    if flute_length is not None and work.hole_depth > flute_length:
         raise PlanError(
-            f"{work.tool.label}: its flutes are {most:g} mm long, but with its point the holes are "
+            f"{work.tool.label}: its flutes are {flute_length:g} mm long, but with its point the holes are "
             f"{work.hole_depth:.4g} mm deep; take it out of the tool library or correct its 'flute_length'"
         )
 
@@ -233,26 +233,26 @@ def _front(
 ) -> ToolFront:
     """Return the front of one tool, from all speeds and feeds of the machine."""
     options, tool = settings.of(SpeedOptions), work.tool
-    own = tool.life_cost if tool.life_cost is not None else _TOOL_COST
-    prices = Prices(_shop_rate(options) / _SECONDS_PER_HOUR, own, _WORN_CHANGE, _MAX_LIFE)
+    tool_cost = tool.life_cost if tool.life_cost is not None else _TOOL_COST
+    prices = Prices(_shop_rate(options) / _SECONDS_PER_HOUR, tool_cost, _WORN_CHANGE, _MAX_LIFE)
     grid = _grid(work, kind, machine, material)
     limits = _limits(work, machine)
-    found: list[Yields] = []
+    fronts: list[Yields] = []
     candidates = allowed = 0
     for rpm, feed in grid.blocks():
         candidates += len(rpm)
         if len(rpm):
-            tried = yields(work, material, prices, rpm, feed, DRIVE_EFFICIENCY)
-            kept = tried.taken(within(limits, tried))
-            allowed += len(kept.rpm)
-            found.append(_front_of(kept))  # candidates dominated within a batch are dominated overall
+            results = yields(work, material, prices, rpm, feed, DRIVE_EFFICIENCY)
+            allowed_results = results.taken(within(limits, results))
+            allowed += len(allowed_results.rpm)
+            fronts.append(_front_of(allowed_results))  # candidates dominated within a batch are dominated overall
     if not candidates:
         raise PlanError(
             f"{tool.label}: no feed of the machine gives a chip of {grid.least_chip:.3g} to {grid.largest_chip:.3g} mm"
         )
     if not allowed:
         raise refusal(tool.label, limits)
-    best = _front_of(Yields(*(np.concatenate(columns) for columns in zip(*found, strict=True))))
+    best = _front_of(Yields(*(np.concatenate(columns) for columns in zip(*fronts, strict=True))))
     best = best.taken(np.lexsort((best.rpm, -best.life, best.cost, best.time)))
     given = None
     if not tool.assumed or {"feed", "spindle_speed"} & settings.given:
@@ -275,8 +275,8 @@ def _shop_rate(options: SpeedOptions) -> float:
     return _SHOP_RATE if options.shop_rate is None else options.shop_rate
 
 
-def _front_of(found: Yields) -> Yields:
-    return found.taken(non_dominated(np.column_stack((found.time, found.cost, -found.life))))
+def _front_of(results: Yields) -> Yields:
+    return results.taken(non_dominated(np.column_stack((results.time, results.cost, -results.life))))
 
 
 def _given(work: ToolWork, material: WorkMaterial, prices: Prices) -> CuttingPoint | None:

@@ -15,7 +15,7 @@ from leafcut.options import Settings
 from leafcut.units import SECONDS_PER_MINUTE
 
 
-def library_text(found: CuttingData, settings: Settings, file: str | Path) -> str:
+def library_text(data: CuttingData, settings: Settings, file: str | Path) -> str:
     """Return the library as TOML. The user's own TOML keeps its comments and order; only speeds and schema change.
 
     Raises
@@ -29,18 +29,18 @@ def library_text(found: CuttingData, settings: Settings, file: str | Path) -> st
         raise OptionError(
             f"--save {Path(file).name}: a tool library is written as TOML; name a file that ends in .toml"
         )
-    chosen = {one.tool.number: one.best for one in found.tools}
+    chosen = {front.tool.number: front.best for front in data.tools}
     library = settings.job.tools
     if library is not None and library.suffix.lower() == ".toml":
-        return _changed(library, chosen)
-    tools = [one.tool for one in found.tools]
-    whole = library_of(settings, found.machine)
-    if whole is not None:
-        tools = list(whole.tools)
-    return _written(tools, chosen)
+        return _updated_library(library, chosen)
+    tools = [front.tool for front in data.tools]
+    full_library = library_of(settings, data.machine)
+    if full_library is not None:
+        tools = list(full_library.tools)
+    return _new_library(tools, chosen)
 
 
-def _changed(library: Path, chosen: dict[int, CuttingPoint]) -> str:
+def _updated_library(library: Path, chosen: dict[int, CuttingPoint]) -> str:
     import tomlkit
 
     document = tomlkit.parse(library.read_text(encoding="utf-8-sig"))
@@ -53,7 +53,7 @@ def _changed(library: Path, chosen: dict[int, CuttingPoint]) -> str:
     return tomlkit.dumps(document)
 
 
-def _written(tools: list[Tool], chosen: dict[int, CuttingPoint]) -> str:
+def _new_library(tools: list[Tool], chosen: dict[int, CuttingPoint]) -> str:
     import tomlkit
 
     document, rows = tomlkit.document(), tomlkit.aot()
