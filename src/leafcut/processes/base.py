@@ -168,8 +168,8 @@ class Process(Work, Protocol):
 
     def used(self) -> Mapping[str, Conditions]:
         """Return all used options, its own and shared ones, with their conditions."""
-        own = {name: spec.needs for group in self.options for name, spec in group.specs().items()}
-        return own | dict(self.uses)
+        own_options = {name: spec.needs for group in self.options for name, spec in group.specs().items()}
+        return own_options | dict(self.uses)
 
     def usual(self, settings: Settings) -> Settings:
         """Return the settings with the defaults of this process, such as its usual machine."""
@@ -230,11 +230,13 @@ class Process(Work, Protocol):
         solve = plan.job.settings.solve
         if plan.keeps_given or not plan.unforced or solve.algorithm in ("nn", "none"):
             return best
-        other = min([given] if nearest is None else [given, nearest], key=lambda one: one.cost(solve.objective))
-        if other.cost(solve.objective) >= best.cost(solve.objective):
+        reference = min(
+            [given] if nearest is None else [given, nearest], key=lambda candidate: candidate.cost(solve.objective)
+        )
+        if reference.cost(solve.objective) >= best.cost(solve.objective):
             return best
-        order = replace(best.order, choices=other.order.choices)
-        return replace(other, order=replace(order, solutions=tuple(restated(plan.job, plan.stages, order))))
+        order = replace(best.order, choices=reference.order.choices)
+        return replace(reference, order=replace(order, solutions=tuple(restated(plan.job, plan.stages, order))))
 
     def prove(self, plan: Plan, given: Candidate, best: Candidate) -> Candidate:
         """Write the program, read it back, and judge it; return the candidate with its program.

@@ -22,18 +22,20 @@ def for_cutting(settings: Settings) -> Settings:
     """
     if "machine" in settings.given or settings.machine.machine != MachineOptions().machine:
         return settings
-    how = f"{_cuts_by(settings)}_"
-    fitting = (kind for kind in sorted(CUTTING_MACHINES, key=len, reverse=True) if how.startswith(f"{kind}_"))
+    process_prefix = f"{_cut_process(settings)}_"
+    fitting = (
+        kind for kind in sorted(CUTTING_MACHINES, key=len, reverse=True) if process_prefix.startswith(f"{kind}_")
+    )
     machine = CUTTING_MACHINES[next(fitting, "plasma")]
     return settings.but(replace(settings.machine, machine=machine))
 
 
-def _cuts_by(settings: Settings) -> str:
+def _cut_process(settings: Settings) -> str:
     """Return the cutting process; ``laser_co2`` for a laser if the chart has only CO2 data for the material."""
     from leafcut.read.cutchart import kinds_for, load_chart
 
-    asked = (settings.cut_data.cut_process or "plasma").lower()
-    if asked != "laser":
-        return asked
-    kinds = kinds_for(load_chart(settings.cut_data.chart), asked, settings.job.material)
-    return "laser_co2" if kinds and all(kind.startswith("laser_co2_") for kind in kinds) else asked
+    requested = (settings.cut_data.cut_process or "plasma").lower()
+    if requested != "laser":
+        return requested
+    kinds = kinds_for(load_chart(settings.cut_data.chart), requested, settings.job.material)
+    return "laser_co2" if kinds and all(kind.startswith("laser_co2_") for kind in kinds) else requested

@@ -28,11 +28,11 @@ class Deadline:
         Seconds for all searches; infinite without a limit.
     """
 
-    def __init__(self, limit: float | None = None, whole: Deadline | None = None) -> None:
-        """Start a deadline of `limit` seconds, None for no limit; `whole` is the deadline that contains it."""
+    def __init__(self, limit: float | None = None, parent: Deadline | None = None) -> None:
+        """Start a deadline of `limit` seconds, None for no limit; `parent` is the deadline that contains it."""
         self.limit = math.inf if limit is None else limit
-        self._spent, self._whole = 0.0, whole
-        self._began: float | None = None
+        self._spent, self._parent = 0.0, parent
+        self._started: float | None = None
 
     @classmethod
     def of(cls, options: SolveOptions) -> Deadline:
@@ -44,7 +44,7 @@ class Deadline:
     @property
     def left(self) -> float:
         """Seconds left, 0 or more; infinite without a limit."""
-        running = 0.0 if self._began is None else clock() - self._began
+        running = 0.0 if self._started is None else clock() - self._started
         return max(self.limit - self._spent - running, 0.0)
 
     @property
@@ -61,15 +61,15 @@ class Deadline:
     def spend(self, seconds: float) -> None:
         """Count the seconds of a finished search."""
         self._spent += seconds
-        if self._whole is not None:
-            self._whole.spend(seconds)
+        if self._parent is not None:
+            self._parent.spend(seconds)
 
     @contextmanager
     def running(self, cancelled: Event) -> Iterator[Callable[[], bool]]:
         """Count the time of a search; yield a function that is true when the search must stop."""
-        self._began = clock()
+        self._started = clock()
         try:
             yield lambda: cancelled.is_set() or self.left <= 0.0
         finally:
-            seconds, self._began = clock() - self._began, None
+            seconds, self._started = clock() - self._started, None
             self.spend(seconds)

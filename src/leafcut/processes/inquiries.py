@@ -95,5 +95,7 @@ class ChoosingSpeeds(Work):
         """Return its own options, and the drilling options for a drawing."""
         # The reader refuses solid options for a drawing.
         drawn, solid = input_is("drawing"), input_is("step")
-        needs = {name: tuple(one for one in needs if one != solid) for name, needs in self.drilling.items()}
+        needs = {
+            name: tuple(condition for condition in needs if condition != solid) for name, needs in self.drilling.items()
+        }
         return {name: (drawn, *own) for name, own in needs.items()} | dict(self.uses)

@@ -41,19 +41,19 @@ class Job:
         `part` is its share of the work of all lower bounds.
         """
         limit = self.settings.solve.time_limit
-        most = math.inf if limit is None else BOUND_PART * part * limit
-        return lambda seconds: seconds >= most
+        longest = math.inf if limit is None else BOUND_PART * part * limit
+        return lambda seconds: seconds >= longest
 
     def quiet(self) -> Job:
         """Return the same run without progress messages."""
         return replace(self, progress=None, observe=None)
 
-    def for_words(self, words: Dialect) -> Job:
+    def for_words(self, dialect: Dialect) -> Job:
         """Return the run for a dialect. If it has no moves to machine zero, the machine gets no safe height.
 
         The tool then retracts to the clearance height.
         """
-        if words.has_machine_moves or self.machine.safe_z is None:
+        if dialect.has_machine_moves or self.machine.safe_z is None:
             return self
         return replace(self, machine=replace(self.machine, safe_z=None))
 
@@ -62,16 +62,16 @@ class Job:
         if self.progress is not None:
             self.progress(Progress(step, share, trial=trial))
 
-    def looking(self, what: str) -> Heartbeat:
+    def looking(self, step: str) -> Heartbeat:
         """Report that a stage starts; return the function that the stage calls while it works.
 
         This function repeats the report from time to time. The receiver may raise to end the run (a cancelled job).
         """
-        return looking_for(self.progress, what)
+        return looking_for(self.progress, step)
 
-    def passing_on(self, what: str, left: float = 1.0, part: float = 1.0) -> OnProgress | None:
+    def passing_on(self, step: str, left: float = 1.0, part: float = 1.0) -> OnProgress | None:
         """Return the progress callback of a search that does `part` of the whole work, while `left` of it is left."""
-        return passing_on(self.progress, what, left, part)
+        return passing_on(self.progress, step, left, part)
 
 
 def machine_of(settings: Settings) -> Machine:
@@ -96,7 +96,7 @@ def library_of(settings: Settings, machine: Machine) -> ToolLibrary | None:
     return load_tools(job.tools, machine.units, material) if job.tools is not None else None
 
 
-def check_words_used(settings: Settings, machine: Machine, words: Dialect) -> None:
+def check_words_used(settings: Settings, machine: Machine, dialect: Dialect) -> None:
     """Refuse options that this controller or this machine cannot use.
 
     Raises
@@ -104,18 +104,18 @@ def check_words_used(settings: Settings, machine: Machine, words: Dialect) -> No
     OptionError
         Names the option and the reason.
     """
-    torch = words.torch
+    torch = dialect.torch
     powered = torch is not None and bool(torch.power)
-    no_power = f"{words.name} programs have no laser power"
-    for name, used, why in (
-        ("program_number", words.program_number, f"{words.name} programs have no number"),
-        ("line_numbers", words.line_numbers, f"{words.name} takes no numbered blocks"),
+    no_power = f"{dialect.name} programs have no laser power"
+    for name, supported, reason in (
+        ("program_number", dialect.program_number, f"{dialect.name} programs have no number"),
+        ("line_numbers", dialect.line_numbers, f"{dialect.name} takes no numbered blocks"),
         ("beam_power", powered, no_power),
         ("mark_power", powered, no_power),
-        ("coolant", words.torch is None, f"{words.name} has no coolant"),
+        ("coolant", dialect.torch is None, f"{dialect.name} has no coolant"),
     ):
-        if name in settings.asked and not used:
-            raise OptionError(f"{flag_name(name)}: {why}; leave it out")
+        if name in settings.asked and not supported:
+            raise OptionError(f"{flag_name(name)}: {reason}; leave it out")
 
 
 def refuse(problems: Sequence[Difference]) -> None:
@@ -184,7 +184,7 @@ def machine_issues(
         )
         issues.append(Issue("L403", message, severity=Severity.NOTE if zero_is_set else Severity.WARNING))
     if machine.assumed:
-        values = ", ".join(f"{key} {words.partition(' (')[0]}" for key, words in machine.assumed.items())
+        values = ", ".join(f"{key} {source.partition(' (')[0]}" for key, source in machine.assumed.items())
         message = f"the profile of {machine.name} is incomplete; assumed: {values}"
         issues.append(Issue("L408", f"{message}; see leafcut list machines", severity=Severity.NOTE))
     if machine.work_offset is None:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _FLAT = 1e-6
 
 
-def obstacles_of(run: Job, program: Program, beam: bool) -> tuple[Obstacles | None, list[Issue]]:
+def obstacles_of(job: Job, program: Program, beam: bool) -> tuple[Obstacles | None, list[Issue]]:
     """Return the obstacles of a program, None without zones, and issues.
 
     Parameters
@@ -41,17 +41,17 @@ def obstacles_of(run: Job, program: Program, beam: bool) -> tuple[Obstacles | No
     """
     from leafcut.processes.zones import crossing_heights, parse_zones
 
-    settings = run.settings.job
+    settings = job.settings.job
     zones = parse_zones(settings.keep_out)
     if not len(zones):
         return None, []
-    known = None if beam else library_of(run.settings, run.machine)
+    known = None if beam else library_of(job.settings, job.machine)
     library = {} if known is None else known.by_number
     radii, unknown = ({}, []) if beam else _radii(program, library)
     lifts = _lifts(program.path)
     heights = crossing_heights(settings.keep_out, settings.clearance_height)
     heights = heights if lifts else np.full(len(zones), math.inf)
-    if not lifts and "clearance_height" in run.settings.asked:
+    if not lifts and "clearance_height" in job.settings.asked:
         raise OptionError(
             "--clearance-height: this program never moves Z, so rapids go around keep-out zones; leave it out"
         )
@@ -59,35 +59,35 @@ def obstacles_of(run: Job, program: Program, beam: bool) -> tuple[Obstacles | No
         zones,
         heights,
         radii,
-        run.machine.rapid_style == "dogleg",
+        job.machine.rapid_style == "dogleg",
         {number: bodies_of(library[number]) for number in radii if number in library},
         {number: _lowest(program.path, number) for number in radii},
     )
-    met = meetings(run, obstacles, program.path)
-    cut = next((d for d in met if d.what.startswith("cuts")), None)
+    hits = meetings(job, obstacles, program.path)
+    cut = next((d for d in hits if d.what.startswith("cuts")), None)
     if cut is not None:
         raise PlanError(f"{cut}; move the obstacle, or the program's origin")
-    unseen = next((d for d in met if d.what.startswith("may")), None)
+    unseen = next((d for d in hits if d.what.startswith("may")), None)
     if unseen is not None:
         raise PlanError(f"{unseen}; raise the tool before this move, or leave out --keep-out")
     issues = []
-    if met:
-        often = "once" if len(met) == 2 else f"{len(met) - 1} times"
-        way = f"over it at Z{heights.min():g} or above" if lifts else "around it"
-        words = f"rapids of the original cross --keep-out zones, here and {often} more"
-        words = f"{words if len(met) > 1 else words.partition(', here')[0]}; the new program goes {way}"
-        issues.append(Issue("L508", words, f"line {met[0].new}"))
+    if hits:
+        often = "once" if len(hits) == 2 else f"{len(hits) - 1} times"
+        route = f"over it at Z{heights.min():g} or above" if lifts else "around it"
+        message = f"rapids of the original cross --keep-out zones, here and {often} more"
+        message = f"{message if len(hits) > 1 else message.partition(', here')[0]}; the new program goes {route}"
+        issues.append(Issue("L508", message, f"line {hits[0].new}"))
     if unknown:
         tools = ", ".join(f"T{number}" for number in unknown)
-        words = (
+        message = (
             f"the diameter of {tools} is unknown: only its centre keeps out; widen the rectangles by its radius, "
             "or give --tools"
         )
-        issues.append(Issue("L509", words))
+        issues.append(Issue("L509", message))
     return obstacles, issues
 
 
-def meetings(run: Job, obstacles: Obstacles, path: Toolpath) -> list[Difference]:
+def meetings(job: Job, obstacles: Obstacles, path: Toolpath) -> list[Difference]:
     """Return every motion of a program that hits an obstacle."""
     from leafcut.proof.obstacles import check_obstacles
 
@@ -97,7 +97,7 @@ def meetings(run: Job, obstacles: Obstacles, path: Toolpath) -> list[Difference]
         obstacles.heights,
         tool_radii=obstacles.radii,
         bodies=obstacles.bodies,
-        safe_z=run.machine.safe_z or 0.0,
+        safe_z=job.machine.safe_z or 0.0,
         dogleg=obstacles.dogleg,
     )
 
@@ -121,9 +121,9 @@ def _lifts(path: Toolpath) -> bool:
 
 def _lowest(path: Toolpath, tool: int) -> float:
     """Return the lowest tip position of a tool, mm; −∞ if unknown."""
-    mine = path.tool == tool
-    z = path.end[mine & np.isin(path.kind, [int(k) for k in MOTIONS]), 2]
-    bottoms = [path.cycles[ref].bottom for ref in path.ref[mine & (path.kind == Kind.DRILL)].tolist()]
+    of_tool = path.tool == tool
+    z = path.end[of_tool & np.isin(path.kind, [int(k) for k in MOTIONS]), 2]
+    bottoms = [path.cycles[ref].bottom for ref in path.ref[of_tool & (path.kind == Kind.DRILL)].tolist()]
     known = [*z[np.isfinite(z)].tolist(), *bottoms]
     return min(known, default=-math.inf)
 

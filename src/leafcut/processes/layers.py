@@ -30,8 +30,8 @@ def kinds_of(contours: Sequence[Contour], options: SheetOptions, issues: list[Is
     option overrides it. Texts are marks on mark layers, and left out elsewhere.
     """
     names = {c.layer for c in contours}
-    said = {name: _said(name, options) for name in names}
-    known = [said[c.layer] or (c.kind if c.kind != "cut" else "") for c in contours]
+    by_option = {name: _kind_by_option(name, options) for name in names}
+    known = [by_option[c.layer] or (c.kind if c.kind != "cut" else "") for c in contours]
     by_name = matcher(MARK_NAMES)
     if not options.mark_layers and any(not k and not by_name(c.layer) for k, c in zip(known, contours, strict=True)):
         marks = {c.layer for k, c in zip(known, contours, strict=True) if k in ("", "text") and by_name(c.layer)}
@@ -40,37 +40,37 @@ def kinds_of(contours: Sequence[Contour], options: SheetOptions, issues: list[Is
             message = f"marked, not cut, by the name of the layer: {_listed(marks)}; set --mark-layers to change that"
             issues.append(Issue("L421", message, severity=Severity.NOTE))
     if not options.sheet_layers and "sheet" not in known:
-        maybe = matcher(SHEET_NAMES)
-        known = [k or ("maybe sheet" if maybe(c.layer) else "") for k, c in zip(known, contours, strict=True)]
-    left = Counter(c.layer for k, c in zip(known, contours, strict=True) if k == "ignore" and c.kind != "text")
-    if left:
-        words = ", ".join(f"{number} on layer {name}" for name, number in left.most_common(5))
-        issues.append(Issue("L211", f"not cut: {words}", severity=Severity.NOTE))
-    found = ["" if k == "ignore" else k or "cut" for k in known]
-    return _texts(contours, found, issues)
+        is_sheet_name = matcher(SHEET_NAMES)
+        known = [k or ("maybe sheet" if is_sheet_name(c.layer) else "") for k, c in zip(known, contours, strict=True)]
+    ignored = Counter(c.layer for k, c in zip(known, contours, strict=True) if k == "ignore" and c.kind != "text")
+    if ignored:
+        layers = ", ".join(f"{number} on layer {name}" for name, number in ignored.most_common(5))
+        issues.append(Issue("L211", f"not cut: {layers}", severity=Severity.NOTE))
+    kinds = ["" if k == "ignore" else k or "cut" for k in known]
+    return _texts(contours, kinds, issues)
 
 
 def _texts(contours: Sequence[Contour], kinds: list[str], issues: list[Issue]) -> list[str]:
     """Return the kinds with texts resolved: engraved on mark layers, if their letters have strokes."""
     texts = [k for k, c in enumerate(contours) if c.kind == "text"]
     failed = {contours[k].handle: contours[k] for k in texts if contours[k].name and kinds[k] == "mark"}
-    left = Counter({contours[k].handle: contours[k].layer for k in texts if kinds[k] != "mark"}.values())
-    for one in failed.values():
-        x, y = one.path.start
-        words = f"a text on layer {shown(one.layer)} is not engraved: {one.name}; draw it as lines"
-        issues.append(Issue("L216", words, f"at ({x:g}, {y:g})", missing=MissingWork("text", 1, ((x, y),))))
-    if left:
-        layers = ", ".join(f"{number} on layer {shown(name)}" for name, number in left.most_common(5))
-        words = f"texts are engraved on mark layers only; left out: {layers}"
-        issues.append(Issue("L210", words, severity=Severity.NOTE))
-    kept = set(texts)
+    left_out = Counter({contours[k].handle: contours[k].layer for k in texts if kinds[k] != "mark"}.values())
+    for text in failed.values():
+        x, y = text.path.start
+        message = f"a text on layer {shown(text.layer)} is not engraved: {text.name}; draw it as lines"
+        issues.append(Issue("L216", message, f"at ({x:g}, {y:g})", missing=MissingWork("text", 1, ((x, y),))))
+    if left_out:
+        layers = ", ".join(f"{number} on layer {shown(name)}" for name, number in left_out.most_common(5))
+        message = f"texts are engraved on mark layers only; left out: {layers}"
+        issues.append(Issue("L210", message, severity=Severity.NOTE))
+    text_numbers = set(texts)
     return [
-        kind if k not in kept else "mark" if kind == "mark" and not contours[k].name else ""
+        kind if k not in text_numbers else "mark" if kind == "mark" and not contours[k].name else ""
         for k, kind in enumerate(kinds)
     ]
 
 
-def _said(layer: str, options: SheetOptions) -> str:
+def _kind_by_option(layer: str, options: SheetOptions) -> str:
     """Return the kind of a layer by the options, or ""."""
     for patterns, kind in (
         (options.ignore_layers, "ignore"),

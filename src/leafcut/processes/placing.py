@@ -36,8 +36,10 @@ def placed(part: Part, options: ReadOptions) -> Part:
     matrix = _matrix(options)
     x, y = _origin(part, matrix, options)
     # The transpose of the matrix is its inverse: the zero in the original drawing.
-    there = (matrix.T @ (x, y)).tolist()
-    zero = replace(part.zero or ProgramZero(), place=_place(part, options), x=there[0], y=there[1])
+    zero_in_drawing = (matrix.T @ (x, y)).tolist()
+    zero = replace(
+        part.zero or ProgramZero(), place=_place_name(part, options), x=zero_in_drawing[0], y=zero_in_drawing[1]
+    )
     moved = part
     if (x, y) != (0.0, 0.0) or not np.array_equal(matrix, np.eye(2)):
         moved = _moved(part, matrix, (-x, -y))
@@ -69,18 +71,18 @@ def placing_words(file: str, part: Part, options: ReadOptions) -> str:
     ``plate.step, -x up, Z0 at Z12.5 mm, zero at X10 Y20 mm, mirrored x, turned 90 deg``: the solid is turned with -x
     up, and its Z12.5 becomes Z0. After mirroring and rotation, its X10 Y20 becomes X0 Y0.
     """
-    words = [Path(file).name]
+    texts = [Path(file).name]
     if part.zero is not None and part.zero.up:
-        words += [f"{part.zero.up} up"] if part.zero.up != "z" else []
-        words += [f"Z0 at Z{_exact(part.zero.z)} mm"] if part.zero.z else []
+        texts += [f"{part.zero.up} up"] if part.zero.up != "z" else []
+        texts += [f"Z0 at Z{_exact(part.zero.z)} mm"] if part.zero.z else []
     if options.origin is not None:
         x, y = _origin(part, _matrix(options), options)
-        words.append(f"zero at X{_exact(x)} Y{_exact(y)} mm")
+        texts.append(f"zero at X{_exact(x)} Y{_exact(y)} mm")
     if options.mirror:
-        words.append(f"mirrored {options.mirror}")
+        texts.append(f"mirrored {options.mirror}")
     if options.rotate:
-        words.append(f"turned {math.degrees(options.rotate):.6g} deg")
-    return ", ".join(words)
+        texts.append(f"turned {math.degrees(options.rotate):.6g} deg")
+    return ", ".join(texts)
 
 
 def negative_axes(box: tuple[float, float, float, float], machine: Machine) -> str:
@@ -126,7 +128,7 @@ def _origin(part: Part, matrix: NDArray[np.float64], options: ReadOptions) -> tu
     return box[0] + across * (box[2] - box[0]), box[1] + up * (box[3] - box[1])
 
 
-def _place(part: Part, options: ReadOptions) -> str:
+def _place_name(part: Part, options: ReadOptions) -> str:
     """Return the name of the point that becomes zero: "lower left corner of the part"; "" for a point in numbers."""
     if not isinstance(options.origin, str):
         return ""
@@ -139,41 +141,44 @@ def _place(part: Part, options: ReadOptions) -> str:
     return f"{name} of the {'part' if outline else 'geometry'}"
 
 
-def _moved(part: Part, matrix: NDArray[np.float64], by: tuple[float, float]) -> Part:
+def _moved(part: Part, matrix: NDArray[np.float64], offset: tuple[float, float]) -> Part:
     """Return a part with every point p moved to matrix · p + by."""
     (a, b), (c, d) = matrix.tolist()
 
-    def at(x: float, y: float) -> tuple[float, float]:
-        return a * x + b * y + by[0], c * x + d * y + by[1]
+    def transform(x: float, y: float) -> tuple[float, float]:
+        return a * x + b * y + offset[0], c * x + d * y + offset[1]
 
-    def along(path: Polyline) -> Polyline:
+    def move_path(path: Polyline) -> Polyline:
         x, y, bulge = path.vertices.T
         # Mirroring reverses the direction of arcs.
         turn = 1.0 if a * d - b * c > 0.0 else -1.0
-        return Polyline(np.column_stack([*at(x, y), turn * bulge]), path.closed)
+        return Polyline(np.column_stack([*transform(x, y), turn * bulge]), path.closed)
 
-    def around(path: Polyline, clockwise: bool) -> Polyline:
-        there = along(path)
-        return there.reversed() if (there.area < 0.0) != clockwise else there
+    def orient(path: Polyline, clockwise: bool) -> Polyline:
+        moved_path = move_path(path)
+        return moved_path.reversed() if (moved_path.area < 0.0) != clockwise else moved_path
 
     def moved(issue: Issue) -> Issue:
-        work = issue.missing
-        if work is None:
+        missing = issue.missing
+        if missing is None:
             return issue
-        where, outlines = tuple(at(*place) for place in work.where), tuple(along(path) for path in work.outlines)
-        return replace(issue, missing=replace(work, where=where, outlines=outlines))
+        points, outlines = (
+            tuple(transform(*point) for point in missing.where),
+            tuple(move_path(path) for path in missing.outlines),
+        )
+        return replace(issue, missing=replace(missing, where=points, outlines=outlines))
 
     return replace(
         part,
         issues=tuple(moved(issue) for issue in part.issues),
         besides=tuple(moved(issue) for issue in part.besides),
-        openings=tuple(replace(one, outline=along(one.outline)) for one in part.openings),
-        holes=tuple(replace(h, x=x, y=y) for h in part.holes for x, y in [at(h.x, h.y)]),
-        slots=tuple(replace(s, start=at(*s.start), end=at(*s.end)) for s in part.slots),
-        contours=tuple(replace(one, path=along(one.path)) for one in part.contours),
-        edge=tuple(replace(one, path=along(one.path)) for one in part.edge),
+        openings=tuple(replace(opening, outline=move_path(opening.outline)) for opening in part.openings),
+        holes=tuple(replace(h, x=x, y=y) for h in part.holes for x, y in [transform(h.x, h.y)]),
+        slots=tuple(replace(s, start=transform(*s.start), end=transform(*s.end)) for s in part.slots),
+        contours=tuple(replace(contour, path=move_path(contour.path)) for contour in part.contours),
+        edge=tuple(replace(contour, path=move_path(contour.path)) for contour in part.edge),
         pockets=tuple(
-            replace(p, outline=around(p.outline, False), islands=tuple(around(i, True) for i in p.islands))
+            replace(p, outline=orient(p.outline, False), islands=tuple(orient(i, True) for i in p.islands))
             for p in part.pockets
         ),
     )

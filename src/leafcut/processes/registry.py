@@ -55,48 +55,58 @@ COMMANDS = {
 }
 
 
-def _process_of(name: str, found: Any) -> Process:
+def _process_of(name: str, entry: Any) -> Process:
     """Return the process of an entry point, after checking that it has everything that commands need."""
-    if not isinstance(found, type) or Process not in found.__mro__:
+    if not isinstance(entry, type) or Process not in entry.__mro__:
         raise TypeError("a class that inherits from leafcut.processes.base.Process was expected")
-    made: Process = found()
-    if not made.title.isprintable():
+    instance: Process = entry()
+    if not instance.title.isprintable():
         raise ValueError("its title must be one line of text")
-    if not made.name == made.command == name:
-        raise ValueError(f"its name '{made.name}', command '{made.command}' and entry point '{name}' must be equal")
+    if not instance.name == instance.command == name:
+        raise ValueError(
+            f"its name '{instance.name}', command '{instance.command}' and entry point '{name}' must be equal"
+        )
     if not re.fullmatch(r"[a-z][a-z0-9-]*", name):
         raise ValueError("its name must be lower-case letters, digits and -")
-    if words := sorted(_taken_words() & set(made.asked_as)):
-        raise ValueError(f"leafcut already has a process '{words[0]}'")
-    shared = [*SHARED, *(group for one in BUILT_IN for group in process(one).options)]
-    for group in made.options:
-        taken = [f"[{group.section}]" for other in shared if other.section == group.section]
-        taken += [flag_name(option) for other in shared for option in group.specs() if option in other.specs()]
-        if taken:
-            raise ValueError(f"leafcut already has {taken[0]}")
-    known = {option for group in (*shared, *made.options) for option in group.specs()}
-    for option in (*made.used(), *(option for _, names in made.form for option in names)):
+    if reserved := sorted(_reserved_words() & set(instance.asked_as)):
+        raise ValueError(f"leafcut already has a process '{reserved[0]}'")
+    shared = [*SHARED, *(group for built_in in BUILT_IN for group in process(built_in).options)]
+    for group in instance.options:
+        conflicts = [f"[{group.section}]" for existing in shared if existing.section == group.section]
+        conflicts += [
+            flag_name(option) for existing in shared for option in group.specs() if option in existing.specs()
+        ]
+        if conflicts:
+            raise ValueError(f"leafcut already has {conflicts[0]}")
+    known = {option for group in (*shared, *instance.options) for option in group.specs()}
+    for option in (*instance.used(), *(option for _, names in instance.form for option in names)):
         if option not in known:
             raise ValueError(f"unknown option '{option}'")
-    return made
+    return instance
 
 
 @cache
-def _taken_words() -> frozenset[str]:
+def _reserved_words() -> frozenset[str]:
     """Return the names and values of ``--process`` that leafcut uses."""
-    own = [process(name) for name in BUILT_IN]
-    return frozenset({*OTHER_COMMANDS, *BUILT_IN, *(word for one in own for word in (one.command, *one.asked_as))})
+    built_in = [process(name) for name in BUILT_IN]
+    return frozenset(
+        {
+            *OTHER_COMMANDS,
+            *BUILT_IN,
+            *(word for process_ in built_in for word in (process_.command, *process_.asked_as)),
+        }
+    )
 
 
-def _claims(one: Process) -> tuple[str, ...]:
+def _claims(process_: Process) -> tuple[str, ...]:
     """Return the unique parts of a process: values of ``--process``, tables and flags of its options."""
-    tables = (f"[{group.section}]" for group in one.options)
-    flags = (flag_name(option) for group in one.options for option in group.specs())
-    return (*(f"--process {word}" for word in one.asked_as), *tables, *flags)
+    tables = (f"[{group.section}]" for group in process_.options)
+    flags = (flag_name(option) for group in process_.options for option in group.specs())
+    return (*(f"--process {word}" for word in process_.asked_as), *tables, *flags)
 
 
 #: Processes of other packages: an entry point is a class that inherits from `base.Process`.
-PACKAGED = PluginKind("process", "leafcut.processes", _taken_words, _process_of, lambda one: one.title, _claims)
+PACKAGED = PluginKind("process", "leafcut.processes", _reserved_words, _process_of, lambda one: one.title, _claims)
 
 
 def process(name: str) -> Process:
@@ -112,8 +122,8 @@ def process(name: str) -> Process:
 
 @cache
 def _built_in(name: str) -> Process:
-    made: Process = _load(BUILT_IN[name])()
-    return made
+    instance: Process = _load(BUILT_IN[name])()
+    return instance
 
 
 def report_of(outcome: Outcome[Any]) -> PathReport[Any]:
@@ -155,8 +165,11 @@ def of_command(word: str) -> Process | None:
 def of_drawings(word: str) -> Process | None:
     """Return the process of drawings for a value of ``--process``; None for "auto" and processes of programs."""
     named = None if word == "auto" else of_command(word)
-    some = [named] if named or word == "auto" else processes()
-    return next((one for one in some if one and one.reads == "drawing" and word in one.asked_as), None)
+    candidates = [named] if named or word == "auto" else processes()
+    return next(
+        (process_ for process_ in candidates if process_ and process_.reads == "drawing" and word in process_.asked_as),
+        None,
+    )
 
 
 def processes() -> Iterator[Process]:
@@ -175,9 +188,9 @@ def groups(own: Iterable[type[OptionGroup]] | None = None) -> tuple[type[OptionG
     With `own`, the groups of processes are these, and no process is loaded.
     """
     if own is None:
-        own = [group for one in processes() for group in one.options]
-    place = SHARED.index(CutDataOptions) + 1
-    return (*SHARED[:place], *own, *SHARED[place:])
+        own = [group for process_ in processes() for group in process_.options]
+    position = SHARED.index(CutDataOptions) + 1
+    return (*SHARED[:position], *own, *SHARED[position:])
 
 
 def works() -> tuple[Work, ...]:
@@ -200,17 +213,21 @@ def command(name: str) -> Any:
 
 def asked_words() -> tuple[str, ...]:
     """Return all values of ``--process``: processes of drawings first, then of programs."""
-    found = [
-        word for kind in ("drawing", "program") for one in processes() if one.reads == kind for word in one.asked_as
+    words = [
+        word
+        for kind in ("drawing", "program")
+        for process_ in processes()
+        if process_.reads == kind
+        for word in process_.asked_as
     ]
-    return ("auto", *dict.fromkeys(found))
+    return ("auto", *dict.fromkeys(words))
 
 
 def offered(works: Sequence[str], format_name: str) -> tuple[str, ...]:
     """Return the kinds of work for an input: of its format, offered with these, and of plug-ins for the format."""
-    behind = {one.offered_with: one.name for one in processes() if one.offered_with}
-    besides = (one.name for one in processes() if format_name in one.formats)
-    return (*(name for work in works for name in (work, behind.get(work, "")) if name), *besides)
+    companions = {process_.offered_with: process_.name for process_ in processes() if process_.offered_with}
+    plugins = (process_.name for process_ in processes() if format_name in process_.formats)
+    return (*(name for work in works for name in (work, companions.get(work, "")) if name), *plugins)
 
 
 def look_at(work: str, source: Source | str, settings: Settings) -> Part:
@@ -222,9 +239,9 @@ def look_at(work: str, source: Source | str, settings: Settings) -> Part:
 
 def suited(works: Sequence[str], drawing: WholeDrawing) -> dict[str, Suitability]:
     """Return the suitability of a drawing for each kind of work that rates it, the best first."""
-    said = {name: process(name).suits(drawing) for name in works if name in names()}
-    known = {name: one for name, one in said.items() if one is not None}
-    return dict(sorted(known.items(), key=lambda pair: -pair[1].score))
+    ratings = {name: process(name).suits(drawing) for name in works if name in names()}
+    given_ratings = {name: rating for name, rating in ratings.items() if rating is not None}
+    return dict(sorted(given_ratings.items(), key=lambda pair: -pair[1].score))
 
 
 def does_with(work: str, head: Head) -> bool:
@@ -272,14 +289,14 @@ def process_for(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
     named = of_command(asked)
     if named and named.reads == kind and asked in named.asked_as:
         return named
-    fitting = [one for one in processes() if one.reads == kind]
-    for one in fitting:
-        if asked in one.instead:
-            raise OptionError(f"{asked}: {one.instead[asked]}")
-    for one in fitting:
-        if asked in one.asked_as:
-            return one
-    words = " or ".join(", ".join(word for one in fitting for word in one.asked_as).rsplit(", ", 1))
+    fitting = [process_ for process_ in processes() if process_.reads == kind]
+    for process_ in fitting:
+        if asked in process_.instead:
+            raise OptionError(f"{asked}: {process_.instead[asked]}")
+    for process_ in fitting:
+        if asked in process_.asked_as:
+            return process_
+    words = " or ".join(", ".join(word for process_ in fitting for word in process_.asked_as).rsplit(", ", 1))
     raise OptionError(f"{asked}: the input is a drawing, not a program; use {words}")
 
 
@@ -291,12 +308,12 @@ def _usual_name(inputs: Sequence[tuple[Format, Source]]) -> str:
     if len(inputs) > 1:
         return _joining(inputs, "auto").name
     format_, kind = inputs[0][0], _kind(inputs)
-    only = format_.processes[0] if len(format_.processes) == 1 else ""
-    if only in names():
+    name = format_.processes[0] if len(format_.processes) == 1 else ""
+    if name in names():
         with suppress(OptionError):  # a plug-in that cannot be used
-            one = process(only)
-            if one.by_itself and one.reads == kind:
-                return only
+            process_ = process(name)
+            if process_.by_itself and process_.reads == kind:
+                return name
     return _USUAL[kind]
 
 
@@ -306,22 +323,22 @@ def needed_word(inputs: Sequence[tuple[Format, Source]], asked: str) -> str:
     The kind of a program is read from the program, so a requested kind is repeated.
     """
     chosen = process_for(inputs, asked)
-    said_by_input = asked in ("auto", chosen.command) and _usual_name(inputs) == chosen.name
-    return "" if said_by_input else asked
+    implied = asked in ("auto", chosen.command) and _usual_name(inputs) == chosen.name
+    return "" if implied else asked
 
 
 def _joining(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
     """Return the process that makes one program of several files."""
-    for one in processes():
-        others = [source for format_, source in inputs if format_.name != one.joins]
-        if one.joins and not others and asked in ("auto", *one.asked_as):
-            return one
-        if one.joins:
-            what = f"{others[0].path} is not one" if others else f"--process {asked} cannot combine them"
-            raise OptionError(f"only drill files can be combined into one program; {what}")
+    for process_ in processes():
+        other_files = [source for format_, source in inputs if format_.name != process_.joins]
+        if process_.joins and not other_files and asked in ("auto", *process_.asked_as):
+            return process_
+        if process_.joins:
+            reason = f"{other_files[0].path} is not one" if other_files else f"--process {asked} cannot combine them"
+            raise OptionError(f"only drill files can be combined into one program; {reason}")
     raise OptionError("several inputs cannot be combined into one program")
 
 
-def _load(place: str) -> Any:
-    module, _, attribute = place.partition(":")
+def _load(reference: str) -> Any:
+    module, _, attribute = reference.partition(":")
     return getattr(import_module(module), attribute)

@@ -45,19 +45,19 @@ def collect(
     if file or defaults or not asked <= _by_name(groups).keys():
         groups = registry.groups()
     given: dict[type[OptionGroup], dict[str, Any]] = {group: {} for group in groups}
-    usual: set[str] = set()
+    from_defaults: set[str] = set()
     if defaults:
         for group, table in _file_tables(defaults):
             given[group].update(placed_in(defaults.parent, table))
-            usual.update(table)
+            from_defaults.update(table)
     for group, table in _file_tables(file) if file else ():
         given[group].update(table)
-        usual.difference_update(table)
+        from_defaults.difference_update(table)
     for name in asked:
         given[group_of(name, groups)][name] = values[name]
-    made = {group: group(**group.as_typed(table)) for group, table in given.items()}
+    instances = {group: group(**group.as_typed(table)) for group, table in given.items()}
     names = frozenset(name for table in given.values() for name in table)
-    return Settings(MappingProxyType(made), given=names, asked=asked, defaults=frozenset(usual) - asked)
+    return Settings(MappingProxyType(instances), given=names, asked=asked, defaults=frozenset(from_defaults) - asked)
 
 
 def all_options() -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]:
@@ -72,8 +72,8 @@ def group_of(name: str, groups: Iterable[type[OptionGroup]] = ()) -> type[Option
 
     `groups` are searched first, so that no process is loaded if one of them contains it.
     """
-    if found := _by_name(tuple(groups)).get(name):
-        return found
+    if group := _by_name(tuple(groups)).get(name):
+        return group
     names = _by_name(registry.groups())
     if name not in names:
         raise OptionError(why_removed(name) or f"unknown option '{name}'{nearest(name, names)}")
@@ -100,8 +100,8 @@ def options_of_file(file: Path) -> dict[str, Any]:
 def used_by(*works: Work) -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]:
     """Yield every option used by any of some kinds of work, as (group, name, specification)."""
     used = {name for work in works for name in work.used()}
-    own = [group for work in works for group in work.options]
-    for group in registry.groups(own):
+    own_groups = [group for work in works for group in work.options]
+    for group in registry.groups(own_groups):
         for name, spec in group.specs().items():
             if name in used:
                 yield group, name, spec
@@ -118,9 +118,9 @@ def settings_for(settings: Settings, work: Work, input_kind: str = "") -> Settin
         An option given directly, not in a file, is not used; or it names a missing file.
     """
     unused = unused_options(settings, work, input_kind)
-    for name, why in unused.items():
+    for name, reason in unused.items():
         if name in settings.asked:
-            raise OptionError(f"{flag_name(name)}: {why}")
+            raise OptionError(f"{flag_name(name)}: {reason}")
     used = without(settings, unused) if unused else settings
     _check_files(used)
     return used
@@ -136,16 +136,16 @@ def _check_files(settings: Settings) -> None:
 
 def files_read(settings: Settings) -> list[str]:
     """Return the input files named by the given options."""
-    places = [(name, group_of(name, settings.groups)) for name in sorted(settings.given)]
-    values = [(group.specs()[name], getattr(settings.of(group), name)) for name, group in places]
+    groups = [(name, group_of(name, settings.groups)) for name in sorted(settings.given)]
+    values = [(group.specs()[name], getattr(settings.of(group), name)) for name, group in groups]
     return [str(value) for spec, value in values if not spec.is_output and spec.names_file(value)]
 
 
 def why_unused(name: str, title: str, instead: str = "") -> str:
     """Return the message for an unused option: the work with this title, the work that uses it, and a remedy."""
-    titles = [one.title for one in registry.works() if name in one.used()]
-    others = " and ".join(", ".join(titles).rsplit(", ", 1))
-    return f"not used for {title}; it applies to {others}; {instead or 'leave it out'}"
+    titles = [work.title for work in registry.works() if name in work.used()]
+    title_list = " and ".join(", ".join(titles).rsplit(", ", 1))
+    return f"not used for {title}; it applies to {title_list}; {instead or 'leave it out'}"
 
 
 def unused_options(settings: Settings, work: Work, input_kind: str = "") -> dict[str, str]:
@@ -165,8 +165,8 @@ def _unused(settings: Settings, work: Work, input_kind: str) -> Iterator[tuple[s
             yield name, why_unused(name, work.title, work.otherwise.get(name, ""))
             continue
         # A flag set to off has no effect, so it needs no refusal.
-        off = group_of(name, settings.groups).specs()[name].kind == "flag" and value_of(name) is False
-        for condition in () if off else used[name]:
+        is_off = group_of(name, settings.groups).specs()[name].kind == "flag" and value_of(name) is False
+        for condition in () if is_off else used[name]:
             if not condition.holds(value_of, input_kind):
                 yield name, condition.refusal(name, flag_name)
                 break
@@ -174,13 +174,13 @@ def _unused(settings: Settings, work: Work, input_kind: str) -> Iterator[tuple[s
 
 def placed_in(folder: Path, options: Mapping[str, Any]) -> dict[str, Any]:
     """Return options, name → value, with the files that they name relative to a folder; refuse an unknown name."""
-    found = dict(options)
+    placed = dict(options)
     for name, value in options.items():
         spec = group_of(name).specs()[name]
         is_file = spec.names_file(str(value))
         if is_file and isinstance(value, str):
-            found[name] = str(folder / os.path.expanduser(value))  # noqa: PTH111  # without a home directory, unchanged
-    return found
+            placed[name] = str(folder / os.path.expanduser(value))  # noqa: PTH111  # without a home directory, unchanged
+    return placed
 
 
 def _sections() -> dict[str, dict[str, type[OptionGroup]]]:
@@ -189,19 +189,21 @@ def _sections() -> dict[str, dict[str, type[OptionGroup]]]:
     The table of a process also accepts the shared options that it uses: ``[drill]`` has a thickness.
     """
     sections = {group.section: dict.fromkeys(group.specs(), group) for group in registry.groups()}
-    places = {name: group for group, name, _ in all_options()}
+    group_of_option = {name: group for group, name, _ in all_options()}
     for process in registry.processes():
-        for own in process.options:
-            sections[own.section] = {name: places[name] for name in process.used()} | sections[own.section]
+        for own_group in process.options:
+            sections[own_group.section] = {name: group_of_option[name] for name in process.used()} | sections[
+                own_group.section
+            ]
     return sections
 
 
 def _file_tables(file: Path) -> Iterator[tuple[type[OptionGroup], dict[str, Any]]]:
     """Yield the option groups of a TOML file with their values, checked."""
-    found: dict[type[OptionGroup], dict[str, Any]] = {}
-    for one in placed_options(file):
-        found.setdefault(one.group, {})[one.name] = one.value
-    yield from found.items()
+    tables: dict[type[OptionGroup], dict[str, Any]] = {}
+    for option in placed_options(file):
+        tables.setdefault(option.group, {})[option.name] = option.value
+    yield from tables.items()
 
 
 @dataclass(frozen=True)
@@ -230,43 +232,43 @@ def placed_options(file: Path) -> list[PlacedOption]:
         raise OptionError(str(problem)) from None
     text = content.decode("utf-8")
 
-    def refused(words: str, section: str, name: str = "") -> OptionError:
+    def refused(message: str, section: str, name: str = "") -> OptionError:
         line = line_of(text, section, name)
-        return OptionError(f"{file}{f':{line}' if line else ''}: {words}")
+        return OptionError(f"{file}{f':{line}' if line else ''}: {message}")
 
     sections = _sections()
     # Options may also stand outside of tables: `machine = "haas-vf2"`.
     names = {name: group for group, name, _ in all_options()}
-    where: dict[str, str] = {}
-    found: list[PlacedOption] = []
+    sections_seen: dict[str, str] = {}
+    options: list[PlacedOption] = []
 
     def take(group: type[OptionGroup], name: str, value: Any, section: str) -> None:
-        if name in where:
-            place = "at the top" if not where[name] else f"in [{where[name]}]"
-            other = f"in [{section}]" if section else "at the top"
-            raise refused(f"'{name}' is given twice, {place} and {other}", section, name)
-        where[name] = section
+        if name in sections_seen:
+            location = "at the top" if not sections_seen[name] else f"in [{sections_seen[name]}]"
+            second_location = f"in [{section}]" if section else "at the top"
+            raise refused(f"'{name}' is given twice, {location} and {second_location}", section, name)
+        sections_seen[name] = section
         try:
             group.check(name, value)
         except OptionError as problem:
             raise refused(str(problem), section, name) from None
-        found.append(PlacedOption(group, name, value, line_of(text, section, name)))
+        options.append(PlacedOption(group, name, value, line_of(text, section, name)))
 
     for name in [key for key, value in data.items() if key in names and not isinstance(value, dict)]:
         take(names[name], name, data.pop(name), "")
     for section, table in data.items():
         if section not in sections:
             is_table = isinstance(table, dict)
-            what = f"table [{section}]" if is_table else f"option '{section}'"
-            place = (section, "") if is_table else ("", section)
-            if not is_table and (gone := why_removed(section)):
-                raise refused(gone, *place)
-            raise refused(f"unknown {what}{nearest(section, [*sections, *names])}", *place)
+            noun = f"table [{section}]" if is_table else f"option '{section}'"
+            location = (section, "") if is_table else ("", section)
+            if not is_table and (removal := why_removed(section)):
+                raise refused(removal, *location)
+            raise refused(f"unknown {noun}{nearest(section, [*sections, *names])}", *location)
         if not isinstance(table, dict):
             raise refused(f"'{section}' is not a table; write [{section}]", "", section)
         for name, value in table.items():
             if name not in sections[section]:
-                near = nearest(name, sections[section])
-                raise refused(why_removed(name) or f"unknown option '{name}' in [{section}]{near}", section, name)
+                hint = nearest(name, sections[section])
+                raise refused(why_removed(name) or f"unknown option '{name}' in [{section}]{hint}", section, name)
             take(sections[section][name], name, value, section)
-    return found
+    return options

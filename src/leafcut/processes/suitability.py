@@ -55,7 +55,7 @@ class WholeDrawing:
     @property
     def layers(self) -> list[str]:
         """The names of the layers in use."""
-        return sorted({one.layer for nouns in (self.part.contours, self.part.holes) for one in nouns} - {""})
+        return sorted({item.layer for items in (self.part.contours, self.part.holes) for item in items} - {""})
 
     def named(self, patterns: Sequence[str]) -> list[str]:
         """Return the layers whose names match one of the patterns, case-insensitive."""
@@ -100,7 +100,9 @@ class WholeDrawing:
     @cached_property
     def n_outlines(self) -> int:
         """Number of other outlines; lines that meet count as one."""
-        others = [c for c, yes in zip(self.part.contours, self.worked & ~self.drilled, strict=True) if yes]
+        others = [
+            c for c, is_outline in zip(self.part.contours, self.worked & ~self.drilled, strict=True) if is_outline
+        ]
         wide = int(np.count_nonzero(~self.narrow))
         return wide + sum(c.path.closed for c in others) + _chains([c for c in others if not c.path.closed])
 
@@ -134,11 +136,11 @@ def _chains(lines: Sequence[Contour]) -> int:
             k = leader[k]
         return k
 
-    at: dict[tuple[int, int, int], int] = {}
+    first_of_cell: dict[tuple[int, int, int], int] = {}
     for k, line in enumerate(lines):
         for x, y in (line.path.start, line.path.end):
             # Two grids, half a cell apart: near points share a cell of one of them.
             for grid in (0, 1):
                 cell = (grid, round(x / (2 * _JOINED) + 0.5 * grid), round(y / (2 * _JOINED) + 0.5 * grid))
-                leader[lead(k)] = lead(at.setdefault(cell, k))
+                leader[lead(k)] = lead(first_of_cell.setdefault(cell, k))
     return len({lead(k) for k in range(len(lines))})

@@ -15,11 +15,11 @@ from leafcut.units import parse_quantity
 ABOVE = 1.0
 
 
-def _coordinate(word: str) -> float:
+def _coordinate(text: str) -> float:
     try:
-        return float(word)
+        return float(text)
     except ValueError:
-        return parse_quantity(word, "mm")
+        return parse_quantity(text, "mm")
 
 
 def parse_zones(rectangles: Sequence[str]) -> NDArray[np.float64]:
