@@ -20,7 +20,7 @@ from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, in_line
 #: Largest file, bytes: a real one has a few kB; parsing takes about 1 ms per kB.
 MOST_BYTES = 262_144
 #: Deepest nesting of mappings; real files have six levels.
-_DEEPEST = 40
+_MAX_DEPTH = 40
 
 #: FluidNC's defaults: rate, mm/min; acceleration, mm/s²; travel, mm; junction deviation, mm.
 _RATE, _ACCELERATION, _TRAVEL, _DEVIATION = 1000.0, 25.0, 1000.0, 0.01
@@ -66,8 +66,8 @@ def read(text: str, file: str) -> Values:
         _axis_values(values, parts, "max_rate_mm_per_min", _RATE, "mm/min"),
         _axis_values(values, parts, "acceleration_mm_per_sec2", _ACCELERATION, "mm/s2"),
     )
-    _travel(values, parts)
-    _work(values, tree)
+    _store_travel(values, parts)
+    _store_process(values, tree)
     values.derive("rapid.style", "linear", "FluidNC plans as GRBL: all axes together on a straight line")
     values.derive("corners.style", "grbl", "FluidNC plans as GRBL, by junction deviation")
     deviation = tree.get("junction_deviation_mm")
@@ -137,7 +137,7 @@ def configuration_of(text: str, file: str) -> FluidConfiguration:
     parts = [_subtree(axes, axis) for axis in "xyz"]
     ends = [_axis_travel(values, axis, part) for axis, part in zip("xyz", parts, strict=True)]
     cycles = [_number_or_default(values, _subtree(part, "homing"), "cycle", -1.0) for part in parts]
-    _work(values, tree)
+    _store_process(values, tree)
     speed = values.entries.get("spindle.max_speed")
     return FluidConfiguration(
         low=_xyz([low for low, _, _, _ in ends]),
@@ -190,7 +190,7 @@ def _axis_travel(values: Values, axis: str, part: _Tree) -> tuple[float, float, 
     return (home - length, home, home, entry.line) if counts_down else (home, home + length, home, entry.line)
 
 
-def _travel(values: Values, parts: list[_Tree]) -> None:
+def _store_travel(values: Values, parts: list[_Tree]) -> None:
     lowest, highest, homes, lines = [], [], [], []
     for axis, part in zip("xyz", parts, strict=True):
         low, high, home, line = _axis_travel(values, axis, part)
@@ -208,7 +208,7 @@ def _travel(values: Values, parts: list[_Tree]) -> None:
     values.home_at(Axes(tuple(homes), "mm", source, derived=homed, assumed=not homed))
 
 
-def _work(values: Values, tree: _Tree) -> None:
+def _store_process(values: Values, tree: _Tree) -> None:
     spindle = next((name for name in _SPINDLES if name in tree), None)
     laser = _LASER in tree
     only_laser = laser and spindle is None
@@ -222,7 +222,7 @@ def _work(values: Values, tree: _Tree) -> None:
     section = _subtree(tree, spindle or _LASER)
     speeds = section.get("speed_map")
     if isinstance(speeds, _Scalar):
-        _speeds(values, speeds)
+        _store_speeds(values, speeds)
     start = section.get("spinup_ms")
     if isinstance(start, _Scalar):
         seconds = number(values, start.text, "spinup_ms", start.line) / 1000.0
@@ -234,7 +234,7 @@ def _work(values: Values, tree: _Tree) -> None:
     values.tools_by_hand("FluidNC changes tools by macros, which are not read")
 
 
-def _speeds(values: Values, entry: _Scalar) -> None:
+def _store_speeds(values: Values, entry: _Scalar) -> None:
     """Store the lowest and highest speed of a map such as ``0=0% 6000=25% 24000=100%``."""
     speeds = []
     for pair in entry.text.split():
@@ -298,7 +298,7 @@ def _parse_yaml(text: str, file: str) -> _Tree:
         for event in yaml.parse(text, Loader=yaml.SafeLoader):
             if isinstance(event, yaml.AliasEvent) or getattr(event, "anchor", None):
                 raise ReadError(file, "has an anchor (& or *), which FluidNC does not know", event.start_mark.line + 1)
-            if len(stack) > _DEEPEST:
+            if len(stack) > _MAX_DEPTH:
                 raise ReadError(file, "is nested too deep", event.start_mark.line + 1)
             if isinstance(event, yaml.ScalarEvent):
                 put(_Scalar(event.value, event.start_mark.line + 1))

@@ -57,8 +57,8 @@ def read(text: str, file: str) -> Values:
     values = Values(file, " ".join(filter(None, ["grblHAL" if hal else "GRBL", name])))
     values.motion(_axes(values, settings, _RATES, "mm/min"), _axes(values, settings, _ACCELERATIONS, "mm/s2"))
     laser = bool(_flags(values, settings, _LASER))
-    _controller(values, settings, laser)
-    _travel(values, settings, hal)
+    _store_controller(values, settings, laser)
+    _store_travel(values, settings, hal)
     values.derive("rapid.style", "linear", "GRBL moves all axes together on a straight line")
     values.derive("corners.style", "grbl", "GRBL plans by junction deviation")
     if _DEVIATION in settings:
@@ -67,7 +67,7 @@ def read(text: str, file: str) -> Values:
         )
     else:
         values.assume("corners.deviation", "0.01 mm", "GRBL's own default of $11; the file does not have it")
-    _board(values, settings)
+    _store_board(values, settings)
     return values
 
 
@@ -95,7 +95,7 @@ def _settings(text: str) -> dict[int, _Setting]:
     return settings
 
 
-def _board(values: Values, settings: dict[int, _Setting]) -> None:
+def _store_board(values: Values, settings: dict[int, _Setting]) -> None:
     """Store the other settings that affect the clock of the board; GRBL's defaults replace missing ones."""
     if _ARC_TOLERANCE in settings:
         source = _source(settings, _ARC_TOLERANCE)
@@ -109,7 +109,7 @@ def _board(values: Values, settings: dict[int, _Setting]) -> None:
         values.take("motors.lock_time", f"{0.0 if lock_time == _ALWAYS_ON else lock_time:.10g} ms", source)
 
 
-def _controller(values: Values, settings: dict[int, _Setting], laser: bool) -> None:
+def _store_controller(values: Values, settings: dict[int, _Setting], laser: bool) -> None:
     values.derive("controller", "grbl-laser" if laser else "grbl", "the settings are those of GRBL")
     if laser:
         values.work(Head.LASER, f"{_source(settings, _LASER)}: laser mode")
@@ -133,7 +133,7 @@ def _controller(values: Values, settings: dict[int, _Setting], laser: bool) -> N
     values.tools_by_hand("GRBL has no tool changer of its own")
 
 
-def _travel(values: Values, settings: dict[int, _Setting], hal: bool) -> None:
+def _store_travel(values: Values, settings: dict[int, _Setting], hal: bool) -> None:
     homing = _flags(values, settings, _HOMING)
     to_min = _flags(values, settings, _HOME_TO_MIN)
     if any(key in settings for key in _TRAVELS):

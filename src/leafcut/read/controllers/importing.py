@@ -169,10 +169,12 @@ def kind_of(text: str, file: str) -> str:
         return "marlin" if marlin else "rrf"
     if "M98" in commands and commands & _RRF_WORDS:
         return "rrf"
-    raise ReadError(file, f"{_guess(text)}; importable are {', '.join(kind.help for kind in KINDS.values())}")
+    raise ReadError(
+        file, f"{_describe_unknown(text)}; importable are {', '.join(kind.help for kind in KINDS.values())}"
+    )
 
 
-def _guess(text: str) -> str:
+def _describe_unknown(text: str) -> str:
     """Describe a text of unknown kind."""
     if _SECTION.search(text):
         return "is an INI file of no controller that leafcut knows"

@@ -64,7 +64,7 @@ class _Reading:
             stripped = line.strip()
             place = f"line {count}" if depth == 0 else f"{shown(file.name, 40)}, line {count}"
             if stripped.startswith("#INCLUDE ") and self.include:
-                section = self._included(stripped.removeprefix("#INCLUDE ").strip(), file, depth, section, count)
+                section = self._read_include(stripped.removeprefix("#INCLUDE ").strip(), file, depth, section, count)
             elif stripped.startswith("[") and "]" in stripped:
                 section = stripped[1:].partition("]")[0].strip()
                 self.ini.sections.setdefault(section, {})
@@ -73,7 +73,7 @@ class _Reading:
                 self.ini.sections.setdefault(section, {}).setdefault(key.strip(), Entry(value.strip(), place))
         return section
 
-    def _included(self, name: str, file: Path, depth: int, section: str, count: int) -> str:
+    def _read_include(self, name: str, file: Path, depth: int, section: str, count: int) -> str:
         def refused(reason: str) -> ReadError:
             return ReadError(self.root, f"includes '{shown(name, 60)}', {reason}", count if depth == 0 else None)
 

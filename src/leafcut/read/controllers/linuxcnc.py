@@ -106,7 +106,7 @@ class _Reader:
         """Store velocities and accelerations of the axes or their joints, limited by the path limits."""
         limits = []
         for key, name, unit in (("MAX_VELOCITY", "VELOCITY", "s"), ("MAX_ACCELERATION", "ACCELERATION", "s2")):
-            axis_values = [self._needed(key, axis) for axis in "xyz"]
+            axis_values = [self._required(key, axis) for axis in "xyz"]
             numbers = [value for value, _ in axis_values]
             source = _source_text([place for _, place in axis_values], key)
             path_limit = self.ini.get(f"MAX_LINEAR_{name}", "TRAJ") or self.ini.get(key, "TRAJ")
@@ -225,7 +225,7 @@ class _Reader:
                 return entry, f"[{section}]"
         return None
 
-    def _needed(self, key: str, axis: str) -> tuple[float, str]:
+    def _required(self, key: str, axis: str) -> tuple[float, str]:
         entry = self._entry(key, axis)
         if entry is None:
             sections = f"[AXIS_{axis.upper()}]" + (f" or [JOINT_{self.joints.index(axis)}]" if self.trivial else "")

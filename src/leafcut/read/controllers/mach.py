@@ -73,18 +73,18 @@ def read_mach3(text: str, file: str, units: str | None = None) -> Values:
     if any(not value > 0 for value in steps):
         raise values.refusal("steps per unit (<Steps0> to <Steps2>) must be above 0; is the motor tuning done?")
     lowest, highest = per_axis("M{}Min"), per_axis("M{}Max")
-    _mach3_travel(values, unit, lowest, highest, limits_off=tags.get("SoftLimit", "1").strip() == "0")
+    _store_mach3_travel(values, unit, lowest, highest, limits_off=tags.get("SoftLimit", "1").strip() == "0")
     values.home_at(Axes((0.0, 0.0, 0.0), unit, "Mach3 leaves it to the owner where zero is", assumed=True))
-    _mach3_work(values, tags)
+    _store_mach3_process(values, tags)
     return values
 
 
-def _mach3_travel(
+def _store_mach3_travel(
     values: Values, unit: str, lowest: tuple[float, ...], highest: tuple[float, ...], limits_off: bool
 ) -> None:
     unset = limits_off and all(pair == _MACH3_UNSET for pair in zip(lowest, highest, strict=True))
     if unset:
-        values.note("soft limits are off and were never set: the travel is not checked")
+        values.note("soft limits are off and were never set: nothing is checked against the travel")
         return
     template = "soft limits, <M{}Min> to <M{}Max>"
     if limits_off:
@@ -93,7 +93,7 @@ def _mach3_travel(
     values.travel(Axes(lowest, unit, source), Axes(highest, unit, source))
 
 
-def _mach3_work(values: Values, tags: Mapping[str, str]) -> None:
+def _store_mach3_process(values: Values, tags: Mapping[str, str]) -> None:
     values.assume("process", Head.SPINDLE.value, "the file does not say what does the work")
     if tags.get("PlasmaMode", "0").strip() == "1":
         values.note('PlasmaMode is on: if this is a plasma table, set process = "torch" and controller = "plasma"')
@@ -107,7 +107,7 @@ def _mach3_work(values: Values, tags: Mapping[str, str]) -> None:
         values.take("spindle.start_time", f"{max(delay, 0.0):.10g} s", "<SpinDelayCW>")
     else:
         values.assume("spindle.start_time", *SPINDLE_START)
-    _mach_moves(values)
+    _store_moves(values)
 
 
 def read_mach4(text: str, file: str, units: str | None = None) -> Values:
@@ -131,11 +131,11 @@ def read_mach4(text: str, file: str, units: str | None = None) -> Values:
     values.take("units", unit, f"[Preferences]{statement}")
     motors = [_motor(ini, values, axis) for axis in range(3)]
     values.motion(
-        Axes(*_of_motors(ini, values, motors, "MaxVelocity", f"{unit}/s"), derived=True),
-        Axes(*_of_motors(ini, values, motors, "MaxAccel", f"{unit}/s2"), derived=True),
+        Axes(*_motor_values(ini, values, motors, "MaxVelocity", f"{unit}/s"), derived=True),
+        Axes(*_motor_values(ini, values, motors, "MaxAccel", f"{unit}/s2"), derived=True),
     )
-    _mach4_travel(ini, values, motors, unit)
-    values.home_at(Axes((0.0, 0.0, 0.0), unit, "Mach4's file has the direction of homing, not its end", assumed=True))
+    _store_mach4_travel(ini, values, motors, unit)
+    values.home_at(Axes((0.0, 0.0, 0.0), unit, "Mach4's file says the way of homing, not where it ends", assumed=True))
     values.assume("process", Head.SPINDLE.value, "the file does not say what does the work")
     fastest = ini.get("MaxRPM", "SpindleRange0")
     if fastest is not None and number(values, fastest.text, f"MaxRPM ({fastest.place})") > 0:
@@ -149,16 +149,16 @@ def read_mach4(text: str, file: str, units: str | None = None) -> Values:
         values.take("spindle.start_time", f"{max(seconds, 0.0):.10g} s", f"[Preferences]SpindleDelay, {delay.place}")
     else:
         values.assume("spindle.start_time", *SPINDLE_START)
-    _mach_moves(values)
+    _store_moves(values)
     return values
 
 
-def _mach4_travel(ini: Ini, values: Values, motors: list[str], unit: str) -> None:
-    low, _, _ = _of_motors(ini, values, motors, "SoftMinLimit", unit)
-    high, _, source = _of_motors(ini, values, motors, "SoftMaxLimit", unit)
+def _store_mach4_travel(ini: Ini, values: Values, motors: list[str], unit: str) -> None:
+    low, _, _ = _motor_values(ini, values, motors, "SoftMinLimit", unit)
+    high, _, source = _motor_values(ini, values, motors, "SoftMaxLimit", unit)
     was_set = [top > bottom for bottom, top in zip(low, high, strict=True)]
     if not any(was_set):
-        values.note("soft limits were never set: the travel is not checked")
+        values.note("soft limits were never set: nothing is checked against the travel")
         return
     flags = [ini.get("SoftLimitUsed", f"Axis{axis}") for axis in range(3)]
     ignored = [n for n, flag, is_set in zip("xyz", flags, was_set, strict=True) if is_set and flag and flag.text == "0"]
@@ -180,7 +180,9 @@ def _motor(ini: Ini, values: Values, axis: int) -> str:
     return section
 
 
-def _of_motors(ini: Ini, values: Values, motors: list[str], key: str, unit: str) -> tuple[tuple[float, ...], str, str]:
+def _motor_values(
+    ini: Ini, values: Values, motors: list[str], key: str, unit: str
+) -> tuple[tuple[float, ...], str, str]:
     """Return a value per motor, converted from counts to `unit`; then the unit, and the places as text."""
     numbers, sources = [], []
     for motor in motors:
@@ -195,7 +197,7 @@ def _of_motors(ini: Ini, values: Values, motors: list[str], key: str, unit: str)
     return tuple(numbers), unit, f"{key} ÷ CountsPerUnit of {', '.join(sources)}"
 
 
-def _mach_moves(values: Values) -> None:
+def _store_moves(values: Values) -> None:
     values.derive("rapid.style", "linear", "Mach moves all axes together on a straight line")
     values.assume("corners.style", "round", "constant velocity (G64) rounds corners of feed moves")
     values.assume("corners.deviation", *_DEVIATION)

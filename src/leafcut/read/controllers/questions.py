@@ -23,7 +23,7 @@ from leafcut.read.machine_keys import PROFILE_KEYS, UNKNOWN
 from leafcut.units import parse_quantity, with_unit
 
 #: Controller → the machine whose values are suggested.
-_LIKE = {
+_SIMILAR_MACHINES = {
     "haas": "haas-vf2", "fanuc": "haas-vf2", "grbl": "grbl-3018", "linuxcnc": "linuxcnc-mill", "mach3": "mach3-router",
     "mach4": "mach4-router", "fagor8055": "fagor-8055", "qtplasmac": "plasma-table", "plasma": "plasma-table",
     "uccnc": "uccnc-router", "edingcnc": "edingcnc-router", "masso": "masso-router", "centroid": "centroid-mill",
@@ -31,7 +31,7 @@ _LIKE = {
     "siemens": "siemens-828d", "siemens-iso": "siemens-828d", "heidenhain": "heidenhain-tnc",
     "fanuc-laser": "laser-table", "grbl-laser": "grbl-laser-20w", "flame": "flame-table", "waterjet": "water-table",
 }  # fmt: skip
-_LIKE_OTHERS = "linuxcnc-mill"
+_DEFAULT_MACHINE = "linuxcnc-mill"
 #: Unsupported controllers → the nearest supported dialect.
 _NEAREST: dict[str, str] = {}
 #: Asks the user a question with a suggestion ("" for none); returns the typed answer.
@@ -235,13 +235,13 @@ class _Answers:
     def _load_suggestions(self) -> None:
         """Load the suggestions from a machine with the same controller, else from a default without motion values."""
         controller = self.typed_controller or str(self.values.entries["controller"].value)
-        self.similar_machine = _LIKE.get(controller, _LIKE_OTHERS)
+        self.similar_machine = _SIMILAR_MACHINES.get(controller, _DEFAULT_MACHINE)
         self.suggestions = {
             key: value for key, value in profile_of(self.similar_machine).items() if key not in ("name", "description")
         }
         for key in (
             ()
-            if controller not in _LIKE
+            if controller not in _SIMILAR_MACHINES
             else ("rapid.style", "corners.style", "corners.deviation", "acceleration_factor", "spindle.start_time")
         ):
             table, _, inner = key.rpartition(".")

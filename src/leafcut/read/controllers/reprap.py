@@ -29,11 +29,11 @@ _ENDSTOPS = re.compile(
     r"Min:\s*X([-\d.]+)\s*Y([-\d.]+)\s*Z([-\d.]+).{0,200}?Max:\s*X([-\d.]+)\s*Y([-\d.]+)\s*Z([-\d.]+)", re.DOTALL
 )
 #: δ = 0.41 jerk² / a takes a corner of 90° at the same speed: exactly (1 - s) / s with s = sin 45°.
-_OF_JERK = (1.0 - math.sqrt(0.5)) / math.sqrt(0.5)
+_JERK_FACTOR = (1.0 - math.sqrt(0.5)) / math.sqrt(0.5)
 
 
 @dataclass(frozen=True)
-class _Place:
+class _Source:
     """A line of the file, or of a file that it runs."""
 
     line: int
@@ -44,14 +44,14 @@ class _Place:
 class _Line:
     """A settings line: its word, and the text of each of its letters."""
 
-    place: _Place
+    place: _Source
     word: str
     letters: dict[str, str]
 
 
 #: A numeric variable of RepRapFirmware: ``global xMax = 335``, ``set var.steps = 90``.
 _VARIABLE = re.compile(r"^\s*(global|var|set\s+global|set\s+var)(?:\s+|\.)(\w{1,60})\s*=\s*\{?([-+.0-9]{1,30})\}?\s*$")
-_USE = re.compile(r"\{\s*(global|var)\.(\w{1,60})\s*\}")
+_VARIABLE_USE = re.compile(r"\{\s*(global|var)\.(\w{1,60})\s*\}")
 _CONDITION = re.compile(r"^\s*(if|elif|while)\b")
 #: Limits of files run by a config.g (M98): number, depth of nesting, and bytes per file.
 _MOST_RUN, _DEEPEST_RUN, _MOST_BYTES_RUN = 100, 8, 262_144
@@ -61,8 +61,8 @@ _MOST_RUN, _DEEPEST_RUN, _MOST_BYTES_RUN = 100, 8, 262_144
 class _Settings:
     """The last value of each letter of each word, and its line."""
 
-    words: dict[str, dict[str, tuple[str, _Place]]] = field(default_factory=dict)
-    inch: _Place | None = None
+    words: dict[str, dict[str, tuple[str, _Source]]] = field(default_factory=dict)
+    inch: _Source | None = None
 
 
 def read_marlin(text: str, file: str) -> Values:
@@ -89,7 +89,7 @@ def read_marlin(text: str, file: str) -> Values:
         values.travel(Axes(tuple(limits[:3]), unit, source), Axes(tuple(limits[3:]), unit, source))
     else:
         values.note("M503 does not tell the travel (M211 does): nothing is checked against it")
-    _zero_home(values)
+    _store_zero_home(values)
     jerk = settings.words.get("M205", {})
     if "J" in jerk:
         deviation, place = jerk["J"]
@@ -99,11 +99,11 @@ def read_marlin(text: str, file: str) -> Values:
         values.derive("corners.style", "grbl", "Marlin plans by junction deviation, as GRBL does")
         values.take("corners.deviation", f"{found_deviation:.10g} {unit}", f"M205 J, {_location([place])}")
     elif "X" in jerk:
-        _jerk_corners(values, _first(values, jerk["X"], "M205 X"), jerk["X"][1], unit, "M205 X")
+        _store_jerk_corners(values, _first_motor(values, jerk["X"], "M205 X"), jerk["X"][1], unit, "M205 X")
     else:
         values.assume("corners.style", "grbl", "the file has no M205")
-    _steps(values, settings, unit)
-    _common_values(values, "Marlin")
+    _store_steps(values, settings, unit)
+    _store_common_values(values, "Marlin")
     return values
 
 
@@ -148,22 +148,22 @@ def read_rrf(text: str, file: str) -> Values:
     rates = _axes(values, settings, "M203", f"{unit}/min", "highest speeds")
     acceleration = _axes(values, settings, "M201", f"{unit}/s2", "highest accelerations")
     values.motion(rates, acceleration)
-    _rrf_home(values, lines, _rrf_travel(values, lines, unit), unit)
+    _store_rrf_home(values, lines, _store_rrf_travel(values, lines, unit), unit)
     jerk = settings.words.get("M566", {})
     if "X" in jerk:
-        _jerk_corners(values, _first(values, jerk["X"], "M566 X") / 60.0, jerk["X"][1], unit, "M566 X")
+        _store_jerk_corners(values, _first_motor(values, jerk["X"], "M566 X") / 60.0, jerk["X"][1], unit, "M566 X")
     else:
         values.assume("corners.style", "grbl", "the file has no M566")
-    _steps(values, settings, unit)
+    _store_steps(values, settings, unit)
     kinematics = settings.words.get("M669", {}).get("K")
     if "M665" in settings.words or (kinematics is not None and kinematics[0].strip() != "0"):
         values.note("its kinematics are not those of three straight axes (M669, M665): times are estimates")
-    _rrf_spindle(values, lines)
-    _common_values(values, "RepRapFirmware", laser=laser)
+    _store_rrf_spindle(values, lines)
+    _store_common_values(values, "RepRapFirmware", laser=laser)
     return values
 
 
-def _rrf_spindle(values: Values, lines: list[_Line]) -> None:
+def _store_rrf_spindle(values: Values, lines: list[_Line]) -> None:
     """Store the spindle speeds of M950 R0: ``L24000``, or ``L6000:24000``."""
     for line in lines:
         if line.word == "M950" and "R" in line.letters and line.letters.get("L"):
@@ -172,7 +172,7 @@ def _rrf_spindle(values: Values, lines: list[_Line]) -> None:
             values.spindle(max(speeds), slowest, f"M950 L, {_location([line.place])}")
 
 
-def _rrf_travel(values: Values, lines: list[_Line], unit: str) -> dict[str, list[float]]:
+def _store_rrf_travel(values: Values, lines: list[_Line], unit: str) -> dict[str, list[float]]:
     """Store the travel of M208: ``X0:200``, or the maximum with S0 and the minimum with S1. Return both limits per
     axis.
     """
@@ -202,7 +202,7 @@ def _rrf_travel(values: Values, lines: list[_Line], unit: str) -> dict[str, list
     return ends
 
 
-def _rrf_home(values: Values, lines: list[_Line], ends: dict[str, list[float]], unit: str) -> None:
+def _store_rrf_home(values: Values, lines: list[_Line], ends: dict[str, list[float]], unit: str) -> None:
     """Store the home position of M574: 1 is the lower end and 2 the upper end, at the limits of M208.
 
     A probe (S2) is not at an end.
@@ -217,30 +217,30 @@ def _rrf_home(values: Values, lines: list[_Line], ends: dict[str, list[float]], 
                 homes[axis] = ends[axis][end]
                 positions.append(line.place)
     if not positions:
-        _zero_home(values)
+        _store_zero_home(values)
         return
     source = f"M574, {_location(positions)}: the ends where its switches are, with the values of M208"
     values.home_at(Axes(tuple(homes.values()), unit, source, derived=True))
 
 
-def _steps(values: Values, settings: _Settings, unit: str) -> None:
+def _store_steps(values: Values, settings: _Settings, unit: str) -> None:
     """Store the motor steps per mm of M92, if they are plain numbers."""
     letters = settings.words.get("M92", {})
     if unit == "mm" and all(axis in letters and not letters[axis][0].startswith("{") for axis in "XYZ"):
-        steps = [_first(values, letters[axis], f"M92 {axis}") for axis in "XYZ"]
+        steps = [_first_motor(values, letters[axis], f"M92 {axis}") for axis in "XYZ"]
         if all(step > 0 for step in steps):
             source = _location(letters[axis][1] for axis in "XYZ")
             values.take("motors.steps_per_mm", texts(steps, "steps/mm"), f"M92, {source}")
 
 
-def _jerk_corners(values: Values, jerk: float, place: _Place, unit: str, label: str) -> None:
+def _store_jerk_corners(values: Values, jerk: float, place: _Source, unit: str, label: str) -> None:
     """Store the junction deviation that takes a corner of 90° at the speed allowed by a jerk."""
     acceleration = values.entries["rapid.acceleration"].value
     text = acceleration if isinstance(acceleration, str) else acceleration[0]
     axis_acceleration = number(values, text, "rapid.acceleration")
     if not jerk > 0:
         raise values.refusal(f"{label} is {jerk:g}, but must be above 0", place.line)
-    deviation = _OF_JERK * jerk * jerk / axis_acceleration
+    deviation = _JERK_FACTOR * jerk * jerk / axis_acceleration
     values.derive("corners.style", "grbl", f"corners by jerk ({label}) as corners by junction deviation")
     values.derive(
         "corners.deviation",
@@ -249,11 +249,11 @@ def _jerk_corners(values: Values, jerk: float, place: _Place, unit: str, label: 
     )
 
 
-def _zero_home(values: Values) -> None:
+def _store_zero_home(values: Values) -> None:
     values.home_at(Axes((0.0, 0.0, 0.0), "mm", "the file does not say where homing ends", assumed=True))
 
 
-def _common_values(values: Values, name: str, laser: bool = False) -> None:
+def _store_common_values(values: Values, name: str, laser: bool = False) -> None:
     values.derive("rapid.style", "linear", f"{name} moves all axes together on a straight line")
     if laser:
         values.work(Head.LASER, "M452")
@@ -278,18 +278,18 @@ def _axes(values: Values, settings: _Settings, word: str, unit: str, label: str)
     return Axes(tuple(numbers), unit, f"{word}, {_location(letters[axis][1] for axis in 'XYZ')}")
 
 
-def _number(values: Values, text: str, label: str, place: _Place) -> float:
+def _number(values: Values, text: str, label: str, place: _Source) -> float:
     if place.file:
         return number(values, text, f"{label} ({place.file}, line {place.line})")
     return number(values, text, label, place.line)
 
 
-def _first(values: Values, entry: tuple[str, _Place], label: str) -> float:
+def _first_motor(values: Values, entry: tuple[str, _Source], label: str) -> float:
     """Return the value of the first of several motors."""
     return _number(values, entry[0].partition(":")[0], label, entry[1])
 
 
-def _location(positions: Iterable[_Place]) -> str:
+def _location(positions: Iterable[_Source]) -> str:
     lines_by_file: dict[str, list[int]] = {}
     for place in positions:
         lines_by_file.setdefault(place.file, []).append(place.line)
@@ -307,11 +307,11 @@ def has_travel(text: str) -> bool:
 
 
 def _lines(text: str) -> list[_Line]:
-    parsed = (_line(line, _Place(count)) for count, line in enumerate(text.splitlines(), 1))
+    parsed = (_line(line, _Source(count)) for count, line in enumerate(text.splitlines(), 1))
     return [line for line in parsed if line is not None]
 
 
-def _line(line: str, place: _Place) -> _Line | None:
+def _line(line: str, place: _Source) -> _Line | None:
     match = word_of(line)
     if match is None:
         return None
@@ -366,7 +366,8 @@ class _Running:
                 self.variables[f"{variable[1].split()[-1]}.{variable[2]}"] = variable[3]
                 continue
             line = _line(
-                _USE.sub(lambda use: self.variables.get(f"{use[1]}.{use[2]}", use[0]), content), _Place(count, file)
+                _VARIABLE_USE.sub(lambda use: self.variables.get(f"{use[1]}.{use[2]}", use[0]), content),
+                _Source(count, file),
             )
             if line is None:
                 continue
