@@ -316,7 +316,7 @@ def test_light_is_levelled_without_a_surface_of_the_whole_picture_in_memory() ->
     grey = (np.where((x // 100 + y // 100) % 2, 0.9, 0.2) * (1.0 - x / 1600)).astype(np.float32)
     tracemalloc.start()
     try:
-        levelled = picture._evenly_lit(grey, False, [])
+        levelled = picture._level_light(grey, False, [])
         peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()

@@ -99,13 +99,13 @@ def _read(reader: Format, format_: Format, loaded: Source, options: ReadOptions)
     named = isinstance(options.origin, str)
     if named and loaded.kept is None:
         loaded = replace(loaded, kept={})  # the drawing is read twice, but parsed once
-    part = _unless_strict(run(reader, loaded, options), loaded, options)
+    part = _refuse_if_strict(run(reader, loaded, options), loaded, options)
     if named and part.reference is None:
         part = replace(part, reference=reference_of(format_, loaded, options))
     return part
 
 
-def _unless_strict(part: Part, loaded: Source, options: ReadOptions) -> Part:
+def _refuse_if_strict(part: Part, loaded: Source, options: ReadOptions) -> Part:
     warnings = [issue for issue in part.issues if issue.severity in (Severity.WARNING, Severity.MISSING)]
     if options.strict and warnings:
         more = f", and {len(warnings) - 1} more" if len(warnings) > 1 else ""

@@ -30,17 +30,17 @@ _HOLES = ("CIRCLE", "POINT")
 #: Most strokes to examine: a larger drawing is not a drawing of a plate, and its contours are not reported.
 MOST_STROKES = 20_000
 #: Relative difference between the width of a slot and its largest inscribed disc.
-_SAME_WIDTH = 0.01
+_WIDTH_TOLERANCE = 0.01
 #: Minimum straight length of a slot, relative to its width.
-_LONGER = 0.05
+_MIN_SLOT_LENGTH = 0.05
 #: Minimum roundness 4 π A / P²: a circle drawn as sixteen or more chords.
-_ROUND = 0.98
+_MIN_ROUNDNESS = 0.98
 #: Minimum number of corners of a circle: hexagons for nuts are not circles.
-_POLYGON = 12
+_MIN_CORNERS = 12
 #: Distance of polygon corners from the circle: relative to the radius, and in mm (drawings round to 0.001 mm).
-_OFF_CIRCLE, _LEAST_OFF_CIRCLE = 0.002, 0.002
+_OFF_CIRCLE, _MIN_OFF_CIRCLE = 0.002, 0.002
 #: The outline may touch holes at its edge, mm.
-_AT_THE_EDGE = 0.01
+_EDGE_TOLERANCE = 0.01
 
 
 class Besides(NamedTuple):
@@ -56,7 +56,7 @@ class _Collector(Strokes):
 
     kinds: tuple[str, ...] = ()
 
-    def take(self, stroke: DxfStroke, matrix: Any, layer: str) -> None:
+    def collect(self, stroke: DxfStroke, matrix: Any, layer: str) -> None:
         """Add a placed stroke."""
         before = len(self.contours)
         self.add(stroke, matrix, layer)
@@ -87,7 +87,7 @@ def closed_besides_holes(
         for stroke, matrix, layer in walk.shapes():
             if len(collector.contours) >= MOST_STROKES:
                 return Besides()
-            collector.take(stroke, matrix, layer)
+            collector.collect(stroke, matrix, layer)
         joined = tidy([contour.path for contour in collector.contours], SheetOptions().join_tolerance).paths
     except LeafcutError:  # the drawing exceeds its line budget, which is no reason to refuse its holes
         return Besides()
@@ -104,7 +104,7 @@ def polygon_hole(path: Polyline) -> Hole | None:
     OpenSCAD and many SVG files draw circles this way.
     """
     corners, bulges = path.vertices[:, :2], path.vertices[:, 2]
-    if len(corners) < _POLYGON or (np.abs(bulges) > STRAIGHT).any():
+    if len(corners) < _MIN_CORNERS or (np.abs(bulges) > STRAIGHT).any():
         return None
     centre = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
     # The middle of the extents is near the centre; the least-squares circle through the corners is exact.
@@ -116,8 +116,8 @@ def polygon_hole(path: Polyline) -> Hole | None:
     radius = math.sqrt(constant + x * x + y * y)
     distances = np.hypot(*(offset - (x, y)).T)
     steps = np.hypot(*np.diff(corners, axis=0, append=corners[:1]).T)
-    close = steps.max() <= 2.0 * radius * math.sin(math.pi / _POLYGON) * 1.01
-    if not close or np.abs(distances - radius).max() > max(_OFF_CIRCLE * radius, _LEAST_OFF_CIRCLE):
+    close = steps.max() <= 2.0 * radius * math.sin(math.pi / _MIN_CORNERS) * 1.01
+    if not close or np.abs(distances - radius).max() > max(_OFF_CIRCLE * radius, _MIN_OFF_CIRCLE):
         return None
     angles = np.unwrap(np.arctan2(offset[:, 1] - y, offset[:, 0] - x))
     turns = np.diff(angles)
@@ -149,7 +149,7 @@ def besides_holes(
         if not members:
             continue
         positions = [_centroid(shapes[k]) for k in members]
-        detail = _INSIDE if kind == "contour" and "outline" in kinds else explanation
+        detail = _INSIDE_MESSAGE if kind == "contour" and "outline" in kinds else explanation
         message = f"{count_of(len(members), noun)} {detail}"
         if kind == "outline":
             x0, y0, x1, y1 = paths[min(members, key=lambda k: abs(paths[k].area))].extents
@@ -165,9 +165,9 @@ def besides_holes(
 
 
 #: Message for contours if the outline of the part is known.
-_INSIDE = "inside the part, not machined: only round holes are drilled"
+_INSIDE_MESSAGE = "inside the part, not machined: only round holes are drilled"
 #: A circle around holes or contours.
-_ENCLOSES = (
+_ENCLOSES_MESSAGE = (
     "not drilled: a circle that encloses other holes or contours is an outline; cut it with leafcut cut, or to "
     "drill it select its layer alone with --layers"
 )
@@ -175,7 +175,7 @@ _ENCLOSES = (
 _KINDS = (
     ("slot", "slot", "not milled: only round holes are drilled"),
     ("hole", "hole", "drawn as lines or a free curve, not drilled: draw it as a circle"),
-    ("circle", "circle", _ENCLOSES),
+    ("circle", "circle", _ENCLOSES_MESSAGE),
     ("contour", "contour", "not machined: only round holes are drilled"),
     ("outline", "outline", ""),
     ("beside", "contour", "beside the outline, not cut"),
@@ -185,7 +185,7 @@ _KINDS = (
 def _kinds(paths: Sequence[Polyline], shapes: NDArray[Any], holes: Sequence[Hole]) -> list[str]:
     """Classify each contour: ``outline``, ``slot``, ``hole``, ``contour`` or ``beside``."""
     centres = shapely.points(np.array([(hole.x, hole.y) for hole in holes]).reshape(-1, 2))
-    grown = shapely.buffer(shapes, _AT_THE_EDGE)
+    grown = shapely.buffer(shapes, _EDGE_TOLERANCE)
     # A contour drawn inside a single hole contains its centre, too.
     smallest = min((0.25 * math.pi * hole.diameter**2 for hole in holes), default=math.inf)
     surrounds = [
@@ -206,7 +206,7 @@ def _kinds(paths: Sequence[Polyline], shapes: NDArray[Any], holes: Sequence[Hole
 
 
 def _is_round(path: Polyline) -> bool:
-    return 4.0 * math.pi * abs(path.area) > _ROUND * path.length**2
+    return 4.0 * math.pi * abs(path.area) > _MIN_ROUNDNESS * path.length**2
 
 
 def _is_slot(path: Polyline, shape: Any) -> bool:
@@ -221,7 +221,7 @@ def _is_slot(path: Polyline, shape: Any) -> bool:
     width = (0.5 * perimeter - math.sqrt(discriminant)) / (0.5 * math.pi)
     straight_length = 0.5 * (perimeter - math.pi * width)
     disc = 2.0 * float(shapely.maximum_inscribed_circle(shape, 0.001 * width).length)
-    return straight_length > _LONGER * width and abs(disc - width) < _SAME_WIDTH * width
+    return straight_length > _MIN_SLOT_LENGTH * width and abs(disc - width) < _WIDTH_TOLERANCE * width
 
 
 def _centroid(shape: Any) -> tuple[float, float]:

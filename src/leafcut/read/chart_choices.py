@@ -35,7 +35,7 @@ def choices_of(
     cut = [row for row in rows if not process or is_process(row.process, process)] or rows
     made_of = [row for row in cut if not material or row.material == material_name(material)]
     with_amps = [row for row in made_of if amps is None or row.amps == amps] or made_of
-    near = [row for row in made_of if thickness is None or _is_thick(row, thickness)] or made_of
+    near = [row for row in made_of if thickness is None or _has_thickness(row, thickness)] or made_of
     return ChartChoices(
         tuple(sorted({row.process for row in rows})),
         tuple(sorted({row.material for row in cut})),
@@ -45,5 +45,5 @@ def choices_of(
     )
 
 
-def _is_thick(row: ChartRow, thickness: float) -> bool:
+def _has_thickness(row: ChartRow, thickness: float) -> bool:
     return abs(row.thickness - thickness) <= SAME_THICKNESS * thickness

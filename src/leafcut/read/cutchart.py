@@ -234,7 +234,7 @@ def find_cut_data(
     known = [r for r in rows if r.process == process.lower()] or [r for r in rows if r.process == method_of(process)]
     own_row = _own_row(process, material, thickness, amps, given)
     if not known and own_row is None:
-        raise OptionError(_no_process(rows, process, material))
+        raise OptionError(_no_process_message(rows, process, material))
     material = material_name(material)
     of_material = [r for r in known if r.material == material]
     if not of_material and own_row is None:
@@ -249,18 +249,18 @@ def find_cut_data(
             f"--amps {amps:g}: the chart has {currents} for {process} of {material}; without a row, give {_OWN_DATA}"
         )
     if nozzle is not None:
-        fitting = _of_nozzle(fitting, nozzle, f"{process} of {material}")
+        fitting = _rows_of_nozzle(fitting, nozzle, f"{process} of {material}")
         own_row = None  # a named nozzle must be in the chart
     match = _best_row(fitting, thickness, given)
     if match is not None:
         row, issues = match
         return _cut_data(row, thickness, given, [*issues, *_other_currents(of_material, row)])
     if own_row is None:
-        raise PlanError(_no_row(fitting, process, material, thickness))
+        raise PlanError(_no_row_message(fitting, process, material, thickness))
     return _cut_data(own_row, thickness, given, [])
 
 
-def _no_process(rows: list[ChartRow], process: str, material: str) -> str:
+def _no_process_message(rows: list[ChartRow], process: str, material: str) -> str:
     """Message: the processes of a chart. Another power or kind is never used as a substitute."""
     kinds = sorted(kinds_for(rows, process, material) or {r.process for r in rows if is_process(r.process, process)})
     if kinds:
@@ -276,7 +276,7 @@ def _no_process(rows: list[ChartRow], process: str, material: str) -> str:
     )
 
 
-def _of_nozzle(rows: list[ChartRow], nozzle: str, label: str) -> list[ChartRow]:
+def _rows_of_nozzle(rows: list[ChartRow], nozzle: str, label: str) -> list[ChartRow]:
     name = nozzle.strip().lower()
     fitting = [r for r in rows if r.rates.nozzle.lower() == name]
     if not fitting:
@@ -317,21 +317,21 @@ def _best_row(
     groups: dict[float, list[ChartRow]] = {}
     for row in rows:
         groups.setdefault(row.amps or 0.0, []).append(row)
-    candidates = [match for amps in sorted(groups) if (match := _at_thickness(groups[amps], thickness)) is not None]
+    candidates = [match for amps in sorted(groups) if (match := _row_at_thickness(groups[amps], thickness)) is not None]
     if not candidates:
         return None
 
     def rank(match: tuple[ChartRow, list[Issue]]) -> tuple[bool, bool, float]:
         row = match[0]
-        return bool(_missing(row, given)) or not _can_pierce(row, {}), row.trust == _ESTIMATE, -row.feed
+        return bool(_missing_values(row, given)) or not _can_pierce(row, {}), row.trust == _ESTIMATE, -row.feed
 
     best = min(candidates, key=rank)
     if not _can_pierce(best[0], {}) and len(candidates) > 1:
-        raise OptionError(_above_capacity(best[0], [row for row, _ in candidates], thickness))
+        raise OptionError(_capacity_message(best[0], [row for row, _ in candidates], thickness))
     return best
 
 
-def _at_thickness(group: list[ChartRow], thickness: float) -> tuple[ChartRow, list[Issue]] | None:
+def _row_at_thickness(group: list[ChartRow], thickness: float) -> tuple[ChartRow, list[Issue]] | None:
     """Return the most trusted row of a thickness within one process and current, interpolated if necessary."""
     for trust in range(_ESTIMATE + 1):
         trusted = [r for r in group if r.trust <= trust]
@@ -343,7 +343,7 @@ def _at_thickness(group: list[ChartRow], thickness: float) -> tuple[ChartRow, li
             min(pairs, key=lambda p: p[1].thickness - p[0].thickness) if pairs else _neighbours(trusted, thickness)
         )
         if neighbours is not None:
-            return _between(*neighbours, thickness)
+            return _interpolate(*neighbours, thickness)
     return None
 
 
@@ -361,7 +361,7 @@ def _neighbours(rows: list[ChartRow], thickness: float) -> tuple[ChartRow, Chart
     return max(thin, key=lambda r: (r.thickness, -r.trust)), min(thick, key=lambda r: (r.thickness, r.trust))
 
 
-def _above_capacity(edge: ChartRow, rows: list[ChartRow], thickness: float) -> str:
+def _capacity_message(edge: ChartRow, rows: list[ChartRow], thickness: float) -> str:
     """Message for the case that the only current with complete data cannot pierce the sheet."""
     higher = [r for r in rows if r.pierce_height is not None]
     message = f"{thickness:g} mm is above what {_describe_process(edge)} pierces"
@@ -369,11 +369,11 @@ def _above_capacity(edge: ChartRow, rows: list[ChartRow], thickness: float) -> s
     if not higher:
         return f"{message}; {edge_start}, or --pierce-delay to pierce it all the same"
     names = " and ".join(f"{r.amps or 0:g} A" for r in higher)
-    missing_values = " and the ".join(_missing(higher[0], {}))
+    missing_values = " and the ".join(_missing_values(higher[0], {}))
     return f"{message}; of {names} the cut chart does not give the {missing_values}: give them, or {edge_start}"
 
 
-def _between(a: ChartRow, b: ChartRow, thickness: float) -> tuple[ChartRow, list[Issue]]:
+def _interpolate(a: ChartRow, b: ChartRow, thickness: float) -> tuple[ChartRow, list[Issue]]:
     share = (thickness - a.thickness) / (b.thickness - a.thickness)
     power = math.log(thickness / a.thickness) / math.log(b.thickness / a.thickness)
 
@@ -385,7 +385,7 @@ def _between(a: ChartRow, b: ChartRow, thickness: float) -> tuple[ChartRow, list
         b if b.trust > a.trust else a,
         thickness=thickness,
         feed=a.feed * (b.feed / a.feed) ** power,
-        rates=_rates_between(a.rates, b.rates, share),
+        rates=_interpolate_rates(a.rates, b.rates, share),
         **{f: mixed(f) for f in ("pierce_height", "pierce_delay", "cut_height", "kerf", "volts")},  # type: ignore[arg-type]
     )
     message = (
@@ -394,7 +394,7 @@ def _between(a: ChartRow, b: ChartRow, thickness: float) -> tuple[ChartRow, list
     return row, [Issue("L411", f"{message}, {row.feed * SECONDS_PER_MINUTE:.0f} mm/min", severity=Severity.NOTE)]
 
 
-def _rates_between(a: ConsumptionRates, b: ConsumptionRates, share: float) -> ConsumptionRates:
+def _interpolate_rates(a: ConsumptionRates, b: ConsumptionRates, share: float) -> ConsumptionRates:
     """Interpolate two rows linearly. Texts that differ, and flows of different gases, are dropped."""
     rates: dict[str, Any] = {}
     for name in (field.name for field in fields(ConsumptionRates)):
@@ -407,7 +407,7 @@ def _rates_between(a: ConsumptionRates, b: ConsumptionRates, share: float) -> Co
     return ConsumptionRates(**rates)
 
 
-def _no_row(rows: list[ChartRow], process: str, material: str, thickness: float) -> str:
+def _no_row_message(rows: list[ChartRow], process: str, material: str, thickness: float) -> str:
     nearest_thicknesses = sorted({r.thickness for r in rows}, key=lambda t: abs(t - thickness))[:3]
     texts = ", ".join(f"{t:g}" for t in sorted(nearest_thicknesses))
     return (
@@ -446,7 +446,7 @@ def _can_pierce(row: ChartRow, given: dict[str, float | None]) -> bool:
     return row.pierce_height is not None or _values(row, given)["pierce_delay"] is not None
 
 
-def _missing(row: ChartRow, given: dict[str, float | None]) -> list[str]:
+def _missing_values(row: ChartRow, given: dict[str, float | None]) -> list[str]:
     """Return the required values that neither the chart nor the user gives."""
     values = _values(row, given)
     missing = []
@@ -463,7 +463,7 @@ def _cut_data(
     """Build the cut data; the user's values override the chart. Raise `OptionError` if a required value is missing."""
     values = _values(row, given)
     kind = method_of(row.process)
-    can_pierce, missing = _can_pierce(row, given), _missing(row, given)
+    can_pierce, missing = _can_pierce(row, given), _missing_values(row, given)
     if missing:
         raise OptionError(
             f"the cut chart does not give the {' and the '.join(missing)} of {_describe_process(row)} in "

@@ -140,7 +140,7 @@ class Finds:
                 (self.far if finite else self.out_of_range)[shape.dxftype] += 1
                 return
             if shape.dxftype == "POINT":
-                self._keep(Hole(x, y, 0.0, layer, shape.handle, z))
+                self._add_hole(Hole(x, y, 0.0, layer, shape.handle, z))
                 return
             if not is_flat(curve):
                 self._count_leaning(shape, x, y)
@@ -156,9 +156,11 @@ class Finds:
             self.pieces += pieces
             self.owners[self._number] = (shape.dxftype, layer, shape.handle)
         else:
-            self._keep(Hole(pieces[0].x, pieces[0].y, round(2 * pieces[0].radius, 6), layer, shape.handle, pieces[0].z))
+            self._add_hole(
+                Hole(pieces[0].x, pieces[0].y, round(2 * pieces[0].radius, 6), layer, shape.handle, pieces[0].z)
+            )
 
-    def _keep(self, hole: Hole) -> None:
+    def _add_hole(self, hole: Hole) -> None:
         self.numbered_holes.append((self._number, hole))
         if len(self.numbered_holes) > MAX_HOLES:
             raise too_many_holes(self.path)

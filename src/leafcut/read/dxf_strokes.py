@@ -161,11 +161,11 @@ def placed_stroke(stroke: DxfStroke, matrix: Matrix, factor: float, tolerance: f
     """
     form = stroke.form
     if isinstance(form, Curve):
-        return _placed_curve(moved(matrix, form), factor, tolerance, spend)
+        return _transform_curve(moved(matrix, form), factor, tolerance, spend)
     if isinstance(form, DxfPolyline):
-        return _placed_polyline(form, matrix, factor, tolerance, spend)
+        return _transform_polyline(form, matrix, factor, tolerance, spend)
     assert isinstance(form, Freeform)  # texts are placed stroke by stroke
-    control = _placed(form.control, matrix)[:, :2] * factor
+    control = _transform(form.control, matrix)[:, :2] * factor
     points = spline_points(control, form.degree, form.knots, form.weights, 0.25 * tolerance)
     ends_meet = float(np.abs(points[0] - points[-1]).max()) <= 1e-9 * float(np.abs(points).max() + 1.0)
     return fitted(points, tolerance, ends_meet, spend)
@@ -177,7 +177,7 @@ def slopes(stroke: DxfStroke, matrix: Matrix) -> bool:
         return False
     if matrix is IDENTITY and len(set(stroke.form.vertices[:, 2].tolist())) == 1:
         return False
-    points = _placed(stroke.form.vertices, matrix)
+    points = _transform(stroke.form.vertices, matrix)
     high = float(points[:, 2].max() - points[:, 2].min())
     return high > 1e-9 and high > SLOPE * float(np.hypot(*np.ptp(points[:, :2], axis=0)))
 
@@ -189,10 +189,10 @@ def height_of(stroke: DxfStroke, matrix: Matrix) -> float:
         return float(moved(matrix, form).center[2])
     assert not isinstance(form, Letters)
     points = form.vertices if isinstance(form, DxfPolyline) else form.control
-    return float(points[0, 2] if matrix is IDENTITY else _placed(points[:1], matrix)[0, 2]) + 0.0
+    return float(points[0, 2] if matrix is IDENTITY else _transform(points[:1], matrix)[0, 2]) + 0.0
 
 
-def _placed(vertices: Floats, matrix: Matrix) -> Floats:
+def _transform(vertices: Floats, matrix: Matrix) -> Floats:
     if matrix is IDENTITY:
         return vertices + 0.0
     table = np.array(matrix)
@@ -200,12 +200,14 @@ def _placed(vertices: Floats, matrix: Matrix) -> Floats:
     return points
 
 
-def _placed_polyline(polyline: DxfPolyline, matrix: Matrix, factor: float, tolerance: float, spend: Spend) -> Polyline:
+def _transform_polyline(
+    polyline: DxfPolyline, matrix: Matrix, factor: float, tolerance: float, spend: Spend
+) -> Polyline:
     if not polyline.bulges.any():
-        vertices = _placed(polyline.vertices, matrix) * factor
+        vertices = _transform(polyline.vertices, matrix) * factor
         vertices[:, 2] = 0.0
         return Polyline(vertices, polyline.closed)
-    xy = _placed(polyline.vertices, matrix)[:, :2] * factor
+    xy = _transform(polyline.vertices, matrix)[:, :2] * factor
     count = len(xy) if polyline.closed else len(xy) - 1
     bulges = np.where(np.arange(len(xy)) < count, polyline.bulges, 0.0)
     if not bulges.any():
@@ -221,10 +223,10 @@ def _placed_polyline(polyline: DxfPolyline, matrix: Matrix, factor: float, toler
     flat = Polyline(
         np.column_stack([polyline.vertices @ np.column_stack([polyline.ux, polyline.uy]), bulges]), polyline.closed
     )
-    return _squashed(flat, xy, ((ux * factor, uy * factor), (vx * factor, vy * factor)), tolerance, spend)
+    return _scaled_arcs(flat, xy, ((ux * factor, uy * factor), (vx * factor, vy * factor)), tolerance, spend)
 
 
-def _squashed(
+def _scaled_arcs(
     flat: Polyline, xy: Floats, axes: tuple[tuple[float, float], ...], tolerance: float, spend: Spend
 ) -> Polyline:
     """Return a polyline whose arcs a block scales to elliptical arcs: `flat` in its own plane, `xy` in place."""
@@ -244,7 +246,7 @@ def _squashed(
     return Polyline(np.concatenate(rows), flat.closed)
 
 
-def _placed_curve(curve: Curve, factor: float, tolerance: float, spend: Spend) -> Polyline:
+def _transform_curve(curve: Curve, factor: float, tolerance: float, spend: Spend) -> Polyline:
     if not is_flat(curve):
         raise LeaningError
     center, u, v = ((a[0] * factor, a[1] * factor) for a in (curve.center, curve.u, curve.v))

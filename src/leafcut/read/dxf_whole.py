@@ -113,7 +113,7 @@ def _lines_of(entity: Any) -> Iterator[DxfStroke]:
 
     if entity.dxftype() in ("HATCH", "MPOLYGON"):
         for boundary in path.from_hatch(entity):
-            yield _flat(boundary)
+            yield _flatten(boundary)
         return
     for part in recursive_decompose([entity]):
         if part.dxftype() == "POINT":
@@ -124,10 +124,10 @@ def _lines_of(entity: Any) -> Iterator[DxfStroke]:
             continue
         primitive = make_primitive(part)
         if primitive.path is not None:
-            yield _flat(primitive.path)
+            yield _flatten(primitive.path)
 
 
-def _flat(curve: Any) -> DxfStroke:
+def _flatten(curve: Any) -> DxfStroke:
     ends = np.array([p.xyz for p in curve.control_vertices()])
     size = float(np.ptp(ends, axis=0).max(initial=0.0)) or 1.0
     points = [p.xyz for p in curve.flattening(_COARSE * size)][:_MOST_POINTS]

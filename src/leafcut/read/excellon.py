@@ -93,7 +93,7 @@ def read_excellon(source: Source, options: ReadOptions) -> Part:
     _check_whole(source, prepared, issues)
     parser = _parse(source, prepared, issues)
     own_units = _unit_name(parser.settings.unit)
-    holes, slots = _objects(source, parser, options, issues)
+    holes, slots = _holes_and_slots(source, parser, options, issues)
     kept, noticed = sift(holes, options)
     if not kept and not slots:
         tools = ", ".join(f"T{n}" for n in sorted(parser.tools)) or "none"
@@ -288,7 +288,9 @@ def _unit_name(unit: Any) -> str | None:
     return None if unit is None else {"mm": "mm", "in": "in"}[unit.shorthand]
 
 
-def _objects(source: Source, parser: Any, options: ReadOptions, issues: list[Issue]) -> tuple[list[Hole], list[Slot]]:
+def _holes_and_slots(
+    source: Source, parser: Any, options: ReadOptions, issues: list[Issue]
+) -> tuple[list[Hole], list[Slot]]:
     """Return holes and slots in mm, in file order."""
     chosen = layer_filter(options.layers)
     names = {id(tool): f"T{number}" for number, tool in parser.tools.items()}

@@ -272,7 +272,7 @@ def anchors(points: NDArray[np.float64], tolerance: float) -> list[int]:
     anchor_rows = list(range(len(points)))
     cells: dict[tuple[float, float, float], list[int]] = {}
     rows = points.tolist()
-    for i in np.flatnonzero(_crowded(points, tolerance)).tolist():
+    for i in np.flatnonzero(_has_neighbours(points, tolerance)).tolist():
         x, y, w = rows[i]
         cell = _cell(x, y, w, tolerance)
         best = i
@@ -302,7 +302,7 @@ def _neighbour_cells(cell: tuple[float, float, float], tolerance: float) -> list
     return [(x + i, y + j, w + k) for i, j, k in product((-1.0, 0.0, 1.0), repeat=3)]
 
 
-def _crowded(points: NDArray[np.float64], tolerance: float) -> NDArray[np.bool_]:
+def _has_neighbours(points: NDArray[np.float64], tolerance: float) -> NDArray[np.bool_]:
     """Return bool[n]: the rows that share their cell, or an adjacent one, with another row; all others are anchors."""
     if len(points) < 2:
         return np.zeros(len(points), dtype=np.bool_)

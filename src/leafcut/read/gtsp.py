@@ -103,7 +103,7 @@ def _grouping(path: str, keys: tsplib.SpecificationKeys, sections: Sections, n: 
 def _ordering(path: str, sections: Sections, number: dict[int, int]) -> Ints:
     """Return the pairs (before, after) of clusters, int32[k, 2]."""
     pairs = [
-        (_known(path, line, number, before), _known(path, line, number, after))
+        (_number_of(path, line, number, before), _number_of(path, line, number, after))
         for line, (before, *successors) in _runs(path, sections.get("GTSP_SET_ORDERING", (0, [])))
         for after in successors
     ]
@@ -118,10 +118,10 @@ def _start(path: str, sections: Sections, number: dict[int, int]) -> int:
     names = tsplib.numbers(path, section)
     if not len(names) or (names[0] != int(names[0])):
         raise ReadError(path, "START_GROUP_SECTION names no set", section[0])
-    return _known(path, section[0], number, int(names[0]))
+    return _number_of(path, section[0], number, int(names[0]))
 
 
-def _known(path: str, line: int, number: dict[int, int], name: int) -> int:
+def _number_of(path: str, line: int, number: dict[int, int], name: int) -> int:
     if name not in number:
         raise ReadError(path, f"unknown set {name}", line)
     return number[name]

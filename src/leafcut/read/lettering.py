@@ -32,8 +32,19 @@ _ACCENTS: dict[str, list[list[tuple[float, float]]]] = {
     "\u0327": [[(1, 0), (-1, -3), (2, -4), (0, -6), (-3, -6)]],
 }
 #: Letters composed of the strokes of two others.
-_TOGETHER = {"Ø": "O/", "ø": "o/", "±": "+_", "⌀": "O/", "∅": "O/"}
-_ALIKE = {"–": "-", "—": "-", "−": "-", "’": "'", "‘": "'", "“": '"', "”": '"', "\u00a0": " ", "\t": " ", "ı": "i"}
+_COMPOSITES = {"Ø": "O/", "ø": "o/", "±": "+_", "⌀": "O/", "∅": "O/"}
+_SUBSTITUTES = {
+    "–": "-",
+    "—": "-",
+    "−": "-",
+    "’": "'",
+    "‘": "'",
+    "“": '"',
+    "”": '"',
+    "\u00a0": " ",
+    "\t": " ",
+    "ı": "i",
+}
 
 
 def letters(text: str) -> tuple[LetterLines, float]:
@@ -49,8 +60,8 @@ def letters(text: str) -> tuple[LetterLines, float]:
     strokes: LetterLines = []
     x = 0.0
     for letter in unicodedata.normalize("NFC", text):
-        lines, width = _letter(_ALIKE.get(letter, letter))
-        strokes += [_moved(line, x) for line in lines]
+        lines, width = _letter(_SUBSTITUTES.get(letter, letter))
+        strokes += [_shift(line, x) for line in lines]
         x += width
     return strokes, x
 
@@ -59,11 +70,11 @@ def letters(text: str) -> tuple[LetterLines, float]:
 def _letter(letter: str) -> tuple[LetterLines, float]:
     if letter == "°":
         ring, width = _letter("o")
-        return [_moved(0.5 * line, 0.0, 0.5) for line in ring], 0.6 * width
-    if letter in _TOGETHER:
-        parts = [_letter(part) for part in _TOGETHER[letter]]
+        return [_shift(0.5 * line, 0.0, 0.5) for line in ring], 0.6 * width
+    if letter in _COMPOSITES:
+        parts = [_letter(part) for part in _COMPOSITES[letter]]
         widest = max(width for _, width in parts)
-        return [_moved(line, 0.5 * (widest - width)) for lines, width in parts for line in lines], widest
+        return [_shift(line, 0.5 * (widest - width)) for lines, width in parts for line in lines], widest
     base, *marks = list(unicodedata.normalize("NFD", letter))
     glyph = _font().get(base)
     if glyph is None or any(mark not in _ACCENTS for mark in marks):
@@ -76,7 +87,7 @@ def _letter(letter: str) -> tuple[LetterLines, float]:
     return [np.array(stroke, dtype=np.float64) / _CAPITAL for stroke in strokes], glyph.char_width / _CAPITAL
 
 
-def _moved(line: NDArray[np.float64], x: float, y: float = 0.0) -> NDArray[np.float64]:
+def _shift(line: NDArray[np.float64], x: float, y: float = 0.0) -> NDArray[np.float64]:
     moved: NDArray[np.float64] = line + np.array([x, y])
     return moved
 

@@ -35,7 +35,7 @@ from leafcut.units import SECONDS_PER_MINUTE
 #: Tolerance of axis limits in LinuxCNC and other controllers, mm.
 _TOLERANCE = 1e-6
 #: Most motor steps per mm.
-_MOST_STEPS = 1e5
+_MAX_STEPS = 1e5
 #: Largest nozzle diameter, mm.
 _WIDEST_NOZZLE = 200.0
 
@@ -338,8 +338,8 @@ def _check_positive(machine: Machine, top: TomlTable, refuse: Callable[[str, str
         raise refuse("corners.arc_tolerance", f"is {shown}, but must be above 0")
     motors = top.table("motors", KEYS["motors"])
     for axis, steps in zip("xyz", machine.steps_per_mm, strict=True):
-        if not 0 < steps <= _MOST_STEPS:
-            raise refuse("motors.steps_per_mm", f"of {axis} is {steps:g}, but must be above 0, {_MOST_STEPS:g} at most")
+        if not 0 < steps <= _MAX_STEPS:
+            raise refuse("motors.steps_per_mm", f"of {axis} is {steps:g}, but must be above 0, {_MAX_STEPS:g} at most")
     if not 0 <= machine.motor_lock_s < 1:
         raise refuse("motors.lock_time", f"is {motors.typed('lock_time')}, but must be 0 or more, below 1 s")
     if not 0 <= machine.nozzle_diameter <= _WIDEST_NOZZLE:

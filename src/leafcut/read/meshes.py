@@ -23,7 +23,7 @@ MOST_TRIANGLES = 2_000_000
 #: A binary STL has a header of 80 bytes, the number of triangles, and 50 bytes per triangle.
 _HEADER, _TRIANGLE = 84, 50
 #: Text needs about 250 bytes per triangle.
-_LONGEST_TEXT = 300 * MOST_TRIANGLES
+_MAX_TEXT = 300 * MOST_TRIANGLES
 #: Smallest and largest part, mm; other sizes mean a wrong unit.
 SMALLEST, LARGEST = 0.5, 20_000.0
 
@@ -73,7 +73,7 @@ def load_mesh(
                 "--up, --z-zero: an STL file keeps its own axes and Z0, a STEP file is turned; leave them out"
             )
         triangles = _stl(file, head, size) * UNITS[unit]
-    return _checked(triangles, file, mend or f"say its unit (--surface-unit {', '.join(UNITS)})")
+    return _check_mesh(triangles, file, mend or f"say its unit (--surface-unit {', '.join(UNITS)})")
 
 
 def _step_bytes(file: Path, size: int) -> bytes:
@@ -95,7 +95,7 @@ def _stl(file: Path, head: bytes, size: int) -> np.ndarray:
             f"{_HEADER + _TRIANGLE * stated_count:,} bytes, and it has {size:,}",
         )
     count = int.from_bytes(head[80:84], "little") if binary else 0
-    if count > MOST_TRIANGLES or (not binary and size > _LONGEST_TEXT):
+    if count > MOST_TRIANGLES or (not binary and size > _MAX_TEXT):
         size_text = f"{count:,} triangles" if binary else f"{size >> 20} MiB of text"
         raise ReadError(file, f"has {size_text}; at most {MOST_TRIANGLES:,} triangles are read: save it coarser")
     data = file.read_bytes()
@@ -112,7 +112,7 @@ def _stl(file: Path, head: bytes, size: int) -> np.ndarray:
         return np.array(corners, dtype=np.float64).reshape(-1, 3, 3)
 
 
-def _checked(triangles: np.ndarray, file: Path, mend: str) -> Mesh:
+def _check_mesh(triangles: np.ndarray, file: Path, mend: str) -> Mesh:
     if not len(triangles):
         raise ReadError(file, "has no triangles")
     if not np.isfinite(triangles).all():

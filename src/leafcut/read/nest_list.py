@@ -78,11 +78,11 @@ def _drawings_named(argument: str) -> Iterator[WantedDrawing]:
     if not file.lower().endswith(".csv"):
         yield WantedDrawing(file, quantity)
         return
-    for wanted in _listed(file):
+    for wanted in _drawings_in_list(file):
         yield WantedDrawing(wanted.file, quantity * wanted.quantity, wanted.rotations)
 
 
-def _listed(file: str) -> Iterator[WantedDrawing]:
+def _drawings_in_list(file: str) -> Iterator[WantedDrawing]:
     source = load(file)
     lines = source.text().splitlines()
     delimiter = next((d for d in (";", "\t") if any(d in line for line in lines)), ",")

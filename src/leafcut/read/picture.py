@@ -80,9 +80,9 @@ def read_picture_pockets(source: Source, _: ReadOptions, options: PocketDrawingO
     grey = _brightness(source, image, options.invert)
     issues: list[Issue] = []
     if options.threshold is None:
-        grey = _evenly_lit(grey, options.invert, issues)
+        grey = _level_light(grey, options.invert, issues)
     level = _level(source, grey, options)
-    grey = _from_level(grey, level)
+    grey = _relative_to_level(grey, level)
     steps = _steps(grey < 0.0)
     if steps > MAX_STEPS:
         raise ReadError(
@@ -214,7 +214,7 @@ def _level(source: Source, grey: Grey, options: PocketDrawingOptions) -> float:
     return 0.5 * (dark + bright)
 
 
-def _evenly_lit(grey: Grey, invert: bool, issues: list[Issue]) -> Grey:
+def _level_light(grey: Grey, invert: bool, issues: list[Issue]) -> Grey:
     """Level the brightness of a photo whose light falls off to one side or to its edges.
 
     The light is a quadratic surface, fitted so that bright areas become equally bright everywhere, and dark areas
@@ -259,7 +259,7 @@ def _powers_at(x: NDArray[np.float64], y: NDArray[np.float64] | float) -> NDArra
     return np.column_stack([np.ones_like(x), x, y, x * x, x * y, y * y])
 
 
-def _from_level(grey: Grey, level: float) -> Grey:
+def _relative_to_level(grey: Grey, level: float) -> Grey:
     """Return the brightness relative to the level: 0 at the level, −1 or less if clearly dark, 1 if clearly bright.
 
     A wall between clearly dark and clearly bright pixels then lies halfway between them, whatever the threshold.

@@ -82,9 +82,9 @@ def load_plan(path: Path) -> PlanFile:
     place = str(path)
     data = load_json(path)
     reader = _PlanReader(place)
-    reader.table(data, "the file", (PLAN.key,))
+    reader.check_table(data, "the file", (PLAN.key,))
     check_schema(PLAN, data[PLAN.key], place)
-    reader.table(data, "the file", ("contours", "cuts"))
+    reader.check_table(data, "the file", ("contours", "cuts"))
     contours = reader.rows(data["contours"], "contours")
     cuts = reader.rows(data["cuts"], "cuts")
     return PlanFile(
@@ -107,7 +107,7 @@ class _PlanReader:
     def refuse(self, label: str, reason: str) -> ReadError:
         return ReadError(self.place, f"{label}: {reason}")
 
-    def table(self, data: Any, label: str, needed: tuple[str, ...]) -> None:
+    def check_table(self, data: Any, label: str, needed: tuple[str, ...]) -> None:
         if not isinstance(data, dict):
             raise self.refuse(label, "a JSON object was expected")
         for key in needed:
@@ -140,18 +140,18 @@ class _PlanReader:
             raise self.refuse(label, "a place [x, y] was expected")
         return self.number(value[0], label), self.number(value[1], label)
 
-    def known(self, data: dict[str, Any], label: str, keys: tuple[str, ...]) -> None:
+    def check_keys(self, data: dict[str, Any], label: str, keys: tuple[str, ...]) -> None:
         for key in data:
             if key not in keys:
                 raise self.refuse(label, f"unknown key '{shown(key)}'{nearest(key, keys)}")
 
-    def word(self, value: Any, label: str, words: tuple[str, ...]) -> str:
+    def choice(self, value: Any, label: str, words: tuple[str, ...]) -> str:
         if value not in words:
             raise self.refuse(label, f"{shown(json.dumps(value))} is not one of {', '.join(words)}")
         return str(value)
 
     def contour(self, data: Any, label: str) -> ContourPrint:
-        self.table(data, label, ("kind", "length", "area", "start"))
+        self.check_table(data, label, ("kind", "length", "area", "start"))
         return ContourPrint(
             kind=self.text(data["kind"], f"{label}: 'kind'"),
             length=self.number(data["length"], f"{label}: 'length'"),
@@ -162,19 +162,21 @@ class _PlanReader:
         )
 
     def cut(self, data: Any, label: str, contours: int) -> CutChoice:
-        self.table(data, label, ("contours",))
-        self.known(data, label, _CUT_KEYS)
+        self.check_table(data, label, ("contours",))
+        self.check_keys(data, label, _CUT_KEYS)
         numbers = self.rows(data["contours"], f"{label}: contours")
         for number in numbers:
             if not isinstance(number, int) or isinstance(number, bool) or not 1 <= number <= contours:
                 raise self.refuse(
                     label, f"unknown contour {shown(json.dumps(number))}; contours are numbered 1 to {contours}"
                 )
-        fixed = tuple(self.word(w, f"{label}: 'fixed'", FIXABLE) for w in self.rows(data.get("fixed", []), "fixed"))
+        fixed = tuple(self.choice(w, f"{label}: 'fixed'", FIXABLE) for w in self.rows(data.get("fixed", []), "fixed"))
         choice = CutChoice(
             contours=tuple(number - 1 for number in numbers),
             start=self.point(data["start"], f"{label}: 'start'") if "start" in data else None,
-            direction=self.word(data["direction"], f"{label}: 'direction'", DIRECTIONS) if "direction" in data else "",
+            direction=self.choice(data["direction"], f"{label}: 'direction'", DIRECTIONS)
+            if "direction" in data
+            else "",
             lead_in=self.lead(data["lead_in"], f"{label}: 'lead_in'") if "lead_in" in data else None,
             lead_out=self.lead(data["lead_out"], f"{label}: 'lead_out'") if "lead_out" in data else None,
             fixed=fixed,
@@ -191,9 +193,9 @@ class _PlanReader:
         return choice
 
     def lead(self, data: Any, label: str) -> Lead:
-        self.table(data, label, ("style",))
-        self.known(data, label, _LEAD_KEYS)
-        style = self.word(data["style"], label, LEAD_STYLES)
+        self.check_table(data, label, ("style",))
+        self.check_keys(data, label, _LEAD_KEYS)
+        style = self.choice(data["style"], label, LEAD_STYLES)
         if style == "none":
             return Lead()
         length, angle = self.number(data.get("length"), label), self.number(data.get("angle", 90.0), label)

@@ -138,8 +138,8 @@ def _kinds(
 ) -> tuple[list[str | None], bool]:
     """Return the kind of every contour and whether layers decide it; report (L421) kinds taken from layer names."""
     names = sorted({c.layer for c in contours})
-    pocket_names = _named(names, options.pocket_layers, POCKET_NAMES)
-    island_names = _named(names, options.island_layers, ISLAND_NAMES) - pocket_names
+    pocket_names = _matching_names(names, options.pocket_layers, POCKET_NAMES)
+    island_names = _matching_names(names, options.island_layers, ISLAND_NAMES) - pocket_names
     for given, matching, flag in (
         (options.pocket_layers, pocket_names, "--pocket-layers"),
         (options.island_layers, island_names, "--island-layers"),
@@ -168,7 +168,7 @@ def _kinds(
     return kinds, bool(pocket_names or island_names)
 
 
-def _named(names: Sequence[str], given: tuple[str, ...], usual: tuple[str, ...]) -> set[str]:
+def _matching_names(names: Sequence[str], given: tuple[str, ...], usual: tuple[str, ...]) -> set[str]:
     fits = layer_filter(given or usual)
     return {name for name in names if fits(name)}
 
@@ -191,7 +191,7 @@ def _outlines(
     if zero_length:
         message = f"{count_of(len(zero_length), 'line')} of zero length left out"
         issues.append(Issue("L313", message, places_of(zero_length, len(zero_length)), Severity.NOTE))
-    joined = [outline for kind, members in strokes.items() for outline in _joined(members, kind, joining, issues)]
+    joined = [outline for kind, members in strokes.items() for outline in _join_strokes(members, kind, joining, issues)]
     opened = [o for o in joined if not o.contour.path.closed]
     if opened and joining.open_paths != "drop":
         paths = [o.contour.path for o in opened]
@@ -211,7 +211,7 @@ def _outlines(
     return closed
 
 
-def _joined(
+def _join_strokes(
     strokes: Sequence[tuple[int, Contour]], kind: str, joining: SheetOptions, issues: list[Issue]
 ) -> list[PocketOutline]:
     """Join strokes of one kind; each outline takes layer and handle of its first stroke."""
@@ -297,12 +297,13 @@ def _check_reading(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], 
     layers = {outline.contour.layer for outline in outlines}
     or_layers = "; or name the layers of the pockets with --pocket-layers" if len(layers) > 1 else ""
     raise LeafcutError(
-        f"{_sized(even, 'pocket')} with {count_of(len(odd), 'island')}, or {_sized(plates, 'plate')} with "
-        f"{_sized(odd, 'pocket')}: choose --outline pocket or --outline edge{or_layers}"
+        f"{_describe_sizes(even, 'pocket')} with {count_of(len(odd), 'island')}, or "
+        f"{_describe_sizes(plates, 'plate')} with "
+        f"{_describe_sizes(odd, 'pocket')}: choose --outline pocket or --outline edge{or_layers}"
     )
 
 
-def _sized(outlines: Sequence[PocketOutline], noun: str) -> str:
+def _describe_sizes(outlines: Sequence[PocketOutline], noun: str) -> str:
     """Return ``1 plate (120 × 80 mm)`` or ``5 pockets (at most 30 × 20 mm)``, the size of the largest."""
     x0, y0, x1, y1 = max((o.contour.path for o in outlines), key=lambda path: path.area).extents
     size = f"{x1 - x0:.4g} × {y1 - y0:.4g} mm"

@@ -168,10 +168,10 @@ READERS = PluginKind("reader", "leafcut.readers", _own_names, _format_of, lambda
 
 def formats() -> tuple[Format, ...]:
     """Return all formats, plug-ins last; an unusable plug-in is included with its `error`."""
-    return (*BUILT_IN, *(plugin.adds or _unusable(plugin) for plugin in READERS.plugins()))
+    return (*BUILT_IN, *(plugin.adds or _unusable_format(plugin) for plugin in READERS.plugins()))
 
 
-def _unusable(plugin: Plugin[Format]) -> Format:
+def _unusable_format(plugin: Plugin[Format]) -> Format:
     def refuse(source: Source, options: ReadOptions) -> Part:
         raise ReadError(source.path, f"the reader '{plugin.name}' is a {plugin.told}")
 

@@ -85,10 +85,10 @@ def _entries(source: Source) -> list[tuple[str, list[Any]]]:
     except (ValueError, RecursionError) as problem:
         line = getattr(problem, "lineno", None)
         raise ReadError(source.path, f"not JSON: {shown(str(problem), 80)}", line) from None
-    return list(_checked(source, data))
+    return list(_check_entries(source, data))
 
 
-def _checked(source: Source, data: Any) -> Iterator[tuple[str, list[Any]]]:
+def _check_entries(source: Source, data: Any) -> Iterator[tuple[str, list[Any]]]:
     if not isinstance(data, list) or not data:
         raise ReadError(source.path, "no sheet: a list of parts was expected")
     for number, entry in enumerate(data):

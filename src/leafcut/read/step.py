@@ -90,7 +90,7 @@ def read_step(source: Source, options: ReadOptions) -> Part:
     )  # fmt: skip
     kept, sifted = sift(holes, options)
     issues = (*_issues(data, options.up or "z"), *sifted)
-    return _placeable(Part(source.name, kept, issues=issues, source=source.path, format="step"), data, options)
+    return _with_zero(Part(source.name, kept, issues=issues, source=source.path, format="step"), data, options)
 
 
 def read_pockets_of_step(
@@ -118,14 +118,14 @@ def read_pockets_of_step(
         raise ReadError(source.path, f"the solid has no closed pocket with a level floor: {reasons}")
     # Round openings may be as wide as the tool: the pocket process decides whether to drill them.
     openings = tuple(
-        Opening(_turned(opening["outline"], clockwise=False), opening["diameter"])
+        Opening(_oriented(opening["outline"], clockwise=False), opening["diameter"])
         for opening in data["openings"]
         if opening["diameter"]
     )
     pockets = tuple(
         Pocket(
-            _turned(pocket["outline"], clockwise=False),
-            tuple(_turned(row, clockwise=True) for row in pocket["islands"]),
+            _oriented(pocket["outline"], clockwise=False),
+            tuple(_oriented(row, clockwise=True) for row in pocket["islands"]),
             source.name if len(pocket_data) == 1 else str(number), depth=round(data["highest"] - pocket["z"], 6),
             top=round(data["highest"], 6) + 0.0,
         )
@@ -134,7 +134,7 @@ def read_pockets_of_step(
     part = Part(
         source.name, issues=tuple(issues), source=source.path, format="step", pockets=pockets, openings=openings
     )
-    return _placeable(part, data, options)
+    return _with_zero(part, data, options)
 
 
 def read_outlines_of_step(source: Source, options: ReadOptions) -> Part:
@@ -152,7 +152,7 @@ def read_outlines_of_step(source: Source, options: ReadOptions) -> Part:
     message = "the sheet has pockets, steps or chamfers besides its outlines: they are not cut"
     issues = (Issue("L219", message, missing=MissingWork("feature")),) if data["uneven"] else ()
     contours = tuple(Contour(Polyline(np.array(row), True), z=0.0) for row in data["outlines"])
-    part = _placeable(
+    part = _with_zero(
         Part(source.name, issues=issues, source=source.path, format="step", contours=contours), data, options
     )
     # The program of a sheet has its own Z0, the surface of the sheet.
@@ -165,7 +165,7 @@ def _read_solid(source: Source, options: ReadOptions, features: str) -> dict[str
     )[0]
 
 
-def _placeable(part: Part, data: dict[str, Any], options: ReadOptions) -> Part:
+def _with_zero(part: Part, data: dict[str, Any], options: ReadOptions) -> Part:
     """Return a part of a solid with its program zero, and its top view as reference for `--origin`."""
     pose = Pose.of(options)
     outline = np.array(data["box"] if data["box"] and _is_quarter(options.rotate) else data["hull"])
@@ -184,7 +184,7 @@ def _check_units(options: ReadOptions) -> None:
         raise OptionError("--units: a STEP file says its own unit; leave it out")
 
 
-def _turned(vertices: list[list[float]], clockwise: bool) -> Polyline:
+def _oriented(vertices: list[list[float]], clockwise: bool) -> Polyline:
     path = Polyline(np.array(vertices), True)
     return path.reversed() if (path.area < 0.0) != clockwise else path
 
@@ -289,9 +289,11 @@ def _issues_of_pockets(data: dict[str, Any]) -> list[Issue]:
                 missing=MissingWork("face", data["sloping"]),
             )
         )
-    openings = [_turned(opening["outline"], clockwise=False) for opening in data["openings"] if not opening["diameter"]]
+    openings = [
+        _oriented(opening["outline"], clockwise=False) for opening in data["openings"] if not opening["diameter"]
+    ]
     if openings:
-        positions = tuple(_middle(outline) for outline in openings)
+        positions = tuple(_centre(outline) for outline in openings)
         issues.append(
             Issue(
                 "L219",
@@ -303,7 +305,7 @@ def _issues_of_pockets(data: dict[str, Any]) -> list[Issue]:
     return issues
 
 
-def _middle(outline: Polyline) -> tuple[float, float]:
+def _centre(outline: Polyline) -> tuple[float, float]:
     x0, y0, x1, y1 = outline.extents
     return round(0.5 * (x0 + x1), 3), round(0.5 * (y0 + y1), 3)
 
@@ -318,9 +320,9 @@ def work_besides_holes(source: Source, options: ReadOptions) -> list[Issue]:
     """
     data = _read_solid(source, options, "pockets")
     issues = _issues_of_pockets(data)
-    outlines = [_turned(pocket["outline"], clockwise=False) for pocket in data["pockets"] if not pocket["diameter"]]
+    outlines = [_oriented(pocket["outline"], clockwise=False) for pocket in data["pockets"] if not pocket["diameter"]]
     if outlines:
-        positions = tuple(_middle(outline) for outline in outlines)
+        positions = tuple(_centre(outline) for outline in outlines)
         message = f"{count_of(len(outlines), 'pocket')} not milled: no drill makes it; use leafcut pocket"
         missing = MissingWork("pocket", len(outlines), positions, tuple(outlines))
         issues.append(Issue("L219", message, places_of([*positions], len(positions)), missing=missing))

@@ -108,10 +108,10 @@ def pockets_of(
         Test for visibility of a point from above.
     """
     highest = float(triangles[:, :, 2].max())
-    floors = [face for face in _levels(faces) if face.z < highest - OVER]
+    floors = [face for face in _level_faces(faces) if face.z < highest - OVER]
     result: dict[str, Any] = {"pockets": [], "highest": highest, "open": 0, "leaning": 0, "covered": 0}
     result["openings"] = _openings(triangles)
-    result["sloping"] = _sloping(faces, seen)
+    result["sloping"] = _count_sloping(faces, seen)
     by_height: dict[float, list[LevelFace]] = {}
     for floor in floors:
         by_height.setdefault(round(floor.z, 3), []).append(floor)
@@ -160,7 +160,7 @@ def outlines_of(shape: Any, triangles: NDArray[np.float64], faces: Sequence[Any]
     `uneven` is true if other sections differ: these features of the solid are not cut.
     """
     highest, lowest = float(triangles[:, :, 2].max()), float(triangles[:, :, 2].min())
-    steps = sorted({round(face.z, 3) for face in (*_levels(faces), *_levels(faces, down=True))})
+    steps = sorted({round(face.z, 3) for face in (*_level_faces(faces), *_level_faces(faces, down=True))})
     if len(steps) > MOST_HEIGHTS:
         return {"problem": f"the solid has level faces at {len(steps)} heights; at most {MOST_HEIGHTS} are read"}
     middle = 0.5 * (lowest + highest)
@@ -199,7 +199,7 @@ def section_at(shape: Any, z: float) -> LevelSection:
         if vertices is None:
             continue
         face = TopoDS_Shape()
-        if cutting.HasAncestorFaceOn1(edge, face) and not _upright(face):
+        if cutting.HasAncestorFaceOn1(edge, face) and not _is_vertical(face):
             middle = Polyline(vertices).flattened(CHORD)
             leaning += [tuple(middle[len(middle) // 2, :2].tolist()), tuple(middle[0, :2].tolist())]
         closed = len(vertices) > 2 and math.dist(vertices[0, :2], vertices[-1, :2]) < ENDS
@@ -247,7 +247,7 @@ def _shadow(triangles: NDArray[np.float64]) -> Any:
     return shapely.union_all(flat[shapely.area(flat) > 1e-9], grid_size=1e-5)
 
 
-def _levels(faces: Sequence[Any], down: bool = False) -> Iterator[LevelFace]:
+def _level_faces(faces: Sequence[Any], down: bool = False) -> Iterator[LevelFace]:
     """Yield the level faces that face up, or down."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.GeomAbs import GeomAbs_Plane
@@ -276,7 +276,7 @@ def _middle(face: Any) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _sloping(faces: Sequence[Any], seen: Callable[[float, float, float], bool]) -> int:
+def _count_sloping(faces: Sequence[Any], seen: Callable[[float, float, float], bool]) -> int:
     """Count the visible faces that face up and are neither level nor vertical nor cones of holes."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.GeomAbs import GeomAbs_Cone
@@ -287,7 +287,7 @@ def _sloping(faces: Sequence[Any], seen: Callable[[float, float, float], bool]) 
         if surface.GetType() == GeomAbs_Cone and abs(abs(surface.Cone().Axis().Direction().Z()) - 1.0) < PARALLEL:
             continue
         corners = triangles_of(face)
-        if not len(corners) or np.ptp(corners[:, :, 2]) < 1e-6 or _upright(face):
+        if not len(corners) or np.ptp(corners[:, :, 2]) < 1e-6 or _is_vertical(face):
             continue
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         up = np.argsort(-normals[:, 2])[:4]
@@ -296,7 +296,7 @@ def _sloping(faces: Sequence[Any], seen: Callable[[float, float, float], bool]) 
     return count
 
 
-def _upright(face: Any) -> bool:
+def _is_vertical(face: Any) -> bool:
     """Return whether a face is vertical, by its normals on a grid."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.BRepLProp import BRepLProp_SLProps

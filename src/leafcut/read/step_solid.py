@@ -258,7 +258,7 @@ def _read_solid(
         return {"problem": f"the STEP file has {_describe_solids(solids)}; choose one with --solid"}, none
     if which != ALL:
         shape = solids[0 if which == ONLY else int(which) - 1]
-    shape = _moved(shape, TURNS[up], 0.0)
+    shape = _transform(shape, TURNS[up], 0.0)
     BRepMesh_IncrementalMesh(shape, DEFLECTION, False, ANGLE, False)
     faces = [face_of(face) for face in parts_of(shape, TopAbs_FACE)]
     triangles = _triangles(faces)
@@ -268,7 +268,7 @@ def _read_solid(
     if len(triangles) and level != "drawn":
         z = float(triangles[:, :, 2].max() if level == "top" else triangles[:, :, 2].min())
     if z:
-        shape = _moved(shape, TURNS["z"], -z)
+        shape = _transform(shape, TURNS["z"], -z)
         triangles = triangles - (0.0, 0.0, z)
         faces = [face_of(face) for face in parts_of(shape, TopAbs_FACE)]
     result: dict[str, Any] = {}
@@ -290,12 +290,12 @@ def _features_of(features: str, shape: Any, triangles: NDArray[np.float64], face
         return outlines_of(shape, triangles, faces)
 
     def seen(x: float, y: float, z: float) -> bool:
-        return not _meets(shape, x, y, z + DEFLECTION, float(triangles[:, :, 2].max()) + 1.0)
+        return not _line_meets(shape, x, y, z + DEFLECTION, float(triangles[:, :, 2].max()) + 1.0)
 
     return pockets_of(shape, triangles, faces, seen)
 
 
-def _moved(shape: Any, rows: Sequence[Sequence[int]], lift: float) -> Any:
+def _transform(shape: Any, rows: Sequence[Sequence[int]], lift: float) -> Any:
     """Return a shape rotated by a matrix, then lifted, mm, with its triangles."""
     from OCP.gp import gp_Trsf
     from OCP.TopLoc import TopLoc_Location
@@ -361,7 +361,7 @@ def _holes(shape: Any, triangles: NDArray[np.float64]) -> tuple[list[SolidHole],
     def apart(upper: RoundWall, lower: RoundWall) -> bool:
         if upper.low < lower.high:
             return False
-        return _meets(shape, upper.x, upper.y, lower.high - SAME, upper.low + SAME)
+        return _line_meets(shape, upper.x, upper.y, lower.high - SAME, upper.low + SAME)
 
     holes, excluded = [], {"below": 0, "obstructed": 0, "free": free}
     for column in columns(joined(walls), apart):
@@ -383,14 +383,14 @@ def _holes(shape: Any, triangles: NDArray[np.float64]) -> tuple[list[SolidHole],
         clearance = hole.diameter / 2.0 / math.tan(math.radians(59.0)) + 1.0
         closed = hole.pointed or meets(bottom - clearance, bottom + SAME)
         steps = tuple(
-            replace(step, open=step.open and not _covered(surface, hole, step)) if step.open else step
+            replace(step, open=step.open and not _is_covered(surface, hole, step)) if step.open else step
             for step in hole.steps
         )
         holes.append(replace(hole, through=not closed, steps=steps))
     return sorted(holes, key=lambda h: (h.y, h.x, -h.top)), excluded, aside
 
 
-def _covered(surface: Surface, hole: SolidHole, step: HoleStep) -> bool:
+def _is_covered(surface: Surface, hole: SolidHole, step: HoleStep) -> bool:
     """Return whether a wide part of a hole is covered from above."""
     cone = 0.5 * (step.diameter - step.narrow) / math.tan(0.5 * step.angle) if step.angle < math.pi else 0.0
     start = hole.top - step.depth + cone + SAME
@@ -432,7 +432,7 @@ def _walls(shape: Any) -> tuple[list[RoundWall], dict[str, int], int]:
         if abs(abs(axis.Z()) - 1.0) > PARALLEL:
             if kind == GeomAbs_Cylinder:
                 key = tuple(round(value, 3) for value in _direction(axis)) + tuple(
-                    round(value / SAME) for value in (*_foot(axis, location), round_.Radius())
+                    round(value / SAME) for value in (*_axis_foot(axis, location), round_.Radius())
                 )
                 aside[key] = aside.get(key, 0.0) + (u1 - u0)
             continue
@@ -466,13 +466,13 @@ def _direction(axis: Any) -> tuple[float, float, float]:
     return sign * x + 0.0, sign * y + 0.0, sign * z + 0.0
 
 
-def _foot(axis: Any, location: Any) -> tuple[float, float, float]:
+def _axis_foot(axis: Any, location: Any) -> tuple[float, float, float]:
     """Return the point of an axis nearest to the origin, which identifies the axis independently of its location."""
     along = location.X() * axis.X() + location.Y() * axis.Y() + location.Z() * axis.Z()
     return location.X() - along * axis.X(), location.Y() - along * axis.Y(), location.Z() - along * axis.Z()
 
 
-def _meets(shape: Any, x: float, y: float, low: float, high: float) -> bool:
+def _line_meets(shape: Any, x: float, y: float, low: float, high: float) -> bool:
     """Return whether the vertical line through a point meets the solid between two heights."""
     from OCP.gp import gp_Dir, gp_Lin, gp_Pnt
     from OCP.IntCurvesFace import IntCurvesFace_ShapeIntersector

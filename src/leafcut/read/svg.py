@@ -345,9 +345,9 @@ class _Walk:
         outlines = self._cached("outlines", element, lambda e: outlines_of(tag, e.attrib, self.page.frame), trail)
         self.n_clipped += context.clipped
         for outline in outlines:
-            self._keep(outline, context, layer, element.get("id", ""))
+            self._add_contour(outline, context, layer, element.get("id", ""))
 
-    def _keep(self, outline: SvgSubpath, context: _Context, layer: str, name: str) -> None:
+    def _add_contour(self, outline: SvgSubpath, context: _Context, layer: str, name: str) -> None:
         self._spend(len(outline.pieces))  # before placing: some pieces may have no length
         with np.errstate(all="ignore"):
             path = placed_outline(outline, context.matrix, CURVE_TOLERANCE, self.points)

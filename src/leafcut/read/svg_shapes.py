@@ -190,7 +190,7 @@ def placed_outline(outline: SvgSubpath, matrix: Affine, tolerance: float, spend:
     """
     first = outline.pieces[0]
     if len(outline.pieces) == 1 and isinstance(first, Bend):
-        return _bend(first, matrix, tolerance, spend)
+        return _bend_path(first, matrix, tolerance, spend)
     rows, curve = [], [np.zeros((0, 2))]
 
     def end_curve() -> None:
@@ -203,7 +203,7 @@ def placed_outline(outline: SvgSubpath, matrix: Affine, tolerance: float, spend:
     for piece in outline.pieces:
         if isinstance(piece, Bend):
             end_curve()
-            bend = _bend(piece, matrix, tolerance, spend)
+            bend = _bend_path(piece, matrix, tolerance, spend)
             rows.append(bend.vertices[: None if bend.closed else -1])
             last = bend.end
             continue
@@ -224,6 +224,6 @@ def placed_outline(outline: SvgSubpath, matrix: Affine, tolerance: float, spend:
     return Polyline(table, outline.closed) if len(table) > 1 else None
 
 
-def _bend(bend: Bend, matrix: Affine, tolerance: float, spend: Spend) -> Polyline:
+def _bend_path(bend: Bend, matrix: Affine, tolerance: float, spend: Spend) -> Polyline:
     center, u, v = matrix.place(*bend.center), matrix.turn(*bend.u), matrix.turn(*bend.v)
     return ellipse_path(center, u, v, bend.start, bend.sweep, tolerance, spend)

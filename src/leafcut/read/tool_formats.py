@@ -204,35 +204,39 @@ def _fusion_body(tool: dict[str, Any], geometry: dict[str, Any], unit: str) -> d
     A shaft starts above the shoulder, and a holder at the stickout (LB). Both list their segments from below; a
     holder has its own unit.
     """
-    flutes, shoulder, wide, stickout = (_length(geometry.get(key)) for key in ("LCF", "shoulder-length", _WIDE, "LB"))
-    pieces = _pieces(_subtable(tool, "shaft"), unit)
-    wide = wide or _length(geometry.get("DC"))
+    flutes, shoulder, wide, stickout = (
+        _positive_length(geometry.get(key)) for key in ("LCF", "shoulder-length", _WIDE, "LB")
+    )
+    pieces = _segments(_subtable(tool, "shaft"), unit)
+    wide = wide or _positive_length(geometry.get("DC"))
     if 0 < flutes < shoulder and wide:
         neck = dict(zip(_SEGMENT, (shoulder - flutes, wide, wide), strict=True))
-        pieces = [*_pieces({"segments": [neck]}, unit), *pieces]
+        pieces = [*_segments({"segments": [neck]}, unit), *pieces]
     holder = _subtable(tool, "holder")
     holder_unit = _FUSION_UNITS.get(str(holder.get("unit", "")), unit)
     return {
         "shank_diameter": _with_unit(geometry.get("SFDM"), unit) if flutes else None,
         "stickout": _with_unit(stickout, unit),
         "shaft": ", ".join(pieces) or None if flutes else None,
-        "holder": ", ".join(_pieces(holder, holder_unit)) or None if stickout else None,
+        "holder": ", ".join(_segments(holder, holder_unit)) or None if stickout else None,
     }
 
 
-def _pieces(body: dict[str, Any], unit: str) -> list[str]:
+def _segments(body: dict[str, Any], unit: str) -> list[str]:
     """Return the segments of a shaft or holder as in a ``[[tool]]``; none if one is invalid."""
     segments = body.get("segments")
     texts = []
     for segment in segments if isinstance(segments, list) else []:
-        length, lower, upper = (_length(segment.get(key) if isinstance(segment, dict) else None) for key in _SEGMENT)
+        length, lower, upper = (
+            _positive_length(segment.get(key) if isinstance(segment, dict) else None) for key in _SEGMENT
+        )
         if not (length and lower and upper):
             return []
         texts.append(f"{lower:.6f} {unit}-{upper:.6f} {unit} x {length:.6f} {unit}")
     return texts
 
 
-def _length(value: object) -> float:
+def _positive_length(value: object) -> float:
     """Return a length; 0 if it is not a positive number."""
     plain = isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < math.inf
     return float(value) if plain and isinstance(value, int | float) else 0.0

@@ -131,11 +131,11 @@ def _tool(cells: Mapping[str, tuple[str, str]], number: str, units: str) -> dict
     if name:
         row["name"] = shown(name, 40)
     for key in _LENGTHS:
-        _put(row, cells, key, unit)
+        _set_quantity(row, cells, key, unit)
     for key in _FEEDS:
-        _put(row, cells, key, f"{unit}/min")
+        _set_quantity(row, cells, key, f"{unit}/min")
     for key, default_unit in (("spindle_speed", "rpm"), ("point_angle", "deg"), ("dwell", "s")):
-        _put(row, cells, key, default_unit)
+        _set_quantity(row, cells, key, default_unit)
     if "cycle" in cells:
         row["cycle"] = cells["cycle"][0].upper()
     teeth = cells.get("teeth", ("", ""))[0].partition(".")[0]
@@ -144,10 +144,10 @@ def _tool(cells: Mapping[str, tuple[str, str]], number: str, units: str) -> dict
     taper = cells.get("taper_angle", ("", ""))[0]
     if kind in CONES and "point_angle" not in row and _PLAIN.fullmatch(taper):
         row["point_angle"] = f"{2 * float(taper.replace(',', '.')):g} deg"  # Fusion states the angle of one side
-    return _fitting(row, ToolKind(kind))
+    return _without_foreign_keys(row, ToolKind(kind))
 
 
-def _put(row: dict[str, Any], cells: Mapping[str, tuple[str, str]], key: str, unit: str) -> None:
+def _set_quantity(row: dict[str, Any], cells: Mapping[str, tuple[str, str]], key: str, unit: str) -> None:
     """Set a quantity if given. The header or `unit` gives the unit of a bare number; 0 means not given."""
     cell, head = cells.get(key, ("", ""))
     if _PLAIN.fullmatch(cell):
@@ -168,7 +168,7 @@ def _kind(word: str, name: str) -> str | None:
     return FUSION_KINDS.get(plain) or kind_in(word) or (kind_in(name) if not plain else None)
 
 
-def _fitting(row: dict[str, Any], kind: ToolKind) -> dict[str, Any]:
+def _without_foreign_keys(row: dict[str, Any], kind: ToolKind) -> dict[str, Any]:
     """Remove the keys that other programs write for every tool, but this kind does not have."""
     mill = kind in MILLS
     unused = {"plunge_feed", "teeth"} if not mill else {"cycle", "peck", "dwell", "pitch"}

@@ -72,7 +72,7 @@ def read_wkt_pockets(source: Source, options: ReadOptions, _: PocketDrawingOptio
     rings, issues = _Rings(source.path, factor), []
     for line, text in _geometries(source):
         source.look()
-        rings.take(_parsed(source.path, line, text), line)
+        rings.add(_parse_geometry(source.path, line, text), line)
     if not rings.rings:
         kinds = ", ".join(sorted(rings.others)) or "empty geometries"
         raise ReadError(source.path, f"no region to mill: the text holds {kinds}; POLYGON or MULTIPOLYGON was expected")
@@ -109,7 +109,7 @@ def _geometries(source: Source) -> Iterator[tuple[int, str]]:
         piece_start, depth = piece_start + len(piece), 0
 
 
-def _parsed(path: str, line: int, text: str) -> Any:
+def _parse_geometry(path: str, line: int, text: str) -> Any:
     import shapely  # start-up
 
     with parsing(path, "this is not well-known text", line), warnings.catch_warnings():
@@ -142,7 +142,7 @@ class _Rings:
         self.heights: list[tuple[float, float]] = []
         self._corners = 0
 
-    def take(self, geometry: Any, line: int) -> None:
+    def add(self, geometry: Any, line: int) -> None:
         """Add the polygons of a geometry."""
         if geometry is None or geometry.is_empty:
             return
@@ -152,7 +152,7 @@ class _Rings:
                 self._add_ring(ring, ISLAND, line)
         elif hasattr(geometry, "geoms"):
             for piece in geometry.geoms:
-                self.take(piece, line)
+                self.add(piece, line)
         else:
             kind = geometry.geom_type.upper()
             self.others[kind] = self.others.get(kind, 0) + 1

@@ -106,12 +106,12 @@ def _material(data: dict[str, Any], place: str) -> WorkMaterial:
         description=top.text("description", ""),
         also=_names(top),
         tensile_strength=_not_negative(top, "tensile_strength", "N/mm²"),
-        hardness=_share(top, "hardness", 1000.0),
+        hardness=_number_up_to(top, "hardness", 1000.0),
         density=_not_negative(top, "density", "kg/m³"),
         lives=_lives(top),
-        drill_constant=_share(top, "drill_constant", 100.0),
-        drill_feed=_share(feed, "drill", 1.0),
-        mill_feed=_share(feed, "mill", 1.0),
+        drill_constant=_number_up_to(top, "drill_constant", 100.0),
+        drill_feed=_number_up_to(feed, "drill", 1.0),
+        mill_feed=_number_up_to(feed, "mill", 1.0),
         sources={key: sources.text(key) for key in sources.values},
     )
 
@@ -130,7 +130,7 @@ def _not_negative(table: TomlTable, key: str, unit: str) -> float:
     return value
 
 
-def _share(table: TomlTable, key: str, limit: float) -> float:
+def _number_up_to(table: TomlTable, key: str, limit: float) -> float:
     value = table.number(key, 0.0)
     if not 0 <= value <= limit:
         raise table.problem(key, f"is {value:g}, but must be from 0 to {limit:g}")

@@ -176,14 +176,14 @@ def _parse(source: Source) -> _Map:
 
         def startElement(self, name: str, attrs: Any) -> None:
             source.look()
-            plain = {_plain(key): str(value) for key, value in attrs.items()}
-            point_map.start(_plain(name), plain, parser.getLineNumber())
+            plain = {_local_name(key): str(value) for key, value in attrs.items()}
+            point_map.start(_local_name(name), plain, parser.getLineNumber())
 
         def characters(self, content: str) -> None:
             point_map.text(content)
 
         def endElement(self, name: str) -> None:
-            point_map.end(_plain(name))
+            point_map.end(_local_name(name))
 
     parser = DefusedExpatParser(forbid_dtd=False, forbid_entities=True, forbid_external=True)
     parser.setContentHandler(Handler())
@@ -192,6 +192,6 @@ def _parse(source: Source) -> _Map:
     return point_map
 
 
-def _plain(name: str) -> str:
+def _local_name(name: str) -> str:
     """Return a tag or attribute name without its namespace, in lower case."""
     return name.rpartition(":")[2].lower()
