@@ -31,18 +31,18 @@ def write_layout(nest: Nest, layout: Layout) -> str:
     sheet on SHEET; arcs stay arcs. The output is deterministic.
     """
     with _without_dates():
-        return _text(_drawing(nest, layout))
+        return _drawing_text(_drawing(nest, layout))
 
 
 def write_stock(stock: Stock) -> str:
     """Return a remnant as a drawing: its outline and its holes, on SHEET."""
     with _without_dates():
-        drawing = _new()
+        drawing = _new_drawing()
         _draw_stock(drawing.modelspace(), stock)
-        return _text(drawing)
+        return _drawing_text(drawing)
 
 
-def _new() -> Any:
+def _new_drawing() -> Any:
     import ezdxf
     from ezdxf.enums import InsertUnits
 
@@ -54,7 +54,7 @@ def _new() -> Any:
 
 
 def _drawing(nest: Nest, layout: Layout) -> Any:
-    drawing = _new()
+    drawing = _new_drawing()
     space = drawing.modelspace()
     _draw_stock(space, nest.stock_of(layout))
     for placement in layout.placements:
@@ -64,17 +64,17 @@ def _drawing(nest: Nest, layout: Layout) -> Any:
             layer = "MARK" if contour.kind == "mark" else "CUT_HOLES" if hole else "CUT"
             drawn = _draw(space, placement.placed(contour.path), layer)
             if number == 0:
-                drawn.set_xdata(APPLICATION, [(1000, _ascii(part.label))])
+                drawn.set_xdata(APPLICATION, [(1000, _escape_ascii(part.label))])
     return drawing
 
 
 def _draw_stock(space: Any, stock: Stock) -> None:
     """Add the edge of a sheet and its holes, each with the name of the sheet."""
     for path in stock.paths:
-        _draw(space, path, "SHEET").set_xdata(APPLICATION, [(1000, _ascii(stock.label)), (1000, "sheet")])
+        _draw(space, path, "SHEET").set_xdata(APPLICATION, [(1000, _escape_ascii(stock.label)), (1000, "sheet")])
 
 
-def _ascii(name: str) -> str:
+def _escape_ascii(name: str) -> str:
     """Return a name with non-ASCII characters escaped as in DXF R2000, such as \\U+00E4."""
     return "".join(c if c.isascii() else f"\\U+{ord(c):04X}" for c in name)
 
@@ -91,7 +91,7 @@ def _draw(space: Any, path: Polyline, layer: str) -> Any:
     return space.add_lwpolyline(rows, format="xyb", close=path.closed, dxfattribs=attributes)
 
 
-def _text(drawing: Any) -> str:
+def _drawing_text(drawing: Any) -> str:
     """Return a drawing as text, with its digest in a comment (group code 999)."""
     stream = io.StringIO()
     drawing.write(stream)

@@ -75,11 +75,11 @@ def _check_angles(nest: Nest, layout: Layout) -> list[str]:
     return [
         f"{nest.parts[p.part].name}: lies at {math.degrees(p.angle):g}°, which is not allowed"
         for p in layout.placements
-        if not _allowed(p.angle, nest.parts[p.part].rotations)
+        if not _is_allowed(p.angle, nest.parts[p.part].rotations)
     ]
 
 
-def _allowed(angle: float, rotations: tuple[float, ...] | None) -> bool:
+def _is_allowed(angle: float, rotations: tuple[float, ...] | None) -> bool:
     return rotations is None or any(abs(math.remainder(angle - r, math.tau)) <= SAME_ANGLE for r in rotations)
 
 
@@ -103,7 +103,7 @@ def _check_within(nest: Nest, layout: Layout, margin: float) -> list[str]:
     errors = []
     for p in layout.placements:
         shell = shapely.Polygon(_region(nest, p).exterior)
-        distance = shell.distance(sheet.boundary) - CHORD * (rounded + _round(nest, p)[0])
+        distance = shell.distance(sheet.boundary) - CHORD * (rounded + _has_arcs(nest, p)[0])
         if not sheet.contains(shell) or distance < margin - ROUNDING:
             x, y = shell.representative_point().coords[0]
             errors.append(f"{nest.parts[p.part].name}: lies {distance:.3f} mm from the edge near ({x:.1f}, {y:.1f})")
@@ -115,7 +115,7 @@ def _check_distances(nest: Nest, layout: Layout, spacing: float, kerf: float) ->
     placements = layout.placements
     regions = [_region(nest, p) for p in placements]
     shells = [shapely.Polygon(region.exterior) for region in regions]
-    rounds = [_round(nest, p) for p in placements]
+    rounds = [_has_arcs(nest, p) for p in placements]
     round_shell, round_hole = [CHORD * shell for shell, _ in rounds], [CHORD * hole for _, hole in rounds]
     tree = shapely.STRtree(regions)
     first, second = tree.query(regions, "dwithin", spacing + 2.0 * CHORD)
@@ -148,7 +148,7 @@ def _paths(nest: Nest, placement: Placement) -> list[Polyline]:
     return [placement.placed(path) for path in (part.outline, *part.holes)]
 
 
-def _round(nest: Nest, placement: Placement) -> tuple[bool, bool]:
+def _has_arcs(nest: Nest, placement: Placement) -> tuple[bool, bool]:
     """Return whether the outline of a part has arcs, and whether one of its holes has."""
     outline, *holes = _paths(nest, placement)
     return bool(outline.bulges.any()), any(hole.bulges.any() for hole in holes)

@@ -101,13 +101,13 @@ def nest(
             raise
     if not nests:
         raise PlanError(f"no nest passed the check: {(dropped or ['stopped too early'])[0]}")
-    best = _different(nests)[: options.variants]
+    best = _without_duplicates(nests)[: options.variants]
     issues = (*_unplaced_issues(best[0]), *_issues(best, dropped, cancelled.is_set()))
     seconds = time.perf_counter() - start_time
     return NestOutcome(tuple(best), task.spacing, options.margin, tuple(dropped), (), (), issues, seconds)
 
 
-def _different(nests: list[Nest]) -> list[Nest]:
+def _without_duplicates(nests: list[Nest]) -> list[Nest]:
     """Return the nests sorted by rank, without duplicates."""
     kept: list[Nest] = []
     for variant in sorted(nests, key=lambda n: n.rank):
@@ -270,7 +270,7 @@ def _available_sheets(
         options = replace(options, sheet=(size,))
         return settings.but(options), [], sized_sheets(options)
     stocks = [
-        _remnant(sheet, load_cached(sheet.name), options.margin, on_progress)
+        _remnant_stock(sheet, load_cached(sheet.name), options.margin, on_progress)
         if sheet.size is None
         else Stock(*sheet.size, sheet.count, sheet.price, (), sheet.name)
         for sheet in options.sheets
@@ -288,7 +288,7 @@ def _available_sheets(
     return settings, issues, stocks
 
 
-def _remnant(sheet: SheetWord, source: Source, margin: float, on_progress: Heartbeat) -> Stock:
+def _remnant_stock(sheet: SheetWord, source: Source, margin: float, on_progress: Heartbeat) -> Stock:
     """Return the sheet in a drawing: one closed outline, with the holes cut before.
 
     Everything but marks counts, so the drawing of a nested sheet is the remnant after its parts are removed.

@@ -92,22 +92,22 @@ def variants(
     """
     task = _with_remnants(task, search)
     if len(task.stocks) > 1:
-        yield from _on_several(task, search, on_progress, cancelled)
+        yield from _nest_on_several(task, search, on_progress, cancelled)
         return
-    if _by_shapes(task):
+    if _uses_shapes(task):
         numbers = range(task.options.variants)
         yield from _shape_variants(
             task,
             search,
             numbers,
-            lambda seed, clock: _on(task, as_many(task), clock, seed, cancelled),
+            lambda seed, clock: _nest_on_plan(task, as_many(task), clock, seed, cancelled),
             on_progress,
             cancelled,
         )
     yield from _rectangle_variants(task, on_progress, cancelled.is_set, cancelled)
 
 
-def _on_several(
+def _nest_on_several(
     task: NestTask, search: SolveOptions, on_progress: OnProgress, cancelled: threading.Event
 ) -> Iterator[Nest | str]:
     """Yield nests on the cheapest sheets: first by rectangles, which is fast, then by shapes on cheaper sheets.
@@ -115,7 +115,7 @@ def _on_several(
     The first variant by shapes chooses the sheets, and the others use them. With a time limit, only the first is made,
     in the time left by the rectangles.
     """
-    shapes, nests = _by_shapes(task), list[Nest]()
+    shapes, nests = _uses_shapes(task), list[Nest]()
     start_time, limit = time.monotonic(), math.inf if search.time_limit is None else search.time_limit
     timed_out = [False]
 
@@ -138,7 +138,7 @@ def _on_several(
         task,
         remaining_search,
         range(1),
-        lambda seed, clock: _on_cheapest(task, cheapest_nest, clock, seed, cancelled),
+        lambda seed, clock: _nest_on_cheapest(task, cheapest_nest, clock, seed, cancelled),
         on_progress,
         cancelled,
     ):
@@ -148,7 +148,7 @@ def _on_several(
         plan = same_sheets(min(nests, key=lambda nest: nest.rank))
         yield from _shape_variants(
             task, remaining_search, range(1, task.options.variants),
-            lambda seed, clock: _on(task, plan, clock, seed, cancelled), on_progress, cancelled,
+            lambda seed, clock: _nest_on_plan(task, plan, clock, seed, cancelled), on_progress, cancelled,
         )  # fmt: skip
 
 
@@ -234,12 +234,12 @@ def _shape_variants(
             raise
 
 
-def _by_shapes(task: NestTask) -> bool:
+def _uses_shapes(task: NestTask) -> bool:
     nester = task.options.nester
     return nester == "shapes" or (nester == "auto" and not all(piece.is_rectangle for piece in task.pieces))
 
 
-def _on_cheapest(task: NestTask, reference: Nest, clock: _Clock, seed: int, cancelled: threading.Event) -> Nest:
+def _nest_on_cheapest(task: NestTask, reference: Nest, clock: _Clock, seed: int, cancelled: threading.Event) -> Nest:
     """Return a nest by shapes on sheets that cost no more than another nest."""
     packers = _shape_packers(task, seed, clock.budget, cancelled, shorten=False)
 
@@ -252,11 +252,11 @@ def _on_cheapest(task: NestTask, reference: Nest, clock: _Clock, seed: int, canc
         TIMED_TRIES if clock.limited else SHAPE_TRIES, attempt,
         lambda: cancelled.is_set() or clock.share_left < LAST_SEARCH,
     )  # fmt: skip
-    final_nest = _on(task, same_sheets(best or reference), clock, seed, cancelled)
+    final_nest = _nest_on_plan(task, same_sheets(best or reference), clock, seed, cancelled)
     return min([final_nest] if best is None else [final_nest, best], key=lambda nest: nest.rank)
 
 
-def _on(task: NestTask, plan: FillPlan, clock: _Clock, seed: int, cancelled: threading.Event) -> Nest:
+def _nest_on_plan(task: NestTask, plan: FillPlan, clock: _Clock, seed: int, cancelled: threading.Event) -> Nest:
     """Return a nest by shapes on the sheets of a plan."""
     clock.start_plan(task, plan, 1)
     return filled(task, _shape_packers(task, seed, clock.budget, cancelled), plan, "shapes", seed)

@@ -185,9 +185,9 @@ def angles_within(inner: Iterable[float] | None, outer: Sequence[float] | None, 
     if outer is None:
         return False
     allowed = list(inner)
-    return all(any(_apart(turn + angle, a) <= SAME_ANGLE for a in allowed) for angle in outer)
+    return all(any(_angle_between(turn + angle, a) <= SAME_ANGLE for a in allowed) for angle in outer)
 
 
-def _apart(a: float, b: float) -> float:
+def _angle_between(a: float, b: float) -> float:
     """Return the angle between two directions, 0 … π."""
     return abs((a - b + math.pi) % math.tau - math.pi)

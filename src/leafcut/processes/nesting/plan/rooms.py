@@ -48,7 +48,7 @@ def find_position(
     """
     if region.is_empty:
         return None
-    corners = np.zeros((0, 2)) if quick else _thinned(shapely.get_coordinates(region), REGION_CORNERS)
+    corners = np.zeros((0, 2)) if quick else _thin(shapely.get_coordinates(region), REGION_CORNERS)
     grown = region.buffer(_ROUNDING, join_style="mitre")
     shapely.prepare(grown)
     best: FoundPosition | None = None
@@ -78,7 +78,7 @@ def _positions(
         return
     xs, ys = np.linspace(left - x0, right - x1, GRID_SIZE), np.linspace(low - y0, high - y1, GRID_SIZE)
     grid = np.stack(np.meshgrid(xs, ys, indexing="ij"), axis=-1).reshape(-1, 2)
-    piece_corners = _thinned(np.vstack([ring[:-1], [(x0, y0), (x0, y1), (x1, y0), (x1, y1)]])[::-1], PIECE_CORNERS)
+    piece_corners = _thin(np.vstack([ring[:-1], [(x0, y0), (x0, y1), (x1, y0), (x1, y1)]])[::-1], PIECE_CORNERS)
     touching = (corners[:, None, :] - piece_corners[None, :, :]).reshape(-1, 2)
     moves = np.concatenate([grid, touching])
     inside = (moves >= (left - x0 - _ROUNDING, low - y0 - _ROUNDING)) & (
@@ -92,7 +92,7 @@ def _positions(
             yield float(chunk[index, 0]), float(chunk[index, 1]), polygons[index]
 
 
-def _thinned(points: NDArray[np.float64], limit: int) -> NDArray[np.float64]:
+def _thin(points: NDArray[np.float64], limit: int) -> NDArray[np.float64]:
     """Return points float64[n, 2], evenly thinned to at most `limit`."""
     if len(points) <= limit:
         return points

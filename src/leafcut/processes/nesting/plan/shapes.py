@@ -100,13 +100,13 @@ class ShapePacker:
             return []
         band = +Counter({piece: count // bands for piece, count in offered.items()})
         if not band:  # many kinds of piece, few of each
-            band, bands = _at_most(offered, MAX_PIECES), 1
+            band, bands = _limit_total(offered, MAX_PIECES), 1
         band_pieces, width = self._fill_strip(band, self.length / bands, last)
         pitch = width if last else self.length / bands
-        result = [_moved(placed, k * pitch) for k in range(bands) for placed in band_pieces]
+        result = [_shift(placed, k * pitch) for k in range(bands) for placed in band_pieces]
         if last and (remaining := offered - Counter(placed.piece for placed in result)) and bands > 1:
-            extra, _ = self._fill_strip(_at_most(remaining, MAX_PIECES), self.length - bands * pitch, last)
-            result += [_moved(placed, bands * pitch) for placed in extra]
+            extra, _ = self._fill_strip(_limit_total(remaining, MAX_PIECES), self.length - bands * pitch, last)
+            result += [_shift(placed, bands * pitch) for placed in extra]
         return result
 
     def _fill_strip(self, offered: Counter[int], length: float, last: bool) -> tuple[list[PlacedPiece], float]:
@@ -140,7 +140,8 @@ class ShapePacker:
         return Strip(strip.width, placed, strip.steps, strip.ended)
 
     def _fits(self, piece: int) -> bool:
-        """Return whether a grown outline fits the strip; pieces that fit the sheet exactly do not (see `_alone`)."""
+        """Return whether a grown outline fits the strip; pieces that fit the sheet exactly do not (see "
+        "`_single_piece`)."""
         return self.extent(piece)[0] < self.length
 
     def _extent(self, piece: int) -> tuple[float, float]:
@@ -161,7 +162,7 @@ class ShapePacker:
         placed = []
         for piece, degrees, x, y in strip.items:
             shape, middle, _ = self.shape(piece)
-            angle = _exact(math.radians(degrees), self.pieces[piece].angles)
+            angle = _nearest_allowed(math.radians(degrees), self.pieces[piece].angles)
             cos, sin = math.cos(angle), math.sin(angle)
             if x + max(cos * px - sin * py for px, py in shape) > length:
                 continue
@@ -194,11 +195,11 @@ class ShapePacker:
         return corners, middle, float(rough.area)
 
 
-def _moved(placed: PlacedPiece, x: float) -> PlacedPiece:
+def _shift(placed: PlacedPiece, x: float) -> PlacedPiece:
     return PlacedPiece(placed.piece, placed.angle, placed.x + x, placed.y)
 
 
-def _at_most(counts: Counter[int], limit: int) -> Counter[int]:
+def _limit_total(counts: Counter[int], limit: int) -> Counter[int]:
     """Return the same share of every piece, at most `limit` in total; the first kinds if there are too many."""
     if counts.total() <= limit:
         return counts
@@ -207,7 +208,7 @@ def _at_most(counts: Counter[int], limit: int) -> Counter[int]:
     return Counter(kept)
 
 
-def _exact(angle: float, angles: tuple[float, ...] | None) -> float:
+def _nearest_allowed(angle: float, angles: tuple[float, ...] | None) -> float:
     """Return the allowed angle nearest to a rounded one."""
     if angles is None:
         return angle % math.tau

@@ -213,15 +213,15 @@ class _Choice:
             numbers_by_kind = dict(zip(order, numbers, strict=False))
             if len(numbers_by_kind) == len(order):
                 counts = tuple(numbers_by_kind[k] for k in range(len(order)))
-                choices += [counts] if self._enough(counts) else []
+                choices += [counts] if self._has_enough_area(counts) else []
                 continue
             k, cost = order[len(numbers_by_kind)], sum(n * self.costs[i] for i, n in numbers_by_kind.items())
             remaining = total_need - sum(n * self.areas[i] for i, n in numbers_by_kind.items())
             if cost + max(remaining, 0.0) * rates[k] < self.below:
-                stack += [(*numbers, n) for n in range(self._up_to(k, cost, sum(numbers), total_need) + 1)]
+                stack += [(*numbers, n) for n in range(self._max_count(k, cost, sum(numbers), total_need) + 1)]
         return choices
 
-    def _up_to(self, k: int, cost: float, taken: int, total_need: float) -> int:
+    def _max_count(self, k: int, cost: float, taken: int, total_need: float) -> int:
         """Return the maximum number of a kind, given the `cost` and number of the sheets already taken."""
         # Free sheets have no cost bound; twice the number needed by area is enough.
         affordable = (
@@ -231,7 +231,7 @@ class _Choice:
         )
         return int(min(self.at_hand[k], self.max_sheets - taken, affordable, MAX_CHOICES))
 
-    def _enough(self, counts: Sequence[int]) -> bool:
+    def _has_enough_area(self, counts: Sequence[int]) -> bool:
         if not any(counts) or _cost(counts, self.costs) >= self.below:
             return False
         return all(
