@@ -39,13 +39,13 @@ def run_process(process: Process, job: Job, sources: Sequence[Source], asked: st
         if process.reads == "drawing":
             _refuse_early(plan, given)
         nearest = process.nearest(plan)
-        order = given.order if plan.keeps_given else _searched(process, plan)
-        best = _proved(process, plan, order, given, nearest)
+        order = given.order if plan.keeps_given else _search_order(process, plan)
+        best = _prove_order(process, plan, order, given, nearest)
         best = process.finish(plan, best)
-    return _outcome(process, plan, given, nearest, best)
+    return _build_outcome(process, plan, given, nearest, best)
 
 
-def _searched(process: Process, plan: Plan) -> Order:
+def _search_order(process: Process, plan: Plan) -> Order:
     """Return the order of the search, changed by the passes of the process."""
     order = find_order(plan.job, plan.stages, deadline=plan.job.deadline.part(plan.search_share))
     for improve in process.passes:
@@ -61,7 +61,7 @@ def _refuse_early(plan: Plan, given: Candidate) -> None:
     refuse_too_large(check_envelope(given.path, plan.job.machine), plan.part, plan.job.settings)
 
 
-def _proved(process: Process, plan: Plan, order: Order, given: Candidate, nearest: Candidate | None) -> Candidate:
+def _prove_order(process: Process, plan: Plan, order: Order, given: Candidate, nearest: Candidate | None) -> Candidate:
     """Return the proved program of the best order; tasks refused by a proof keep their place in the next trial."""
     trial = 0
     while True:
@@ -75,7 +75,7 @@ def _proved(process: Process, plan: Plan, order: Order, given: Candidate, neares
             check_order(plan.stages, order)
 
 
-def _outcome(
+def _build_outcome(
     process: Process, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate
 ) -> Outcome[Any]:
     settings, machine = plan.job.settings, plan.job.machine

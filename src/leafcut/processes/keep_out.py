@@ -48,7 +48,7 @@ def obstacles_of(job: Job, program: Program, beam: bool) -> tuple[Obstacles | No
     known = None if beam else library_of(job.settings, job.machine)
     library = {} if known is None else known.by_number
     radii, unknown = ({}, []) if beam else _radii(program, library)
-    lifts = _lifts(program.path)
+    lifts = _has_lifts(program.path)
     heights = crossing_heights(settings.keep_out, settings.clearance_height)
     heights = heights if lifts else np.full(len(zones), math.inf)
     if not lifts and "clearance_height" in job.settings.asked:
@@ -61,7 +61,7 @@ def obstacles_of(job: Job, program: Program, beam: bool) -> tuple[Obstacles | No
         radii,
         job.machine.rapid_style == "dogleg",
         {number: bodies_of(library[number]) for number in radii if number in library},
-        {number: _lowest(program.path, number) for number in radii},
+        {number: _lowest_tip(program.path, number) for number in radii},
     )
     hits = meetings(job, obstacles, program.path)
     cut = next((d for d in hits if d.what.startswith("cuts")), None)
@@ -111,7 +111,7 @@ def reach_of(obstacles: Obstacles) -> tuple[tuple[float, ...], tuple[float, ...]
     return (*low, math.inf), (*high, -math.inf)
 
 
-def _lifts(path: Toolpath) -> bool:
+def _has_lifts(path: Toolpath) -> bool:
     if (path.kind == Kind.DRILL).any():
         return True
     z = path.end[np.isin(path.kind, [int(k) for k in MOTIONS]), 2]
@@ -119,7 +119,7 @@ def _lifts(path: Toolpath) -> bool:
     return bool(len(z) and np.ptp(z) > _FLAT)
 
 
-def _lowest(path: Toolpath, tool: int) -> float:
+def _lowest_tip(path: Toolpath, tool: int) -> float:
     """Return the lowest tip position of a tool, mm; −∞ if unknown."""
     of_tool = path.tool == tool
     z = path.end[of_tool & np.isin(path.kind, [int(k) for k in MOTIONS]), 2]

@@ -37,7 +37,9 @@ def kinds_of(contours: Sequence[Contour], options: SheetOptions, issues: list[Is
         marks = {c.layer for k, c in zip(known, contours, strict=True) if k in ("", "text") and by_name(c.layer)}
         known = ["mark" if k in ("", "text") and c.layer in marks else k for k, c in zip(known, contours, strict=True)]
         if marks:
-            message = f"marked, not cut, by the name of the layer: {_listed(marks)}; set --mark-layers to change that"
+            message = (
+                f"marked, not cut, by the name of the layer: {_join_names(marks)}; set --mark-layers to change that"
+            )
             issues.append(Issue("L421", message, severity=Severity.NOTE))
     if not options.sheet_layers and "sheet" not in known:
         is_sheet_name = matcher(SHEET_NAMES)
@@ -83,6 +85,6 @@ def _kind_by_option(layer: str, options: SheetOptions) -> str:
     return "ignore" if options.cut_layers else ""
 
 
-def _listed(names: set[str]) -> str:
+def _join_names(names: set[str]) -> str:
     first = sorted(names)[:5]
     return ", ".join(first) + (" …" if len(names) > 5 else "")

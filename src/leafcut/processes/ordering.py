@@ -76,7 +76,7 @@ def find_order(
             job.cancelled.set()  # Ctrl-C between two searches: keep the best order, as within a search
         stage_options = replace(options, time_limit=deadline.part(problem.n_clusters / remaining).seconds)
         solution = solve(
-            problem, stage_options, _ants(settings.aco, stages[number]), firefly=settings.firefly,
+            problem, stage_options, _ant_options(settings.aco, stages[number]), firefly=settings.firefly,
             progress=job.passing_on(stages[number].name, remaining / total, tasks / total), observe=job.observe,
             cancelled=job.cancelled, bound_late=job.bound_late(tasks / total),
         )  # fmt: skip
@@ -85,13 +85,13 @@ def find_order(
         return solution
 
     def quick(number: int, problem: RoutingProblem, options: SolveOptions) -> Solution:
-        ants = _ants(settings.aco, stages[number])
+        ants = _ant_options(settings.aco, stages[number])
         solution = solve(problem, options, ants, firefly=settings.firefly, cancelled=job.cancelled)
         deadline.spend(solution.seconds)
         return solution
 
     if options.algorithm != "nn" and any(len(stage.first) for stage in stages):
-        solutions = _around_first(job, stages, search, options)
+        solutions = _order_after_first(job, stages, search, options)
     else:
         solutions = solve_together(
             stages, search, options, quick, job.cancelled, lambda part: job.bound_late(part.n_clusters / total)
@@ -133,7 +133,7 @@ def nearest_order(job: Job, stages: Sequence[Stage]) -> Order:
     return find_order(job.quiet(), stages, SolveOptions(algorithm="nn", bound=False))
 
 
-def _ants(options: AcoOptions, stage: Stage) -> AcoOptions:
+def _ant_options(options: AcoOptions, stage: Stage) -> AcoOptions:
     """Return the options with one ant for each part of a stage, if they ask for that."""
     return replace(options, n_ants=stage.parts) if stage.parts and options.n_ants == ANTS_AS_PARTS else options
 
@@ -147,7 +147,7 @@ def restated(job: Job, stages: Sequence[Stage], order: Order) -> list[Solution]:
     given = all(np.array_equal(stage.given, nodes) for stage, nodes in zip(stages, order.choices, strict=True))
     solutions = []
     for number, (previous, nodes) in enumerate(zip(order.solutions, order.choices, strict=True)):
-        problem = _placed(stages, number, order.choices)
+        problem = _linked_problem(stages, number, order.choices)
         solution = replace(_with_nodes(problem, previous, nodes), algorithm="none" if given else "nn")
         # The bound of the search holds only for the end of the previous stage in the searched order.
         solutions.append(_with_bound(job, problem, solution, 1.0 / len(stages)))
@@ -171,17 +171,17 @@ def _with_bound(job: Job, problem: RoutingProblem, solution: Solution, share: fl
     return certify(problem, solution, None, job.cancelled, late=job.bound_late(share))
 
 
-def _around_first(job: Job, stages: Sequence[Stage], search: SearchOne, options: SolveOptions) -> list[Solution]:
+def _order_after_first(job: Job, stages: Sequence[Stage], search: SearchOne, options: SolveOptions) -> list[Solution]:
     """Order the stages one after another; the user's first choices stay first."""
     from leafcut.order.solve import keep_better
 
     choices, solutions = list[Ints](), list[Solution]()
     for number, stage in enumerate(stages):
-        problem, first = _placed(stages, number, choices), stage.first
+        problem, first = _linked_problem(stages, number, choices), stage.first
         if not len(first):
             solution = keep_better(problem, search(number, problem, options), stage.given)
         else:
-            remaining, node_of = _without(problem, first, first[:0])
+            remaining, node_of = _remove_ends(problem, first, first[:0])
             solution = Solution(first, 0.0, problem.metric.unit, "given", 0)
             if len(node_of):
                 solution = search(number, remaining, options)
@@ -210,7 +210,7 @@ def solve_together(
     if not followers or options.algorithm in ("nn", "none"):
         orders, solutions = list[Ints](), list[Solution]()
         for number, _ in enumerate(stages):
-            solutions.append(search(number, _placed(stages, number, orders), options))
+            solutions.append(search(number, _linked_problem(stages, number, orders), options))
             orders.append(solutions[-1].nodes)
     else:
         orders = _quick_orders(stages, quick, options)
@@ -218,22 +218,29 @@ def solve_together(
         for number, stage in enumerate(stages):
             fixed = stage.follows and number > 0, number + 1 < len(stages) and stages[number + 1].follows
             solutions.append(
-                _search_between(number, _placed(stages, number, orders), orders[number], fixed, search, options)
+                _search_between(number, _linked_problem(stages, number, orders), orders[number], fixed, search, options)
             )
             orders[number] = solutions[-1].nodes
     given = [stage.given for stage in stages]
     usable = all(len(nodes) for nodes in given) and options.algorithm != "nn"
-    if usable and _total(stages, given) < _total(stages, orders):
+    if usable and _total_cost(stages, given) < _total_cost(stages, orders):
         orders = given
     return [
         _with_cost(
-            number, _placed(stages, number, orders), orders[number], solution, options, quick, cancelled, bound_late
+            number,
+            _linked_problem(stages, number, orders),
+            orders[number],
+            solution,
+            options,
+            quick,
+            cancelled,
+            bound_late,
         )
         for number, solution in enumerate(solutions)
     ]
 
 
-def _placed(stages: Sequence[Stage], number: int, orders: Sequence[Ints]) -> RoutingProblem:
+def _linked_problem(stages: Sequence[Stage], number: int, orders: Sequence[Ints]) -> RoutingProblem:
     """Return the problem of a stage that starts at the end of the previous stage in these orders."""
     stage = stages[number]
     if not stage.follows or not number:
@@ -243,15 +250,15 @@ def _placed(stages: Sequence[Stage], number: int, orders: Sequence[Ints]) -> Rou
     return replace(stage.problem, start=(x, y))
 
 
-def _total(stages: Sequence[Stage], orders: Sequence[Ints]) -> float:
+def _total_cost(stages: Sequence[Stage], orders: Sequence[Ints]) -> float:
     from leafcut.order.instance import path_cost
 
-    return sum(path_cost(_placed(stages, number, orders), nodes) for number, nodes in enumerate(orders))
+    return sum(path_cost(_linked_problem(stages, number, orders), nodes) for number, nodes in enumerate(orders))
 
 
 def _quick_orders(stages: Sequence[Stage], quick: SearchOne, options: SolveOptions) -> list[Ints]:
     """Return quick orders of all stages, each searched between its neighbours."""
-    quick_options = _quick(options)
+    quick_options = _quick_search_options(options)
     orders: list[Ints] = []
 
     spent, limit = 0.0, math.inf if options.time_limit is None else _QUICK_PART * options.time_limit
@@ -263,11 +270,11 @@ def _quick_orders(stages: Sequence[Stage], quick: SearchOne, options: SolveOptio
         return solution.nodes
 
     for number in range(len(stages)):
-        orders.append(search_stage(number, _placed(stages, number, orders)))
-    best, lowest = list(orders), _total(stages, orders)
-    if all(len(stage.given) for stage in stages) and _total(stages, [s.given for s in stages]) < lowest:
+        orders.append(search_stage(number, _linked_problem(stages, number, orders)))
+    best, lowest = list(orders), _total_cost(stages, orders)
+    if all(len(stage.given) for stage in stages) and _total_cost(stages, [s.given for s in stages]) < lowest:
         best = [stage.given for stage in stages]
-        lowest = _total(stages, best)
+        lowest = _total_cost(stages, best)
     if sum(stage.problem.n_clusters for stage in stages) > _MANY:
         return best
     orders = list(best)
@@ -275,12 +282,12 @@ def _quick_orders(stages: Sequence[Stage], quick: SearchOne, options: SolveOptio
         for number in range(len(stages)):
             if spent > limit:
                 return best
-            problem = _placed(stages, number, orders)
+            problem = _linked_problem(stages, number, orders)
             if number + 1 < len(stages) and stages[number + 1].follows:
                 x, y = stages[number + 1].problem.entry[orders[number + 1][0]].tolist()
                 problem = replace(problem, end=(x, y))
             orders[number] = search_stage(number, problem)
-        total = _total(stages, orders)
+        total = _total_cost(stages, orders)
         if total < lowest:
             best, lowest = list(orders), total
     return best
@@ -300,7 +307,7 @@ def _search_between(
     low, high = int(fixed[0]), len(known_path) - int(fixed[1])
     if high - low < 2:
         return _known_solution(problem, known_path, options)
-    inner, node_of = _without(problem, known_path[:low], known_path[high:])
+    inner, node_of = _remove_ends(problem, known_path[:low], known_path[high:])
     solution = search(
         number, inner, replace(options, bound=False, target_gap=None) if low or high < len(known_path) else options
     )
@@ -314,7 +321,7 @@ def _known_solution(problem: RoutingProblem, nodes: Ints, options: SolveOptions)
     return Solution(nodes, 0.0, problem.metric.unit, "exact", options.seed)
 
 
-def _without(problem: RoutingProblem, first: Ints, last: Ints) -> tuple[RoutingProblem, Ints]:
+def _remove_ends(problem: RoutingProblem, first: Ints, last: Ints) -> tuple[RoutingProblem, Ints]:
     """Return the problem without its first and last nodes, and its nodes as nodes of `problem`."""
     removed = np.isin(problem.cluster, problem.cluster[np.concatenate([first, last])])
     node_of = np.flatnonzero(~removed).astype(np.int32)
@@ -361,9 +368,13 @@ def _with_cost(
     if not options.bound:
         return solution
     # The optimal order of a few tasks is its own bound.
-    bound = quick(number, problem, _quick(options, bound=True)).lower_bound if problem.n_clusters <= _FEW else None
+    bound = (
+        quick(number, problem, _quick_search_options(options, bound=True)).lower_bound
+        if problem.n_clusters <= _FEW
+        else None
+    )
     return certify(problem, solution, bound, cancelled, late=bound_late(problem))
 
 
-def _quick(options: SolveOptions, bound: bool = False) -> SolveOptions:
+def _quick_search_options(options: SolveOptions, bound: bool = False) -> SolveOptions:
     return replace(options, iterations=_ITERATIONS, time_limit=None, bound=bound, target_gap=None)

@@ -42,7 +42,7 @@ def placed(part: Part, options: ReadOptions) -> Part:
     )
     moved = part
     if (x, y) != (0.0, 0.0) or not np.array_equal(matrix, np.eye(2)):
-        moved = _moved(part, matrix, (-x, -y))
+        moved = _transform_part(part, matrix, (-x, -y))
     return replace(moved, reference=None, zero=zero)
 
 
@@ -124,7 +124,7 @@ def _origin(part: Part, matrix: NDArray[np.float64], options: ReadOptions) -> tu
     if not isinstance(options.origin, str):
         return options.origin[0], options.origin[1]
     across, up = ORIGINS[options.origin]
-    box = _moved(part.reference or part, matrix, (0.0, 0.0)).extents
+    box = _transform_part(part.reference or part, matrix, (0.0, 0.0)).extents
     return box[0] + across * (box[2] - box[0]), box[1] + up * (box[3] - box[1])
 
 
@@ -141,7 +141,7 @@ def _place_name(part: Part, options: ReadOptions) -> str:
     return f"{name} of the {'part' if outline else 'geometry'}"
 
 
-def _moved(part: Part, matrix: NDArray[np.float64], offset: tuple[float, float]) -> Part:
+def _transform_part(part: Part, matrix: NDArray[np.float64], offset: tuple[float, float]) -> Part:
     """Return a part with every point p moved to matrix · p + by."""
     (a, b), (c, d) = matrix.tolist()
 

@@ -282,10 +282,10 @@ def process_for(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
     """
     check_asked(asked)
     if len(inputs) > 1:
-        return _joining(inputs, asked)
+        return _joining_process(inputs, asked)
     if asked == "auto":
         return process(_usual_name(inputs))
-    kind = _kind(inputs)
+    kind = _input_kind(inputs)
     named = of_command(asked)
     if named and named.reads == kind and asked in named.asked_as:
         return named
@@ -300,14 +300,14 @@ def process_for(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
     raise OptionError(f"{asked}: the input is a drawing, not a program; use {words}")
 
 
-def _kind(inputs: Sequence[tuple[Format, Source]]) -> str:
+def _input_kind(inputs: Sequence[tuple[Format, Source]]) -> str:
     return "program" if "program" in inputs[0][0].processes else "drawing"
 
 
 def _usual_name(inputs: Sequence[tuple[Format, Source]]) -> str:
     if len(inputs) > 1:
-        return _joining(inputs, "auto").name
-    format_, kind = inputs[0][0], _kind(inputs)
+        return _joining_process(inputs, "auto").name
+    format_, kind = inputs[0][0], _input_kind(inputs)
     name = format_.processes[0] if len(format_.processes) == 1 else ""
     if name in names():
         with suppress(OptionError):  # a plug-in that cannot be used
@@ -327,7 +327,7 @@ def needed_word(inputs: Sequence[tuple[Format, Source]], asked: str) -> str:
     return "" if implied else asked
 
 
-def _joining(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
+def _joining_process(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
     """Return the process that makes one program of several files."""
     for process_ in processes():
         other_files = [source for format_, source in inputs if format_.name != process_.joins]

@@ -42,7 +42,7 @@ def collect(
     """
     asked = frozenset(name for name, value in values.items() if value is not None)
     groups = registry.groups(own)
-    if file or defaults or not asked <= _by_name(groups).keys():
+    if file or defaults or not asked <= _groups_by_option(groups).keys():
         groups = registry.groups()
     given: dict[type[OptionGroup], dict[str, Any]] = {group: {} for group in groups}
     from_defaults: set[str] = set()
@@ -72,16 +72,16 @@ def group_of(name: str, groups: Iterable[type[OptionGroup]] = ()) -> type[Option
 
     `groups` are searched first, so that no process is loaded if one of them contains it.
     """
-    if group := _by_name(tuple(groups)).get(name):
+    if group := _groups_by_option(tuple(groups)).get(name):
         return group
-    names = _by_name(registry.groups())
+    names = _groups_by_option(registry.groups())
     if name not in names:
         raise OptionError(why_removed(name) or f"unknown option '{name}'{nearest(name, names)}")
     return names[name]
 
 
 @cache
-def _by_name(groups: tuple[type[OptionGroup], ...]) -> dict[str, type[OptionGroup]]:
+def _groups_by_option(groups: tuple[type[OptionGroup], ...]) -> dict[str, type[OptionGroup]]:
     """Return the group of every option; cached because a page of the studio looks up hundreds."""
     return {name: group for group in groups for name in group.specs()}
 
@@ -150,10 +150,10 @@ def why_unused(name: str, title: str, instead: str = "") -> str:
 
 def unused_options(settings: Settings, work: Work, input_kind: str = "") -> dict[str, str]:
     """Return the given options that a kind of work does not use: name → reason and remedy."""
-    return dict(_unused(settings, work, input_kind))
+    return dict(_find_unused(settings, work, input_kind))
 
 
-def _unused(settings: Settings, work: Work, input_kind: str) -> Iterator[tuple[str, str]]:
+def _find_unused(settings: Settings, work: Work, input_kind: str) -> Iterator[tuple[str, str]]:
     """Yield the given options that are not used, with reason and remedy."""
     used = work.used()
 

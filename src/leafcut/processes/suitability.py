@@ -20,7 +20,7 @@ HOLES_PER_OUTLINE = 8
 #: Highest score by counts; layer names are more reliable.
 COUNTED = 0.9
 #: Tolerance for joining lines to one outline, mm.
-_JOINED = 0.05
+_JOIN_TOLERANCE = 0.05
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ class WholeDrawing:
             c for c, is_outline in zip(self.part.contours, self.worked & ~self.drilled, strict=True) if is_outline
         ]
         wide = int(np.count_nonzero(~self.narrow))
-        return wide + sum(c.path.closed for c in others) + _chains([c for c in others if not c.path.closed])
+        return wide + sum(c.path.closed for c in others) + _count_chains([c for c in others if not c.path.closed])
 
     @property
     def share_of_outlines(self) -> float:
@@ -126,7 +126,7 @@ def _diameter(contour: Contour) -> float:
     return float(np.hypot(*(vertices[0, :2] - vertices[1, :2])))
 
 
-def _chains(lines: Sequence[Contour]) -> int:
+def _count_chains(lines: Sequence[Contour]) -> int:
     """Return the number of outlines formed by lines that meet at their ends."""
     leader = list(range(len(lines)))
 
@@ -141,6 +141,10 @@ def _chains(lines: Sequence[Contour]) -> int:
         for x, y in (line.path.start, line.path.end):
             # Two grids, half a cell apart: near points share a cell of one of them.
             for grid in (0, 1):
-                cell = (grid, round(x / (2 * _JOINED) + 0.5 * grid), round(y / (2 * _JOINED) + 0.5 * grid))
+                cell = (
+                    grid,
+                    round(x / (2 * _JOIN_TOLERANCE) + 0.5 * grid),
+                    round(y / (2 * _JOIN_TOLERANCE) + 0.5 * grid),
+                )
                 leader[lead(k)] = lead(first_of_cell.setdefault(cell, k))
     return len({lead(k) for k in range(len(lines))})

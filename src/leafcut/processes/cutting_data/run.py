@@ -74,7 +74,7 @@ def cutting_data(
         raise OptionError(f"--machine {machine.name}: has no spindle; speeds and feeds are for drills and mills")
     material = load_material(settings.job.material)
     issues: list[Issue] = []
-    works = list(_works(drawing, settings, machine, material, issues, progress))
+    works = list(_tool_works(drawing, settings, machine, material, issues, progress))
     if not works:
         reasons = "; ".join(issue.message for issue in issues[:3])
         raise PlanError(f"no tool is left to choose speeds for{f': {reasons}' if reasons else ''}")
@@ -117,7 +117,7 @@ def _fronts(
     return fronts
 
 
-def _works(
+def _tool_works(
     drawing: Input | None, settings: Settings, machine: Machine, material: WorkMaterial, issues: list[Issue],
     progress: OnProgress | None,
 ) -> Iterator[tuple[ToolWork, ToolMaterial]]:  # fmt: skip
@@ -126,7 +126,7 @@ def _works(
 
     options = settings.of(SpeedOptions)
     if drawing is None:
-        tool_works = list(_stated(settings, machine))
+        tool_works = list(_stated_tools(settings, machine))
     else:
         tool_works = drawn_works(drawing, settings, machine, issues, progress)
         if options.cut_length is not None:
@@ -192,7 +192,7 @@ def _check_tool(work: ToolWork) -> None:
         )
 
 
-def _stated(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int, float, float, float]]:
+def _stated_tools(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int, float, float, float]]:
     """Yield the tools with the stated work: holes, mm at feed, mm in the cut, and s of other moves."""
     job, options, library = settings.job, settings.of(SpeedOptions), library_of(settings, machine)
     if library is not None:
@@ -245,18 +245,18 @@ def _front(
             results = yields(work, material, prices, rpm, feed, DRIVE_EFFICIENCY)
             allowed_results = results.taken(within(limits, results))
             allowed += len(allowed_results.rpm)
-            fronts.append(_front_of(allowed_results))  # candidates dominated within a batch are dominated overall
+            fronts.append(_drop_dominated(allowed_results))  # candidates dominated within a batch are dominated overall
     if not candidates:
         raise PlanError(
             f"{tool.label}: no feed of the machine gives a chip of {grid.least_chip:.3g} to {grid.largest_chip:.3g} mm"
         )
     if not allowed:
         raise refusal(tool.label, limits)
-    best = _front_of(Yields(*(np.concatenate(columns) for columns in zip(*fronts, strict=True))))
+    best = _drop_dominated(Yields(*(np.concatenate(columns) for columns in zip(*fronts, strict=True))))
     best = best.taken(np.lexsort((best.rpm, -best.life, best.cost, best.time)))
     given = None
     if not tool.assumed or {"feed", "spindle_speed"} & settings.given:
-        given = _given(work, material, prices)
+        given = _evaluate_given(work, material, prices)
     return ToolFront(
         tool=tool,
         tool_material=kind,
@@ -275,11 +275,11 @@ def _shop_rate(options: SpeedOptions) -> float:
     return _SHOP_RATE if options.shop_rate is None else options.shop_rate
 
 
-def _front_of(results: Yields) -> Yields:
+def _drop_dominated(results: Yields) -> Yields:
     return results.taken(non_dominated(np.column_stack((results.time, results.cost, -results.life))))
 
 
-def _given(work: ToolWork, material: WorkMaterial, prices: Prices) -> CuttingPoint | None:
+def _evaluate_given(work: ToolWork, material: WorkMaterial, prices: Prices) -> CuttingPoint | None:
     """Return the result of the tool's own speed and feed, or None."""
     tool = work.tool
     if not (tool.feed > 0 and tool.spindle_rpm > 0):

@@ -48,7 +48,7 @@ _SAME_PLACE = 0.01
 #: Tolerance of multiples of 90°, in quarter turns.
 _QUARTER_TOLERANCE = 1e-9
 #: Comment that names an assumed tool at its tool change: ``(T1 drill D6.35)``.
-_NAMED = re.compile(r"[(;]\s*T(\d+) (drill|slot-mill) D([\d.]+)\s*(?:\)|$)", re.IGNORECASE | re.MULTILINE)
+_TOOL_COMMENT = re.compile(r"[(;]\s*T(\d+) (drill|slot-mill) D([\d.]+)\s*(?:\)|$)", re.IGNORECASE | re.MULTILINE)
 #: Motions that never occur in leafcut's drilling programs.
 _FOREIGN_KINDS = (Kind.ARC_CW, Kind.ARC_CCW, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN, Kind.PROBE)
 
@@ -181,7 +181,7 @@ def judge_holes(request: DrillingRequest, text: str, path: Toolpath, rounding: f
         Rounding of written numbers, mm.
     """
     tolerance = rounding + _ARITHMETIC
-    names = None if request.library is not None else _names(text)
+    names = None if request.library is not None else _assumed_tools(text)
     plunges, passes, differences = _read_motions(path, names)
     tools = _ToolsUsed(
         request,
@@ -233,12 +233,12 @@ def _required_holes(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Cut
                 tip = (hole.depth or 0.0) + below + _point_length(tool) - (drill_point if hole.flat else 0.0)
             else:
                 tip = _SPOT_DEPTH
-            yield _Cut(x, y, tops[k] - tip, _name(request, tool), k)
+            yield _Cut(x, y, tops[k] - tip, _tool_name(request, tool), k)
         for wide in hole.steps:
             wider = _wide_tool(request, wide, (x, y, hole.z))
             if wider is not None:
                 flat = 0.5 * wider.tip_diameter / math.tan(0.5 * wide.angle) if wide.angle < math.pi else 0.0
-                yield _Cut(x, y, tops[k] - wide.tip + flat, _name(request, wider), k)
+                yield _Cut(x, y, tops[k] - wide.tip + flat, _tool_name(request, wider), k)
 
 
 def _required_slots(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_SlotCut]:
@@ -252,7 +252,7 @@ def _required_slots(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Slo
             depth = job.thickness + job.break_through + _point_length(tool)
         else:
             depth = _SPOT_DEPTH
-        yield _SlotCut(((x0, y0), (x1, y1)), -depth, tool.peck or tool.diameter, _name(request, tool))
+        yield _SlotCut(((x0, y0), (x1, y1)), -depth, tool.peck or tool.diameter, _tool_name(request, tool))
 
 
 def _tops(
@@ -293,12 +293,12 @@ def _point_length(tool: Tool) -> float:
     return 0.5 * tool.diameter / math.tan(0.5 * tool.point_angle) if tool.point_angle < math.pi else 0.0
 
 
-def _name(request: DrillingRequest, tool: Tool) -> str:
+def _tool_name(request: DrillingRequest, tool: Tool) -> str:
     """Return the name of a tool: its number in the library, or the kind and diameter stated in the program."""
     return f"{tool.kind.value} {tool.diameter:g}" if request.library is None else f"T{tool.number}"
 
 
-def _assumed(kind: ToolKind, diameter: float) -> Tool:
+def _assumed_tool(kind: ToolKind, diameter: float) -> Tool:
     angle = _POINT_ANGLE if kind is ToolKind.DRILL else math.pi
     return Tool(_NO_NUMBER, max(round(diameter, _DECIMALS), _THINNEST), kind, point_angle=angle)
 
@@ -322,7 +322,7 @@ class _ToolsUsed:
                 name, _, width = self._tools[k].partition(" ")
                 if name == kind.value and abs(float(width) - diameter) <= self._tolerance + _SAME:
                     widths.append(float(width))
-        return _assumed(kind, min(widths[1:] or widths, key=lambda width: abs(width - diameter)))
+        return _assumed_tool(kind, min(widths[1:] or widths, key=lambda width: abs(width - diameter)))
 
 
 def _tools_of(request: DrillingRequest, used: _ToolsUsed, hole: Hole, number: int) -> list[Tool]:
@@ -350,7 +350,7 @@ def _tools_of(request: DrillingRequest, used: _ToolsUsed, hole: Hole, number: in
     else:
         candidates = [(abs(tool.diameter - diameter), k) for k, tool in enumerate(drills)]
         candidates = [candidate for candidate in candidates if candidate[0] <= tolerance + _SAME]
-        tools = [drills[min(candidates)[1]] if candidates else _assumed(ToolKind.DRILL, diameter)]
+        tools = [drills[min(candidates)[1]] if candidates else _assumed_tool(ToolKind.DRILL, diameter)]
     centre = [tool for tool in library.tools if tool.kind is ToolKind.CENTRE_DRILL]
     if request.options.centre_drill and not any(tool.kind is ToolKind.CENTRE_DRILL for tool in tools):
         tools = centre[:1] + tools
@@ -363,7 +363,7 @@ def _slot_tool(request: DrillingRequest, used: _ToolsUsed, slot: Slot, *ends: tu
         return used.assumed(ToolKind.SLOT_MILL, slot.width, *ends)
     mills = [tool for tool in request.library.tools if tool.kind is ToolKind.SLOT_MILL]
     candidates = [(abs(tool.diameter - slot.width), k) for k, tool in enumerate(mills)]
-    return mills[min(candidates)[1]] if candidates else _assumed(ToolKind.SLOT_MILL, slot.width)
+    return mills[min(candidates)[1]] if candidates else _assumed_tool(ToolKind.SLOT_MILL, slot.width)
 
 
 def _wide_tool(request: DrillingRequest, wide: HoleStep, top: tuple[float, float, float]) -> Tool | None:
@@ -399,9 +399,9 @@ def _wide_tool(request: DrillingRequest, wide: HoleStep, top: tuple[float, float
 # The work in the program.
 
 
-def _names(text: str) -> dict[int, str]:
+def _assumed_tools(text: str) -> dict[int, str]:
     """Return the assumed tools named in the comments of a program, by number."""
-    return {int(number): f"{kind.lower()} {float(width):g}" for number, kind, width in _NAMED.findall(text)}
+    return {int(number): f"{kind.lower()} {float(width):g}" for number, kind, width in _TOOL_COMMENT.findall(text)}
 
 
 def _read_motions(

@@ -168,9 +168,9 @@ def plan_drilling(
         surface = tops
         if job.thickness is not None:
             underside = tops - job.thickness
-        work = _collect(part, chooser)
+        work = _collect_targets(part, chooser)
     else:
-        work = _collect(part, chooser)
+        work = _collect_targets(part, chooser)
         drawn = options.hole_heights == "drawn" or solid
         radii = _radii(part, work)
         measured = tops_of(part, ground, radii, _cut_radius_function(part, work, radii), drawn)
@@ -184,7 +184,7 @@ def plan_drilling(
             deeper = thickness - thickness.min()
         elif solid and job.depth is None and job.thickness is None:
             job, deeper = _own_depths(part, work, job)
-    wide, wide_issues = _widen(part, chooser, work, ground)
+    wide, wide_issues = _add_wide_tools(part, chooser, work, ground)
     highest = float(tops.max(initial=0.0)) if ground is None else max(ground.highest, 0.0)
     raised_job = replace(
         job, clearance_height=job.clearance_height + highest, retract_height=job.retract_height + highest
@@ -348,7 +348,7 @@ def _relief(plan: DrillPlan, ground: Ground, machine: Machine, operation: DrillO
     )
 
 
-def _widen(
+def _add_wide_tools(
     part: Part, chooser: ToolChooser, work: dict[Step, list[int]], ground: Ground | None
 ) -> tuple[dict[Step, list[float]], list[Issue]]:
     """Add the tools for wide parts of holes to `work`; return the depths of their tips, and an issue on the others.
@@ -562,7 +562,7 @@ def _distances(
     return distances
 
 
-def _collect(part: Part, chooser: ToolChooser) -> dict[Step, list[int]]:
+def _collect_targets(part: Part, chooser: ToolChooser) -> dict[Step, list[int]]:
     """Return the targets of every step, in file order."""
     work: dict[Step, list[int]] = {}
     for index, hole in enumerate(part.holes):
@@ -612,13 +612,13 @@ def _operation(
         r_plane=job.retract_height,
         bottom=bottom,
         to_initial=initial,
-        peck=_first(tool.peck, options.peck if tool.kind is ToolKind.DRILL else None),
-        dwell=_first(tool.dwell, options.dwell if tool.kind is ToolKind.DRILL else None),
+        peck=_first_given(tool.peck, options.peck if tool.kind is ToolKind.DRILL else None),
+        dwell=_first_given(tool.dwell, options.dwell if tool.kind is ToolKind.DRILL else None),
     )
-    return DrillOperation(tool, _consistent(cycle, tool), np.array(targets, dtype=np.int32), step.slots)
+    return DrillOperation(tool, _clean_cycle(cycle, tool), np.array(targets, dtype=np.int32), step.slots)
 
 
-def _first(*values: float | None) -> float:
+def _first_given(*values: float | None) -> float:
     return next((v for v in values if v is not None), 0.0)
 
 
@@ -633,12 +633,12 @@ def _cycle_name(tool: Tool, options: DrillOptions) -> str:
         return "G82" if tool.dwell else "G81"
     if options.cycle:
         return options.cycle
-    if _first(tool.peck, options.peck):
+    if _first_given(tool.peck, options.peck):
         return "G83"
-    return "G82" if _first(tool.dwell, options.dwell) else "G81"
+    return "G82" if _first_given(tool.dwell, options.dwell) else "G81"
 
 
-def _consistent(cycle: DrillCycle, tool: Tool) -> DrillCycle:
+def _clean_cycle(cycle: DrillCycle, tool: Tool) -> DrillCycle:
     """Return the cycle with only its own parameters; raise `PlanError` if one is missing."""
     if cycle.name in ("G83", "G73") and not cycle.peck:
         raise PlanError(f"{tool.label}: {cycle.name} needs the depth of a peck; give --peck, or peck in the library")
