@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from leafcut.model.part import Hole
 from leafcut.options import ReadOptions
 from leafcut.read.arcs import ArcPiece, bulge_arc, close_circles
-from leafcut.read.filter_holes import MERGE_TOLERANCE, anchors, layer_filter, sift
+from leafcut.read.filter_holes import MERGE_TOLERANCE, anchors, layer_filter, select_holes
 
 
 def brute(points, tolerance):
@@ -43,7 +43,7 @@ def test_anchors_are_those_of_brute_force_whatever_the_cells(points, tolerance):
 @pytest.mark.parametrize("shift", [0.0, 0.0025, 0.005, 0.00999, -0.005, 123456.789])
 def test_merging_does_not_depend_on_where_the_grid_lies(shift):
     holes = [Hole(shift, shift, 5), Hole(shift + 0.0099, shift, 5), Hole(shift + 0.0102, shift, 5)]
-    kept, issues = sift(holes, ReadOptions())
+    kept, issues = select_holes(holes, ReadOptions())
     assert kept == (holes[0], holes[2])
     assert [i.code for i in issues] == ["L301"]
 
@@ -56,7 +56,7 @@ def test_merging_does_not_depend_on_where_the_grid_lies(shift):
 def test_what_is_kept_is_a_part_of_the_drawing_in_its_order_without_doubles(rows, rule):
     holes = [Hole(x, y, d, handle=str(i)) for i, (x, y, d) in enumerate(rows)]
     options = ReadOptions(concentric=rule)
-    kept, _ = sift(holes, options)
+    kept, _ = select_holes(holes, options)
     numbers = [int(h.handle) for h in kept]
     assert kept
     assert numbers == sorted(set(numbers))
@@ -70,7 +70,7 @@ def test_what_is_kept_is_a_part_of_the_drawing_in_its_order_without_doubles(rows
 
 def test_a_point_near_to_the_circle_that_stays_is_its_centre_mark_also_where_another_circle_went():
     holes = [Hole(0.0, 0.0, 2.0), Hole(0.005, 0.0, 1.0), Hole(0.0117, 0.0, 0.0)]
-    kept, issues = sift(holes, ReadOptions(concentric="smallest"))
+    kept, issues = select_holes(holes, ReadOptions(concentric="smallest"))
     assert kept == (holes[1],)
     assert [i.code for i in issues] == ["L302", "L302"]
 
@@ -119,7 +119,9 @@ def test_pieces_that_cut_a_circle_anywhere_close_it_and_one_less_does_not(cuts, 
 @pytest.mark.parametrize(("rule", "diameter"), [("smallest", 4), ("largest", 8)])
 def test_of_circles_at_different_heights_the_hole_starts_at_the_highest(rule, diameter):
     """To start at its own height would be a rapid into the material above it."""
-    kept, issues = sift([Hole(0, 0, 4, z=-2), Hole(0, 0, 8, z=1), Hole(9, 9, 5, z=-3)], ReadOptions(concentric=rule))
+    kept, issues = select_holes(
+        [Hole(0, 0, 4, z=-2), Hole(0, 0, 8, z=1), Hole(9, 9, 5, z=-3)], ReadOptions(concentric=rule)
+    )
     assert [(h.diameter, h.z) for h in kept] == [(diameter, 1), (5, -3)]
     assert [i.code for i in issues] == (["L406", "L302"] if rule == "smallest" else ["L302"])
     if rule == "smallest":

@@ -51,7 +51,7 @@ def test_a_reader_ends_when_nobody_waits_for_it(
     path = tmp_path / name
     path.write_text(text, encoding="utf-8")
     with pytest.raises(Enough):
-        reading(path, look=Patience(most))
+        reading(path, on_progress=Patience(most))
 
 
 @pytest.mark.parametrize("within", ["lines", "entities"])
@@ -61,7 +61,7 @@ def test_a_dxf_reader_ends_when_nobody_waits_for_it(
 ) -> None:
     """While ezdxf takes the lines of the file, and while its entities are walked through."""
     with pytest.raises(Enough):
-        reading(hand_drawn(entities), look=Patience(50 if within == "entities" else 0))
+        reading(hand_drawn(entities), on_progress=Patience(50 if within == "entities" else 0))
 
 
 def test_progress_can_end_what_only_reads(tmp_path: Path) -> None:

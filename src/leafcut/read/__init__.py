@@ -16,10 +16,10 @@ from leafcut.read.registry import Input, formats, read_source, run
 __all__ = ["Format", "Input", "Match", "Source", "formats", "read", "read_contours", "read_pockets", "read_whole"]
 
 
-def read(source: Input, options: ReadOptions | None = None, look: Heartbeat = unseen) -> Part:
+def read(source: Input, options: ReadOptions | None = None, on_progress: Heartbeat = unseen) -> Part:
     """Return the part in a file, or of a name such as ``example:plate-70`` or ``random:200:7``, in mm.
 
-    `look` receives the progress.
+    `on_progress` receives the progress.
 
     Raises
     ------
@@ -27,14 +27,14 @@ def read(source: Input, options: ReadOptions | None = None, look: Heartbeat = un
         The file cannot be read or contains no holes; with `options.strict`, also if anything was skipped or repaired.
     """
     options = options or ReadOptions()
-    format_, loaded = read_source(source, look)
+    format_, loaded = read_source(source, on_progress)
     return _read(format_, format_, loaded, options)
 
 
-def read_contours(source: Input, options: ReadOptions | None = None, look: Heartbeat = unseen) -> Part:
+def read_contours(source: Input, options: ReadOptions | None = None, on_progress: Heartbeat = unseen) -> Part:
     """Return the lines and curves of a drawing as contours, unchanged, in mm.
 
-    `processes.sheet.plan.sheet.prepare_sheet` joins and cleans them. `look` receives the progress.
+    `processes.sheet.plan.sheet.prepare_sheet` joins and cleans them. `on_progress` receives the progress.
 
     Raises
     ------
@@ -43,7 +43,7 @@ def read_contours(source: Input, options: ReadOptions | None = None, look: Heart
         was skipped or repaired.
     """
     options = options or ReadOptions()
-    format_, loaded = read_source(source, look)
+    format_, loaded = read_source(source, on_progress)
     if format_.contours is None:
         known_formats = ", ".join(f"{f.name} ({' '.join(f.extensions)})" for f in formats() if f.contours)
         raise ReadError(loaded.path, f"{format_.name} has no contours to cut; use {known_formats}")
@@ -55,12 +55,12 @@ def read_pockets(
     options: ReadOptions | None = None,
     pocket_options: PocketDrawingOptions | None = None,
     joining: SheetOptions | None = None,
-    look: Heartbeat = unseen,
+    on_progress: Heartbeat = unseen,
 ) -> Part:
     """Return the pockets of a drawing or a picture, in mm: walls and islands, joined, cleaned and checked.
 
     Only `join_tolerance` and `open_paths` of `joining` are used. `pocket_options` select the layers and control how
-    pictures are read. `look` receives the progress.
+    pictures are read. `on_progress` receives the progress.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def read_pockets(
         A picture needs `pixel_size`.
     """
     options = options or ReadOptions()
-    format_, loaded = read_source(source, look)
+    format_, loaded = read_source(source, on_progress)
     if format_.pockets is None:
         known_formats = ", ".join(f"{f.name} ({' '.join(f.extensions)})" for f in formats() if f.pockets)
         raise ReadError(loaded.path, f"{format_.name} has no pockets; use {known_formats}")
@@ -80,25 +80,25 @@ def read_pockets(
     return _read(reader, format_, loaded, options)
 
 
-def read_whole(source: Input, options: ReadOptions | None = None, look: Heartbeat = unseen) -> Part:
+def read_whole(source: Input, options: ReadOptions | None = None, on_progress: Heartbeat = unseen) -> Part:
     """Return everything in a drawing, in mm, for display.
 
     Circles become holes, or contours if the format does not distinguish them from other curves. Layer and hole
-    selections in `options` are ignored. `look` receives the progress.
+    selections in `options` are ignored. `on_progress` receives the progress.
 
     Raises
     ------
     ReadError
         The file cannot be read, or is empty.
     """
-    return whole_of(*read_source(source, look), options or ReadOptions())
+    return whole_of(*read_source(source, on_progress), options or ReadOptions())
 
 
 def _read(reader: Format, format_: Format, loaded: Source, options: ReadOptions) -> Part:
     """Return the part read by `reader`, with its reference rectangle if the origin is given by name."""
     named = isinstance(options.origin, str)
-    if named and loaded.kept is None:
-        loaded = replace(loaded, kept={})  # the drawing is read twice, but parsed once
+    if named and loaded.cache is None:
+        loaded = replace(loaded, cache={})  # the drawing is read twice, but parsed once
     part = _refuse_if_strict(run(reader, loaded, options), loaded, options)
     if named and part.reference is None:
         part = replace(part, reference=reference_of(format_, loaded, options))

@@ -14,7 +14,7 @@ from leafcut.errors import ReadError, shown
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
-from leafcut.read.filter_holes import chosen_layers, sift
+from leafcut.read.filter_holes import chosen_layers, select_holes
 from leafcut.read.format import (
     MAX_COORDINATE,
     MAX_HOLES,
@@ -77,7 +77,7 @@ def read_csv(source: Source, options: ReadOptions) -> Part:
     holes: list[Hole] = []
     bad: list[tuple[int, str]] = []
     for number, fields in data_rows:
-        source.look(number / len(lines))
+        source.on_progress(number / len(lines))
         try:
             holes.append(_hole(fields, columns, separator, factor))
         except ValueError as problem:
@@ -95,7 +95,7 @@ def read_csv(source: Source, options: ReadOptions) -> Part:
         more = len(bad) - NAMED_ROWS
         issues.append(Issue("L208", f"{more} more rows skipped", missing=MissingWork("hole", more)))
     on_layer, left_out = chosen_layers(holes, options)
-    kept, noticed = sift(on_layer, options, point_tolerance=0.0)
+    kept, noticed = select_holes(on_layer, options, point_tolerance=0.0)
     issues += left_out
     if not kept:
         raise ReadError(source.path, f"no holes: {'; '.join(i.message for i in (*left_out, *noticed))}")

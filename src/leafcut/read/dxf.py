@@ -20,7 +20,7 @@ from leafcut.read.dxf_blocks import BlockWalk
 from leafcut.read.dxf_document import hidden_by_layer, layers_of, open_document, units_of, walk_issues
 from leafcut.read.dxf_edge import edge_of
 from leafcut.read.dxf_shapes import ROUND, Matrix, Shape, half_axes, is_flat, moved, seen_span, shape_of
-from leafcut.read.filter_holes import MERGE_TOLERANCE, circles_around, part_holes, sift
+from leafcut.read.filter_holes import MERGE_TOLERANCE, circles_around, part_holes, select_holes
 from leafcut.read.format import (
     FREE_HOLES,
     MAX_COORDINATE,
@@ -55,7 +55,7 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
     walk = BlockWalk(document, copies_of(source, "blocks", FREE_HOLES), layers_of(document, options), shape_of, "holes")
     finds = Finds(factor, source.path)
     for shape, matrix, layer in walk.shapes():
-        source.look()
+        source.on_progress()
         walk.copies(len(shape.curves) - 1)  # the walk counts a polyline of thousands of arcs as one shape
         finds.add(shape, matrix, layer)
     circles = finds.holes()
@@ -73,7 +73,7 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
         polygons = [hole for _, hole in classified if hole is not None]
         others -= Counter(besides.entities)
     holes, frame_issues = part_holes([*circles, *polygons], options)
-    kept, noticed = sift(holes, options)
+    kept, noticed = select_holes(holes, options)
     noticed = [*frame_issues, *noticed]
     if polygons:
         noticed.append(_polygon_issue(polygons))

@@ -54,7 +54,7 @@ def read_dxf_contours(source: Source, options: ReadOptions, *, texts: bool = Tru
     )
     strokes = Strokes(factor, source.path, points_of(source))
     for stroke, matrix, layer in walk.shapes():
-        source.look()
+        source.on_progress()
         strokes.add(stroke, matrix, layer)
     issues += walk_issues(walk) + strokes.issues()
     contours = tuple(strokes.contours)

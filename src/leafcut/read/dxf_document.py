@@ -65,7 +65,7 @@ def open_document(source: Source, issues: list[Issue]) -> Any:
     The audit deletes circles with duplicate handles. It also follows all paths through nested blocks, which can be
     endless in a hundred lines of DXF. `BlockWalk` reports the errors in holes and blocks itself.
     """
-    cache = {} if source.kept is None else source.kept
+    cache = {} if source.cache is None else source.cache
     if "document" not in cache:
         load_issues: list[Issue] = []
         cache["document"] = _load_document(source, load_issues), load_issues
@@ -129,7 +129,7 @@ def _load_text(source: Source, data: bytes, issues: list[Issue]) -> Any:
     def with_progress(stream: io.BytesIO) -> Iterator[Any]:
         for number, tag in enumerate(bytes_loader(stream)):
             if number % _TAGS_PER_REPORT == 0:
-                source.look(stream.tell() / len(data))
+                source.on_progress(stream.tell() / len(data))
             yield tag
 
     tool = Recover.run(io.BytesIO(data), with_progress, errors="replace")

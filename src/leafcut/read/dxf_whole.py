@@ -44,7 +44,7 @@ def read_dxf_whole(source: Source, options: ReadOptions) -> Part:
     walk = BlockWalk(document, copies_of(source, "blocks", FREE_HOLES), layers, _stroke_of, "lines")
     strokes, holes = Strokes(factor, source.path, points_of(source)), []
     for stroke, matrix, layer in walk.shapes():
-        source.look()
+        source.on_progress()
         hole = _hole_of(stroke, matrix, layer, factor)
         if hole is None:
             strokes.add(stroke, matrix, layer)

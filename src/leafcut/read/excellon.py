@@ -15,7 +15,7 @@ from leafcut.errors import ReadError, count_of, shown
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Hole, Part, Slot
 from leafcut.options import ReadOptions
-from leafcut.read.filter_holes import layer_filter, sift
+from leafcut.read.filter_holes import layer_filter, select_holes
 from leafcut.read.format import (
     COPIES_PER_BYTE,
     FREE_COPIES,
@@ -94,7 +94,7 @@ def read_excellon(source: Source, options: ReadOptions) -> Part:
     parser = _parse(source, prepared, issues)
     own_units = _unit_name(parser.settings.unit)
     holes, slots = _holes_and_slots(source, parser, options, issues)
-    kept, noticed = sift(holes, options)
+    kept, noticed = select_holes(holes, options)
     if not kept and not slots:
         tools = ", ".join(f"T{n}" for n in sorted(parser.tools)) or "none"
         reasons = "; ".join(i.message for i in (*issues, *noticed))

@@ -68,7 +68,7 @@ def chosen_layers(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hol
     return kept, []
 
 
-def sift(
+def select_holes(
     holes: Sequence[Hole], options: ReadOptions, point_tolerance: float | None = None
 ) -> tuple[tuple[Hole, ...], list[Issue]]:
     """Return the holes to drill, in file order, and issues.

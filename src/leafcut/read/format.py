@@ -56,14 +56,14 @@ class Match(IntEnum):
 class Source:
     """Input of a reader: the path as the user wrote it, and the bytes of the file.
 
-    Readers report progress to `look`, which may cancel them. `kept`, if given, caches expensive results for the next
-    reader of the same source.
+    Readers report progress to `on_progress`, which may cancel them. `cache`, if given, stores expensive results for
+    the next reader of the same source.
     """
 
     path: str
     data: bytes = b""
-    look: Heartbeat = field(default=unseen, compare=False)
-    kept: dict[str, Any] | None = field(default=None, compare=False, repr=False)
+    on_progress: Heartbeat = field(default=unseen, compare=False)
+    cache: dict[str, Any] | None = field(default=None, compare=False, repr=False)
 
     def __str__(self) -> str:
         return self.path

@@ -14,10 +14,10 @@ from leafcut.model.part import Part
 from leafcut.options import ReadOptions
 from leafcut.read import Source, read
 from leafcut.read.excellon import EmptyDrillFile
-from leafcut.read.filter_holes import sift
+from leafcut.read.filter_holes import select_holes
 
 
-def read_drill_files(sources: Sequence[Source], options: ReadOptions, look: Heartbeat = unseen) -> Part:
+def read_drill_files(sources: Sequence[Source], options: ReadOptions, on_progress: Heartbeat = unseen) -> Part:
     """Return one part with the holes and slots of several drill files; empty files are reported and left out.
 
     Raises
@@ -28,7 +28,7 @@ def read_drill_files(sources: Sequence[Source], options: ReadOptions, look: Hear
     parts, empty = [], []
     for source in sources:
         try:
-            parts.append(read(source, options, look))
+            parts.append(read(source, options, on_progress))
         except EmptyDrillFile as problem:
             empty.append(problem)
     if not parts:
@@ -50,7 +50,7 @@ def join_drill_files(parts: Sequence[Part], options: ReadOptions) -> Part:
     ReadError
         With `options.strict`, a hole occurs in two files, or the files lie too far apart to belong to one board.
     """
-    holes, noticed = sift([hole for part in parts for hole in part.holes], options)
+    holes, noticed = select_holes([hole for part in parts for hole in part.holes], options)
     files = ", ".join(f"{part.source} {_counts(part)}" for part in parts)
     message = f"drilled in one program: {files}; one tool for each diameter, plated or not"
     issues = [Issue("L409", message, severity=Severity.NOTE)]

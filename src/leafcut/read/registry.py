@@ -178,10 +178,10 @@ def _unusable_format(plugin: Plugin[Format]) -> Format:
     return Format(plugin.name, (), plugin.told, refuse, error=plugin.error)
 
 
-def read_source(source: Input, look: Heartbeat = unseen) -> tuple[Format, Source]:
-    """Return the format of an input, and its bytes; `look` receives the progress of the reader.
+def read_source(source: Input, on_progress: Heartbeat = unseen) -> tuple[Format, Source]:
+    """Return the format of an input, and its bytes; `on_progress` receives the progress of the reader.
 
-    A `Source` is not read again, and keeps its own `look` unless another is given.
+    A `Source` is not read again, and keeps its own `on_progress` unless another is given.
 
     Raises
     ------
@@ -191,12 +191,12 @@ def read_source(source: Input, look: Heartbeat = unseen) -> tuple[Format, Source
     known = formats()
     for format_ in known:
         if format_.prefix and str(source).startswith(format_.prefix):
-            return format_, Source(str(source), look=look)
+            return format_, Source(str(source), on_progress=on_progress)
     if isinstance(source, StandardInput):
         source = Source(str(source), source.data)
     loaded = source if isinstance(source, Source) else load(source)
-    if look is not unseen:
-        loaded = replace(loaded, look=look)
+    if on_progress is not unseen:
+        loaded = replace(loaded, on_progress=on_progress)
     return choose(known, loaded), loaded
 
 

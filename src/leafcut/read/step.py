@@ -23,7 +23,7 @@ from leafcut.model.issue import Issue, MissingWork
 from leafcut.model.part import TURNS, Hole, HoleStep, Opening, Part, ProgramZero
 from leafcut.model.pocket import Pocket
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
-from leafcut.read.filter_holes import sift
+from leafcut.read.filter_holes import select_holes
 from leafcut.read.format import Source, places_of
 from leafcut.read.step_shapes import ONLY
 
@@ -88,8 +88,8 @@ def read_step(source: Source, options: ReadOptions) -> Part:
         )
         for hole in data["holes"]
     )  # fmt: skip
-    kept, sifted = sift(holes, options)
-    issues = (*_issues(data, options.up or "z"), *sifted)
+    kept, selection_issues = select_holes(holes, options)
+    issues = (*_issues(data, options.up or "z"), *selection_issues)
     return _with_zero(Part(source.name, kept, issues=issues, source=source.path, format="step"), data, options)
 
 

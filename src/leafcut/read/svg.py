@@ -88,7 +88,12 @@ def read_svg_contours(source: Source, options: ReadOptions) -> Part:
     issues: list[Issue] = []
     page, has_size = _page(root, options, source.path)
     walk = _Walk(
-        source.path, page, layer_filter(options.layers), points_of(source), copies_of(source, "uses"), source.look
+        source.path,
+        page,
+        layer_filter(options.layers),
+        points_of(source),
+        copies_of(source, "uses"),
+        source.on_progress,
     )
     walk.look_up(root)
     walk.children(root, _Context(page.matrix), 0, ())
@@ -198,7 +203,7 @@ class _Walk:
     chosen: Any
     points: ReadBudget
     copies: ReadBudget
-    look: Heartbeat
+    on_progress: Heartbeat
     contours: list[Contour] = field(default_factory=list)
     others: Counter[str] = field(default_factory=Counter)
     hidden: Counter[str] = field(default_factory=Counter)
@@ -232,7 +237,7 @@ class _Walk:
 
     def _visit(self, element: Any, outer: _Context, depth: int, trail: tuple[str, ...]) -> None:
         self.copies(1)
-        self.look()
+        self.on_progress()
         tag = _tag(element)
         if not tag or tag in UNDRAWN or tag in SILENT:
             return

@@ -71,7 +71,7 @@ def read_wkt_pockets(source: Source, options: ReadOptions, _: PocketDrawingOptio
     factor = factor_of(options, None)
     rings, issues = _Rings(source.path, factor), []
     for line, text in _geometries(source):
-        source.look()
+        source.on_progress()
         rings.add(_parse_geometry(source.path, line, text), line)
     if not rings.rings:
         kinds = ", ".join(sorted(rings.others)) or "empty geometries"

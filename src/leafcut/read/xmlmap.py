@@ -15,7 +15,7 @@ from leafcut.errors import ReadError, nearest, shown
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
-from leafcut.read.filter_holes import chosen_layers, sift
+from leafcut.read.filter_holes import chosen_layers, select_holes
 from leafcut.read.format import (
     MAX_COORDINATE,
     MAX_HOLES,
@@ -137,7 +137,7 @@ def read_xml(source: Source, options: ReadOptions) -> Part:
     if not holes:
         raise ReadError(source.path, f"no usable points: {issues[0].message}", point_map.points[0].line)
     on_layer, left_out = chosen_layers(holes, options)
-    kept, noticed = sift(on_layer, options, point_tolerance=0.0)
+    kept, noticed = select_holes(on_layer, options, point_tolerance=0.0)
     issues += left_out
     if not kept:
         raise ReadError(source.path, f"no holes: {'; '.join(i.message for i in (*left_out, *noticed))}")
@@ -175,7 +175,7 @@ def _parse(source: Source) -> _Map:
         """Forwards the parser's events with local names in lower case."""
 
         def startElement(self, name: str, attrs: Any) -> None:
-            source.look()
+            source.on_progress()
             plain = {_local_name(key): str(value) for key, value in attrs.items()}
             point_map.start(_local_name(name), plain, parser.getLineNumber())
 

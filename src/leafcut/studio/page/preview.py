@@ -101,7 +101,7 @@ def look(
         return _program(loaded, options or {}, progress)
     works = _EXAMPLE if format_.name == "example" else _MAPS.get(format_.name, format_.processes)
     works = registry.offered(works, format_.name)
-    loaded = replace(loaded, kept={})
+    loaded = replace(loaded, cache={})
     whole = whole_of(format_, loaded, works, settings)
     tried = [work] if work in works else whole.likeliest(works)
     error, broken = "", True
