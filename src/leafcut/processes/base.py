@@ -263,7 +263,7 @@ class Process(Work, Protocol):
 
         return write_program(
             best.path,
-            plan.words,
+            plan.dialect,
             plan.job.settings.post,
             [*header(plan, given, best), *self.notes(plan, best)],
             tool_names={tool.number: tool.label.split(" ", 1)[1] for tool in plan.tools},

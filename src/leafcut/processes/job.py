@@ -48,7 +48,7 @@ class Job:
         """Return the same run without progress messages."""
         return replace(self, progress=None, observe=None)
 
-    def for_words(self, dialect: Dialect) -> Job:
+    def for_dialect(self, dialect: Dialect) -> Job:
         """Return the run for a dialect. If it has no moves to machine zero, the machine gets no safe height.
 
         The tool then retracts to the clearance height.
@@ -96,7 +96,7 @@ def library_of(settings: Settings, machine: Machine) -> ToolLibrary | None:
     return load_tools(job.tools, machine.units, material) if job.tools is not None else None
 
 
-def check_words_used(settings: Settings, machine: Machine, dialect: Dialect) -> None:
+def check_dialect_options(settings: Settings, machine: Machine, dialect: Dialect) -> None:
     """Refuse options that this controller or this machine cannot use.
 
     Raises

@@ -28,7 +28,7 @@ class Plan:
 
     Attributes
     ----------
-    job, part, words
+    job, part, dialect
         The job with its final machine, the part as placed, and the dialect of the program.
     work
         Data of the process.
@@ -44,7 +44,7 @@ class Plan:
         Smallest x and y, largest x and y of the work, mm; None to check nothing.
     made_for
         Solid or surface that the program was made for, and its placing; "" for none.
-    given_words
+    compared_with
         The order that the header compares with.
     start
         The first position of the tool, mm, if the user states it.
@@ -65,7 +65,7 @@ class Plan:
 
     job: Job
     part: Part
-    words: Dialect
+    dialect: Dialect
     work: Any
     spec: Any = None
     stages: tuple[Stage, ...] = ()
@@ -73,7 +73,7 @@ class Plan:
     tools: Sequence[Tool] = ()
     box: tuple[float, float, float, float] | None = None
     made_for: str = ""
-    given_words: str = "in the drawing's order"
+    compared_with: str = "in the drawing's order"
     start: Point | None = None
     issues: Sequence[Issue] = ()
     keeps_given: bool = False
@@ -123,6 +123,6 @@ def header(plan: Plan, given: Candidate, best: Candidate) -> list[str]:
         seed=settings.solve.seed,
         options=settings.changed(),
         units=settings.post.output_units,
-        beside=plan.given_words,
+        beside=plan.compared_with,
         part=plan.made_for,
     )

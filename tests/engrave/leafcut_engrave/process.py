@@ -17,7 +17,7 @@ from leafcut.model.plan import Candidate, Order, Stage
 from leafcut.model.toolpath import Toolpath
 from leafcut.options import JobOptions, MachineOptions, ReadOptions, Settings
 from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, all_of, use
-from leafcut.processes.job import Job, check_words_used
+from leafcut.processes.job import Job, check_dialect_options
 from leafcut.processes.placing import placed
 from leafcut.processes.plan import Plan
 from leafcut.proof.program import check_program, read_back
@@ -61,13 +61,13 @@ class Engraving(Process):
         if machine.head is not Head.SPINDLE:
             raise PlanError(f"{machine.name} has a {machine.head}, which cannot engrave; give another --machine")
         words = dialect(settings.post.dialect or machine.controller)
-        check_words_used(settings, machine, words)
+        check_dialect_options(settings, machine, words)
         part = placed(read_contours(sources[0], settings.read, job.looking("reading")), settings.read)
         lines = [contour.path.flattened(TOLERANCE) for contour in part.contours]
         problem = problem_of(lines, travel_metric(machine, settings.solve.objective), settings.job)
         given = np.arange(0, 2 * len(lines), 2, dtype=np.int32)
         return Plan(
-            job=job, part=part, words=words, work=lines, stages=(Stage(problem, False, given, "ordering lines"),),
+            job=job, part=part, dialect=words, work=lines, stages=(Stage(problem, False, given, "ordering lines"),),
             kind="engrave", tools=[tool_of(settings.of(EngraveOptions))], start=problem.start, issues=part.issues,
         )  # fmt: skip
 
@@ -78,9 +78,9 @@ class Engraving(Process):
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
         """Compare the program with the motion and with the drawing."""
-        written, depth = read_back(text, plan.words), plan.job.settings.job.depth or DEPTH
+        written, depth = read_back(text, plan.dialect), plan.job.settings.job.depth or DEPTH
         machine, units = plan.job.machine, plan.job.settings.post.output_units
-        problems = check_program(best.path, written, plan.words, machine, units)
+        problems = check_program(best.path, written, plan.dialect, machine, units)
         return written, [*problems, *check_lines(written, plan.work, depth, 2.0 * TOLERANCE)]
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:

@@ -106,19 +106,19 @@ class Drilling(Process):
         from leafcut.gcode.dialects import dialect
         from leafcut.processes.drilling.plan.drill_toolpath import stages_of
         from leafcut.processes.drilling.spec import check_tool_changes, planned, wanted_nodes
-        from leafcut.processes.job import check_words_used
+        from leafcut.processes.job import check_dialect_options
         from leafcut.processes.plan import Plan
 
         drill_plan, request = planned(job, sources, everything=asked == "auto")
         post_dialect = dialect(job.settings.post.dialect or job.machine.controller)
-        job = job.for_words(post_dialect)
-        check_words_used(job.settings, job.machine, post_dialect)
+        job = job.for_dialect(post_dialect)
+        check_dialect_options(job.settings, job.machine, post_dialect)
         check_tool_changes(job.machine, post_dialect)
         first_nodes = wanted_nodes(drill_plan, job.settings.of(DrillOptions).hole_order)
         return Plan(
             job=job,
             part=drill_plan.part,
-            words=post_dialect,
+            dialect=post_dialect,
             work=drill_plan,
             spec=request,
             stages=stages_of(drill_plan, job.machine, job.settings.solve.objective, first_nodes),
@@ -147,7 +147,7 @@ class Drilling(Process):
         from leafcut.processes.zones import crossing_heights
         from leafcut.proof.program import check_program, read_back, rounding_of
 
-        drill_plan, settings, dialect = plan.work, plan.job.settings, plan.words
+        drill_plan, settings, dialect = plan.work, plan.job.settings, plan.dialect
         written, units = read_back(text, dialect), settings.post.output_units
         problems = check_program(
             best.path,
@@ -172,7 +172,7 @@ class Drilling(Process):
         return tuple(
             OperationOutcome(
                 operation.tool,
-                operation.cycle.name if operation.cycle.name in plan.words.cycles else "",
+                operation.cycle.name if operation.cycle.name in plan.dialect.cycles else "",
                 tuple(targets_in_order(operation, solution.nodes).tolist()),
                 operation.slots,
                 solution,
@@ -212,5 +212,5 @@ def _motion(plan: Plan, drill_plan: DrillPlan, order: Order) -> Toolpath:
     from leafcut.processes.drilling.plan.drill_toolpath import generate_toolpath
 
     machine, post = plan.job.machine, plan.job.settings.post
-    pause = plan.words.hand_change_pause and not machine.tool_changer
+    pause = plan.dialect.hand_change_pause and not machine.tool_changer
     return generate_toolpath(drill_plan, machine, order.choices, coolant=post.coolant, pause=pause)

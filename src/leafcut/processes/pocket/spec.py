@@ -20,7 +20,7 @@ from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.model.work_material import WorkMaterial
 from leafcut.options import FeedOptions, JobOptions, Settings
-from leafcut.processes.job import Job, check_words_used, library_of, refuse_missing, refuse_too_large
+from leafcut.processes.job import Job, check_dialect_options, library_of, refuse_missing, refuse_too_large
 from leafcut.processes.pocket.job import PocketJob, PocketSolid, raised
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.region import pocket_region
@@ -100,8 +100,8 @@ def prepared(run: Job, source: Source) -> tuple[PocketJob, list[Issue]]:
     floors, clearance = [one.floor + surface for one in levels], settings.job.clearance_height + surface
     refuse_clamps(part.pockets, floors, rules, data.tool, keep_out, clearance)
     words = dialect(settings.post.dialect or run.machine.controller)
-    run = run.for_words(words)
-    check_words_used(settings, run.machine, words)
+    run = run.for_dialect(words)
+    check_dialect_options(settings, run.machine, words)
     job = PocketJob(
         run, part, rules, levels, tuple(around), heights, data, words, _xy(settings.job.start_point), limits,
         tuple(tops), solid, made_for,

@@ -34,7 +34,7 @@ def finished(plan: Plan, best: Candidate) -> Candidate:
     best = replace(best, detail=replace(best.detail, dangers=_new_dangers(work, best.detail.program)))
     if wants_pace(job):
         paced = with_new_pace(
-            job, plan.words, work.program, best.detail.program, work.source, plan.kind, work.obstacles
+            job, plan.dialect, work.program, best.detail.program, work.source, plan.kind, work.obstacles
         )
         timed = measured(plan, paced.program)
         detail = replace(best.detail, program=paced.program, paced=paced)
@@ -51,8 +51,8 @@ def _with_avoided(plan: Plan, best: Candidate) -> Candidate:
     areas = avoided_areas(plan.work.program, best.detail.program, plan.job.machine.safe_z or 0.0)
     if areas.moves and plan.job.settings.post.header:
         # The comments move all lines down.
-        areas = replace(areas, line=areas.line + len(with_comments("", _comments(areas), plan.words).splitlines()))
-        best = with_text(plan, best, signed(with_comments(best.text, _comments(areas), plan.words)))
+        areas = replace(areas, line=areas.line + len(with_comments("", _comments(areas), plan.dialect).splitlines()))
+        best = with_text(plan, best, signed(with_comments(best.text, _comments(areas), plan.dialect)))
     return replace(best, detail=replace(best.detail, avoided=areas))
 
 

@@ -145,7 +145,7 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
     return Plan(
         job=job,
         part=part_of(source, original, sequence),
-        words=read.words,
+        dialect=read.words,
         work=work,
         stages=() if job.settings.job.keep_order else _stages(job, sequence, obstacles, starts),
         kind=sequence.process,

@@ -111,13 +111,13 @@ def proved(plan: Plan, best: Candidate) -> Candidate:
     best = replace(best, detail=replace(best.detail, certificate=certificate))
     if job.settings.post.header and text != work.text:
         comments = [*proof_lines(certificate, __version__, Path(work.source).name), DIGEST_LINE]
-        return with_text(plan, best, signed(with_comments(text, comments, plan.words)))
+        return with_text(plan, best, signed(with_comments(text, comments, plan.dialect)))
     return best
 
 
 def with_text(plan: Plan, best: Candidate, text: str) -> Candidate:
     """Return a candidate with the same motion in another text."""
-    program = read_new(plan.job, plan.words, text)
+    program = read_new(plan.job, plan.dialect, text)
     timed = best.measure if best.measure.lines is None else measured(plan, program)
     return replace(best, text=text, path=program.path, measure=timed, detail=replace(best.detail, program=program))
 
@@ -180,7 +180,7 @@ def _in_order(plan: Plan, order: Order) -> str:
             plan.work.sequence,
             pieces,
             renumber=plan.job.settings.post.line_numbers,
-            longest=plan.words.max_line,
+            longest=plan.dialect.max_line,
             look=plan.job.looking("writing"),
             obstacles=plan.work.obstacles,
         )
@@ -192,7 +192,7 @@ def _in_order(plan: Plan, order: Order) -> str:
 
 def _read_back(plan: Plan, text: str) -> Program:
     try:
-        return read_new(plan.job, plan.words, text)
+        return read_new(plan.job, plan.dialect, text)
     except ReadError as problem:
         raise OrderRefused(str(problem)) from None
 

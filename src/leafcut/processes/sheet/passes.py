@@ -304,7 +304,7 @@ def _generated(plan: Plan, order: CutSequence) -> Candidate:
     from leafcut.processes.sheet.plan.freed_parts import lead_round
     from leafcut.timing.toolpath import measure
 
-    work, machine, settings, torch = plan.work, plan.job.machine, plan.job.settings, plan.words.torch
+    work, machine, settings, torch = plan.work, plan.job.machine, plan.job.settings, plan.dialect.torch
     cuts = tuple(order.cutting.cut(s) for s in order.starts)
     led = None if work.freed is None else lead_round(work.freed, cuts, work.head.start, work.head.end)
     corners = {} if led is None else led.corners
@@ -319,7 +319,7 @@ def _generated(plan: Plan, order: CutSequence) -> Candidate:
         mark_power=settings.post.mark_power if torch is not None and torch.power else TORCH_ON,
         tolerance=PATH_TOLERANCE if torch is not None else 0.0,
         probe=work.probe,
-        moves_z=plan.words.moves_z,
+        moves_z=plan.dialect.moves_z,
         mark_tool=torch.mark_tool if torch is not None else None,
         corners=corners,
         obstacles=work.obstacles,
@@ -354,7 +354,7 @@ def order_issues(plan: Plan, best: Candidate) -> list[Issue]:
     if apart > 0.0:
         issues.append(heat_issue(cuts.cutting, cuts.starts, apart))
     # A controller that probes before each cut would find a slat beside the sheet, or nothing.
-    torch, beyond = plan.words.torch, [c.path.start for c in cut_plan.cuts if c.kind == "cut" and not c.pierce]
+    torch, beyond = plan.dialect.torch, [c.path.start for c in cut_plan.cuts if c.kind == "cut" and not c.pierce]
     if torch is not None and torch.heights == "controller" and beyond:
         many = "1 cut starts" if len(beyond) == 1 else f"{len(beyond)} cuts start"
         words = (

@@ -133,7 +133,7 @@ class SheetCutting(Process):
         from leafcut.processes.sheet.post import write_cut_program
 
         post = plan.job.settings.post
-        return write_cut_program(best.detail[0], best.path, plan.words, post, header(plan, given, best))
+        return write_cut_program(best.detail[0], best.path, plan.dialect, post, header(plan, given, best))
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
         """Compare the program with the motion, with the limits of the machine, and with the drawing."""
@@ -142,7 +142,7 @@ class SheetCutting(Process):
         from leafcut.processes.sheet.proof.divided import check_divided
         from leafcut.processes.sheet.proof.sheet import check_sheet
 
-        work, words, post, cuts = plan.work, plan.words, plan.job.settings.post, best.detail[0]
+        work, words, post, cuts = plan.work, plan.dialect, plan.job.settings.post, best.detail[0]
         written = read_back(text, cuts, words, post.material_number)
         problems = check_cut_motion(best.path, written, words, post.output_units)
         if work.obstacles is not None and not problems:

@@ -18,7 +18,7 @@ from leafcut.model.obstacles import Obstacles
 from leafcut.model.plan import Order
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.processes.cutting_machines import CUTTING_MACHINES
-from leafcut.processes.job import Job, check_words_used, refuse_missing, refuse_too_large
+from leafcut.processes.job import Job, check_dialect_options, refuse_missing, refuse_too_large
 from leafcut.processes.ordering import nearest_order
 from leafcut.processes.plan import Plan
 from leafcut.processes.sheet.options import CutOptions
@@ -91,7 +91,7 @@ def planned(job: Job, source: Source) -> Plan:
     issues += _joint_issues(data, options)
     words = dialect(settings.post.dialect or job.machine.controller)
     _check_dialect(words, data.process)
-    check_words_used(settings, job.machine, words)
+    check_dialect_options(settings, job.machine, words)
     probe = probe_for(job.machine, words, options)
     if words.torch is not None and not words.torch.waits and not words.moves_z:
         if options.pierce_delay:
@@ -142,7 +142,7 @@ def planned(job: Job, source: Source) -> Plan:
     plan = Plan(
         job=job,
         part=part,
-        words=words,
+        dialect=words,
         work=work,
         spec=Asked(
             half=rules.half,
