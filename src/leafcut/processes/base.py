@@ -251,7 +251,7 @@ class Process(Work, Protocol):
         from leafcut.processes.job import refuse
 
         text = self.write(plan, given, best)
-        plan.job.tell("verifying")
+        plan.job.report("verifying")
         written, problems = self.judge(plan, best, text)
         refuse(problems)
         return replace(best, text=text, written=written)

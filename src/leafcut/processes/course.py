@@ -32,7 +32,7 @@ def run_process(process: Process, job: Job, sources: Sequence[Source], asked: st
     """
     from leafcut.order.compiling import announced
 
-    with announced(job.tell):
+    with announced(job.report):
         plan = process.plan(job, sources, asked)
         refuse_missing(plan.job.settings, sources[0], plan.issues)
         given = process.given(plan)

@@ -57,19 +57,19 @@ class Job:
             return self
         return replace(self, machine=replace(self.machine, safe_z=None))
 
-    def tell(self, step: str, share: float = 0.0, trial: Trial | None = None) -> None:
+    def report(self, step: str, share: float = 0.0, trial: Trial | None = None) -> None:
         """Report progress."""
         if self.progress is not None:
             self.progress(Progress(step, share, trial=trial))
 
-    def looking(self, step: str) -> Heartbeat:
+    def start_step(self, step: str) -> Heartbeat:
         """Report that a stage starts; return the function that the stage calls while it works.
 
         This function repeats the report from time to time. The receiver may raise to end the run (a cancelled job).
         """
         return looking_for(self.progress, step)
 
-    def passing_on(self, step: str, left: float = 1.0, part: float = 1.0) -> OnProgress | None:
+    def search_progress(self, step: str, left: float = 1.0, part: float = 1.0) -> OnProgress | None:
         """Return the progress callback of a search that does `part` of the whole work, while `left` of it is left."""
         return passing_on(self.progress, step, left, part)
 

@@ -71,13 +71,13 @@ def find_order(
         nonlocal remaining
         tasks = stages[number].problem.n_clusters
         try:
-            job.tell(stages[number].name, 1.0 - remaining / total)
+            job.report(stages[number].name, 1.0 - remaining / total)
         except KeyboardInterrupt:
             job.cancelled.set()  # Ctrl-C between two searches: keep the best order, as within a search
         stage_options = replace(options, time_limit=deadline.part(problem.n_clusters / remaining).seconds)
         solution = solve(
             problem, stage_options, _ant_options(settings.aco, stages[number]), firefly=settings.firefly,
-            progress=job.passing_on(stages[number].name, remaining / total, tasks / total), observe=job.observe,
+            progress=job.search_progress(stages[number].name, remaining / total, tasks / total), observe=job.observe,
             cancelled=job.cancelled, bound_late=job.bound_late(tasks / total),
         )  # fmt: skip
         deadline.spend(solution.seconds)

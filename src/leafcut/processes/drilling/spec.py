@@ -55,15 +55,15 @@ def _meshes(job: Job, source: Source, part: Part, of_step: bool) -> tuple[Mesh |
 
     surface = fixture = None
     if drill_options.surface is not None:
-        job.tell("reading the surface")
+        job.report("reading the surface")
         if solid_number is not None and of_step and format_name(drill_options.surface) != part.format:
             solid_number = None  # the number refers to a solid of the drawing
         surface = load_mesh(drill_options.surface, drill_options.surface_unit, which=solid_number)
     elif solid:
-        job.tell("reading the surface")
+        job.report("reading the surface")
         surface = Mesh(step_mesh(source.path, source.data, solid_number), part.name)
     if drill_options.fixture_file is not None:
-        job.tell("reading the fixture")
+        job.report("reading the fixture")
         fixture = load_mesh(drill_options.fixture_file, drill_options.surface_unit, which="all")
     return (
         None if surface is None else upright_mesh(surface, part),
@@ -90,7 +90,7 @@ def planned(job: Job, sources: Sequence[Source], everything: bool) -> tuple[Dril
 
         if tools.suffix.lower() not in WITH_PRESETS:
             raise OptionError("--material: chooses among the presets of a Fusion tool library only; leave it out")
-    on_progress, reading = job.looking("reading"), job.settings.read
+    on_progress, reading = job.start_step("reading"), job.settings.read
     options, drill_options = job.settings.job, job.settings.of(DrillOptions)
     of_step = any(sniff_step(source.data[:SNIFF_BYTES]) is Match.YES for source in sources)
     if drill_options.surface is not None and not of_step:

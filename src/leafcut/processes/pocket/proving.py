@@ -59,7 +59,7 @@ def prove_pockets(
     from leafcut.processes.zones import crossing_heights, parse_zones
     from leafcut.proof.program import check_program, read_back
 
-    job.run.tell("verifying")
+    job.run.report("verifying")
     heights, tool = job.heights, job.data.tool
     written = read_back(text, job.words)
     refuse(

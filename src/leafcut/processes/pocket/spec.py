@@ -51,7 +51,7 @@ def prepared(run: Job, source: Source) -> tuple[PocketJob, list[Issue]]:
     settings = run.settings
     check_algorithm(settings)
     options = settings.of(PocketOptions)
-    part = read_pockets(source, settings.read, settings.pocket_drawing, settings.sheet, run.looking("reading"))
+    part = read_pockets(source, settings.read, settings.pocket_drawing, settings.sheet, run.start_step("reading"))
     mill = _library_mill(run, settings.job.depth)
     diameter = settings.job.tool_diameter if mill is None else mill.diameter
     whole = part
@@ -128,7 +128,7 @@ def _solid(run: Job, source: Source, whole: Part, part: Part, radius: float) -> 
     from leafcut.processes.pocket.plan.stock_top import filled, stock_tops
     from leafcut.read.step import Pose, step_mesh
 
-    run.tell("reading the surface")
+    run.report("reading the surface")
     read = run.settings.read
     triangles = step_mesh(source.path, source.data, read.solid, Pose.of(read))
     all_tops = stock_tops(whole.pockets, whole.pockets, triangles, radius)

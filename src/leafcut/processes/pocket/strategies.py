@@ -123,7 +123,7 @@ def _grid(name: str) -> Strategy:
             replace(options, algorithm=ants if name == "ants" else name),
             settings.aco,
             firefly=settings.firefly,
-            progress=run.passing_on(f"{name}: ordering the points of a grid"),
+            progress=run.search_progress(f"{name}: ordering the points of a grid"),
             observe=run.observe,
             cancelled=run.cancelled,
         )

@@ -173,7 +173,7 @@ class _Job:
 
     def loads(self, program: Program, what: str, stock: StockBefore | None = None) -> Loads:
         """Return what every piece of a program meets."""
-        look = self.run.looking(what)
+        look = self.run.start_step(what)
         return loads_of(program.path, self.cutters, stock or self.stock, self.rules.clearance, _threads(), look)
 
     @cached_property
@@ -336,7 +336,7 @@ class _Job:
 
     def pace(self, program: Program, loads: Loads, rules: PaceRules) -> Pace:
         """Return how fast each stretch may go."""
-        look = self.run.looking("choosing speeds")
+        look = self.run.start_step("choosing speeds")
         chords = self.chords(program, loads) if rules.air else ()
         return plan_pace(program, loads, self.tools, self.cutters, rules, self.run.machine, self.top, look, chords)
 
@@ -364,7 +364,7 @@ class _Job:
         """Return a program with a pace: its text, and what it does."""
         from leafcut.processes.program.post.pace_writer import with_pace
 
-        text = signed(with_pace(program, pace, self.words.max_line, self.run.looking("writing")))
+        text = signed(with_pace(program, pace, self.words.max_line, self.run.start_step("writing")))
         return text, self.read(text) if pace.stretches else program
 
     def without_losses(self, program: Program, pace: Pace) -> tuple[Pace, str, Program]:

@@ -111,7 +111,7 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
         raise OptionError(f"{words.name} {reason}: leafcut writes and verifies its programs, but does not reorder them")
     text, encoding = decoded(data)
     read = read_foreign(
-        text, source, job.settings, job.machine, words, job.looking("reading"), process=process,
+        text, source, job.settings, job.machine, words, job.start_step("reading"), process=process,
         router=not wants_pace(job),
     )  # fmt: skip
     original, job = read.program, replace(job, machine=read.machine)
@@ -179,7 +179,7 @@ def _sections(job: Job, original: Program, process: str) -> Sequence:
     from leafcut.processes.program.plan.sections.program_rows import known_process
 
     options, steps = job.settings.of(ResequenceOptions), 0
-    tell = job.looking("finding what can be reordered")
+    tell = job.start_step("finding what can be reordered")
 
     def look(_: float = 0.0, /) -> None:
         nonlocal steps

@@ -86,7 +86,7 @@ def proved(plan: Plan, best: Candidate) -> Candidate:
     from leafcut.processes.program.proof.certificate import certify, proof_lines
 
     work: ForeignWork = plan.work
-    job, look, text, new = plan.job, plan.job.looking("verifying"), best.text, best.detail.program
+    job, look, text, new = plan.job, plan.job.start_step("verifying"), best.text, best.detail.program
     certificate = certify(
         work.program,
         new,
@@ -181,7 +181,7 @@ def _in_order(plan: Plan, order: Order) -> str:
             pieces,
             renumber=plan.job.settings.post.line_numbers,
             longest=plan.dialect.max_line,
-            look=plan.job.looking("writing"),
+            look=plan.job.start_step("writing"),
             obstacles=plan.work.obstacles,
         )
     except PostError as problem:

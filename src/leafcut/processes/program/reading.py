@@ -94,7 +94,7 @@ def read_new(run: Job, words: Dialect, text: str) -> Program:
     ReadError
         It does not.
     """
-    look = run.looking("verifying")
+    look = run.start_step("verifying")
     return read_foreign(
         text, "the new program", run.settings, run.machine, words, look, process="mill", choose=False
     ).program

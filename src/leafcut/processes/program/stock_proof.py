@@ -73,7 +73,7 @@ def stock_judge(run: Job, program: Program, source: str, process: str) -> Judgin
         stock = field_of(options, block, options.cell or usual_cell(block, smallest, _SHARE, _CELLS, _MOST), which)
         bodies = {number: body_of(tool) for number, tool in tools.items()}
         judge = StockJudge.of(
-            program, tools, cutters, bodies, stock, bool(options.workpiece), run.looking("cutting the stock")
+            program, tools, cutters, bodies, stock, bool(options.workpiece), run.start_step("cutting the stock")
         )
     except PlanError as problem:
         if options.workpiece or options.cell:

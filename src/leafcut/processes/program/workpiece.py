@@ -269,7 +269,12 @@ def stock_before(run: Job, program: Program, cutters: Mapping[int, Cutter]) -> S
     )  # fmt: skip
     moves = straight_moves(program.path, 0.05 * cell, np.inf).of_tools(cutters)
     field = largest_stock(
-        moves, cutters, cell, run.machine.rapid_style == "dogleg", os.cpu_count() or 1, run.looking("cutting the stock")
+        moves,
+        cutters,
+        cell,
+        run.machine.rapid_style == "dogleg",
+        os.cpu_count() or 1,
+        run.start_step("cutting the stock"),
     )
     return StockBefore(field, math.inf, False)
 

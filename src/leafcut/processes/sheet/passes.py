@@ -122,7 +122,7 @@ def slide(plan: Plan, order: Order) -> Order:
     work, cuts = plan.work, cuts_of(plan, order)
     if plan.job.settings.solve.algorithm == "none":
         return order
-    plan.job.tell("refining the starts")
+    plan.job.report("refining the starts")
     share = 0.5 if plan.job.settings.of(CutOptions).heat_distance > 0.0 else 1.0
     with plan.job.deadline.part(share).running(plan.job.cancelled) as late:
         starts = slide_starts(cuts.cutting, list(cuts.starts), work.head.cost, work.head.start, work.head.end, late)

@@ -86,7 +86,7 @@ def planned(job: Job, source: Source) -> Plan:
     """Read the sheet and its rules, and return its cuts, with chains where they save time."""
     settings = job.settings
     options = settings.of(CutOptions)
-    job.tell("reading")
+    job.report("reading")
     data, issues = _cut_data(job)
     issues += _joint_issues(data, options)
     words = dialect(settings.post.dialect or job.machine.controller)
@@ -109,7 +109,7 @@ def planned(job: Job, source: Source) -> Plan:
     marks = any(c.contour.kind == "mark" for c in sheet.contours)
     check_words(words, settings.post, marks=marks, compensates=options.compensation == "controller")
     file = load_plan(options.plan) if options.plan else None
-    job.tell("looking for places to pierce")
+    job.report("looking for places to pierce")
     cutting = prepare_cutting(sheet, rules)
     if file is not None:
         cutting = follow_plan(cutting, file, everything=settings.job.keep_order)
@@ -210,14 +210,14 @@ def _chained(job: Job, cutting: Cutting, file: PlanFile | None, overhead: float)
     blocks = chain_blocks(cutting, bands(cutting, options), chains)
     deadline, left = job.deadline.part(CHAIN_PART), sum(map(len, blocks))
     for block in blocks:
-        job.tell("looking for bridges")
+        job.report("looking for bridges")
         own = deadline.part(len(block) / left)
         left -= len(block)
         found = chain_problem(cutting, options, overhead, min(job.machine.rapid_velocity[:2]), block)
         if found is None:
             continue
         search = replace(settings.solve, bound=False, algorithm="auto", time_limit=own.seconds)
-        tell = job.passing_on("joining cuts", 0.0, 1.0)
+        tell = job.search_progress("joining cuts", 0.0, 1.0)
         solution = solve(found.problem, search, settings.aco, progress=tell, cancelled=job.cancelled)
         own.spend(solution.seconds)
         chains = [*chains, *chains_of(cutting, found, [int(n) for n in solution.nodes], options, chains)]
@@ -272,7 +272,7 @@ def _sheet(run: Job, source: Source) -> tuple[Part, Sheet]:
     from leafcut.processes.sheet.plan.sheet import prepare_sheet
     from leafcut.read import read_contours
 
-    part = read_contours(source, run.settings.read, run.looking("reading"))
+    part = read_contours(source, run.settings.read, run.start_step("reading"))
     part = replace(part, issues=(*part.issues, *check_thickness(part, run.settings.job.thickness)))
     part = placed(part, run.settings.read)
     return part, with_chosen_holes(
