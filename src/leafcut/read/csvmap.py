@@ -95,15 +95,15 @@ def read_csv(source: Source, options: ReadOptions) -> Part:
         more = len(bad) - NAMED_ROWS
         issues.append(Issue("L208", f"{more} more rows skipped", missing=MissingWork("hole", more)))
     on_layer, left_out = chosen_layers(holes, options)
-    kept, noticed = select_holes(on_layer, options, point_tolerance=0.0)
+    kept, selection_issues = select_holes(on_layer, options, point_tolerance=0.0)
     issues += left_out
     if not kept:
-        raise ReadError(source.path, f"no holes: {'; '.join(i.message for i in (*left_out, *noticed))}")
+        raise ReadError(source.path, f"no holes: {'; '.join(i.message for i in (*left_out, *selection_issues))}")
     units = options.units or columns.unit
     part = Part(source.name, kept, source=source.file_name, format="csv", units=units or "mm")
     if units is None:
-        noticed.append(units_unknown("the table", part, Severity.NOTE))
-    return replace(part, issues=(*issues, *noticed))
+        selection_issues.append(units_unknown("the table", part, Severity.NOTE))
+    return replace(part, issues=(*issues, *selection_issues))
 
 
 def _rows(lines: list[str], separator: str | None) -> Iterator[tuple[int, list[str]]]:

@@ -73,12 +73,12 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
         polygons = [hole for _, hole in classified if hole is not None]
         others -= Counter(besides.entities)
     holes, frame_issues = part_holes([*circles, *polygons], options)
-    kept, noticed = select_holes(holes, options)
-    noticed = [*frame_issues, *noticed]
+    kept, selection_issues = select_holes(holes, options)
+    selection_issues = [*frame_issues, *selection_issues]
     if polygons:
-        noticed.append(_polygon_issue(polygons))
+        selection_issues.append(_polygon_issue(polygons))
     if not kept:
-        raise ReadError(source.path, _nothing_message(walk, finds, noticed))
+        raise ReadError(source.path, _nothing_message(walk, finds, selection_issues))
     undrilled: list[Issue] = []
     contours: list[Issue] = []
     outline_indices = circles_around(kept, paths, MERGE_TOLERANCE)
@@ -89,7 +89,7 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
         kept = tuple(hole for k, hole in enumerate(kept) if k not in outline_indices)
         undrilled, contours = besides_holes(paths, kept, outlines)
     if not kept:
-        raise ReadError(source.path, _nothing_message(walk, finds, [*noticed, *undrilled]))
+        raise ReadError(source.path, _nothing_message(walk, finds, [*selection_issues, *undrilled]))
     issues += walk_issues(walk) + finds.issues() + undrilled + _other_entities(others)
     edge = edge_of(document, options, factor, source.path, points_of(source), finds.owned)
     part = Part(
@@ -101,8 +101,10 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
         issues.insert(0, units_unknown("the drawing", part, Severity.WARNING))
     n_points = sum(h.diameter == 0 for h in kept)
     if 0 < n_points < len(kept):
-        noticed.append(Issue("L405", f"{count_of(n_points, 'POINT')} beside the circles: taken as holes to drill"))
-    return replace(part, issues=(*issues, *noticed))
+        selection_issues.append(
+            Issue("L405", f"{count_of(n_points, 'POINT')} beside the circles: taken as holes to drill")
+        )
+    return replace(part, issues=(*issues, *selection_issues))
 
 
 @dataclass
@@ -223,7 +225,7 @@ def _other_entities(kinds: Counter[str]) -> list[Issue]:
     ]
 
 
-def _nothing_message(walk: BlockWalk[Shape], finds: Finds, noticed: list[Issue]) -> str:
+def _nothing_message(walk: BlockWalk[Shape], finds: Finds, selection_issues: list[Issue]) -> str:
     """Message for a drawing without holes: list the other entities on one line."""
     parts = [f"{number} {shown(kind)}" for kind, number in (walk.others + finds.others).most_common(6)]
     parts += [f"{number} {kind} not circular" for kind, number in finds.squashed.items()]
@@ -235,7 +237,7 @@ def _nothing_message(walk: BlockWalk[Shape], finds: Finds, noticed: list[Issue])
         parts.append(f"{len(walk.broken)} damaged")
     if walk.missing_blocks or walk.endless_blocks:
         parts.append("blocks that are missing or refer to themselves")
-    parts += [issue.message for issue in noticed]
+    parts += [issue.message for issue in selection_issues]
     if walk.hidden:
         parts.append(f"on layers that are off, frozen or not chosen: {hidden_by_layer(walk)}")
     return f"no holes: {'; '.join(parts) or 'the drawing is empty'}"

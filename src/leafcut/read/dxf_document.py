@@ -69,8 +69,8 @@ def open_document(source: Source, issues: list[Issue]) -> Any:
     if "document" not in cache:
         load_issues: list[Issue] = []
         cache["document"] = _load_document(source, load_issues), load_issues
-    document, noticed = cache["document"]
-    issues += noticed
+    document, document_issues = cache["document"]
+    issues += document_issues
     return document
 
 

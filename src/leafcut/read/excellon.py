@@ -94,10 +94,10 @@ def read_excellon(source: Source, options: ReadOptions) -> Part:
     parser = _parse(source, prepared, issues)
     own_units = _unit_name(parser.settings.unit)
     holes, slots = _holes_and_slots(source, parser, options, issues)
-    kept, noticed = select_holes(holes, options)
+    kept, selection_issues = select_holes(holes, options)
     if not kept and not slots:
         tools = ", ".join(f"T{n}" for n in sorted(parser.tools)) or "none"
-        reasons = "; ".join(i.message for i in (*issues, *noticed))
+        reasons = "; ".join(i.message for i in (*issues, *selection_issues))
         message = f"no holes: {reasons or 'no coordinates follow the header'} (tools: {tools})"
         raise ReadError(source.path, message) if reasons or parser.tools else EmptyDrillFile(source.path, message)
     units = options.units or own_units
@@ -108,7 +108,7 @@ def read_excellon(source: Source, options: ReadOptions) -> Part:
         issues.append(_format_assumed(part, prepared.metric))
     if prepared.has_plain_integers and (narrow := _too_narrow(holes)):
         issues.append(narrow)
-    return replace(part, issues=(*issues, *noticed))
+    return replace(part, issues=(*issues, *selection_issues))
 
 
 def _format_assumed(part: Part, metric: bool | None) -> Issue:

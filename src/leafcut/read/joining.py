@@ -50,14 +50,14 @@ def join_drill_files(parts: Sequence[Part], options: ReadOptions) -> Part:
     ReadError
         With `options.strict`, a hole occurs in two files, or the files lie too far apart to belong to one board.
     """
-    holes, noticed = select_holes([hole for part in parts for hole in part.holes], options)
+    holes, selection_issues = select_holes([hole for part in parts for hole in part.holes], options)
     files = ", ".join(f"{part.source} {_counts(part)}" for part in parts)
     message = f"drilled in one program: {files}; one tool for each diameter, plated or not"
     issues = [Issue("L409", message, severity=Severity.NOTE)]
     if far := _far_apart(parts):
         message = f"{far} lie far apart: are they of one board, with the same zero and the same units?"
         issues.append(Issue("L409", message))
-    issues += [issue for issue in noticed if issue.code in ("L301", "L302")]
+    issues += [issue for issue in selection_issues if issue.code in ("L301", "L302")]
     warnings = [issue for issue in issues if issue.severity is Severity.WARNING]
     if options.strict and warnings:
         raise ReadError(parts[0].source, f"refused by --strict: {warnings[0]}")

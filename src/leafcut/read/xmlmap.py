@@ -137,15 +137,15 @@ def read_xml(source: Source, options: ReadOptions) -> Part:
     if not holes:
         raise ReadError(source.path, f"no usable points: {issues[0].message}", point_map.points[0].line)
     on_layer, left_out = chosen_layers(holes, options)
-    kept, noticed = select_holes(on_layer, options, point_tolerance=0.0)
+    kept, selection_issues = select_holes(on_layer, options, point_tolerance=0.0)
     issues += left_out
     if not kept:
-        raise ReadError(source.path, f"no holes: {'; '.join(i.message for i in (*left_out, *noticed))}")
+        raise ReadError(source.path, f"no holes: {'; '.join(i.message for i in (*left_out, *selection_issues))}")
     units = options.units or point_map.units
     part = Part(source.name, kept, source=source.file_name, format="xml", units=units or "mm")
     if units is None:
-        noticed.append(units_unknown("the map", part, Severity.NOTE))
-    return replace(part, issues=(*issues, *noticed))
+        selection_issues.append(units_unknown("the map", part, Severity.NOTE))
+    return replace(part, issues=(*issues, *selection_issues))
 
 
 def _hole(point: _Point, factor: float) -> Hole:
