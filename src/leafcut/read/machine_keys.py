@@ -106,7 +106,7 @@ PROFILE_KEYS: tuple[ProfileKey, ...] = (
         "what cuts, kind and power, as cut charts name it; only rows of that name are used",
         why="--cut-process names it, unless the chart has rows for every laser, torch or jet of that process",
         example="laser_fiber_3kW",
-        bounds="begins with how the machine cuts: plasma, laser, oxyfuel or waterjet",
+        bounds="starts with the cutting method: plasma, laser, oxyfuel or waterjet",
     ),
     ProfileKey(
         "units",
@@ -394,7 +394,7 @@ def profile_template(data: Mapping[str, Any], name: str) -> str:
             lines.extend(_template_lines(key, values, name if key.name == "name" else None))
     sources = data.get("sources", {})
     if sources:
-        lines += ["", "# Where each value comes from; an estimate says so", "[sources]"]
+        lines += ["", "# Source of each value; estimates are marked", "[sources]"]
         lines += [f"{json.dumps(key)} = {toml_value(source)}" for key, source in sources.items()]
     return "\n".join(lines) + "\n"
 

@@ -208,8 +208,8 @@ def _level(source: Source, grey: Grey, options: PocketDrawingOptions) -> float:
     if bright - dark < LEAST_CONTRAST:
         raise ReadError(
             source.path,
-            f"no contrast: brightness from {100.0 * low:.3g} to {100.0 * high:.3g}%, too little to tell a "
-            "pocket from the rest; set --threshold",
+            f"no contrast: brightness from {100.0 * low:.3g} to {100.0 * high:.3g}%, too little to "
+            "distinguish pockets; set --threshold",
         )
     return 0.5 * (dark + bright)
 
@@ -238,7 +238,7 @@ def _level_light(grey: Grey, invert: bool, issues: list[Issue]) -> Grey:
     if falloff < UNEVEN:
         return grey
     message = f"the picture is lit unevenly, {100.0 * falloff:.0f}% darker at one place than at another: levelled"
-    issues.append(Issue("L426", f"{message}; set --threshold to use it as it is"))
+    issues.append(Issue("L426", f"{message}; set --threshold to use it anyway"))
     levelled: Grey = np.empty_like(light)
     y, x = (np.linspace(-1.0, 1.0, n) for n in light.shape)
     for row, dark in enumerate(light):  # row by row: the whole surface would take gigabytes

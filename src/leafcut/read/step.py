@@ -149,7 +149,7 @@ def read_outlines_of_step(source: Source, options: ReadOptions) -> Part:
     if options.layers:
         raise OptionError("--layers: a STEP file has no layers; leave it out")
     data = _read_solid(source, options, "outlines")
-    message = "the sheet has pockets, steps or chamfers besides its outlines: they are not cut"
+    message = "the sheet also has pockets, steps or chamfers: they are not cut"
     issues = (Issue("L219", message, missing=MissingWork("feature")),) if data["uneven"] else ()
     contours = tuple(Contour(Polyline(np.array(row), True), z=0.0) for row in data["outlines"])
     part = _with_zero(
@@ -181,7 +181,7 @@ def _is_quarter(angle: float) -> bool:
 
 def _check_units(options: ReadOptions) -> None:
     if options.units:
-        raise OptionError("--units: a STEP file says its own unit; leave it out")
+        raise OptionError("--units: a STEP file states its unit; leave it out")
 
 
 def _oriented(vertices: list[list[float]], clockwise: bool) -> Polyline:

@@ -182,10 +182,10 @@ def _life(table: TomlTable) -> ToolLife:
         raise table.problem("life", f"is {exponent:g}, but Taylor's exponent must be above 0 and below 1")
     exponents = {key: _exponent(table, key, 0.0) for key in _EXPONENTS}
     if "constant" in table and "speed" in table:
-        raise table.problem("speed", "and 'constant' are two ways to say the same; leave one out")
+        raise table.problem("speed", "and 'constant' have the same meaning; leave one out")
     if "speed" in table:
         if any(exponents.values()):
-            raise table.problem("speed", "is that of one tool at one feed: exponents but 'life' need 'constant'")
+            raise table.problem("speed", "is for one tool at one feed: exponents other than 'life' need 'constant'")
         speed, life = table.quantity("speed", "mm/s"), table.quantity("at_life", "s")
         if not (speed > 0 and life > 0):
             raise table.problem("speed", "and 'at_life' must be above 0")

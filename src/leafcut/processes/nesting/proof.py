@@ -204,7 +204,7 @@ def check_drawing(nest: Nest, layout: Layout, sheet: Sheet) -> list[str]:
     remaining = set(range(len(drawn)))
     names = Counter(nest.parts[p.part].label for p in layout.placements)
     if Counter(c.name for c in drawn if c.name) != names:
-        errors.append("the names of the parts are not those of the drawing")
+        errors.append("the names of the parts differ from the drawing")
     for contour in nest.contours(layout):
         candidates = tree.query(Point(_middle(contour.path)), "dwithin", SAME_PLACE)
         match = next((int(i) for i in sorted(candidates) if int(i) in remaining and _is_same(contour, drawn[i])), None)

@@ -29,14 +29,14 @@ from leafcut.model.pocket import (
     PocketResult,
 )
 from leafcut.model.problem import RoutingProblem
-from leafcut.processes.pocket.job import LaidPockets, PocketJob, raised
+from leafcut.processes.pocket.job import PocketJob, PocketMotion, raised
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.units import format_time
 
 if TYPE_CHECKING:
     from leafcut.processes.pocket.plan.region import CentreRegion
     from leafcut.processes.pocket.plan.toolpath import Clearing
-    from leafcut.processes.pocket.strategies import ClearingWay, SearchTime
+    from leafcut.processes.pocket.strategies import ClearingStrategy, SearchTime
 
 #: Among strategies within this factor of the least cost, the one with the fewest retracts wins: each plunge wears the
 #: tool and marks the floor.
@@ -51,20 +51,20 @@ class ClearedPocket:
     ----------
     plan
         The results of all strategies, and the chosen one.
-    ways
+    clearings
         Strategy → its regions, of strategies with a path.
     even
-        The same at one feed, if the feeds of `ways` follow the load.
+        The same at one feed, if the feeds of `clearings` follow the load.
     """
 
     plan: PocketPlan
-    ways: dict[str, list[Clearing]]
+    clearings: dict[str, list[Clearing]]
     even: dict[str, list[Clearing]]
 
     @property
     def usual(self) -> list[Clearing]:
         """The regions, cleared by the strategy that shops use."""
-        return self.ways[self.plan.usual.strategy]
+        return self.clearings[self.plan.usual.strategy]
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,72 +77,72 @@ class PocketWork:
     @property
     def regions(self) -> list[Clearing]:
         """All regions, cleared by the chosen strategies."""
-        return [clearing for one in self.cleared for clearing in one.ways[one.plan.result.strategy]]
+        return [clearing for pocket in self.cleared for clearing in pocket.clearings[pocket.plan.result.strategy]]
 
 
-def clear_pocket(job: PocketJob, one: Pocket, number: int, time: SearchTime) -> tuple[ClearedPocket, list[Issue]]:
+def clear_pocket(job: PocketJob, pocket: Pocket, number: int, time: SearchTime) -> tuple[ClearedPocket, list[Issue]]:
     """Clear a pocket by the requested strategy, or by all of them, and choose one."""
     from leafcut.processes.pocket.plan.region import centre_regions
     from leafcut.processes.pocket.strategies import WAYS
 
-    regions, issues = centre_regions(one, job.exact)
-    roughed = centre_regions(one, job.rules)[0] if job.rules.stock > 0.0 else regions
-    found: dict[str, PocketResult] = {}
-    ways: dict[str, list[Clearing]] = {}
+    regions, issues = centre_regions(pocket, job.exact)
+    roughed = centre_regions(pocket, job.rules)[0] if job.rules.stock > 0.0 else regions
+    results_of: dict[str, PocketResult] = {}
+    clearings: dict[str, list[Clearing]] = {}
     even: dict[str, list[Clearing]] = {}
     several = f"pocket {number + 1}: " if len(job.part.pockets) > 1 else ""
     asked = job.run.settings.of(PocketOptions).strategy
-    ways_tried = [way for way in WAYS if asked in ("best", way.name)]
+    strategies = [strategy for strategy in WAYS if asked in ("best", strategy.name)]
     each = len(regions) * (len(job.part.pockets) - number)
-    time.to_come = each * sum(way.searches for way in ways_tried)
-    for place, way in enumerate(sorted(ways_tried, key=lambda one: one.searches)):
-        words, share = f"{several}{way.name}", (number + place / len(ways_tried)) / len(job.part.pockets)
+    time.to_come = each * sum(strategy.searches for strategy in strategies)
+    for rank, strategy in enumerate(sorted(strategies, key=lambda strategy: strategy.searches)):
+        words, share = f"{several}{strategy.name}", (number + rank / len(strategies)) / len(job.part.pockets)
         job.run.report(words, share, Trial(words))
-        result, clearings, fitted = _tried(job, number, way, regions, roughed, time)
-        found[way.name] = result
+        result, steady, fitted = _tried(job, number, strategy, regions, roughed, time)
+        results_of[strategy.name] = result
         known = result.measures is not None
         figure = format_time(result.program_s) if known else "–"
         job.run.report(words, share, Trial(words, figure, result.program_s if known else None))
-        if clearings:
-            ways[way.name], even[way.name] = fitted, clearings
-    results = [found[way.name] for way in ways_tried]
-    chosen, levels = _chosen(job, one, results), job.levels[number]
+        if steady:
+            clearings[strategy.name], even[strategy.name] = fitted, steady
+    results = [results_of[strategy.name] for strategy in strategies]
+    chosen, levels = _chosen(job, pocket, results), job.levels[number]
     in_floor = job.around[number] is not None
     results = with_reasons(job, results, results[chosen])
-    plan = PocketPlan(one, job.rules, levels.levels, tuple(results), chosen, levels.begin, in_floor)
-    return ClearedPocket(plan, ways, even), issues
+    plan = PocketPlan(pocket, job.rules, levels.levels, tuple(results), chosen, levels.begin, in_floor)
+    return ClearedPocket(plan, clearings, even), issues
 
 
 def _tried(
     job: PocketJob,
     number: int,
-    way: ClearingWay,
+    strategy: ClearingStrategy,
     regions: list[CentreRegion],
     roughed: list[CentreRegion],
     time: SearchTime,
 ) -> tuple[PocketResult, list[Clearing], list[Clearing]]:
     """Return the result of a strategy, and its regions at one feed and at feeds that follow the load.
 
-    There are no regions if the strategy is refused.
+    A refused strategy has no regions.
     """
     from leafcut.material.removal import engaged_way
     from leafcut.processes.pocket.air import with_air
     from leafcut.processes.pocket.measures import measure_path
 
-    if job.run.cancelled.is_set() and way.name not in (*USUAL, job.run.settings.of(PocketOptions).strategy):
-        return PocketResult(way.name, refused="stopped before it was tried"), [], []
+    if job.run.cancelled.is_set() and strategy.name not in (*USUAL, job.run.settings.of(PocketOptions).strategy):
+        return PocketResult(strategy.name, refused="stopped before it was tried"), [], []
     try:
-        clearings = [_clearing(job, job.levels[number], way, region, roughed, time) for region in regions]
+        clearings = [_clearing(job, job.levels[number], strategy, region, roughed, time) for region in regions]
     except (PlanError, SolveError) as problem:
-        return PocketResult(way.name, refused=str(problem)), [], []
-    path = PocketPath(way.name, tuple(piece for c in clearings for piece in c.path.pieces))
+        return PocketResult(strategy.name, refused=str(problem)), [], []
+    path = PocketPath(strategy.name, tuple(piece for c in clearings for piece in c.path.pieces))
     steps, engaged = engaged_way(path, job.exact)
-    found = measure_path(job.part.pockets[number], path, job.exact, looked=(steps, engaged))
+    measures = measure_path(job.part.pockets[number], path, job.exact, looked=(steps, engaged))
     if job.data.air_feed > job.data.tool.feed:
         divided = iter(with_air(path.pieces, steps, engaged, job.exact))
         clearings = [_aired(clearing, divided) for clearing in clearings]
     fitted, time_s = _fitted(job, clearings)
-    return PocketResult(way.name, path, found, program_s=time_s), clearings, fitted
+    return PocketResult(strategy.name, path, measures, program_s=time_s), clearings, fitted
 
 
 def _fitted(job: PocketJob, clearings: list[Clearing]) -> tuple[list[Clearing], float]:
@@ -159,13 +159,13 @@ def _fitted(job: PocketJob, clearings: list[Clearing]) -> tuple[list[Clearing], 
     acceleration = min(job.run.machine.acceleration[:2]) * job.run.machine.acceleration_factor
     tried = []
     for anywhere in (True, False):
-        found = [
+        divided = [
             # Each region by itself: their order is not known yet.
             _aired(c, iter(with_feeds(c.path.pieces, job.limits, job.exact, acceleration, anywhere=anywhere)))
             for c in clearings
         ]
-        tried.append((found, generated(job, found).measure.time_s))
-    slower = any(piece.feed < 1.0 for found, _ in tried for c in found for piece in c.path.pieces)
+        tried.append((divided, generated(job, divided).measure.time_s))
+    slower = any(piece.feed < 1.0 for divided, _ in tried for c in divided for piece in c.path.pieces)
     return min(tried if slower else [even, *tried], key=lambda one: one[1])
 
 
@@ -185,7 +185,7 @@ def _aired(clearing: Clearing, divided: Iterator[list[PocketPiece]]) -> Clearing
 def _clearing(
     job: PocketJob,
     levels: PocketLevels,
-    way: ClearingWay,
+    strategy: ClearingStrategy,
     region: CentreRegion,
     roughed: list[CentreRegion],
     time: SearchTime,
@@ -198,19 +198,19 @@ def _clearing(
     tolerance = job.rules.tolerance
     if region.middle is not None:
         # A slot as wide as the tool has only one path.
-        along = _along(way.name, region.middle)
+        along = _along(strategy.name, region.middle)
         return Clearing(region, region.polygon, fitted(along, tolerance), levels)
     inside = [r for r in roughed if region.polygon.intersects(r.polygon)] if job.rules.stock > 0.0 else []
     if not inside:
         # If the stock leaves no room, the tool clears up to the wall.
-        return Clearing(region, region.polygon, fitted(time.path(way, region, job.run), tolerance), levels)
-    rough = [fitted(time.path(way, r, job.run), tolerance) for r in inside]
+        return Clearing(region, region.polygon, fitted(time.path(strategy, region, job.run), tolerance), levels)
+    rough = [fitted(time.path(strategy, r, job.run), tolerance) for r in inside]
     allowed = shapely.union_all([r.polygon for r in inside])
-    whole = PocketPath(way.name, tuple(piece for path in rough for piece in path.pieces))
+    whole = PocketPath(strategy.name, tuple(piece for path in rough for piece in path.pieces))
     return Clearing(region, allowed, whole, levels, fitted(wall_passes(region, allowed), tolerance))
 
 
-def _chosen(job: PocketJob, one: Pocket, results: list[PocketResult]) -> int:
+def _chosen(job: PocketJob, pocket: Pocket, results: list[PocketResult]) -> int:
     """Return the requested strategy, or the best of those that clear the whole pocket.
 
     Raises
@@ -219,15 +219,15 @@ def _chosen(job: PocketJob, one: Pocket, results: list[PocketResult]) -> int:
         The requested strategy is refused or exceeds a limit, or every strategy gouges.
     """
     options = job.run.settings.of(PocketOptions)
-    name = one.label
+    name = pocket.label
     if options.strategy != "best":
-        found = {r.strategy: (k, r) for k, r in enumerate(results)}.get(options.strategy)
-        if found is None or found[1].path is None:
-            why = "leafcut does not have it" if found is None else found[1].refused
+        requested = {r.strategy: (k, r) for k, r in enumerate(results)}.get(options.strategy)
+        if requested is None or requested[1].path is None:
+            why = "leafcut does not have it" if requested is None else requested[1].refused
             raise PlanError(f"{name}: --strategy {options.strategy} is not possible: {why}")
-        if found[1].measures is not None and (more := _beyond(job, found[1].strategy, found[1].measures)):
-            raise PlanError(f"{name}: {found[1].strategy} {more}")
-        return found[0]
+        if requested[1].measures is not None and (more := _beyond(job, requested[1].strategy, requested[1].measures)):
+            raise PlanError(f"{name}: {requested[1].strategy} {more}")
+        return requested[0]
     known = [(k, r, r.measures) for k, r in enumerate(results) if r.measures is not None]
     sound = [row for row in known if not row[2].gouge_mm2 and not _beyond(job, row[1].strategy, row[2])]
     if not sound:
@@ -256,7 +256,7 @@ def with_reasons(job: PocketJob, results: list[PocketResult], written: PocketRes
     if best is None:
         return results
     cost = _cost(job, written, best)
-    found = []
+    reasoned = []
     for result in results:
         reason, m = "", result.measures
         if m is not None and result is not written and _cost(job, result, m) < cost:
@@ -267,8 +267,8 @@ def with_reasons(job: PocketJob, results: list[PocketResult], written: PocketRes
                 reason = f"leaves {m.uncovered_percent:.3g} % uncut"
             elif not reason:
                 reason = f"costs at most {100.0 * (NEARLY - 1.0):.0f} % less, with more retracts"
-        found.append(replace(result, passed_over=reason))
-    return found
+        reasoned.append(replace(result, passed_over=reason))
+    return reasoned
 
 
 def _excess(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
@@ -292,16 +292,16 @@ def _beyond(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
         return ""
     if not job.exact.keeps(measures.max_step_over):
         return f"{excess}; choose another --strategy, or a larger --step-over"
-    other = "choose a smaller --tool-diameter" if strategy == "adaptive" else "use --strategy adaptive"
-    other = "leave out --stock" if strategy == "adaptive" and job.rules.stock > 0.0 else other
-    return f"{excess}; {other}, or give a larger limit"
+    remedy = "choose a smaller --tool-diameter" if strategy == "adaptive" else "use --strategy adaptive"
+    remedy = "leave out --stock" if strategy == "adaptive" and job.rules.stock > 0.0 else remedy
+    return f"{excess}; {remedy}, or give a larger limit"
 
 
 def order_problem(job: PocketJob, pockets: list[list[Clearing]]) -> RoutingProblem:
     """Return the problem of the order of all regions."""
     from leafcut.timing.travel import travel_metric
 
-    clearings = [c for one in pockets for c in one]
+    clearings = [c for regions in pockets for c in regions]
     return RoutingProblem(
         entry=np.array([c.start for c in clearings]),
         exit=np.array([c.end for c in clearings]),
@@ -316,8 +316,8 @@ def order_problem(job: PocketJob, pockets: list[list[Clearing]]) -> RoutingProbl
 
 def _before(job: PocketJob, pockets: list[list[Clearing]]) -> NDArray[np.int32]:
     """Return the precedence, int32[n, 2]: a pocket comes before those in its floor."""
-    last = np.cumsum([len(one) for one in pockets])
-    rows = [list(range(end - len(one), end)) for one, end in zip(pockets, last.tolist(), strict=True)]
+    last = np.cumsum([len(regions) for regions in pockets])
+    rows = [list(range(end - len(regions), end)) for regions, end in zip(pockets, last.tolist(), strict=True)]
     pairs = [
         (first, then)
         for number, over in enumerate(job.around)
@@ -328,16 +328,16 @@ def _before(job: PocketJob, pockets: list[list[Clearing]]) -> NDArray[np.int32]:
     return np.array(pairs, dtype=np.int32).reshape(-1, 2)
 
 
-def generated(job: PocketJob, clearings: list[Clearing]) -> LaidPockets:
+def generated(job: PocketJob, clearings: list[Clearing]) -> PocketMotion:
     """Return the motion that clears regions in this order."""
-    from leafcut.processes.pocket.plan.toolpath import lay_pockets
+    from leafcut.processes.pocket.plan.toolpath import pocket_motion
     from leafcut.timing.toolpath import measure
 
     machine = job.run.machine
     pause = job.words.hand_change_pause and not machine.tool_changer
     coolant = job.run.settings.post.coolant
     corner = job.rules.tolerance if job.words.corner_tolerance else 0.0
-    path, descents = lay_pockets(
+    path, descents = pocket_motion(
         clearings,
         job.heights,
         job.data,
@@ -348,7 +348,7 @@ def generated(job: PocketJob, clearings: list[Clearing]) -> LaidPockets:
         rounded=job.words.rounding and job.rounding <= job.rules.stock,
     )
     path = raised(path, job.top)
-    return LaidPockets(path, descents, measure(path, machine, start=job.start))
+    return PocketMotion(path, descents, measure(path, machine, start=job.start))
 
 
 def programs(job: PocketJob, cleared: list[ClearedPocket], nodes: Sequence[int]) -> tuple[PocketProgram, ...]:
@@ -358,11 +358,13 @@ def programs(job: PocketJob, cleared: list[ClearedPocket], nodes: Sequence[int])
     """
     if len(cleared) < 2:
         return ()
-    names = [name for name in cleared[0].ways if all(name in c.ways for c in cleared)]
+    names = [name for name in cleared[0].clearings if all(name in c.clearings for c in cleared)]
     chosen = {"": [c.plan.result.strategy for c in cleared], **{name: [name] * len(cleared) for name in names}}
     programs = []
     for name, strategies in chosen.items():
-        regions = [clearing for c, strategy in zip(cleared, strategies, strict=True) for clearing in c.ways[strategy]]
+        regions = [
+            clearing for c, strategy in zip(cleared, strategies, strict=True) for clearing in c.clearings[strategy]
+        ]
         order = [regions[node] for node in nodes]
         path = PocketPath(name, tuple(piece for clearing in order for piece in clearing.path.pieces))
         programs.append(PocketProgram(name, generated(job, order).measure.time_s, path.rapid_mm, path.retracts))

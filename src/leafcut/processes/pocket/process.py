@@ -37,7 +37,7 @@ _MAIN = (
     "machine", "tools", "tool_diameter", "depth", "strategy", "step_over", "step_down", "entry", "feed", "outline",
     "pixel_size",
 )  # fmt: skip
-#: How sure layers make it that are named as pockets are, and how sure it is without.
+#: Suitability of drawings with layers named for pockets, and without.
 _BY_NAME, _UNNAMED = 0.98, 0.01
 #: Share of the time limit for the order of several pockets.
 ORDERING = 0.1
@@ -57,7 +57,7 @@ class Pocketing(Process):
     uses |= use(PocketDrawingOptions) | use(MachineOptions) | use(JobOptions, but=("keep_order",)) | ORDERED | WRITTEN
     #: Whatever the algorithm is, fireflies may order the grid: every strategy is tried.
     uses |= {name: tuple(one for one in needs if one != FIREFLIES) for name, needs in use(FireflyOptions).items()}
-    helps = {  # noqa: RUF012  # the protocol says that it is of the class
+    helps = {  # noqa: RUF012  # a class attribute of the protocol
         "depth": ("depth of the pockets below Z0", "must be given"),
         "thickness": ("thickness of the plate, for pockets through it", "unknown"),
         "material": ("material of the part; it sets the speed of an assumed end mill", ""),
@@ -87,7 +87,7 @@ class Pocketing(Process):
     )
 
     def suits(self, drawing: WholeDrawing) -> Suitability | None:
-        """Say whether layers are named as pockets and islands are: what is drawn otherwise may be anything."""
+        """Return a high value if layers are named for pockets or islands; other outlines may be anything."""
         from leafcut.processes.suitability import Suitability
         from leafcut.read.pocket_outlines import ISLAND_NAMES, POCKET_NAMES
 
@@ -112,11 +112,11 @@ class Pocketing(Process):
         ours, issues = prepared(job, sources[0])
         pockets, cleared = ours.part.pockets, []
         time = SearchTime(ours.run.deadline.part(1.0 - ORDERING if len(pockets) > 1 else 1.0))
-        for number, one in enumerate(pockets):
-            result, more = clear_pocket(ours, one, number, time)
+        for number, pocket in enumerate(pockets):
+            result, more = clear_pocket(ours, pocket, number, time)
             cleared.append(result)
             issues += more
-        chosen = [one.ways[one.plan.result.strategy] for one in cleared]
+        chosen = [pocket.clearings[pocket.plan.result.strategy] for pocket in cleared]
         problem = order_problem(ours, chosen)
         none = np.zeros(0, dtype=np.int32)
         return Plan(
@@ -129,7 +129,7 @@ class Pocketing(Process):
             tools=(ours.data.tool,),
             box=ours.part.extents,
             made_for=ours.made_for,
-            compared_with=f"by {' and '.join(dict.fromkeys(one.plan.usual.strategy for one in cleared))}",
+            compared_with=f"by {' and '.join(dict.fromkeys(pocket.plan.usual.strategy for pocket in cleared))}",
             start=ours.start,
             issues=issues,
             unforced=False,
@@ -143,7 +143,9 @@ class Pocketing(Process):
 
         work, job = plan.work, plan.job
         (stage,) = plan.stages
-        usual = Stage(order_problem(work.job, [one.usual for one in work.cleared]), False, stage.given, stage.name)
+        usual = Stage(
+            order_problem(work.job, [pocket.usual for pocket in work.cleared]), False, stage.given, stage.name
+        )
         options = replace(job.settings.solve, bound=False, target_gap=None)
         order = find_order(job.quiet(), [usual], options, job.deadline.part(0.5))
         return self.generate(plan, Order((order.choices[0] + len(work.regions),)))
@@ -154,9 +156,9 @@ class Pocketing(Process):
         from leafcut.processes.pocket.clearing import generated
 
         work = plan.work
-        recipes = [*work.regions, *(clearing for one in work.cleared for clearing in one.usual)]
-        laid = generated(work.job, [recipes[node] for node in order.choices[0].tolist()])
-        return Candidate(order, laid.path, laid.measure, laid)
+        recipes = [*work.regions, *(clearing for pocket in work.cleared for clearing in pocket.usual)]
+        motion = generated(work.job, [recipes[node] for node in order.choices[0].tolist()])
+        return Candidate(order, motion.path, motion.measure, motion)
 
     def prove(self, plan: Plan, given: Candidate, best: Candidate) -> Candidate:
         """Compare the program with the motion, and simulate it: no gouge, and all of the pocket cleared."""
@@ -196,12 +198,12 @@ class Pocketing(Process):
         work, chips, pace = plan.work, best.detail.chips, None
         nodes = best.order.choices[0].tolist()
         if chips is not None:
-            even = [clearing for one in work.cleared for clearing in one.even[one.plan.result.strategy]]
+            even = [clearing for pocket in work.cleared for clearing in pocket.even[pocket.plan.result.strategy]]
             seconds = generated(work.job, [even[node] for node in nodes]).measure.time_s
             pace = PaceChange(feeds_s=seconds - best.measure.time_s, changed=chips.changed, tools=(chips.tool,))
         solid = work.job.solid
         return PocketDetail(
-            tuple(one.plan for one in work.cleared),
+            tuple(pocket.plan for pocket in work.cleared),
             programs(work.job, list(work.cleared), nodes),
             pace,
             None if solid is None else solid.before,

@@ -85,9 +85,7 @@ def read(text: str, file: str) -> Values:
         values.take("motors.steps_per_mm", texts(steps.numbers, steps.unit), steps.source)
     kinematics = [name for name in _subtree(tree, "kinematics") if name != "cartesian"]
     if kinematics:
-        values.note(
-            f"its kinematics are {shown(kinematics[0], 20)}: limits are those of motors, so times are estimates"
-        )
+        values.note(f"its kinematics are {shown(kinematics[0], 20)}: limits are per motor, so times are estimates")
     return values
 
 
@@ -199,7 +197,7 @@ def _store_travel(values: Values, parts: list[_Tree]) -> None:
         homes.append(home)
         lines += [line] * bool(line)
     if not lines:
-        values.note("the file has no max_travel_mm: nothing is checked against the travel")
+        values.note("the file has no max_travel_mm: the travel is not checked")
     else:
         source = f"max_travel_mm and homing, {in_lines(lines)}"
         values.travel(Axes(tuple(lowest), "mm", source, derived=True), Axes(tuple(highest), "mm", source, derived=True))

@@ -110,7 +110,7 @@ def _store_board(values: Values, settings: dict[int, _Setting]) -> None:
 
 
 def _store_controller(values: Values, settings: dict[int, _Setting], laser: bool) -> None:
-    values.derive("controller", "grbl-laser" if laser else "grbl", "the settings are those of GRBL")
+    values.derive("controller", "grbl-laser" if laser else "grbl", "the settings have GRBL's format")
     if laser:
         values.work(Head.LASER, f"{_source(settings, _LASER)}: laser mode")
     else:
@@ -121,7 +121,7 @@ def _store_controller(values: Values, settings: dict[int, _Setting], laser: bool
         keys = [key for key in (_FASTEST_RPM, _SLOWEST_RPM) if key in settings]
         values.spindle(highest, lowest, _sources(settings, keys))
         if highest == 1000.0 and not laser:
-            values.note("$30 is 1000 rpm, GRBL's own default: set it to what the spindle turns at full voltage")
+            values.note("$30 is 1000 rpm, GRBL's own default: set it to the spindle speed at full voltage")
     if _SPINDLE_ON in settings:
         values.take(
             "spindle.start_time", f"{_number(values, settings, _SPINDLE_ON):.10g} s", _source(settings, _SPINDLE_ON)
@@ -156,7 +156,7 @@ def _store_travel(values: Values, settings: dict[int, _Setting], hal: bool) -> N
         ]
     else:
         home = [0.0, 0.0, 0.0]
-        values.note("the file has no travel ($130 to $132): nothing is checked against it")
+        values.note("the file has no travel ($130 to $132): it is not checked")
     if homing & 1:
         home_source = _sources(settings, [key for key in (_HOMING, _HOME_TO_MIN) if key in settings])
         values.home_at(Axes(tuple(home), "mm", f"{home_source}: the ends where its switches are", derived=True))

@@ -147,7 +147,7 @@ class _Reader:
         if any(math.isfinite(value) for limit in limits for value in limit.numbers):
             self.values.travel(*limits)
         else:
-            self.values.note("the file has no MIN_LIMIT and MAX_LIMIT: nothing is checked against the travel")
+            self.values.note("the file has no MIN_LIMIT and MAX_LIMIT: the travel is not checked")
         homes, sources = [], []
         for axis in "xyz":
             joint_section, axis_section = f"JOINT_{self.joints.index(axis)}", f"AXIS_{'xyz'.index(axis)}"

@@ -84,7 +84,7 @@ def _store_mach3_travel(
 ) -> None:
     unset = limits_off and all(pair == _MACH3_UNSET for pair in zip(lowest, highest, strict=True))
     if unset:
-        values.note("soft limits are off and were never set: nothing is checked against the travel")
+        values.note("soft limits are off and were never set: the travel is not checked")
         return
     template = "soft limits, <M{}Min> to <M{}Max>"
     if limits_off:
@@ -135,7 +135,7 @@ def read_mach4(text: str, file: str, units: str | None = None) -> Values:
         Axes(*_motor_values(ini, values, motors, "MaxAccel", f"{unit}/s2"), derived=True),
     )
     _store_mach4_travel(ini, values, motors, unit)
-    values.home_at(Axes((0.0, 0.0, 0.0), unit, "Mach4's file says the way of homing, not where it ends", assumed=True))
+    values.home_at(Axes((0.0, 0.0, 0.0), unit, "Mach4's file has the direction of homing, not its end", assumed=True))
     values.assume("process", Head.SPINDLE.value, "the file does not say what does the work")
     fastest = ini.get("MaxRPM", "SpindleRange0")
     if fastest is not None and number(values, fastest.text, f"MaxRPM ({fastest.place})") > 0:
@@ -158,7 +158,7 @@ def _store_mach4_travel(ini: Ini, values: Values, motors: list[str], unit: str) 
     high, _, source = _motor_values(ini, values, motors, "SoftMaxLimit", unit)
     was_set = [top > bottom for bottom, top in zip(low, high, strict=True)]
     if not any(was_set):
-        values.note("soft limits were never set: nothing is checked against the travel")
+        values.note("soft limits were never set: the travel is not checked")
         return
     flags = [ini.get("SoftLimitUsed", f"Axis{axis}") for axis in range(3)]
     ignored = [n for n, flag, is_set in zip("xyz", flags, was_set, strict=True) if is_set and flag and flag.text == "0"]

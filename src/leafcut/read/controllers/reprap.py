@@ -88,7 +88,7 @@ def read_marlin(text: str, file: str) -> Values:
         source = f"soft endstops (M211), {in_lines([line])}"
         values.travel(Axes(tuple(limits[:3]), unit, source), Axes(tuple(limits[3:]), unit, source))
     else:
-        values.note("M503 does not tell the travel (M211 does): nothing is checked against it")
+        values.note("M503 does not report the travel (M211 does): it is not checked")
     _store_zero_home(values)
     jerk = settings.words.get("M205", {})
     if "J" in jerk:
@@ -157,7 +157,7 @@ def read_rrf(text: str, file: str) -> Values:
     _store_steps(values, settings, unit)
     kinematics = settings.words.get("M669", {}).get("K")
     if "M665" in settings.words or (kinematics is not None and kinematics[0].strip() != "0"):
-        values.note("its kinematics are not those of three straight axes (M669, M665): times are estimates")
+        values.note("its axes are not three straight ones (M669, M665): times are estimates")
     _store_rrf_spindle(values, lines)
     _store_common_values(values, "RepRapFirmware", laser=laser)
     return values
@@ -194,7 +194,7 @@ def _store_rrf_travel(values: Values, lines: list[_Line], unit: str) -> dict[str
     if plain != entries:
         values.note("M208 has expressions, which are not worked out: write the travel of those axes into the profile")
     elif not entries:
-        values.note("the file has no M208: nothing is checked against the travel")
+        values.note("the file has no M208: the travel is not checked")
     if plain:
         source = f"M208, {_location(line.place for line, _ in plain)}"
         low, high = (tuple(ends[axis][k] for axis in "XYZ") for k in (0, 1))

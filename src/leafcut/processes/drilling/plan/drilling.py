@@ -380,7 +380,7 @@ def _add_wide_tools(
         f"{count_of(holes, 'hole')} with a counterbore, countersink or undercut, as at {hole.x:g}, {hole.y:g} "
         f"(\u00d8 {wide_part.diameter:g}, {wide_part.depth:.3f} mm deep): the narrow part is drilled, the wide one is "
         "not made; "
-        "what is free above is, where --tools has an end mill of its diameter or a chamfer mill of its angle",
+        "add an end mill of its diameter or a chamfer mill of its angle to --tools",
         missing=MissingWork("wide part", len(unmade), tuple((hole.x, hole.y) for hole, _ in unmade)),
     )
     return wide, [issue]

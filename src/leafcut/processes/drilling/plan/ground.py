@@ -204,7 +204,7 @@ def checked_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:
         issues.append(
             Issue(
                 "L443",
-                f"{fixture.name} is not closed: what is missing of it is not known, so all of the box around it counts",
+                f"{fixture.name} is not closed, so its whole bounding box counts",
                 severity=Severity.WARNING,
             )
         )
@@ -264,7 +264,7 @@ def check_bodies(
             continue
         index = min(hits)
         x, y = xy[index]
-        obstacle = "the rim of the hole" if low[index] < tops[index] else "what stands beside the hole"
+        obstacle = "the rim of the hole" if low[index] < tops[index] else "the wall beside the hole"
         raise PlanError(
             f"{tool.label}: at {x:g}, {y:g} its {disc.body}, \u00d8 {2.0 * disc.radius:g} mm, comes down to "
             f"Z{tips[index] + disc.above:.3f} and meets {obstacle} ({count_of(len(hits), 'hole')} in all); use a "
@@ -312,7 +312,7 @@ def check_beside(
         index = min(hits)
         x, y = xy[index]
         raise PlanError(
-            f"{tool.label}: at {x:g}, {y:g} it is wider than the hole and cuts what stands beside it "
+            f"{tool.label}: at {x:g}, {y:g} it is wider than the hole and cuts the wall beside it "
             f"({count_of(len(hits), 'hole')} in all); use a narrower tool, or leave the holes out"
         )
 
@@ -431,7 +431,7 @@ def tops_of(
         issues.append(
             Issue(
                 "L443",
-                f"{ground.mesh.name} is not closed; what is missing of it is taken for air",
+                f"{ground.mesh.name} is not closed; missing parts count as air",
                 severity=Severity.WARNING,
             )
         )
@@ -481,7 +481,7 @@ def _refuse_other_unit(part: Part, mesh: Mesh) -> None:
                 f"{message}: in {name} it would hold them; give --surface-unit, or the --units of the drawing"
             )
     if any(factor < 1.0 and _similar_length(part, mesh, factor) for factor in OTHER_UNITS.values()):
-        raise PlanError(f"{message}: its unit is another one; give --surface-unit, or the --units of the drawing")
+        raise PlanError(f"{message}: its unit differs; give --surface-unit, or the --units of the drawing")
 
 
 def _unit_issues(part: Part, mesh: Mesh, thickness: NDArray[np.float64], radius: NDArray[np.float64]) -> list[Issue]:
