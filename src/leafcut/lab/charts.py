@@ -32,22 +32,22 @@ _ID = re.compile(r'\s+id="([^"]*)"')
 def box_plots(groups: Mapping[str, Sequence[float]], heading: str, words: str) -> str:
     """Return box plots with whiskers to 1.5 times the interquartile range (Tukey 1977), and a dot per value."""
     figure, axes = _figure(max(_WIDTH, 0.55 * len(groups)))
-    values = [list(one) for one in groups.values()]
+    values = [list(values_) for values_ in groups.values()]
     boxes = axes.boxplot(values, widths=0.55, showfliers=False, patch_artist=True, whis=1.5)
     for part in ("boxes", "whiskers", "caps", "medians"):
-        for one in boxes[part]:
-            one.set_color(_HUES[0])
+        for artist in boxes[part]:
+            artist.set_color(_HUES[0])
     for box in boxes["boxes"]:
         box.set_facecolor("none")
-    for place, one in enumerate(values, 1):
-        across = place + 0.18 * np.linspace(-1.0, 1.0, len(one)) if len(one) > 1 else [place]
-        axes.plot(across, one, "o", color=_HUES[1], markersize=2.6, alpha=0.7, markeredgewidth=0)
+    for position, sample in enumerate(values, 1):
+        x = position + 0.18 * np.linspace(-1.0, 1.0, len(sample)) if len(sample) > 1 else [position]
+        axes.plot(x, sample, "o", color=_HUES[1], markersize=2.6, alpha=0.7, markeredgewidth=0)
     _names(axes, list(groups))
     axes.set_ylabel(heading)
     return _svg(figure, words)
 
 
-def means(series: Mapping[str, Sequence[tuple[float, float, float, float]]], across: str, heading: str, words: str,
+def means(series: Mapping[str, Sequence[tuple[float, float, float, float]]], x_label: str, heading: str, words: str,
           ideal: Sequence[tuple[float, float]] = ()) -> str:  # fmt: skip
     """Return means with their intervals: name → (x, mean, low, high); `ideal` is a thin line."""
     figure, axes = _figure()
@@ -55,82 +55,82 @@ def means(series: Mapping[str, Sequence[tuple[float, float, float, float]]], acr
         axes.plot(*zip(*ideal, strict=True), color=_SOFT, linewidth=1, linestyle=":", label="ideal")
     for k, (name, points) in enumerate(series.items()):
         x, mean, low, high = (np.array(column) for column in zip(*points, strict=True))
-        colour, dash = _look(k)
+        colour, dash = _line_style(k)
         axes.errorbar(x, mean, yerr=[np.maximum(mean - low, 0), np.maximum(high - mean, 0)], color=colour,
                       linestyle=dash, marker="o", markersize=3.5, capsize=2.5, linewidth=1.4, label=name)  # fmt: skip
-    axes.set_xlabel(across)
+    axes.set_xlabel(x_label)
     axes.set_ylabel(heading)
     _legend(axes, len(series) + bool(ideal))
     return _svg(figure, words)
 
 
-def convergence(ways: Mapping[str, Sequence[Course]], across: str, heading: str, words: str) -> str:
+def convergence(variants: Mapping[str, Sequence[Course]], x_label: str, heading: str, words: str) -> str:
     """Return the mean convergence of each variant, with a band from its best to its worst run."""
     figure, axes = _figure()
-    last = max(curve[-1][0] for curves in ways.values() for curve in curves)
+    last = max(curve[-1][0] for curves in variants.values() for curve in curves)
     places = np.linspace(0.0, last, _STEPS)
-    for k, (name, curves) in enumerate(ways.items()):
-        table = np.array([_at(curve, places) for curve in curves])
-        colour, dash = _look(k)
+    for k, (name, curves) in enumerate(variants.items()):
+        table = np.array([_costs_at(curve, places) for curve in curves])
+        colour, dash = _line_style(k)
         axes.fill_between(places, table.min(axis=0), table.max(axis=0), color=colour, alpha=0.13, linewidth=0)
         axes.plot(places, table.mean(axis=0), color=colour, linestyle=dash, linewidth=1.5, label=name)
-    axes.set_xlabel(across)
+    axes.set_xlabel(x_label)
     axes.set_ylabel(heading)
-    _legend(axes, len(ways))
+    _legend(axes, len(variants))
     return _svg(figure, words)
 
 
-def time_to_target(ways: Mapping[str, Sequence[float | None]], across: str, words: str) -> str:
+def time_to_target(variants: Mapping[str, Sequence[float | None]], x_label: str, words: str) -> str:
     """Return time-to-target plots: the share of runs that have reached the target.
 
-    `ways` maps a name to the time of each run, None if it missed the target. Missed runs count in the total.
+    `variants` maps a name to the time of each run, None if it missed the target. Missed runs count in the total.
 
     Source: Aiex, Resende and Ribeiro 2007, *TTT plots*.
     """
     figure, axes = _figure()
-    last = max((t for times in ways.values() for t in times if t is not None), default=1.0) or 1.0
-    for k, (name, times) in enumerate(ways.items()):
+    last = max((t for times in variants.values() for t in times if t is not None), default=1.0) or 1.0
+    for k, (name, times) in enumerate(variants.items()):
         reached = sorted(t for t in times if t is not None)
         shares = [100.0 * (n + 1) / len(times) for n in range(len(reached))]
-        colour, dash = _look(k)
+        colour, dash = _line_style(k)
         axes.step([0.0, *reached, 1.02 * last], [0.0, *shares, shares[-1] if shares else 0.0], where="post",
                   color=colour, linestyle=dash, linewidth=1.5, label=name)  # fmt: skip
     axes.set_ylim(-2, 103)
-    axes.set_xlabel(across)
+    axes.set_xlabel(x_label)
     axes.set_ylabel("runs at the target, %")
-    _legend(axes, len(ways))
+    _legend(axes, len(variants))
     return _svg(figure, words)
 
 
 def pareto(
-    points: Mapping[str, tuple[float, float]], front: Sequence[str], across: str, heading: str, words: str
+    points: Mapping[str, tuple[float, float]], front: Sequence[str], x_label: str, heading: str, words: str
 ) -> str:
     """Return variants as points of two figures; those on the Pareto front are joined and labelled."""
     figure, axes = _figure()
-    others = [at for name, at in points.items() if name not in front]
-    if others:
-        axes.plot(*zip(*others, strict=True), "o", color=_SOFT, markersize=4, alpha=0.7)
+    dominated = [point for name, point in points.items() if name not in front]
+    if dominated:
+        axes.plot(*zip(*dominated, strict=True), "o", color=_SOFT, markersize=4, alpha=0.7)
     best = sorted((points[name], name) for name in front)
-    axes.plot(*zip(*(at for at, _ in best), strict=True), "o-", color=_HUES[0], markersize=5, linewidth=1.2)
-    named: dict[tuple[float, float], list[str]] = {}
-    for at, name in best:
-        named.setdefault(at, []).append(name)
-    for at, names in named.items():
-        words_of = names[0] if len(names) == 1 else f"{names[0]} and {len(names) - 1} more"
-        axes.annotate(words_of, at, xytext=(5, 5), textcoords="offset points", fontsize=8, color=_INK)
+    axes.plot(*zip(*(point for point, _ in best), strict=True), "o-", color=_HUES[0], markersize=5, linewidth=1.2)
+    names_at: dict[tuple[float, float], list[str]] = {}
+    for point, name in best:
+        names_at.setdefault(point, []).append(name)
+    for point, names in names_at.items():
+        label = names[0] if len(names) == 1 else f"{names[0]} and {len(names) - 1} more"
+        axes.annotate(label, point, xytext=(5, 5), textcoords="offset points", fontsize=8, color=_INK)
     axes.margins(0.15)
-    axes.set_xlabel(across)
+    axes.set_xlabel(x_label)
     axes.set_ylabel(heading)
     return _svg(figure, words)
 
 
-def scatter(series: Mapping[str, Sequence[tuple[float, float]]], across: str, heading: str, words: str) -> str:
+def scatter(series: Mapping[str, Sequence[tuple[float, float]]], x_label: str, heading: str, words: str) -> str:
     """Return a scatter plot: name → (x, y)."""
     figure, axes = _figure()
     for k, (name, points) in enumerate(series.items()):
         axes.plot(*zip(*points, strict=True), "os^D"[k % 4], color=_HUES[k % len(_HUES)], markersize=5, label=name)
     axes.axhline(0.0, color=_SOFT, linewidth=0.8)
-    axes.set_xlabel(across)
+    axes.set_xlabel(x_label)
     axes.set_ylabel(heading)
     _legend(axes, len(series))
     return _svg(figure, words)
@@ -141,8 +141,8 @@ def trials(costs: Sequence[tuple[float, float]], heading: str, words: str) -> st
     figure, axes = _figure()
     x, y = (np.array(column, dtype=np.float64) for column in zip(*costs, strict=True))
     axes.plot(x, y, "o", color=_HUES[1], markersize=3.5, alpha=0.8, markeredgewidth=0, label="trial")
-    least = np.minimum.accumulate(np.minimum(y, 1.0))
-    axes.step(x, least, where="post", color=_HUES[0], linewidth=1.6, label="least so far")
+    best = np.minimum.accumulate(np.minimum(y, 1.0))
+    axes.step(x, best, where="post", color=_HUES[0], linewidth=1.6, label="least so far")
     axes.axhline(1.0, color=_SOFT, linewidth=1, linestyle=":", label="defaults")
     axes.set_xlabel("trial")
     axes.set_ylabel(heading)
@@ -150,7 +150,7 @@ def trials(costs: Sequence[tuple[float, float]], heading: str, words: str) -> st
     return _svg(figure, words)
 
 
-def _at(curve: Course, places: NDArray[np.float64]) -> NDArray[np.float64]:
+def _costs_at(curve: Course, places: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the costs of a run at given places, each from the last step before it."""
     x, y = (np.array(column, dtype=np.float64) for column in zip(*curve, strict=True))
     costs: NDArray[np.float64] = y[np.maximum(np.searchsorted(x, places, side="right") - 1, 0)]
@@ -162,7 +162,7 @@ def reached(curve: Course, target: float) -> float | None:
     return next((x for x, y in curve if y <= target), None)
 
 
-def _look(k: int) -> tuple[str, str]:
+def _line_style(k: int) -> tuple[str, str]:
     return _HUES[k % len(_HUES)], _DASHES[k // len(_HUES) % len(_DASHES)]
 
 
@@ -198,17 +198,17 @@ def _svg(figure: Any, words: str) -> str:
     """Return a figure as an element for a page, with CSS colours and an accessible title."""
     from matplotlib import rc_context
 
-    made = io.StringIO()
+    output = io.StringIO()
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": "leafcut"}):
-        figure.savefig(made, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
-    text = made.getvalue()
+        figure.savefig(output, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
+    text = output.getvalue()
     text = text[text.index("<svg") :]
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
     for colour, name in _IN_PAGE.items():
         text = text.replace(colour, name)
     text = re.sub(r"(font: [^;\"]*?)'[^;\"]*(?=[;\"])", r"\1system-ui, sans-serif", text)
-    named = set(re.findall(r"#([\w-]+)", text))
-    text = _ID.sub(lambda found: found[0] if found[1] in named else "", text)
+    references = set(re.findall(r"#([\w-]+)", text))
+    text = _ID.sub(lambda match: match[0] if match[1] in references else "", text)
     head, _, rest = text.partition(">")
     head = re.sub(r'\s(width|height)="[^"]*"', "", head).replace("<svg", '<svg class="chart" role="img"', 1)
     return f"{head}>{title(words)}{rest}".strip()

@@ -18,44 +18,47 @@ def compared(results: Results, analysis: Analysis, response: Response) -> Report
     """Return the ranks of the levels of a factor over all instances, and the savings over the base level."""
     (factor,) = (results.description.factor(name) for name in analysis.factors)
     by_cell = results.groups(response.name, factor.name)
-    whole = {rest: groups for rest, groups in by_cell.items() if len(groups) == len(factor.levels)}
-    blocks = [{level.name: median(groups[level.name]) for level in factor.levels} for groups in whole.values()]
+    complete = {rest: groups for rest, groups in by_cell.items() if len(groups) == len(factor.levels)}
+    blocks = [{level.name: median(groups[level.name]) for level in factor.levels} for groups in complete.values()]
     words = []
-    what = "an instance (the median of its runs)"
+    meaning = "an instance (the median of its runs)"
     if len(blocks) < LEAST_OF_PAIRS:
         blocks = [
             dict(zip(groups, values, strict=True))
-            for groups in whole.values()
+            for groups in complete.values()
             for values in zip(*groups.values(), strict=False)
         ]
-        what = "a run of an instance with one seed"
-        if len(whole) > 1:
+        meaning = "a run of an instance with one seed"
+        if len(complete) > 1:
             words.append("There are few instances: a block is one run, so this is proved for these instances alone.")
     heading = f"{TITLE}: {response.title.lower()}"
-    held = bool(analysis.base or analysis.fact)
-    against = [_against(results, analysis, response, factor.title, words)] if held else []
+    has_reference = bool(analysis.base or analysis.fact)
+    against = [_against(results, analysis, response, factor.title, words)] if has_reference else []
     try:
-        found = ranked({level.name: [block[level.name] for block in blocks] for level in factor.levels}, analysis.alpha)
+        ranking = ranked(
+            {level.name: [block[level.name] for block in blocks] for level in factor.levels}, analysis.alpha
+        )
     except OptionError as problem:
         if not against:
             raise
         return ReportBlock(heading, (*words, f"No ranks: {problem}."), tuple(against))
-    if found.p is not None:
+    if ranking.p is not None:
         words.append(
-            f"Friedman over {count_of(found.blocks, 'block')}, each {what}: χ² = {number(found.statistic or 0.0)}, "
-            f"{p_words(found.p)}, agreement W = {found.kendall_w:.2f}."
+            f"Friedman over {count_of(ranking.blocks, 'block')}, each {meaning}: "
+            f"χ² = {number(ranking.statistic or 0.0)}, "
+            f"{p_words(ranking.p)}, agreement W = {ranking.kendall_w:.2f}."
         )
-    ranks = sorted(found.mean_ranks.items(), key=lambda one: one[1], reverse=response.more_is_better)
-    for pair in found.pairs:
-        if pair.p < analysis.alpha and len(found.pairs) <= 3:
-            less = pair.first if (pair.difference < 0) != response.more_is_better else pair.second
+    ranks = sorted(ranking.mean_ranks.items(), key=lambda item: item[1], reverse=response.more_is_better)
+    for pair in ranking.pairs:
+        if pair.p < analysis.alpha and len(ranking.pairs) <= 3:
+            better = pair.first if (pair.difference < 0) != response.more_is_better else pair.second
             words.append(
-                f"{pair.first} against {pair.second}: {less} is better, {p_words(pair.p)}, effect {pair.effect:+.2f}."
+                f"{pair.first} against {pair.second}: {better} is better, {p_words(pair.p)}, effect {pair.effect:+.2f}."
             )
     tables = [
         *against,
         Table((factor.title, "Mean rank of its figures"), tuple((name, f"{rank:.2f}") for name, rank in ranks)),
-        _ranked_pairs(found.pairs, response),
+        _ranked_pairs(ranking.pairs, response),
     ]
     drawn = [
         (
@@ -75,14 +78,14 @@ def _against(results: Results, analysis: Analysis, response: Response, title: st
     Changes: words, with the mean difference over all instances.
     """
     base_name = analysis.base or analysis.fact
-    known = {one.name: one.facts.get(analysis.fact, 0.0) for one in results.description.instances}
+    known = {instance.name: instance.facts.get(analysis.fact, 0.0) for instance in results.description.instances}
     levels = [level.name for level in results.description.factor(analysis.factors[0]).levels]
-    others = [name for name in levels if name != analysis.base]
-    rows, saved = [], {name: list[float]() for name in others}
+    compared_levels = [name for name in levels if name != analysis.base]
+    rows, saved = [], {name: list[float]() for name in compared_levels}
     for rest, groups in results.groups(response.name, analysis.factors[0]).items():
         base = known[rest[0]] if analysis.fact else fmean(groups.get(analysis.base, [0.0]))
         cells = []
-        for name in others:
+        for name in compared_levels:
             if name not in groups or not base:
                 cells.append(number(fmean(groups[name])) if name in groups else "–")
                 continue
@@ -100,17 +103,17 @@ def _against(results: Results, analysis: Analysis, response: Response, title: st
             f"from {min(changes):+.2f} to {max(changes):+.2f})."
         )
     return Table(
-        ("Instance", base_name, *others), tuple(rows), 1,
+        ("Instance", base_name, *compared_levels), tuple(rows), 1,
         f"{response.heading}: means, and against {base_name} ({title.lower()})",
     )  # fmt: skip
 
 
 def _ranked_pairs(pairs: Sequence[Pair], response: Response) -> Table:
     rows = [
-        (f"{one.first} – {one.second}", number(one.difference),
-         "–" if one.low is None or one.high is None else f"{number(one.low)} to {number(one.high)}",
-         p_words(one.p, ""), f"{one.effect or 0.0:+.2f}")
-        for one in pairs
+        (f"{pair.first} – {pair.second}", number(pair.difference),
+         "–" if pair.low is None or pair.high is None else f"{number(pair.low)} to {number(pair.high)}",
+         p_words(pair.p, ""), f"{pair.effect or 0.0:+.2f}")
+        for pair in pairs
     ]  # fmt: skip
     unit = f", {response.unit}" if response.unit else ""
     return Table(

@@ -179,11 +179,11 @@ class Description:
 
     def response(self, name: str) -> Response:
         """Return a response by name."""
-        return next(one for one in self.responses if one.name == name)
+        return next(response for response in self.responses if response.name == name)
 
     def factor(self, name: str) -> Factor:
         """Return a factor by name."""
-        return next(one for one in self.factors if one.name == name)
+        return next(factor for factor in self.factors if factor.name == name)
 
     def runs(self) -> Iterator[RunPlan]:
         """Yield all runs seed by seed, so that an early end leaves complete rounds."""

@@ -9,7 +9,7 @@ from typing import Any
 from leafcut.errors import OptionError, nearest
 
 
-def word_of(value: Any) -> str:
+def value_text(value: Any) -> str:
     """Return a level or a figure as text."""
     return f"{value:g}" if isinstance(value, float) else str(value)
 
@@ -66,9 +66,9 @@ class DescriptionTable:
     def texts(self, key: str) -> list[str]:
         """Return a list of texts, or of numbers as texts."""
         value = self.content.get(key, [])
-        if not isinstance(value, list) or any(isinstance(one, dict | list) for one in value):
+        if not isinstance(value, list) or any(isinstance(item, dict | list) for item in value):
             raise self.wrong(f"{key}: a list of texts is needed")
-        return [word_of(one) for one in value]
+        return [value_text(item) for item in value]
 
     def table(self, key: str) -> dict[str, Any]:
         """Return a table unchanged."""
@@ -79,19 +79,21 @@ class DescriptionTable:
 
     def dicts(self, key: str) -> dict[str, dict[str, Any]]:
         """Return a table of tables."""
-        found = self.table(key)
-        for name, one in found.items():
-            if not isinstance(one, dict):
+        tables = self.table(key)
+        for name, entry in tables.items():
+            if not isinstance(entry, dict):
                 raise self.wrong(f"{key}.{name}: a table is needed")
-        return found
+        return tables
 
     def tables(self, key: str) -> list[DescriptionTable]:
         """Return the tables of a table, in order."""
-        return [DescriptionTable(one, self.experiment, f"{key}.{name}") for name, one in self.dicts(key).items()]
+        return [
+            DescriptionTable(content, self.experiment, f"{key}.{name}") for name, content in self.dicts(key).items()
+        ]
 
     def list_of_tables(self, key: str) -> list[DescriptionTable]:
         """Return the tables of a list of tables."""
         value = self.content.get(key, [])
-        if not isinstance(value, list) or any(not isinstance(one, dict) for one in value):
+        if not isinstance(value, list) or any(not isinstance(item, dict) for item in value):
             raise self.wrong(f"{key}: tables [[{key}]] are needed")
-        return [DescriptionTable(one, self.experiment, f"{key} {k}") for k, one in enumerate(value, 1)]
+        return [DescriptionTable(item, self.experiment, f"{key} {k}") for k, item in enumerate(value, 1)]

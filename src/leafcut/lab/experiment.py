@@ -77,16 +77,16 @@ class Experiment:
     @property
     def algorithms(self) -> tuple[str, ...]:
         """The algorithms in the order in which they ran."""
-        return tuple(dict.fromkeys(one.algorithm for one in self.repetitions))
+        return tuple(dict.fromkeys(run.algorithm for run in self.repetitions))
 
     @property
     def best(self) -> Repetition:
         """The first run with the shortest tour."""
-        return min(self.repetitions, key=lambda one: one.cost)
+        return min(self.repetitions, key=lambda run: run.cost)
 
     def of(self, algorithm: str) -> tuple[Repetition, ...]:
         """Return the runs of an algorithm."""
-        return tuple(one for one in self.repetitions if one.algorithm == algorithm)
+        return tuple(run for run in self.repetitions if run.algorithm == algorithm)
 
 
 def check_experiment(algorithms: Sequence[str], runs: int) -> None:
@@ -123,26 +123,26 @@ def run_experiment(
         An algorithm cannot solve this map.
     """
     check_experiment(algorithms, runs)
-    ended = cancelled or threading.Event()
+    cancel_event = cancelled or threading.Event()
     first = collect({"seed": (options or {}).get("seed")}).of(SolveOptions).seed
     repetitions: list[Repetition] = []
     best: Solution | None = None
     stopped = False
     todo = [(algorithm, first + k) for algorithm in dict.fromkeys(algorithms) for k in range(runs)]
-    most = min(MOST_POINTS, max(_ALL_POINTS // len(todo), _LEAST_POINTS))
+    max_points = min(MOST_POINTS, max(_ALL_POINTS // len(todo), _LEAST_POINTS))
     for number, (algorithm, seed) in enumerate(todo):
         study = Study(observe)
-        tell = _tell(progress, f"{algorithm}, seed {seed}", number, len(todo))
-        given = {**options_for(algorithm, options or {}), "seed": seed}
-        found = api.solve(part, progress=tell, observe=study, cancelled=ended, **given).solution
-        stopped = ended.is_set()
+        on_progress = _run_progress(progress, f"{algorithm}, seed {seed}", number, len(todo))
+        run_options = {**options_for(algorithm, options or {}), "seed": seed}
+        solution = api.solve(part, progress=on_progress, observe=study, cancelled=cancel_event, **run_options).solution
+        stopped = cancel_event.is_set()
         if stopped and repetitions:
             break
-        repetitions.append(_repetition(algorithm, seed, found, study, most))
-        best = found if best is None or found.cost < best.cost else best
+        repetitions.append(_repetition(algorithm, seed, solution, study, max_points))
+        best = solution if best is None or solution.cost < best.cost else best
         if stopped:
             break
-    return Experiment(part, tuple(repetitions), _bound(part, best, options or {}, ended), stopped)
+    return Experiment(part, tuple(repetitions), _bound(part, best, options or {}, cancel_event), stopped)
 
 
 def options_for(algorithm: str, options: Mapping[str, Any]) -> dict[str, Any]:
@@ -155,42 +155,44 @@ def options_for(algorithm: str, options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _fits(needs: Conditions, algorithm: str) -> bool:
-    return all(algorithm in one.values for one in needs if one.names == ("algorithm",))
+    return all(algorithm in condition.values for condition in needs if condition.names == ("algorithm",))
 
 
-def _tell(progress: OnProgress | None, what: str, number: int, runs: int) -> OnProgress | None:
+def _run_progress(progress: OnProgress | None, run_name: str, number: int, runs: int) -> OnProgress | None:
     """Return a progress callback that adds the name of the run and converts to the share of all runs."""
     if progress is None:
         return None
 
-    def tell(now: Progress) -> None:
-        progress(replace(now, step=f"{what} ({number + 1} of {runs})", share=(number + now.share) / runs))
+    def report(current: Progress) -> None:
+        progress(replace(current, step=f"{run_name} ({number + 1} of {runs})", share=(number + current.share) / runs))
 
-    return tell
-
-
-def _repetition(algorithm: str, seed: int, found: Solution, study: Study, most: int) -> Repetition:
-    curve = tuple(curve_of(found, study, most))
-    return Repetition(algorithm, seed, found.cost, found.iterations, found.seconds, found.nodes, curve)
+    return report
 
 
-def curve_of(found: Solution, study: Study, most: int) -> Iterator[tuple[int, float, float]]:
-    """Yield (iteration, seconds, cost) at each improvement, thinned to about `most` points, and at the end."""
-    begun, cost = found.history[0]
-    points, rows = [(0, begun, cost)], study.iterations()
+def _repetition(algorithm: str, seed: int, solution: Solution, study: Study, max_points: int) -> Repetition:
+    curve = tuple(curve_of(solution, study, max_points))
+    return Repetition(algorithm, seed, solution.cost, solution.iterations, solution.seconds, solution.nodes, curve)
+
+
+def curve_of(solution: Solution, study: Study, max_points: int) -> Iterator[tuple[int, float, float]]:
+    """Yield (iteration, seconds, cost) at each improvement, thinned to about `max_points` points, and at the end."""
+    started, cost = solution.history[0]
+    points, rows = [(0, started, cost)], study.iterations()
     # For a map with sets of points, a search may only know the lengths through the centres.
-    known = bool(rows) and math.isclose(rows[-1].shortest, found.cost, rel_tol=1e-9)
+    known = bool(rows) and math.isclose(rows[-1].shortest, solution.cost, rel_tol=1e-9)
     for row in rows if known else ():
         if row.shortest < points[-1][2]:
             points.append((row.number, row.seconds, row.shortest))
-    yield from points[:: len(points) // most + 1]
-    yield (found.iterations, found.seconds, found.cost)
+    yield from points[:: len(points) // max_points + 1]
+    yield (solution.iterations, solution.seconds, solution.cost)
 
 
-def _bound(part: Part, best: Solution | None, options: Mapping[str, Any], ended: threading.Event) -> float | None:
+def _bound(
+    part: Part, best: Solution | None, options: Mapping[str, Any], cancel_event: threading.Event
+) -> float | None:
     if best is None or options.get("bound") is False:
         return None
     from leafcut.order.certificate import certify
     from leafcut.order.maps import problem_of_map
 
-    return certify(problem_of_map(part), replace(best, lower_bound=None), None, ended).lower_bound
+    return certify(problem_of_map(part), replace(best, lower_bound=None), None, cancel_event).lower_bound

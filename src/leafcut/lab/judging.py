@@ -9,7 +9,7 @@ from statistics import fmean
 from leafcut.errors import OptionError
 from leafcut.lab import charts, comparing
 from leafcut.lab.description import TIMES, Analysis, Response
-from leafcut.lab.results import MOST_CHARTS, ReportBlock, Results, Table, number, or_dash, p_words, way_of
+from leafcut.lab.results import MOST_CHARTS, ReportBlock, Results, Table, number, or_dash, p_words, variant_name
 from leafcut.lab.statistics import OneWay, Pair, crossed, interval, one_way, pareto_front, trend
 
 #: Relative tolerance for equal figures of a cell.
@@ -44,23 +44,23 @@ def _anova(results: Results, analysis: Analysis, response: Response) -> ReportBl
     drawn: list[tuple[str, str]] = []
     for rest, groups in results.groups(response.name, factor.name).items():
         name = ", ".join(rest)
-        found = one_way(groups, analysis.alpha)
-        words += _of_one_way(name, factor.title, found)
-        best = sorted(found.means, key=found.means.__getitem__, reverse=response.more_is_better)
+        anova = one_way(groups, analysis.alpha)
+        words += _of_one_way(name, factor.title, anova)
+        best = sorted(anova.means, key=anova.means.__getitem__, reverse=response.more_is_better)
         rows = [
             (
                 level,
-                str(found.counts[level]),
-                number(found.means[level]),
-                number(found.deviations[level]),
-                found.letters[level],
+                str(anova.counts[level]),
+                number(anova.means[level]),
+                number(anova.deviations[level]),
+                anova.letters[level],
             )
             for level in best
         ]
         tables.append(
             Table((factor.title, "Runs", f"{response.heading}: mean", "s", "Letters (Tukey)"), tuple(rows), 1, name)
         )
-        tables.append(_pairs(f"{name}: every two levels", found.fisher, found.tukey, analysis.alpha))
+        tables.append(_pairs(f"{name}: every two levels", anova.fisher, anova.tukey, analysis.alpha))
         if len(drawn) < MOST_CHARTS:
             drawn.append((name, _chart_of(groups, factor.numeric, factor.title, response, name)))
     return ReportBlock(
@@ -71,30 +71,30 @@ def _anova(results: Results, analysis: Analysis, response: Response) -> ReportBl
     )
 
 
-def _of_one_way(name: str, factor: str, found: OneWay) -> list[str]:
-    proved = found.p < found.alpha
+def _of_one_way(name: str, factor: str, anova: OneWay) -> list[str]:
+    proved = anova.p < anova.alpha
     words = [
-        f"{name}: F = {number(found.f)} ({found.between} and {found.within} degrees of freedom; critical "
-        f"{number(found.f_critical)} at α = {found.alpha:g}), {p_words(found.p)}: {factor.lower()} "
+        f"{name}: F = {number(anova.f)} ({anova.between} and {anova.within} degrees of freedom; critical "
+        f"{number(anova.f_critical)} at α = {anova.alpha:g}), {p_words(anova.p)}: {factor.lower()} "
         f"{'makes a difference' if proved else 'makes no difference that these runs can prove'}. "
-        f"It explains η² = {100 * found.eta_squared:.0f} % of the variance (ω² = {100 * found.omega_squared:.0f} %)."
+        f"It explains η² = {100 * anova.eta_squared:.0f} % of the variance (ω² = {100 * anova.omega_squared:.0f} %)."
     ]
-    if found.lsd is not None:
-        words[0] += f" Least significant difference: {number(found.lsd)}."
+    if anova.lsd is not None:
+        words[0] += f" Least significant difference: {number(anova.lsd)}."
     checks = [
         f"{test} {p_words(p)}"
-        for test, p in (("Shapiro–Wilk", found.normal_p), ("Brown–Forsythe", found.equal_p))
+        for test, p in (("Shapiro–Wilk", anova.normal_p), ("Brown–Forsythe", anova.equal_p))
         if p is not None
     ]
-    if found.residuals_doubtful:
-        others = [
+    if anova.residuals_doubtful:
+        alternatives = [
             f"{test} {p_words(p)}"
-            for test, p in (("Welch", found.welch_p), ("Kruskal–Wallis", found.kruskal_p))
+            for test, p in (("Welch", anova.welch_p), ("Kruskal–Wallis", anova.kruskal_p))
             if p is not None
         ]
         words.append(
             f"{name}: the residuals do not look as the analysis assumes ({', '.join(checks)}). Tests that do not "
-            f"assume it: {', '.join(others)}."
+            f"assume it: {', '.join(alternatives)}."
         )
     elif checks:
         words.append(f"{name}: the residuals look as the analysis assumes ({', '.join(checks)}).")
@@ -102,35 +102,39 @@ def _of_one_way(name: str, factor: str, found: OneWay) -> list[str]:
 
 
 def _crossed(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
-    one, two = (results.description.factor(name) for name in analysis.factors)
-    places = [1 + [f.name for f in results.description.factors].index(f.name) for f in (one, two)]
+    first, second = (results.description.factor(name) for name in analysis.factors)
+    places = [1 + [f.name for f in results.description.factors].index(f.name) for f in (first, second)]
     figures = results.figures(response.name)
-    alike = all(max(values) - min(values) <= _ALIKE * abs(max(values)) for values in figures.values())
-    together = alike and len({cell[0] for cell in figures}) > 1
-    by: dict[str, list[tuple[str, str, float]]] = {}
+    deterministic = all(max(values) - min(values) <= _ALIKE * abs(max(values)) for values in figures.values())
+    together = deterministic and len({cell[0] for cell in figures}) > 1
+    by_name: dict[str, list[tuple[str, str, float]]] = {}
     for cell, values in figures.items():
         rest = [word for k, word in enumerate(cell) if k not in places]
         name = ", ".join(["all instances", *rest[1:]] if together else rest)
-        mine = [
-            fmean(many) for other, many in figures.items()
-            if [word for k, word in enumerate(other) if k not in places] == rest
+        cell_means = [
+            fmean(cell_values) for other_cell, cell_values in figures.items()
+            if [word for k, word in enumerate(other_cell) if k not in places] == rest
         ]  # fmt: skip
-        counted = [100.0 * fmean(values) / fmean(mine)] if together else [fmean(values)] if alike else values
-        by.setdefault(name, []).extend((cell[places[0]], cell[places[1]], v) for v in counted)
+        counted = (
+            [100.0 * fmean(values) / fmean(cell_means)] if together else [fmean(values)] if deterministic else values
+        )
+        by_name.setdefault(name, []).extend((cell[places[0]], cell[places[1]], v) for v in counted)
     words: list[str] = []
     tables: list[Table] = []
     drawn: list[tuple[str, str]] = []
-    if alike:
+    if deterministic:
         words.append("All runs of a cell agree within 0.1 %: there is no chance in a cell, and it counts once.")
     if together:
         words.append(
             "Each instance is one repetition, in percent of its mean over all cells, as instances differ in size."
         )
-    for name, rows in by.items():
-        effects = crossed(rows, (one.title, two.title))
-        told = [f"{e.name} {p_words(e.p)}" for e in effects if e.p is not None]
+    for name, rows in by_name.items():
+        effects = crossed(rows, (first.title, second.title))
+        effects_text = [f"{e.name} {p_words(e.p)}" for e in effects if e.p is not None]
         words.append(
-            f"{name}: {'; '.join(told)}." if told else f"{name}: every run of a cell is equal; no chance is in it."
+            f"{name}: {'; '.join(effects_text)}."
+            if effects_text
+            else f"{name}: every run of a cell is equal; no chance is in it."
         )
         tables.append(
             Table(
@@ -153,27 +157,27 @@ def _crossed(results: Results, analysis: Analysis, response: Response) -> Report
         means = {(a, b): fmean(y for x, z, y in rows if (x, z) == (a, b)) for a, b, _ in rows}
         tables.append(
             Table(
-                (one.title, *(level.name for level in two.levels)),
-                tuple((a.name, *(number(means[a.name, b.name]) for b in two.levels)) for a in one.levels),
+                (first.title, *(level.name for level in second.levels)),
+                tuple((a.name, *(number(means[a.name, b.name]) for b in second.levels)) for a in first.levels),
                 1,
                 f"{name}: means" + (", percent of the instance's mean" if together else f", {response.unit}"),
             )
         )
         unit = "% of the mean" if together else response.heading
         series = {
-            f"{two.title}: {b.name}": [
+            f"{second.title}: {b.name}": [
                 (
                     k if a.value is None else a.value,
                     means[a.name, b.name],
                     *interval([y for x, z, y in rows if (x, z) == (a.name, b.name)]),
                 )
-                for k, a in enumerate(one.levels)
+                for k, a in enumerate(first.levels)
             ]
-            for b in two.levels
+            for b in second.levels
         }
         if len(drawn) < MOST_CHARTS:
-            label = f"{response.title} over {one.title.lower()}, a line for each {two.title.lower()}: {name}"
-            drawn.append((name, charts.means(series, _levels_words(one.title, one), unit, label)))
+            label = f"{response.title} over {first.title.lower()}, a line for each {second.title.lower()}: {name}"
+            drawn.append((name, charts.means(series, _levels_words(first.title, first), unit, label)))
     return ReportBlock(f"{_TITLES['crossed']}: {response.title.lower()}", tuple(words), tuple(tables), tuple(drawn))
 
 
@@ -189,19 +193,21 @@ def _speedup(results: Results, analysis: Analysis, response: Response) -> Report
     numbers = {level.name: level.value or 0.0 for level in factor.levels}
     rows, series = [], {}
     for rest, groups in results.groups(response.name, factor.name).items():
-        one = next((values for name, values in groups.items() if numbers[name] == 1.0), None)
-        if one is None:
+        single = next((values for name, values in groups.items() if numbers[name] == 1.0), None)
+        if single is None:
             raise OptionError("a speed-up needs runs on one thread")
         points = []
         for name, values in groups.items():
-            ratios = [fmean(one) / value for value in values]
+            ratios = [fmean(single) / value for value in values]
             low, high = interval(ratios)
-            speed = fmean(one) / fmean(values)
+            speed = fmean(single) / fmean(values)
             points.append((numbers[name], speed, min(low, speed), max(high, speed)))
             rows.append((*rest, name, number(fmean(values)), f"{speed:.2f}", f"{100 * speed / numbers[name]:.0f} %"))
         series[", ".join(rest)] = points
-    most = max(numbers[name] for groups in results.groups(response.name, factor.name).values() for name in groups)
-    others = [one.title for one in results.description.factors if one.name != factor.name]
+    max_threads = max(
+        numbers[name] for groups in results.groups(response.name, factor.name).values() for name in groups
+    )
+    others = [item.title for item in results.description.factors if item.name != factor.name]
     columns = ("Instance", *others, factor.title, f"{response.heading}: mean", "Speed-up S", "Efficiency E")
     words = (
         "S = T(1) / T(p), E = S / p; the ideal is S = p. Where each run is a process of its own, its start counts.",
@@ -210,19 +216,23 @@ def _speedup(results: Results, analysis: Analysis, response: Response) -> Report
         (
             "",
             charts.means(
-                series, factor.title, "speed-up", f"Speed-up over {factor.title.lower()}", [(1, 1), (most, most)]
+                series,
+                factor.title,
+                "speed-up",
+                f"Speed-up over {factor.title.lower()}",
+                [(1, 1), (max_threads, max_threads)],
             ),
         )
     ]
     tables = (Table(columns, tuple(rows), 1 + len(others) + 1),)
-    return ReportBlock(_TITLES["speedup"], words, tables, tuple(drawn) if most > 1 else ())
+    return ReportBlock(_TITLES["speedup"], words, tables, tuple(drawn) if max_threads > 1 else ())
 
 
 def _trend(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
     """Report whether a figure, or the gain over the level `base`, grows with the size of the instance."""
-    of = results.description
-    sizes = {one.name: one.facts["size"] for one in of.instances if "size" in one.facts}
-    factor = of.factor(analysis.factors[0])
+    description = results.description
+    sizes = {entry.name: entry.facts["size"] for entry in description.instances if "size" in entry.facts}
+    factor = description.factor(analysis.factors[0])
     rows = []
     gains: dict[str, list[tuple[str, float, float]]] = {}
     for rest, groups in results.groups(response.name, factor.name).items():
@@ -238,20 +248,20 @@ def _trend(results: Results, analysis: Analysis, response: Response) -> ReportBl
                 )
     # An instance counts once, whatever else varies: its gains are not independent of each other.
     for name, points in gains.items():
-        of_one: dict[str, list[float]] = {}
+        by_instance: dict[str, list[float]] = {}
         for instance, _, gain in points:
-            of_one.setdefault(instance, []).append(gain)
-        gains[name] = [(instance, sizes[instance], fmean(many)) for instance, many in of_one.items()]
+            by_instance.setdefault(instance, []).append(gain)
+        gains[name] = [(instance, sizes[instance], fmean(own_gains)) for instance, own_gains in by_instance.items()]
     words = []
     for name, points in gains.items():
-        for left, kept in (
+        for excluded, kept in (
             ("", points),
             (f" without {', '.join(analysis.without)}", [p for p in points if p[0] not in analysis.without]),
         ):
-            if left and len(kept) == len(points):
+            if excluded and len(kept) == len(points):
                 continue
-            told = f"{name} over {analysis.base}{left}: mean gain {fmean(p[2] for p in kept):.2f} %"
-            words.append(f"{told}; {_trend_words([p[1] for p in kept], [p[2] for p in kept], analysis.alpha)}.")
+            sentence = f"{name} over {analysis.base}{excluded}: mean gain {fmean(p[2] for p in kept):.2f} %"
+            words.append(f"{sentence}; {_trend_words([p[1] for p in kept], [p[2] for p in kept], analysis.alpha)}.")
     if not gains:
         raise OptionError("a trend needs facts.size of the instances, and runs of the base level")
     columns = ("Instance", "Size", factor.title, f"{response.heading}, {analysis.base}", "This way", "Gain")
@@ -264,15 +274,15 @@ def _trend(results: Results, analysis: Analysis, response: Response) -> ReportBl
 
 def _trend_words(sizes: Sequence[float], gains: Sequence[float], alpha: float) -> str:
     try:
-        found = trend(sizes, gains, alpha)
+        line = trend(sizes, gains, alpha)
     except OptionError as problem:
         return str(problem)
     proved = "shows no trend that these instances can prove"
-    if found.tau_p < alpha:
-        proved = f"{'grows' if found.tau > 0 else 'falls'} with the size"
+    if line.tau_p < alpha:
+        proved = f"{'grows' if line.tau > 0 else 'falls'} with the size"
     return (
-        f"it {proved} (Kendall τ = {found.tau:.2f}, {p_words(found.tau_p)}; {found.slope:+.4f} percentage points for "
-        f"each more, {found.low:+.4f} to {found.high:+.4f}; n = {found.n})"
+        f"it {proved} (Kendall τ = {line.tau:.2f}, {p_words(line.tau_p)}; {line.slope:+.4f} percentage points for "
+        f"each more, {line.low:+.4f} to {line.high:+.4f}; n = {line.n})"
     )
 
 
@@ -284,17 +294,17 @@ def _projection(results: Results, analysis: Analysis, response: Response) -> Rep
         for name, values in groups.items():
             if name == analysis.base or analysis.base not in groups:
                 continue
-            base, this = fmean(groups[analysis.base]), fmean(values)
+            base, other = fmean(groups[analysis.base]), fmean(values)
             for boards in analysis.boards or (1,):
-                saved = boards * (base - this)
-                percent = f"{100.0 * (1.0 - this / base):.2f} %" if base else "–"
+                saved = boards * (base - other)
+                percent = f"{100.0 * (1.0 - other / base):.2f} %" if base else "–"
                 rows.append(
                     (
                         ", ".join(rest),
                         name,
                         str(boards),
                         number(boards * base),
-                        number(boards * this),
+                        number(boards * other),
                         number(saved),
                         percent,
                     )
@@ -316,27 +326,29 @@ def _projection(results: Results, analysis: Analysis, response: Response) -> Rep
 
 
 def _pareto(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
-    of = results.description
-    other = of.response(analysis.against or next(one.name for one in of.responses if one.name != response.name))
+    description = results.description
+    second = description.response(
+        analysis.against or next(figure.name for figure in description.responses if figure.name != response.name)
+    )
     drawn, words = [], []
-    x_all, y_all = results.figures(other.name), results.figures(response.name)
+    x_all, y_all = results.figures(second.name), results.figures(response.name)
     for instance in results.description.instances[:MOST_CHARTS]:
         points = {
-            way_of(results.description, cell): (fmean(x_all[cell]), fmean(values))
+            variant_name(results.description, cell): (fmean(x_all[cell]), fmean(values))
             for cell, values in y_all.items()
             if cell[0] == instance.name and cell in x_all
         }
         if len(points) < 2:
             continue
-        signs = [-1.0 if one.more_is_better else 1.0 for one in (other, response)]
-        at = [(signs[0] * x, signs[1] * y) for x, y in points.values()]
-        front = [list(points)[k] for k in pareto_front(at)]
+        signs = [-1.0 if item.more_is_better else 1.0 for item in (second, response)]
+        costs = [(signs[0] * x, signs[1] * y) for x, y in points.values()]
+        front = [list(points)[k] for k in pareto_front(costs)]
         words.append(f"{instance.name}: nothing beats {', '.join(front)} in both.")
-        label = f"{response.title} against {other.title.lower()} on {instance.name}"
-        drawn.append((instance.name, charts.pareto(points, front, other.heading, response.heading, label)))
+        label = f"{response.title} against {second.title.lower()} on {instance.name}"
+        drawn.append((instance.name, charts.pareto(points, front, second.heading, response.heading, label)))
     if not drawn:
         raise OptionError("a Pareto plot needs two methods with both figures")
-    return ReportBlock(f"{response.title} against {other.title.lower()}", tuple(words), (), tuple(drawn))
+    return ReportBlock(f"{response.title} against {second.title.lower()}", tuple(words), (), tuple(drawn))
 
 
 def _chart_of(groups: Mapping[str, Sequence[float]], numeric: bool, factor: str, response: Response, name: str) -> str:

@@ -25,7 +25,7 @@ from leafcut.lab.description import (
     Published,
     Response,
 )
-from leafcut.lab.description_table import DescriptionTable, number_of, word_of
+from leafcut.lab.description_table import DescriptionTable, number_of, value_text
 from leafcut.options.option_spec import flag_name
 from leafcut.processes import registry
 from leafcut.processes.base import Work
@@ -93,40 +93,42 @@ def described(content: Mapping[str, Any], name: str, folder: Path | None) -> Des
         | {"response", "analysis", "published", "notes", "reduced"}
     )
     command = table.text("command", OPTIMIZE)
-    commands = [SOLVE, OPTIMIZE, *(one.command for one in registry.processes())]
+    commands = [SOLVE, OPTIMIZE, *(process.command for process in registry.processes())]
     if command not in commands:
         raise table.wrong(f"unknown command '{command}'{nearest(command, commands)}")
-    factors = tuple(_factor(one, folder) for one in table.tables("factor"))
-    made = Description(
+    factors = tuple(_factor(entry, folder) for entry in table.tables("factor"))
+    description = Description(
         name=name,
         title=table.text("title", name),
         about=" ".join(table.text("about", "").split()),
         command=command,
-        instances=tuple(_instance(one, folder) for one in table.list_of_tables("instance")),
+        instances=tuple(_instance(entry, folder) for entry in table.list_of_tables("instance")),
         factors=factors,
-        responses=tuple(_response(one) for one in table.tables("response")),
+        responses=tuple(_response(entry) for entry in table.tables("response")),
         seeds=_seeds(table),
         options=_placed(folder, table.table("options")),
         analyses=(),
-        published=tuple(_published(one) for one in table.list_of_tables("published")),
+        published=tuple(_published(entry) for entry in table.list_of_tables("published")),
         source=table.text("source", ""),
         notes=tuple(table.texts("notes")),
         new_process=table.flag("new_process"),
         cores=table.text("cores", ""),
         short=_short(table.table("reduced"), folder),
     )
-    if not made.responses:
+    if not description.responses:
         raise table.wrong('no table [response.NAME]: say what is measured, such as path = "after.time_s"')
-    for what, names in (("instance", [i.name for i in made.instances]), ("factor", [f.name for f in factors])):
-        if double := next((one for one in names if names.count(one) > 1), None):
-            raise table.wrong(f"two {what}s are called '{double}'")
-    if made.cores and made.cores not in [one.name for one in factors if one.numeric]:
-        raise table.wrong(f"cores = '{made.cores}' is no factor whose levels are numbers")
-    made = replace(made, analyses=tuple(_analysis(one, made) for one in table.list_of_tables("analysis")))
-    _check_options(made)
-    if made.short:
-        in_short(made)
-    return made
+    for kind, names in (("instance", [i.name for i in description.instances]), ("factor", [f.name for f in factors])):
+        if double := next((entry for entry in names if names.count(entry) > 1), None):
+            raise table.wrong(f"two {kind}s are called '{double}'")
+    if description.cores and description.cores not in [factor.name for factor in factors if factor.numeric]:
+        raise table.wrong(f"cores = '{description.cores}' is no factor whose levels are numbers")
+    description = replace(
+        description, analyses=tuple(_analysis(entry, description) for entry in table.list_of_tables("analysis"))
+    )
+    _check_options(description)
+    if description.short:
+        in_short(description)
+    return description
 
 
 def _instance(table: DescriptionTable, folder: Path) -> LabInstance:
@@ -141,14 +143,14 @@ def _instance(table: DescriptionTable, folder: Path) -> LabInstance:
 def _factor(table: DescriptionTable, folder: Path) -> Factor:
     table.check({"title", "option", "levels", "level"})
     option, levels = table.text("option", ""), table.content.get("levels", [])
-    named = [Level(name, _placed(folder, options), None) for name, options in table.dicts("level").items()]
-    if bool(option) != bool(levels) or bool(levels) == bool(named) or not isinstance(levels, list):
+    named_levels = [Level(name, _placed(folder, options), None) for name, options in table.dicts("level").items()]
+    if bool(option) != bool(levels) or bool(levels) == bool(named_levels) or not isinstance(levels, list):
         raise table.wrong("give option = and levels = [...], or tables level.NAME of options")
-    simple = [Level(word_of(one), _placed(folder, {option: one}), number_of(one)) for one in levels]
-    made = tuple(named or simple)
-    if len({one.name for one in made}) < len(made):
+    simple = [Level(value_text(value), _placed(folder, {option: value}), number_of(value)) for value in levels]
+    all_levels = tuple(named_levels or simple)
+    if len({level.name for level in all_levels}) < len(all_levels):
         raise table.wrong("two levels are the same")
-    return Factor(table.name, table.text("title", table.name.replace("_", " ").capitalize()), made)
+    return Factor(table.name, table.text("title", table.name.replace("_", " ").capitalize()), all_levels)
 
 
 def _response(table: DescriptionTable) -> Response:
@@ -163,49 +165,51 @@ def _response(table: DescriptionTable) -> Response:
     )
 
 
-def _analysis(table: DescriptionTable, of: Description) -> Analysis:
+def _analysis(table: DescriptionTable, description: Description) -> Analysis:
     table.check({"kind", "response", "factors", "alpha", "base", "without", "boards", "against", "fact"})
-    kind, response = table.text("kind"), table.text("response", of.responses[0].name)
-    factors = table.texts("factors") or [one.name for one in of.factors]
+    kind, response = table.text("kind"), table.text("response", description.responses[0].name)
+    factors = table.texts("factors") or [factor.name for factor in description.factors]
     alpha = table.as_number("alpha", table.content.get("alpha", 0.05))
     known = {
         "kind": (kind, ANALYSES),
-        "response": (response, [one.name for one in of.responses]),
-        **{f"factor {one}": (one, [f.name for f in of.factors]) for one in factors},
+        "response": (response, [item.name for item in description.responses]),
+        **{f"factor {name}": (name, [f.name for f in description.factors]) for name in factors},
     }
-    for what, (word, words) in known.items():
+    for kind_of_name, (word, words) in known.items():
         if word not in words:
-            raise table.wrong(f"unknown {what.split()[0]} '{word}'{nearest(word, words)}")
+            raise table.wrong(f"unknown {kind_of_name.split()[0]} '{word}'{nearest(word, words)}")
     if not 0.0 < alpha < 0.5:
         raise table.wrong(f"alpha = {alpha:g} is out of range; choose a number between 0 and 0.5")
     needed = {"anova": 1, "compare": 1, "crossed": 2, "speedup": 1, "trend": 1, "projection": 1}.get(kind)
     if needed is not None and len(factors) != needed:
         raise table.wrong(f"'{kind}' is of {needed} factor{'s' * (needed > 1)}; {len(factors)} given")
     base = table.text("base", "")
-    if base and base not in [one.name for f in factors for one in of.factor(f).levels]:
+    if base and base not in [level.name for f in factors for level in description.factor(f).levels]:
         raise table.wrong(f"base '{base}' is no level of {', '.join(factors)}")
     without = tuple(table.texts("without"))
-    for one in without:
-        if one not in [instance.name for instance in of.instances]:
-            raise table.wrong(f"unknown instance '{one}'{nearest(one, [i.name for i in of.instances])}")
-    if kind == "pareto" and len(of.responses) < 2:
+    for item in without:
+        if item not in [instance.name for instance in description.instances]:
+            raise table.wrong(f"unknown instance '{item}'{nearest(item, [i.name for i in description.instances])}")
+    if kind == "pareto" and len(description.responses) < 2:
         raise table.wrong("'pareto' needs two responses")
     against = table.text("against", "")
-    if against and (against == response or against not in [one.name for one in of.responses]):
+    if against and (against == response or against not in [item.name for item in description.responses]):
         raise table.wrong(
-            f"against '{against}': name another response{nearest(against, [r.name for r in of.responses])}"
+            f"against '{against}': name another response{nearest(against, [r.name for r in description.responses])}"
         )
     boards = table.content.get("boards", [])
-    if not isinstance(boards, list) or any(type(one) is not int or one < 1 for one in boards):
+    if not isinstance(boards, list) or any(type(count) is not int or count < 1 for count in boards):
         raise table.wrong("boards: a list of whole numbers from 1 on is needed")
     if kind in ("trend", "projection") and not base:
         raise table.wrong(f"'{kind}' needs base = a level of {factors[0]}, which the others are compared with")
-    return Analysis(kind, response, tuple(factors), alpha, base, without, tuple(boards), against, _fact(table, of))
+    return Analysis(
+        kind, response, tuple(factors), alpha, base, without, tuple(boards), against, _fact(table, description)
+    )
 
 
-def _fact(table: DescriptionTable, of: Description) -> str:
+def _fact(table: DescriptionTable, description: Description) -> str:
     """Return the known figure that is the reference of a comparison; empty for none."""
-    fact, known = table.text("fact", ""), {name for one in of.instances for name in one.facts}
+    fact, known = table.text("fact", ""), {name for instance in description.instances for name in instance.facts}
     if fact and (table.text("kind") != "compare" or table.text("base", "")):
         raise table.wrong("fact: a comparison takes it, in place of a base")
     if fact and fact not in known:
@@ -218,28 +222,28 @@ def _published(table: DescriptionTable) -> Published:
     columns, rows = table.texts("columns"), table.content.get("rows", [])
     if not isinstance(rows, list) or any(not isinstance(row, list) or len(row) != len(columns) for row in rows):
         raise table.wrong(f"each of the rows needs {len(columns)} values, as many as there are columns")
-    told = tuple(tuple(word_of(value) for value in row) for row in rows)
-    return Published(table.text("title"), table.text("source", ""), tuple(columns), told, table.text("note", ""))
+    texts = tuple(tuple(value_text(value) for value in row) for row in rows)
+    return Published(table.text("title"), table.text("source", ""), tuple(columns), texts, table.text("note", ""))
 
 
 def _seeds(table: DescriptionTable) -> tuple[int, ...]:
     """Return the seeds: a list, or 1 to a given number."""
     given = table.content.get("seeds", 1)
     listed = list(range(1, given + 1)) if type(given) is int and 0 < given <= MOST_SEEDS else given
-    if not isinstance(listed, list) or not listed or any(type(one) is not int or one < 0 for one in listed):
+    if not isinstance(listed, list) or not listed or any(type(seed) is not int or seed < 0 for seed in listed):
         raise table.wrong(f"seeds: give how many, 1 to {MOST_SEEDS}, or a list of whole numbers from 0 on")
     if len(set(listed)) < len(listed) or len(listed) > MOST_SEEDS:
         raise table.wrong(f"seeds: each once, and at most {MOST_SEEDS} of them")
     return tuple(listed)
 
 
-def _chosen(of: Sequence[Any], names: Sequence[str], table: DescriptionTable, what: str) -> tuple[Any, ...]:
+def _chosen(items: Sequence[Any], names: Sequence[str], table: DescriptionTable, kind: str) -> tuple[Any, ...]:
     """Return the named items, or all items if no name is given."""
-    known = [one.name for one in of]
+    known = [item.name for item in items]
     for name in names:
         if name not in known:
-            raise table.wrong(f"{what}: unknown '{name}'{nearest(name, known)}")
-    return tuple(one for one in of if not names or one.name in names)
+            raise table.wrong(f"{kind}: unknown '{name}'{nearest(name, known)}")
+    return tuple(item for item in items if not names or item.name in names)
 
 
 def _placed(folder: Path, options: Mapping[str, Any]) -> dict[str, Any]:
@@ -256,18 +260,18 @@ def _short(table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     return {**table, **{name: _placed(folder, options) for name, options in tables.items()}}
 
 
-def _check_options(made: Description) -> None:
+def _check_options(description: Description) -> None:
     """Refuse options that are unknown, have an invalid value, or are not used by the command."""
-    used = _work(made.command)
+    used = _work(description.command)
     seen = set()
-    for run in made.runs():
+    for run in description.runs():
         shape = (run.instance.name, *(level.name for level in run.levels.values()))
         if shape in seen:
             break
         seen.add(shape)
         try:
             settings = collect(run.options)
-            if made.command != SOLVE:
+            if description.command != SOLVE:
                 machine_of(settings)
             for name in run.options:
                 if used is not None and name not in used.used():
@@ -275,17 +279,17 @@ def _check_options(made: Description) -> None:
                         f"{flag_name(name)}: {why_unused(name, used.title, used.otherwise.get(name, ''))}"
                     )
         except LeafcutError as problem:
-            raise OptionError(f"experiment '{made.name}', {run.label}: {problem}") from None
+            raise OptionError(f"experiment '{description.name}', {run.label}: {problem}") from None
 
 
 def _work(command: str) -> Work | None:
     """Return the kind of work of a command; None if its input decides."""
     if command == SOLVE:
         return registry.work(SOLVE)
-    return next((one for one in registry.processes() if one.command == command), None)
+    return next((process for process in registry.processes() if process.command == command), None)
 
 
-def in_short(of: Description) -> Description:
+def in_short(description: Description) -> Description:
     """Return the short form: fewer inputs, levels and seeds, and less work per run.
 
     Raises
@@ -293,28 +297,37 @@ def in_short(of: Description) -> Description:
     OptionError
         The file has no short form.
     """
-    if not of.short:
-        raise OptionError(f"experiment '{of.name}' has no reduced form: its file has no table [reduced]")
-    table = DescriptionTable(of.short, of.name, "reduced")
+    if not description.short:
+        raise OptionError(f"experiment '{description.name}' has no reduced form: its file has no table [reduced]")
+    table = DescriptionTable(description.short, description.name, "reduced")
     names = table.texts("instances")
-    made = replace(
-        of,
+    reduced_description = replace(
+        description,
         reduced=True,
-        options={**of.options, **table.table("options")},
-        seeds=_seeds(table) if "seeds" in of.short else of.seeds,
-        instances=_chosen(of.instances, names, table, "instances"),
+        options={**description.options, **table.table("options")},
+        seeds=_seeds(table) if "seeds" in description.short else description.seeds,
+        instances=_chosen(description.instances, names, table, "instances"),
         factors=tuple(
-            replace(one, levels=_chosen(one.levels, [*map(word_of, wanted)], table, f"levels of {one.name}"))
-            if (wanted := table.table("levels").get(one.name))
-            else one
-            for one in of.factors
+            replace(
+                factor, levels=_chosen(factor.levels, [*map(value_text, values)], table, f"levels of {factor.name}")
+            )
+            if (values := table.table("levels").get(factor.name))
+            else factor
+            for factor in description.factors
         ),
     )
-    over = table.table("instance_options")
-    if over:
-        made = replace(made, instances=tuple(replace(i, options={**i.options, **over}) for i in made.instances))
-    for unknown in set(table.table("levels")) - {one.name for one in of.factors}:
-        raise table.wrong(f"levels of '{unknown}', which is no factor{nearest(unknown, [f.name for f in of.factors])}")
+    instance_options = table.table("instance_options")
+    if instance_options:
+        reduced_description = replace(
+            reduced_description,
+            instances=tuple(
+                replace(i, options={**i.options, **instance_options}) for i in reduced_description.instances
+            ),
+        )
+    for unknown in set(table.table("levels")) - {factor.name for factor in description.factors}:
+        raise table.wrong(
+            f"levels of '{unknown}', which is no factor{nearest(unknown, [f.name for f in description.factors])}"
+        )
     table.check({"options", "seeds", "instances", "levels", "instance_options"})
-    _check_options(made)
-    return made
+    _check_options(reduced_description)
+    return reduced_description

@@ -8,7 +8,7 @@ from statistics import fmean
 
 from leafcut.lab import charts
 from leafcut.lab.description import Response
-from leafcut.lab.results import MOST_CHARTS, ReportBlock, Results, Table, number, or_dash, way_of
+from leafcut.lab.results import MOST_CHARTS, ReportBlock, Results, Table, number, or_dash, variant_name
 from leafcut.lab.statistics import interval
 from leafcut.lab.store import Row
 
@@ -18,22 +18,22 @@ _TARGETS = (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 
 def overview(results: Results) -> ReportBlock:
     """Return every cell with its number of runs and the figures of each response."""
-    of = results.description
-    columns = ["Instance", *(one.title for one in of.factors), "Runs"]
-    for response in of.responses:
+    description = results.description
+    columns = ["Instance", *(factor.title for factor in description.factors), "Runs"]
+    for response in description.responses:
         columns += [f"{response.heading}: mean", "± 95 %", "s", "best", "worst"]
-    by_measure = {response.name: results.figures(response.name) for response in of.responses}
+    by_measure = {response.name: results.figures(response.name) for response in description.responses}
     rows = []
     for cell in results.cells():
-        runs = max((len(found.get(cell, ())) for found in by_measure.values()), default=0)
+        runs = max((len(figures.get(cell, ())) for figures in by_measure.values()), default=0)
         if not runs:
             continue
         row = [*cell, str(runs)]
-        for response in of.responses:
+        for response in description.responses:
             row += _spread(by_measure[response.name].get(cell, []), response)
         rows.append(tuple(row))
     words = ("± is half the bootstrap interval of the mean, s the standard deviation of a sample (n − 1).",)
-    return ReportBlock("All runs", words, (Table(tuple(columns), tuple(rows), 1 + len(of.factors)),))
+    return ReportBlock("All runs", words, (Table(tuple(columns), tuple(rows), 1 + len(description.factors)),))
 
 
 def searches(results: Results) -> ReportBlock | None:
@@ -41,28 +41,39 @@ def searches(results: Results) -> ReportBlock | None:
     curves: dict[str, dict[str, list[Row]]] = {}
     for row in results.rows:
         if len(row.curve) > 1:
-            curves.setdefault(row.instance, {}).setdefault(way_of(results.description, results.cell(row)), []).append(
-                row
-            )
+            curves.setdefault(row.instance, {}).setdefault(
+                variant_name(results.description, results.cell(row)), []
+            ).append(row)
     if not curves:
         return None
     drawn = []
-    for name, ways in list(curves.items())[:MOST_CHARTS]:
-        by_iteration = any(step[0] != row.curve[0][0] for rows in ways.values() for row in rows for step in row.curve)
+    for name, variants in list(curves.items())[:MOST_CHARTS]:
+        by_iteration = any(
+            step[0] != row.curve[0][0] for rows in variants.values() for row in rows for step in row.curve
+        )
         across, k = ("iteration", 0) if by_iteration else ("s", 1)
-        steps = {way: [[(float(one[k]), one[2]) for one in row.curve] for row in rows] for way, rows in ways.items()}
+        steps = {
+            variant: [[(float(point[k]), point[2]) for point in row.curve] for row in rows]
+            for variant, rows in variants.items()
+        }
         words = f"Convergence on {name}: the mean of the runs, and the band from the best to the worst"
         drawn.append((f"{name}: convergence", charts.convergence(steps, across, "best length", words)))
-        timed = {way: [[(one[1], one[2]) for one in row.curve] for row in rows] for way, rows in ways.items()}
+        timed = {
+            variant: [[(point[1], point[2]) for point in row.curve] for row in rows]
+            for variant, rows in variants.items()
+        }
         target, percent = _target(timed)
-        times = {way: [charts.reached(curve, target) for curve in many] for way, many in timed.items()}
+        times = {
+            variant: [charts.reached(curve, target) for curve in timed_curves]
+            for variant, timed_curves in timed.items()
+        }
         words = f"Time to target on {name}: the share of runs that came within {percent:g} % of the best found"
         drawn.append((f"{name}: time to {percent:g} % of the best found", charts.time_to_target(times, "s", words)))
     return ReportBlock("How the searches went", (), (), tuple(drawn))
 
 
-def _target(ways: Mapping[str, Sequence[Sequence[tuple[float, float]]]]) -> tuple[float, float]:
-    ends = sorted(curve[-1][1] for many in ways.values() for curve in many)
+def _target(variants: Mapping[str, Sequence[Sequence[tuple[float, float]]]]) -> tuple[float, float]:
+    ends = sorted(curve[-1][1] for curves in variants.values() for curve in curves)
     for percent in _TARGETS:
         target = ends[0] * (1.0 + percent / 100.0)
         if ends[len(ends) // 2] <= target:

@@ -46,7 +46,7 @@ def responses_of(command: str) -> tuple[Response, ...]:
 
 
 def compare_on(
-    name: str, source: str, command: str, options: Mapping[str, Any], ways: Sequence[str], runs: int
+    name: str, source: str, command: str, options: Mapping[str, Any], values: Sequence[str], runs: int
 ) -> Description:
     """Return an experiment that runs a part with several values of an option, each with the same seeds.
 
@@ -67,10 +67,10 @@ def compare_on(
         Fewer than two values are chosen, one is unknown, or the number of runs is out of range.
     """
     option, known = what_differs(command)
-    for way in ways:
-        if way not in known:
-            raise OptionError(f"unknown {option} '{way}'{nearest(way, known)}")
-    if len(ways) < 2:
+    for value in values:
+        if value not in known:
+            raise OptionError(f"unknown {option} '{value}'{nearest(value, known)}")
+    if len(values) < 2:
         raise OptionError(f"choose at least two values of {option} to compare")
     if not 1 <= runs <= MOST_SEEDS:
         raise OptionError(f"runs of each: choose 1 to {MOST_SEEDS}")
@@ -79,11 +79,11 @@ def compare_on(
     shared = {
         key: options[key]
         for key, spec in specs.items()
-        if not spec.is_output and not any(option in one.names for one in spec.needs)
+        if not spec.is_output and not any(option in condition.names for condition in spec.needs)
     }
-    levels = tuple(Level(way, {option: way}) for way in dict.fromkeys(ways))
+    levels = tuple(Level(value, {option: value}) for value in dict.fromkeys(values))
     responses = responses_of(command)
-    judged = tuple(Analysis("compare", one.name, (option,)) for one in responses[:2])
+    comparisons = tuple(Analysis("compare", response.name, (option,)) for response in responses[:2])
     pareto = Analysis("pareto", responses[0].name, against=_TIME.name)
     return Description(
         name=OWN_PART,
@@ -95,7 +95,7 @@ def compare_on(
         responses=responses,
         seeds=tuple(range(first, first + runs)),
         options={"threads": 1, **shared},
-        analyses=(*judged, pareto),
+        analyses=(*comparisons, pareto),
         published=(),
         listed=False,
         notes=("One part: the proof holds for this part only.",),

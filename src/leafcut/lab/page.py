@@ -21,9 +21,9 @@ _NEEDED = ("scipy", "pandas", "statsmodels", "scikit_posthocs", "matplotlib")
 
 
 def write_page(
-    description: Description, rows: Sequence[Row], wanted: int, left_out: int = 0, before: Sequence[ReportBlock] = ()
+    description: Description, rows: Sequence[Row], n_runs: int, n_left_out: int = 0, before: Sequence[ReportBlock] = ()
 ) -> str:
-    """Return the page of an experiment from the runs so far; `wanted` is the number of runs on this machine.
+    """Return the page of an experiment from the runs so far; `n_runs` is the number of runs on this machine.
 
     The blocks in `before` come first.
 
@@ -46,7 +46,7 @@ def write_page(
             version=__version__,
             of=description,
             done=len(results.rows),
-            state=_state(description, results, rows, wanted, left_out),
+            state=_state(description, results, rows, n_runs, n_left_out),
             blocks=[*before, *_blocks(results)],
             failed=[
                 f"{row.instance}, {', '.join(row.levels.values())}, seed {row.seed}: {row.failed}"
@@ -60,7 +60,7 @@ def write_page(
 
 def rows_as_csv(description: Description, rows: Sequence[Row]) -> str:
     """Return one row per run: its responses, machine and time."""
-    factors, responses = [one.name for one in description.factors], [one.name for one in description.responses]
+    factors, responses = [item.name for item in description.factors], [item.name for item in description.responses]
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(
@@ -102,14 +102,14 @@ def rows_as_csv(description: Description, rows: Sequence[Row]) -> str:
 def _blocks(results: Results) -> list[ReportBlock]:
     if not results.rows:
         return []
-    found = searches(results)
-    return [*judged(results), *([found] if found else []), overview(results)]
+    search_charts = searches(results)
+    return [*judged(results), *([search_charts] if search_charts else []), overview(results)]
 
 
-def _state(description: Description, results: Results, rows: Sequence[Row], wanted: int, left_out: int) -> list[str]:
-    words = [f"{len(results.rows)} of {count_of(wanted, 'run')} done"]
-    if left_out:
-        words.append(f"{count_of(left_out, 'run')} left out, as this machine has fewer cores")
+def _state(description: Description, results: Results, rows: Sequence[Row], n_runs: int, n_left_out: int) -> list[str]:
+    words = [f"{len(results.rows)} of {count_of(n_runs, 'run')} done"]
+    if n_left_out:
+        words.append(f"{count_of(n_left_out, 'run')} left out, as this machine has fewer cores")
     if failed := sum(bool(row.failed) for row in rows):
         words.append(f"{failed} failed")
     words.append(f"{count_of(len(description.seeds), 'seed')}: {_few([str(seed) for seed in description.seeds])}")
@@ -136,5 +136,5 @@ def circumstances(rows: Sequence[Row]) -> list[str]:
     return words
 
 
-def _few(words: Sequence[str], most: int = 6) -> str:
-    return ", ".join(words) if len(words) <= most else f"{', '.join(words[:3])} … {words[-1]}"
+def _few(words: Sequence[str], limit: int = 6) -> str:
+    return ", ".join(words) if len(words) <= limit else f"{', '.join(words[:3])} … {words[-1]}"

@@ -45,8 +45,8 @@ class Results:
     @classmethod
     def of(cls, description: Description, rows: Iterable[Row]) -> Results:
         """Keep the rows that match the current description and did not fail."""
-        instances = {one.name for one in description.instances}
-        levels = {one.name: {level.name for level in one.levels} for one in description.factors}
+        instances = {instance.name for instance in description.instances}
+        levels = {factor.name: {level.name for level in factor.levels} for factor in description.factors}
         kept = [
             row for row in rows
             if not row.failed and row.instance in instances and row.seed in description.seeds
@@ -56,12 +56,12 @@ class Results:
 
     def figures(self, response: str) -> dict[DesignCell, list[float]]:
         """Return the figures of a response by cell, in the order of the description, by seed."""
-        found: dict[DesignCell, list[float]] = {cell: [] for cell in self.cells()}
-        for row in sorted(self.rows, key=lambda one: one.seed):
+        by_cell: dict[DesignCell, list[float]] = {cell: [] for cell in self.cells()}
+        for row in sorted(self.rows, key=lambda run: run.seed):
             value = row.responses.get(response)
             if value is not None and math.isfinite(value):
-                found[self.cell(row)].append(float(f"{value:.12g}"))  # rounded, without the last digits of a sum
-        return {cell: values for cell, values in found.items() if values}
+                by_cell[self.cell(row)].append(float(f"{value:.12g}"))  # rounded, without the last digits of a sum
+        return {cell: values for cell, values in by_cell.items() if values}
 
     def cells(self) -> Iterator[DesignCell]:
         """Yield every cell, in the order of the description."""
@@ -71,21 +71,21 @@ class Results:
 
     def cell(self, row: Row) -> DesignCell:
         """Return the cell of a run."""
-        return (row.instance, *(row.levels[one.name] for one in self.description.factors))
+        return (row.instance, *(row.levels[factor.name] for factor in self.description.factors))
 
     def groups(self, response: str, factor: str) -> dict[DesignCell, dict[str, list[float]]]:
         """Return the figures by level of a factor, for each combination of the other factors."""
-        place = 1 + [one.name for one in self.description.factors].index(factor)
-        found: dict[DesignCell, dict[str, list[float]]] = {}
+        position = 1 + [item.name for item in self.description.factors].index(factor)
+        by_rest: dict[DesignCell, dict[str, list[float]]] = {}
         for cell, values in self.figures(response).items():
-            found.setdefault(cell[:place] + cell[place + 1 :], {})[cell[place]] = values
-        return found
+            by_rest.setdefault(cell[:position] + cell[position + 1 :], {})[cell[position]] = values
+        return by_rest
 
 
-def way_of(description: Description, cell: DesignCell) -> str:
+def variant_name(description: Description, cell: DesignCell) -> str:
     """Return the name of a variant: its levels, without the instance; numbers follow the title of their factor."""
     levels = zip(description.factors, cell[1:], strict=True)
-    return ", ".join(f"{one.title} {level}" if one.numeric else level for one, level in levels) or "runs"
+    return ", ".join(f"{factor.title} {level}" if factor.numeric else level for factor, level in levels) or "runs"
 
 
 def number(value: float) -> str:

@@ -121,30 +121,30 @@ def run(
     if not plans:
         raise OptionError(f"experiment '{description.name}': no run fits this machine, which has {_cores()} cores")
     rows = {row.key: row for row in store.rows(description.key) if not row.failed}
-    inputs = {one.name: _input(description.command, one) for one in description.instances}
+    inputs = {instance.name: _input(description.command, instance) for instance in description.instances}
     todo = [(plan, task) for plan in plans if (task := task_of(description, plan, inputs)).key not in rows]
-    known = {task_of(description, plan, inputs).key for plan in plans} & rows.keys()
-    versions = sorted({rows[key].leafcut for key in known} - {__version__})
+    stored_keys = {task_of(description, plan, inputs).key for plan in plans} & rows.keys()
+    versions = sorted({rows[key].leafcut for key in stored_keys} - {__version__})
     if versions and todo and not mixed:
         raise OptionError(
             f"{store.path} has runs of '{description.key}' by leafcut {', '.join(versions)}, and this is "
             f"{__version__}; "
             "give another --results, or --mixed to put both into one table"
         )
-    ended = cancelled or threading.Event()
-    of = {task.key: plan for plan, task in todo}
+    cancel_event = cancelled or threading.Event()
+    plans_by_key = {task.key: plan for plan, task in todo}
     failed: list[str] = []
     done = 0
-    tell = _tell(progress, len(todo), [plan.label for plan, _ in todo])
-    tell(0)
-    for task, answer in (performer or (lambda tasks: _here(tasks, ended)))([task for _, task in todo]):
-        plan = of[task.key]
+    report_progress = _count_progress(progress, len(todo), [plan.label for plan, _ in todo])
+    report_progress(0)
+    for task, answer in (performer or (lambda tasks: _run_in_process(tasks, cancel_event)))([task for _, task in todo]):
+        plan = plans_by_key[task.key]
         store.add(_row(description, plan, task, inputs[plan.instance.name][1], answer))
         done += 1
         if answer.failed:
             failed.append(f"{plan.label}: {answer.failed}")
-        tell(done)
-    return Ran(len(plans), len(known) + done - len(failed), done, tuple(failed), left_out, done < len(todo))
+        report_progress(done)
+    return Ran(len(plans), len(stored_keys) + done - len(failed), done, tuple(failed), left_out, done < len(todo))
 
 
 def rows_of(description: Description, store: Store) -> list[Row]:
@@ -158,7 +158,7 @@ def rows_of(description: Description, store: Store) -> list[Row]:
         An input cannot be read.
     """
     by_key = {row.key: row for row in store.rows(description.key)}
-    inputs = {one.name: _input(description.command, one) for one in description.instances}
+    inputs = {instance.name: _input(description.command, instance) for instance in description.instances}
     keys = [task_of(description, plan, inputs).key for plan in description.runs()]
     return [by_key[key] for key in keys if key in by_key]
 
@@ -171,7 +171,7 @@ def can_run(description: Description, plan: RunPlan) -> bool:
 def task_of(description: Description, plan: RunPlan, inputs: Mapping[str, tuple[str | Source, str]]) -> RunTask:
     """Return a run as a task; `inputs` are the instances that were read, with their hashes."""
     source, sha = inputs[plan.instance.name]
-    responses = {one.name: (one.path, one.scale) for one in description.responses}
+    responses = {response.name: (response.path, response.scale) for response in description.responses}
     levels = {name: level.name for name, level in plan.levels.items()}
     # A file named by an option is identified by its content, not its path.
     options = {name: _by_content(value) for name, value in plan.options.items()}
@@ -183,18 +183,20 @@ def task_of(description: Description, plan: RunPlan, inputs: Mapping[str, tuple[
 
 def perform(task: RunTask, cancelled: threading.Event | None = None) -> Answer:
     """Do one run; an error is returned in the answer."""
-    began, load = datetime.now(UTC).isoformat(timespec="seconds"), _load()
-    place = Answer(began=began, load=load, versions=_versions(), machine=_machine())
+    started, load = datetime.now(UTC).isoformat(timespec="seconds"), _load()
+    environment = Answer(began=started, load=load, versions=_versions(), machine=_machine())
     try:
         if not task.new_process and any(path in TIMES for path, _ in task.responses.values()):
             _warm_up(task)
         wall, processor = time.perf_counter(), _processor()
         answer, curve = (_in_new_process(task), ()) if task.new_process else _answer(task, cancelled)
     except LeafcutError as problem:
-        return Answer(failed=str(problem), began=began, load=load, versions=place.versions, machine=place.machine)
+        return Answer(
+            failed=str(problem), began=started, load=load, versions=environment.versions, machine=environment.machine
+        )
     answer |= {WALL: time.perf_counter() - wall, PROCESSOR: _processor() - processor}
     figures = {name: _figure(answer, path, scale) for name, (path, scale) in task.responses.items()}
-    return Answer(figures, curve, "", began, place.versions, place.machine, load)
+    return Answer(figures, curve, "", started, environment.versions, environment.machine, load)
 
 
 def on_executor(executor: WatchedExecutor, ended: threading.Event) -> Performer:
@@ -218,11 +220,11 @@ def on_executor(executor: WatchedExecutor, ended: threading.Event) -> Performer:
     return performs
 
 
-def _here(tasks: Iterable[RunTask], ended: threading.Event) -> Iterator[tuple[RunTask, Answer]]:
+def _run_in_process(tasks: Iterable[RunTask], cancel_event: threading.Event) -> Iterator[tuple[RunTask, Answer]]:
     """Do tasks here, one after the other; a cancelled one yields no answer."""
     for task in tasks:
-        answer = perform(task, ended)
-        if ended.is_set():
+        answer = perform(task, cancel_event)
+        if cancel_event.is_set():
             return
         yield task, answer
 
@@ -247,9 +249,9 @@ def _answer(
 
 def _warm_up(task: RunTask) -> None:
     """Compile before timing: the first run of a kind in this process is done twice."""
-    way = (task.command, str(task.options.get("algorithm")), str(task.options.get("strategy")))
-    if way not in _warm():
-        _warm().add(way)
+    variant = (task.command, str(task.options.get("algorithm")), str(task.options.get("strategy")))
+    if variant not in _warm():
+        _warm().add(variant)
         _answer(task, None)
 
 
@@ -260,37 +262,39 @@ def _warm() -> set[tuple[str, str, str]]:
 
 
 def _in_new_process(task: RunTask) -> dict[str, Any]:
-    words = [task.command, str(task.input), "--json", "--no-defaults"]
+    arguments = [task.command, str(task.input), "--json", "--no-defaults"]
     for name, value in task.options.items():
         if isinstance(value, bool):
-            words.append(flag_name(name) if value else flag_name(name).replace("--", "--no-", 1))
+            arguments.append(flag_name(name) if value else flag_name(name).replace("--", "--no-", 1))
         elif value is not None:
-            words += [flag_name(name), str(value)]
+            arguments += [flag_name(name), str(value)]
     code = "from leafcut.__main__ import main; main()"
     try:
-        found = subprocess.run(
-            [sys.executable, "-c", code, *words], capture_output=True, timeout=_LONGEST_PROCESS, check=False
+        completed = subprocess.run(
+            [sys.executable, "-c", code, *arguments], capture_output=True, timeout=_LONGEST_PROCESS, check=False
         )
     except subprocess.TimeoutExpired:
         raise LeafcutError(f"the run took longer than {_LONGEST_PROCESS:g} s; reduce its work") from None
-    if found.returncode:
-        lines = found.stderr.decode("utf-8", "replace").strip().splitlines()
-        raise LeafcutError(lines[-1].removeprefix("leafcut: ") if lines else f"ended with status {found.returncode}")
-    answer: dict[str, Any] = json.loads(found.stdout)
+    if completed.returncode:
+        lines = completed.stderr.decode("utf-8", "replace").strip().splitlines()
+        raise LeafcutError(
+            lines[-1].removeprefix("leafcut: ") if lines else f"ended with status {completed.returncode}"
+        )
+    answer: dict[str, Any] = json.loads(completed.stdout)
     return answer
 
 
 def _figure(answer: Mapping[str, Any], path: str, scale: float) -> float | None:
     """Return the number at a path of keys and list indices; None if there is none."""
-    found: Any = answer
+    value: Any = answer
     for word in path.split("."):
-        if isinstance(found, Mapping):
-            found = found.get(word)
-        elif isinstance(found, list) and word.isdigit() and int(word) < len(found):
-            found = found[int(word)]
+        if isinstance(value, Mapping):
+            value = value.get(word)
+        elif isinstance(value, list) and word.isdigit() and int(word) < len(value):
+            value = value[int(word)]
         else:
             return None
-    return float(found) * scale if isinstance(found, int | float) and not isinstance(found, bool) else None
+    return float(value) * scale if isinstance(value, int | float) and not isinstance(value, bool) else None
 
 
 def _input(command: str, instance: LabInstance) -> tuple[str | Source, str]:
@@ -315,18 +319,18 @@ def _by_content(value: Any) -> Any:
 
 def _row(description: Description, plan: RunPlan, task: RunTask, sha: str, answer: Answer) -> Row:
     return Row(
-        task.key, description.key, plan.instance.name, {name: one.name for name, one in plan.levels.items()}, plan.seed,
-        task.options, sha, answer.failed, answer.responses, answer.curve, answer.began, __version__, answer.versions,
-        answer.machine, answer.load,
+        task.key, description.key, plan.instance.name, {name: level.name for name, level in plan.levels.items()},
+        plan.seed, task.options, sha, answer.failed, answer.responses, answer.curve, answer.began, __version__,
+        answer.versions, answer.machine, answer.load,
     )  # fmt: skip
 
 
-def _tell(progress: OnProgress | None, todo: int, labels: list[str]) -> Callable[[int], None]:
-    def tell(done: int) -> None:
+def _count_progress(progress: OnProgress | None, todo: int, labels: list[str]) -> Callable[[int], None]:
+    def report(done: int) -> None:
         if progress is not None and done < todo:
             progress(Progress(f"{labels[done]} ({done + 1} of {count_of(todo, 'run')})", done / todo))
 
-    return tell
+    return report
 
 
 def _cores() -> int:
@@ -352,8 +356,8 @@ def _versions() -> dict[str, str]:
 def _machine() -> str:
     """Return the processor model, the usable cores, and the operating system."""
     model = platform.processor() or platform.machine()
-    about = Path("/proc/cpuinfo")
-    if about.is_file():
-        lines = about.read_text(encoding="utf-8", errors="replace").splitlines()
+    cpu_info = Path("/proc/cpuinfo")
+    if cpu_info.is_file():
+        lines = cpu_info.read_text(encoding="utf-8", errors="replace").splitlines()
         model = next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), model)
     return f"{model}, {count_of(_cores(), 'core')}, {platform.system()}"

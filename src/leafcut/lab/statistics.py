@@ -159,12 +159,12 @@ def one_way(groups: Groups, alpha: float = 0.05) -> OneWay:
     from scipy import stats
 
     values = _checked(groups)
-    counts = {name: len(one) for name, one in values.items()}
-    every = np.concatenate(list(values.values()))
-    means = {name: float(one.mean()) for name, one in values.items()}
-    ss_between = sum(counts[name] * (means[name] - every.mean()) ** 2 for name in values)
-    ss_within = float(sum(((one - one.mean()) ** 2).sum() for one in values.values()))
-    between, within = len(values) - 1, len(every) - len(values)
+    counts = {name: len(sample) for name, sample in values.items()}
+    all_values = np.concatenate(list(values.values()))
+    means = {name: float(sample.mean()) for name, sample in values.items()}
+    ss_between = sum(counts[name] * (means[name] - all_values.mean()) ** 2 for name in values)
+    ss_within = float(sum(((sample - sample.mean()) ** 2).sum() for sample in values.values()))
+    between, within = len(values) - 1, len(all_values) - len(values)
     if ss_within + ss_between == 0.0:
         raise OptionError("all figures are equal; no analysis is possible")
     ms_within = ss_within / within
@@ -172,11 +172,11 @@ def one_way(groups: Groups, alpha: float = 0.05) -> OneWay:
     t = float(stats.t.ppf(1.0 - alpha / 2.0, within))
     equal = len(set(counts.values())) == 1
     tukey, letters = _tukey(values, alpha, ms_within)
-    residuals = np.concatenate([one - one.mean() for one in values.values()])
+    residuals = np.concatenate([sample - sample.mean() for sample in values.values()])
     spread = ms_within > 0.0
     return OneWay(
         means=means,
-        deviations={name: float(one.std(ddof=1)) for name, one in values.items()},
+        deviations={name: float(sample.std(ddof=1)) for name, sample in values.items()},
         counts=counts,
         f=f,
         p=float(stats.f.sf(f, between, within)) if spread else 0.0,
@@ -222,21 +222,21 @@ def crossed(rows: Sequence[tuple[str, str, float]], names: tuple[str, str]) -> t
         raise OptionError("all figures are equal; no analysis is possible")
     repeated = len(rows) > len(cells)
     frame = pandas.DataFrame(rows, columns=["a", "b", "y"])
-    found = anova_lm(ols(f"y ~ C(a) {'*' if repeated else '+'} C(b)", data=frame).fit(), typ=2)
-    told = {"C(a)": names[0], "C(b)": names[1], "C(a):C(b)": f"{names[0]} × {names[1]}", "Residual": "residual"}
-    left = float(found.loc["Residual", "sum_sq"])
+    variances = anova_lm(ols(f"y ~ C(a) {'*' if repeated else '+'} C(b)", data=frame).fit(), typ=2)
+    effect_names = {"C(a)": names[0], "C(b)": names[1], "C(a):C(b)": f"{names[0]} × {names[1]}", "Residual": "residual"}
+    residual = float(variances.loc["Residual", "sum_sq"])
     effects = []
-    for key, name in told.items():
-        if key not in found.index:
+    for key, name in effect_names.items():
+        if key not in variances.index:
             continue
-        squares, freedom, f, p = (float(found.loc[key, column]) for column in ("sum_sq", "df", "F", "PR(>F)"))
+        squares, freedom, f, p = (float(variances.loc[key, column]) for column in ("sum_sq", "df", "F", "PR(>F)"))
         known = key != "Residual" and math.isfinite(f)
-        eta = squares / (squares + left) if key != "Residual" and squares + left > 0.0 else None
+        eta = squares / (squares + residual) if key != "Residual" and squares + residual > 0.0 else None
         effects.append(Effect(name, squares, freedom, f if known else None, p if known else None, eta))
     return tuple(effects)
 
 
-def ranked(ways: Groups, alpha: float = 0.05) -> Ranked:
+def ranked(treatments: Groups, alpha: float = 0.05) -> Ranked:
     """Return a rank comparison; the figures of all treatments belong to the same blocks in the same order.
 
     Friedman's test over all, Wilcoxon's signed-rank test for pairs with Holm's correction (Demšar 2006, section 3.2;
@@ -249,7 +249,7 @@ def ranked(ways: Groups, alpha: float = 0.05) -> Ranked:
     """
     from scipy import stats
 
-    table = np.array([list(one) for one in ways.values()], dtype=np.float64)
+    table = np.array([list(values) for values in treatments.values()], dtype=np.float64)
     if len(table) < 2:
         raise OptionError("a comparison needs two methods or more")
     if table.shape[1] < LEAST_OF_PAIRS:
@@ -262,9 +262,10 @@ def ranked(ways: Groups, alpha: float = 0.05) -> Ranked:
         statistic, p = float(friedman.statistic), float(friedman.pvalue)
         w = statistic / (blocks * (len(table) - 1))
     pairs = [
-        _signed_ranks(a, b, x, y, alpha) for (a, x), (b, y) in itertools.combinations(zip(ways, table, strict=True), 2)
+        _signed_ranks(a, b, x, y, alpha)
+        for (a, x), (b, y) in itertools.combinations(zip(treatments, table, strict=True), 2)
     ]
-    return Ranked(blocks, dict(zip(ways, ranks.tolist(), strict=True)), statistic, p, w, _holm(pairs))
+    return Ranked(blocks, dict(zip(treatments, ranks.tolist(), strict=True)), statistic, p, w, _holm(pairs))
 
 
 def trend(x: Sequence[float], y: Sequence[float], alpha: float = 0.05) -> Trend:
@@ -294,10 +295,10 @@ def interval(values: Sequence[float], alpha: float = 0.05) -> tuple[float, float
     array = np.asarray(values, dtype=np.float64)
     if len(array) < 2 or np.ptp(array) == 0.0:
         return float(array[0]), float(array[-1])
-    found = stats.bootstrap(
+    limits = stats.bootstrap(
         (array,), np.mean, confidence_level=1.0 - alpha, n_resamples=_RESAMPLES, rng=np.random.default_rng(1)
     ).confidence_interval
-    return float(found.low), float(found.high)
+    return float(limits.low), float(limits.high)
 
 
 def pareto_front(points: Sequence[tuple[float, float]]) -> list[int]:
@@ -309,25 +310,25 @@ def pareto_front(points: Sequence[tuple[float, float]]) -> list[int]:
 
 
 def _checked(groups: Groups) -> dict[str, NDArray[np.float64]]:
-    values = {name: np.asarray(one, dtype=np.float64) for name, one in groups.items()}
+    values = {name: np.asarray(sample, dtype=np.float64) for name, sample in groups.items()}
     if len(values) < 2:
         raise OptionError("an analysis of variance needs two groups or more")
-    for name, one in values.items():
-        if len(one) < LEAST_OF_A_GROUP:
+    for name, sample in values.items():
+        if len(sample) < LEAST_OF_A_GROUP:
             raise OptionError(
-                f"an analysis of variance needs {LEAST_OF_A_GROUP} figures of each level; '{name}' has {len(one)}"
+                f"an analysis of variance needs {LEAST_OF_A_GROUP} figures of each level; '{name}' has {len(sample)}"
             )
     return values
 
 
 def _all_spread(values: Mapping[str, NDArray[np.float64]]) -> bool:
-    return all(np.ptp(np.abs(one - np.median(one))) > 0.0 for one in values.values())
+    return all(np.ptp(np.abs(sample - np.median(sample))) > 0.0 for sample in values.values())
 
 
 def _welch(values: Mapping[str, NDArray[np.float64]]) -> float | None:
     from statsmodels.stats.oneway import anova_oneway
 
-    if any(np.ptp(one) == 0.0 for one in values.values()):
+    if any(np.ptp(sample) == 0.0 for sample in values.values()):
         return None
     return float(anova_oneway(list(values.values()), use_var="unequal").pvalue)
 
@@ -357,9 +358,9 @@ def _tukey(
         p_values = np.array([[1.0 if a == b else 0.0 for b in means] for a in means])
         low = high = np.subtract.outer(means, means)
     else:
-        found = stats.tukey_hsd(*values.values())
-        limits = found.confidence_interval(confidence_level=1.0 - alpha)
-        p_values, low, high = found.pvalue, limits.low, limits.high
+        comparison = stats.tukey_hsd(*values.values())
+        limits = comparison.confidence_interval(confidence_level=1.0 - alpha)
+        p_values, low, high = comparison.pvalue, limits.low, limits.high
     pairs = tuple(
         Pair(
             names[i], names[j], float(values[names[i]].mean() - values[names[j]].mean()), float(p_values[i, j]),
@@ -377,19 +378,19 @@ def _signed_ranks(a: str, b: str, x: NDArray[np.float64], y: NDArray[np.float64]
     from scipy import stats
 
     differences = x - y
-    rest = differences[differences != 0.0]
-    if not len(rest):
+    nonzero = differences[differences != 0.0]
+    if not len(nonzero):
         return Pair(a, b, 0.0, 1.0, 0.0, 0.0, 0.0)
-    ranks = stats.rankdata(np.abs(rest))
-    effect = float((ranks[rest > 0].sum() - ranks[rest < 0].sum()) / ranks.sum())
+    ranks = stats.rankdata(np.abs(nonzero))
+    effect = float((ranks[nonzero > 0].sum() - ranks[nonzero < 0].sum()) / ranks.sum())
     p = float(stats.wilcoxon(x, y, zero_method="wilcox").pvalue)
     low = high = None
     if np.ptp(differences) > 0.0:
-        found = stats.bootstrap(
+        limits = stats.bootstrap(
             (differences,), _hodges_lehmann, confidence_level=1.0 - alpha, n_resamples=999, method="percentile",
             vectorized=False, rng=np.random.default_rng(1),
         ).confidence_interval  # fmt: skip
-        low, high = float(found.low), float(found.high)
+        low, high = float(limits.low), float(limits.high)
     return Pair(a, b, _hodges_lehmann(differences), p, low, high, effect)
 
 
@@ -405,5 +406,5 @@ def _holm(pairs: Sequence[Pair]) -> tuple[Pair, ...]:
 
     from statsmodels.stats.multitest import multipletests
 
-    corrected = multipletests([one.p for one in pairs], method="holm")[1]
-    return tuple(replace(one, p=float(p)) for one, p in zip(pairs, corrected, strict=True))
+    corrected = multipletests([pair.p for pair in pairs], method="holm")[1]
+    return tuple(replace(pair, p=float(p)) for pair, p in zip(pairs, corrected, strict=True))

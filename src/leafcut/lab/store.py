@@ -108,8 +108,8 @@ class Store:
         with self._refused():
             if self.path.is_file() and self.path.stat().st_size and not _is_sqlite(self.path):
                 raise ReadError(self.path, "no file of results: leafcut writes an SQLite file; give another --results")
-            where = self.path.absolute().as_uri() + ("?mode=ro" if self._read_only else "")
-            self._data = sqlite3.connect(where, uri=True, timeout=_PATIENCE, isolation_level=None)
+            uri = self.path.absolute().as_uri() + ("?mode=ro" if self._read_only else "")
+            self._data = sqlite3.connect(uri, uri=True, timeout=_PATIENCE, isolation_level=None)
         try:
             self._check()
         except BaseException:
@@ -138,8 +138,8 @@ class Store:
                 raise ReadError(self.path, "an SQLite file of another program; give another --results")
             else:
                 check_schema(RESULTS, schema, str(self.path))
-                if (found := self._data.execute("pragma quick_check(1)").fetchone()[0]) != "ok":
-                    raise ReadError(self.path, f"damaged results ({shown(found, 120)}); give another --results")
+                if (check_result := self._data.execute("pragma quick_check(1)").fetchone()[0]) != "ok":
+                    raise ReadError(self.path, f"damaged results ({shown(check_result, 120)}); give another --results")
             if not self._read_only:
                 self._data.execute("commit")
 
@@ -156,10 +156,10 @@ class Store:
     def rows(self, experiment: str) -> list[Row]:
         """Return the runs of an experiment, by instance, levels and seed."""
         with self._refused():
-            found = self._data.execute(
+            records = self._data.execute(
                 "select * from run where experiment = ? order by instance, levels, seed", (experiment,)
             ).fetchall()
-            return [_row(one) for one in found]
+            return [_row(record) for record in records]
 
     def counts(self) -> dict[str, int]:
         """Return the number of successful runs of each experiment."""

@@ -13,39 +13,39 @@ from leafcut.lab.spread import Spread
 from leafcut.model.study import Iteration
 
 
-def experiment_as_json(found: Experiment) -> dict[str, Any]:
+def experiment_as_json(experiment: Experiment) -> dict[str, Any]:
     """Return the results of an experiment as JSON data; lengths are in the unit of the map's metric."""
-    part = found.part
+    part = experiment.part
     return {
         "instance": part.name,
         "n": len(part.holes),
         "optimum": part.optimum,
-        "lower_bound": found.lower_bound,
-        "stopped_early": found.stopped,
-        "algorithms": [_summary(name, found.of(name)) for name in found.algorithms],
-        "runs": [_plain(one) for one in found.repetitions],
+        "lower_bound": experiment.lower_bound,
+        "stopped_early": experiment.stopped,
+        "algorithms": [_summary(name, experiment.of(name)) for name in experiment.algorithms],
+        "runs": [_plain(run) for run in experiment.repetitions],
     }
 
 
-def curves_as_json(found: Experiment) -> list[dict[str, Any]]:
+def curves_as_json(experiment: Experiment) -> list[dict[str, Any]]:
     """Return the convergence of every run, for charts: algorithm, seed, and points (iteration, seconds, length)."""
     return [
-        {"algorithm": one.algorithm, "seed": one.seed, "points": [list(point) for point in one.curve]}
-        for one in found.repetitions
+        {"algorithm": run.algorithm, "seed": run.seed, "points": [list(point) for point in run.curve]}
+        for run in experiment.repetitions
     ]
 
 
-def runs_as_csv(found: Experiment) -> str:
+def runs_as_csv(experiment: Experiment) -> str:
     """Return one row per run."""
-    rows = [list(_plain(one).values()) for one in found.repetitions]
-    return _csv(_plain(found.repetitions[0]), rows)
+    rows = [list(_plain(run).values()) for run in experiment.repetitions]
+    return _csv(_plain(experiment.repetitions[0]), rows)
 
 
-def summary_as_csv(found: Experiment) -> str:
+def summary_as_csv(experiment: Experiment) -> str:
     """Return one row per algorithm."""
     rows = [
-        {name: value for name, value in _summary(algorithm, found.of(algorithm)).items() if name != "outliers"}
-        for algorithm in found.algorithms
+        {name: value for name, value in _summary(algorithm, experiment.of(algorithm)).items() if name != "outliers"}
+        for algorithm in experiment.algorithms
     ]
     return _csv(rows[0], [list(row.values()) for row in rows])
 
@@ -55,19 +55,19 @@ def iterations_as_csv(rows: Sequence[Iteration]) -> str:
     return _csv(Iteration._fields, rows)
 
 
-def _plain(one: Repetition) -> dict[str, Any]:
+def _plain(run: Repetition) -> dict[str, Any]:
     return {
-        "algorithm": one.algorithm,
-        "seed": one.seed,
-        "length": one.cost,
-        "iterations": one.iterations,
-        "seconds": one.seconds,
+        "algorithm": run.algorithm,
+        "seed": run.seed,
+        "length": run.cost,
+        "iterations": run.iterations,
+        "seconds": run.seconds,
     }
 
 
 def _summary(algorithm: str, repetitions: Sequence[Repetition]) -> dict[str, Any]:
     """Return the spread of the lengths of an algorithm, and its mean iterations and seconds."""
-    lengths = asdict(Spread.of(one.cost for one in repetitions))
+    lengths = asdict(Spread.of(run.cost for run in repetitions))
     return {
         "algorithm": algorithm,
         "runs": lengths.pop("count"),
@@ -75,8 +75,8 @@ def _summary(algorithm: str, repetitions: Sequence[Repetition]) -> dict[str, Any
         "mean": lengths.pop("mean"),
         "standard_deviation": lengths.pop("deviation"),
         "worst": lengths.pop("worst"),
-        "iterations": sum(one.iterations for one in repetitions) / len(repetitions),
-        "seconds": sum(one.seconds for one in repetitions) / len(repetitions),
+        "iterations": sum(run.iterations for run in repetitions) / len(repetitions),
+        "seconds": sum(run.seconds for run in repetitions) / len(repetitions),
         **lengths,
         "outliers": list(lengths["outliers"]),
     }

@@ -109,9 +109,9 @@ class TuningTask:
     def __post_init__(self) -> None:
         if self.algorithm not in RANGES:
             raise OptionError(f"--algorithm: cannot tune '{self.algorithm}'{nearest(self.algorithm, RANGES)}")
-        for flag, value, most in (("--trials", self.trials, MOST_TRIALS), ("--seeds", self.seeds, MOST_SEEDS)):
-            if not 1 <= value <= most:
-                raise OptionError(f"{flag}: choose 1 to {most:,}")
+        for flag, value, limit in (("--trials", self.trials, MOST_TRIALS), ("--seeds", self.seeds, MOST_SEEDS)):
+            if not 1 <= value <= limit:
+                raise OptionError(f"{flag}: choose 1 to {limit:,}")
         if not LEAST_INPUTS <= len(self.inputs) <= MOST_INPUTS:
             raise OptionError(
                 f"{count_of(len(self.inputs), 'input')}: give {LEAST_INPUTS} to {MOST_INPUTS}, some to learn from and "
@@ -119,18 +119,18 @@ class TuningTask:
             )
         if not 0.0 < self.hold_out < 1.0:
             raise OptionError("--hold-out: choose a share between 0 and 1")
-        twice = next((one for one, times in Counter(self.inputs).items() if times > 1), None)
+        twice = next((name for name, times in Counter(self.inputs).items() if times > 1), None)
         if twice is not None:
             raise OptionError(f"{twice}: is given for tuning and for testing; use different inputs")
         for name in self.options:
-            if name in {one.name for one in RANGES[self.algorithm]} | {"algorithm", "seed"}:
+            if name in {range_.name for range_ in RANGES[self.algorithm]} | {"algorithm", "seed"}:
                 raise OptionError(f"{flag_name(name)}: is sought or set by the search; leave it out of the options")
 
     @property
     def ranges(self) -> tuple[Range, ...]:
         """Ranges to search; without a time limit, only parameters that do not change the work per iteration."""
         timed = self.options.get("time_limit") is not None
-        return tuple(one for one in RANGES[self.algorithm] if timed or not one.paced)
+        return tuple(range_ for range_ in RANGES[self.algorithm] if timed or not range_.paced)
 
     @property
     def response(self) -> Response:
@@ -139,11 +139,13 @@ class TuningTask:
 
     def split(self) -> tuple[list[LabInstance], list[LabInstance]]:
         """Return training and evaluation inputs, drawn by the seed, both in the given order."""
-        number_held = min(max(round(self.hold_out * len(self.inputs)), 1), len(self.inputs) - 2)
-        held = set(random.Random(self.seed).sample(range(len(self.inputs)), number_held))
+        n_held_out = min(max(round(self.hold_out * len(self.inputs)), 1), len(self.inputs) - 2)
+        held_out = set(random.Random(self.seed).sample(range(len(self.inputs)), n_held_out))
         names = _names(self.inputs)
-        every = [LabInstance(name, one, {}, {}) for name, one in zip(names, self.inputs, strict=True)]
-        return [one for k, one in enumerate(every) if k not in held], [every[k] for k in sorted(held)]
+        instances = [LabInstance(name, source, {}, {}) for name, source in zip(names, self.inputs, strict=True)]
+        return [instance for k, instance in enumerate(instances) if k not in held_out], [
+            instances[k] for k in sorted(held_out)
+        ]
 
 
 @dataclass(frozen=True)
@@ -178,13 +180,14 @@ class Tuned:
 
     def words(self) -> str:
         """Return the outcome in one line."""
-        learnt, held = (count_of(len(one), "input") for one in self.task.split())
+        trained, unseen = (count_of(len(instances), "input") for instances in self.task.split())
         if self.change is None:
-            return f"no set of {count_of(len(self.trials), 'trial')} was better than the defaults on {learnt}"
+            return f"no set of {count_of(len(self.trials), 'trial')} was better than the defaults on {trained}"
         better = "less" if self.change < 0.0 else "more"
-        what = self.task.response.title.lower()
+        measure = self.task.response.title.lower()
         return (
-            f"on {held} that the search did not see: {what} {abs(100.0 * self.change):.2f} % {better} than the defaults"
+            f"on {unseen} that the search did not see: {measure} {abs(100.0 * self.change):.2f} % {better} "
+            "than the defaults"
         )
 
 
@@ -224,46 +227,46 @@ def tune(
     """
     if find_spec("optuna") is None:
         raise LeafcutError("tuning needs the package optuna: pip install 'leafcut[lab]'")
-    ended = cancelled or threading.Event()
+    cancel_event = cancelled or threading.Event()
 
     def runs_of(description: Description, share: float, width: float) -> list[Row]:
-        tell = None if progress is None else _within(progress, share, width)
-        run(description, store, performer=performer, progress=tell, cancelled=ended, mixed=mixed)
+        on_progress = None if progress is None else _within(progress, share, width)
+        run(description, store, performer=performer, progress=on_progress, cancelled=cancel_event, mixed=mixed)
         return rows_of(description, store)
 
-    learnt, held = task.split()
+    training, held_out = task.split()
     # Share of one trial in the progress; base runs and evaluation count as three trials.
     width = 1.0 / (task.trials + 3)
-    base = _costs(runs_of(_description(task, learnt, {DEFAULTS: {}}, 1), 0.0, width), task, strict=True)
+    base = _costs(runs_of(_description(task, training, {DEFAULTS: {}}, 1), 0.0, width), task, strict=True)
     trials: list[TrialResult] = []
 
     def tried(parameters: Mapping[str, float | int]) -> float | None:
-        one = _description(task, learnt, {f"trial {len(trials) + 1}": parameters}, 1)
-        costs = _costs(runs_of(one, (len(trials) + 1) * width, width), task)
+        trial_description = _description(task, training, {f"trial {len(trials) + 1}": parameters}, 1)
+        costs = _costs(runs_of(trial_description, (len(trials) + 1) * width, width), task)
         cost = None if costs.keys() != base.keys() else fmean(costs[key] / base[key] for key in base)
-        if not ended.is_set():
+        if not cancel_event.is_set():
             trials.append(TrialResult(dict(parameters), cost))
         return cost
 
-    if not ended.is_set():
-        _search(task, tried, ended)
-    best = min((one for one in trials if one.cost is not None), key=lambda one: one.cost or 0.0, default=None)
+    if not cancel_event.is_set():
+        _search(task, tried, cancel_event)
+    best = min((trial for trial in trials if trial.cost is not None), key=lambda trial: trial.cost or 0.0, default=None)
     better = best is not None and best.cost is not None and best.cost < 1.0
     parameters = best.parameters if best is not None and better else {}
     judging = replace(
-        _description(task, held, {DEFAULTS: {}, TUNED: parameters}, _FRESH),
+        _description(task, held_out, {DEFAULTS: {}, TUNED: parameters}, _FRESH),
         notes=(
             f"Parameters of {task.algorithm} were sought in {count_of(len(trials), 'trial')} on "
-            f"{', '.join(one.name for one in learnt)}; the search saw none of these inputs and used none of "
+            f"{', '.join(source.name for source in training)}; the search saw none of these inputs and used none of "
             "these seeds.",
         ),
     )
-    rows = runs_of(judging, 1.0 - 2.0 * width, 2.0 * width) if better and not ended.is_set() else []
-    return Tuned(task, tuple(trials), parameters, judging, tuple(rows), _change(rows, task), not ended.is_set())
+    rows = runs_of(judging, 1.0 - 2.0 * width, 2.0 * width) if better and not cancel_event.is_set() else []
+    return Tuned(task, tuple(trials), parameters, judging, tuple(rows), _change(rows, task), not cancel_event.is_set())
 
 
 def _search(
-    task: TuningTask, tried: Callable[[Mapping[str, float | int]], float | None], ended: threading.Event
+    task: TuningTask, evaluate: Callable[[Mapping[str, float | int]], float | None], cancel_event: threading.Event
 ) -> None:
     """Try parameter sets, each drawn from the costs of the previous trials."""
     import optuna
@@ -271,21 +274,21 @@ def _search(
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     study = optuna.create_study(sampler=optuna.samplers.TPESampler(seed=task.seed))
     for _ in range(task.trials):
-        if ended.is_set():
+        if cancel_event.is_set():
             return
         trial = study.ask()
-        cost = tried({one.name: _drawn(trial, one) for one in task.ranges})
+        cost = evaluate({range_.name: _drawn(trial, range_) for range_ in task.ranges})
         if cost is None:
             study.tell(trial, state=optuna.trial.TrialState.FAIL)
         else:
             study.tell(trial, cost)
 
 
-def _drawn(trial: Trial, one: Range) -> float | int:
+def _drawn(trial: Trial, range_: Range) -> float | int:
     """Return a value with three significant digits, readable as a setting."""
-    if one.whole:
-        return int(trial.suggest_int(one.name, int(one.low), int(one.high), log=one.log))
-    return float(f"{trial.suggest_float(one.name, one.low, one.high, log=one.log):.3g}")
+    if range_.whole:
+        return int(trial.suggest_int(range_.name, int(range_.low), int(range_.high), log=range_.log))
+    return float(f"{trial.suggest_float(range_.name, range_.low, range_.high, log=range_.log):.3g}")
 
 
 def _description(
@@ -312,8 +315,8 @@ def _description(
 
 def _costs(rows: Sequence[Row], task: TuningTask, *, strict: bool = False) -> dict[tuple[str, int], float]:
     """Return the cost of each successful run, by input and seed."""
-    found = {(row.instance, row.seed): row.responses.get(task.response.name) for row in rows if not row.failed}
-    costs = {key: value for key, value in found.items() if value is not None and value > 0.0}
+    responses = {(row.instance, row.seed): row.responses.get(task.response.name) for row in rows if not row.failed}
+    costs = {key: value for key, value in responses.items() if value is not None and value > 0.0}
     for row in rows:
         if strict and row.failed:
             raise OptionError(f"{row.instance}: the defaults are refused: {row.failed}")
@@ -325,9 +328,9 @@ def _costs(rows: Sequence[Row], task: TuningTask, *, strict: bool = False) -> di
 def _change(rows: Sequence[Row], task: TuningTask) -> float | None:
     """Return the mean relative change over the inputs, each the mean of its seeds; None without runs of both sets."""
     sides = [_costs([row for row in rows if row.levels[FACTOR] == name], task) for name in (DEFAULTS, TUNED)]
-    both = sides[0].keys() & sides[1].keys()
-    names = dict.fromkeys(name for name, _ in sorted(both))
-    means = [[fmean(side[key] for key in both if key[0] == name) for side in sides] for name in names]
+    common = sides[0].keys() & sides[1].keys()
+    names = dict.fromkeys(name for name, _ in sorted(common))
+    means = [[fmean(side[key] for key in common if key[0] == name) for side in sides] for name in names]
     return fmean(tuned / default for default, tuned in means) - 1.0 if means else None
 
 
@@ -336,36 +339,36 @@ def search_block(tuned: Tuned) -> ReportBlock:
     from leafcut.lab import charts
 
     task = tuned.task
-    usual = {one.name: _usual(one.name) for one in task.ranges}
-    found = Table(
+    usual = {range_.name: _usual(range_.name) for range_ in task.ranges}
+    parameter_table = Table(
         ("Parameter", "Option", "Default", "Tuned", "Sought in"),
         tuple(
             (
-                one.name.replace("_", " "),
-                flag_name(one.name),
-                usual[one.name],
-                f"{tuned.parameters[one.name]:g}" if tuned.parameters else "–",
-                f"{one.low:g} to {one.high:g}",
+                range_.name.replace("_", " "),
+                flag_name(range_.name),
+                usual[range_.name],
+                f"{tuned.parameters[range_.name]:g}" if tuned.parameters else "–",
+                f"{range_.low:g} to {range_.high:g}",
             )
-            for one in task.ranges
+            for range_ in task.ranges
         ),
         2,
         "The set that was found",
     )
-    costs = [(float(k), one.cost) for k, one in enumerate(tuned.trials, 1) if one.cost is not None]
+    costs = [(float(k), trial.cost) for k, trial in enumerate(tuned.trials, 1) if trial.cost is not None]
     heading, words = "cost by that of the defaults", "Cost of each trial by that of the defaults, and the least so far"
     drawn = (("", charts.trials(costs, heading, words)),) if costs else ()
     rows = tuple(
         (
             str(k),
-            "refused" if one.cost is None else number(one.cost),
-            *(f"{value:g}" for value in one.parameters.values()),
+            "refused" if trial.cost is None else number(trial.cost),
+            *(f"{value:g}" for value in trial.parameters.values()),
         )
-        for k, one in enumerate(tuned.trials, 1)
+        for k, trial in enumerate(tuned.trials, 1)
     )
-    names = tuple(one.name.replace("_", " ") for one in task.ranges)
-    every = Table(("Trial", "Cost", *names), rows, 1, "Every trial")
-    return ReportBlock("The search", (f"In short: {tuned.words()}.",), (found, every), drawn)
+    names = tuple(trial.name.replace("_", " ") for trial in task.ranges)
+    trial_table = Table(("Trial", "Cost", *names), rows, 1, "Every trial")
+    return ReportBlock("The search", (f"In short: {tuned.words()}.",), (parameter_table, trial_table), drawn)
 
 
 def options_text(tuned: Tuned) -> str:
@@ -387,7 +390,7 @@ def _usual(name: str) -> str:
 
 def _names(inputs: Sequence[str]) -> list[str]:
     """Return the file name of each input, with a number for duplicates."""
-    names = [one if ":" in one else Path(one).name for one in inputs]
+    names = [source if ":" in source else Path(source).name for source in inputs]
     return [f"{name} ({k + 1})" if names.count(name) > 1 else name for k, name in enumerate(names)]
 
 
