@@ -73,18 +73,18 @@ class Folder:
 
     def new_input(self, name: str) -> tuple[str, Path]:
         """Return id and path of a new file to be written."""
-        made = secrets.token_urlsafe(12)
-        place = self.inputs / made
-        place.mkdir(mode=0o700, parents=True)
-        return made, place / safe_name(name)
+        input_id = secrets.token_urlsafe(12)
+        folder = self.inputs / input_id
+        folder.mkdir(mode=0o700, parents=True)
+        return input_id, folder / safe_name(name)
 
     def add_input(self, name: str, data: bytes) -> str:
         """Store a file; return its id."""
-        made, path = self.new_input(name)
+        input_id, path = self.new_input(name)
         path.write_bytes(data)
-        return made
+        return input_id
 
-    def input_path(self, made: str) -> Path:
+    def input_path(self, input_id: str) -> Path:
         """Return the path of an upload.
 
         Raises
@@ -92,10 +92,14 @@ class Folder:
         OptionError
             No upload has this id.
         """
-        found = sorted((self.inputs / made).iterdir()) if _ID.fullmatch(made) and (self.inputs / made).is_dir() else []
-        if len(found) != 1:
+        files = (
+            sorted((self.inputs / input_id).iterdir())
+            if _ID.fullmatch(input_id) and (self.inputs / input_id).is_dir()
+            else []
+        )
+        if len(files) != 1:
             raise OptionError("this file is no longer in the studio; open it again")
-        return found[0]
+        return files[0]
 
     def source(self, word: str) -> str:
         """Return the source for an input named by a page: a path in this folder, or a built-in source."""
@@ -103,9 +107,9 @@ class Folder:
 
     def drop_inputs(self, ids: Iterable[str]) -> None:
         """Remove uploads."""
-        for made in ids:
-            if _ID.fullmatch(made):
-                shutil.rmtree(self.inputs / made, ignore_errors=True)
+        for input_id in ids:
+            if _ID.fullmatch(input_id):
+                shutil.rmtree(self.inputs / input_id, ignore_errors=True)
 
     def drop_unused(self, used: Iterable[str]) -> None:
         """Remove old uploads that no job uses."""

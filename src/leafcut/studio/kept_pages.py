@@ -43,9 +43,9 @@ class KeptPages:
         if not PAGE.fullmatch(name):
             return None
         with suppress(OSError, ValueError, RecursionError):
-            found = json.loads(self._file(name).read_text(encoding="utf-8"))
-            if isinstance(found, dict):
-                return found
+            choices = json.loads(self._file(name).read_text(encoding="utf-8"))
+            if isinstance(choices, dict):
+                return choices
         return None
 
     def put(self, name: str, text: str) -> None:
@@ -65,24 +65,24 @@ class KeptPages:
 
     def hold(self, name: str, seen: Callable[[], bool]) -> bool:
         """Claim a page's name; return False if another open page has it."""
-        other = self._held.get(name)
-        if other is not None and other is not seen and other():
+        holder = self._held.get(name)
+        if holder is not None and holder is not seen and holder():
             return False
         self._held[name] = seen
         return True
 
     def let_go(self, seen: Callable[[], bool]) -> None:
         """Release the name of a closed page."""
-        self._held = {name: one for name, one in self._held.items() if one is not seen}
+        self._held = {name: holder for name, holder in self._held.items() if holder is not seen}
 
     def newest_closed(self) -> tuple[str, dict[str, Any]] | None:
         """Return name and choices of the last changed page with a source that is not open."""
         for file in self._files():
-            held = self._held.get(file.stem)
-            if held is None or not held():
-                found = self.get(file.stem)
-                if found is not None and found.get("source"):
-                    return file.stem, found
+            holder = self._held.get(file.stem)
+            if holder is None or not holder():
+                choices = self.get(file.stem)
+                if choices is not None and choices.get("source"):
+                    return file.stem, choices
         return None
 
     def files_in_use(self) -> set[str]:
@@ -98,15 +98,15 @@ class KeptPages:
         for file in self._folder.glob("*.json"):
             with suppress(OSError):
                 times.append((file.stat().st_mtime, file))
-        return [file for _, file in sorted(times, key=lambda one: one[0], reverse=True)]
+        return [file for _, file in sorted(times, key=lambda entry: entry[0], reverse=True)]
 
     def _prune(self) -> None:
         """Delete pages that are too old or too many, except open ones."""
         now = time.time()
         for number, file in enumerate(self._files()):
-            held = self._held.get(file.stem)
+            holder = self._held.get(file.stem)
             with suppress(OSError):
-                if (number >= MOST_PAGES or now - file.stat().st_mtime > LONGEST) and not (held and held()):
+                if (number >= MOST_PAGES or now - file.stat().st_mtime > LONGEST) and not (holder and holder()):
                     file.unlink()
 
 

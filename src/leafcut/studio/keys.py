@@ -52,15 +52,15 @@ class StudioKeys:
 
     def new_entry(self) -> str:
         """Return a key that admits one browser, once."""
-        made = secrets.token_urlsafe(24)
-        self._unused = [*self._unused[1 - _MOST_UNUSED :], made]
-        return made
+        key = secrets.token_urlsafe(24)
+        self._unused = [*self._unused[1 - _MOST_UNUSED :], key]
+        return key
 
     def enter(self, word: str) -> bool:
         """Return whether a key admits a browser, and invalidate it."""
-        for one in self._unused:
-            if hmac.compare_digest(one.encode(), word.encode()):
-                self._unused.remove(one)
+        for unused in self._unused:
+            if hmac.compare_digest(unused.encode(), word.encode()):
+                self._unused.remove(unused)
                 return True
         return False
 
@@ -107,9 +107,9 @@ def write_private(file: Path, data: bytes) -> None:
 
 def page_that_goes_to(address: str) -> bytes:
     """Return a page that redirects the browser to an address."""
-    to = escape(address, quote=True)
+    target = escape(address, quote=True)
     return (
         '<!doctype html><meta charset="utf-8"><meta name="referrer" content="no-referrer">'
-        f'<meta http-equiv="refresh" content="0; url={to}"><title>leafcut studio</title>'
-        f'<p><a href="{to}">leafcut studio</a></p>\n'
+        f'<meta http-equiv="refresh" content="0; url={target}"><title>leafcut studio</title>'
+        f'<p><a href="{target}">leafcut studio</a></p>\n'
     ).encode()

@@ -139,17 +139,19 @@ class LabRuns:
         with Store(str(self.file), read_only=True) as store:
             return rows_of(description, store)
 
-    def _work(self, description: Description, ended: threading.Event) -> None:
+    def _work(self, description: Description, cancel_event: threading.Event) -> None:
         line, failed = "", tuple[str, ...]()
         try:
             with Store(str(self.file)) as store:
-                failed = run(description, store, progress=self._tell, cancelled=ended, mixed=True).failed
+                failed = run(
+                    description, store, progress=self._record_progress, cancelled=cancel_event, mixed=True
+                ).failed
         except Exception as problem:
             line = self.folder.without_paths(line_of(problem))
-        lines = tuple(self.folder.without_paths(one) for one in failed)
+        lines = tuple(self.folder.without_paths(text) for text in failed)
         assert self.state is not None
         self.state = replace(self.state, running=False, doing="", line=line, failed=lines)
 
-    def _tell(self, now: Progress) -> None:
+    def _record_progress(self, progress: Progress) -> None:
         if self.state is not None:
-            self.state = replace(self.state, doing=now.step, share=now.share)
+            self.state = replace(self.state, doing=progress.step, share=progress.share)

@@ -37,10 +37,10 @@ def held(root: Path, address: str) -> Iterator[None]:
         raise OutputError(f"{root}: cannot write to the studio's folder ({problem.strerror})") from None
     try:
         if not _locked(number):
-            told = os.read(number, 200).decode("ascii", "ignore")
-            where = f" at {told}" if told.isprintable() and told else ""
+            other_address = os.read(number, 200).decode("ascii", "ignore")
+            place = f" at {other_address}" if other_address.isprintable() and other_address else ""
             raise OutputError(
-                f"a studio is already running{where}; use that one, or stop it first: both would write to {root}"
+                f"a studio is already running{place}; use that one, or stop it first: both would write to {root}"
             )
         os.ftruncate(number, 0)
         os.write(number, address.encode("ascii"))

@@ -29,10 +29,10 @@ class _Pattern(NamedTuple):
     words: frozenset[str]
     size: int
     given: tuple[bool, ...]
-    said: str
+    translation: str
 
 
-class _Said(NamedTuple):
+class _Translation(NamedTuple):
     """A translated line and the number of its letters that were recognized."""
 
     text: str
@@ -44,8 +44,8 @@ class Messages:
 
     def __init__(self, table: Mapping[str, str]) -> None:
         self.table = table
-        self._whole = {line: said for line, said in table.items() if _GAP not in line}
-        patterns = [_pattern(line, said) for line, said in table.items() if _GAP in line]
+        self._whole = {line: translation for line, translation in table.items() if _GAP not in line}
+        patterns = [_pattern(line, translation) for line, translation in table.items() if _GAP in line]
         often = Counter(word for pattern in patterns for word in pattern.words)
         #: Patterns by their rarest word, "" if they have none, so that only a few are tried per line.
         self._by_word: dict[str, list[_Pattern]] = {}
@@ -56,33 +56,33 @@ class Messages:
 
     def _translate(self, line: str) -> str:
         """Translate a line; unknown parts stay English."""
-        return self._said(line, 0, {}).text
+        return self._translated(line, 0, {}).text
 
-    def _said(self, line: str, depth: int, seen: dict[str, _Said]) -> _Said:
+    def _translated(self, line: str, depth: int, seen: dict[str, _Translation]) -> _Translation:
         """Translate a line, whole or split, whichever recognizes more of it."""
         if line in seen:
             return seen[line]
-        best = _Said(line, 0)
+        best = _Translation(line, 0)
         if depth > _DEEPEST or not any(c.isalpha() for c in line):
             return best
         if line in self._whole:
-            best = _Said(self._whole[line], len(line))
+            best = _Translation(self._whole[line], len(line))
         for pattern, gaps in self._matches(line) if best.known == 0 else ():
             filled = [
-                _Said(gap, 0) if given else self._said(gap, depth + 1, seen)
+                _Translation(gap, 0) if given else self._translated(gap, depth + 1, seen)
                 for gap, given in zip(gaps, pattern.given, strict=True)
             ]
             known = pattern.size + sum(gap.known for gap in filled)
             if known > best.known:
-                best = _Said(pattern.said.format(*(gap.text for gap in filled)), known)
+                best = _Translation(pattern.translation.format(*(gap.text for gap in filled)), known)
         for between in list(_BETWEEN.finditer(line))[:_MOST_PARTS] if best.known < len(line) else ():
             head, tail = line[: between.start()], line[between.end() :]
             if head and tail:
-                one, other = self._said(head, depth + 1, seen), self._said(tail, depth + 1, seen)
+                first, second = self._translated(head, depth + 1, seen), self._translated(tail, depth + 1, seen)
                 # A file name before the colon must not become part of a gap's content.
-                known = one.known + other.known
+                known = first.known + second.known
                 if known > best.known or (known == best.known > 0 and between[0] == ": "):
-                    best = _Said(one.text + between[0] + other.text, known)
+                    best = _Translation(first.text + between[0] + second.text, known)
         seen[line] = best
         return best
 
@@ -94,23 +94,23 @@ class Messages:
         for pattern in sorted(likely, key=lambda pattern: (-pattern.size, pattern.line)):
             if pattern.size < size:
                 return
-            if found := _compiled(pattern.line).fullmatch(line):
-                yield pattern, found.groups()
+            if match := _compiled(pattern.line).fullmatch(line):
+                yield pattern, match.groups()
                 size = pattern.size
 
 
-def _pattern(line: str, said: str) -> _Pattern:
-    pieces = line.split(_GAP)
-    quoted = tuple(before.endswith("'") and after.startswith("'") for before, after in pairwise(pieces))
-    text = re.escape(pieces[0])
-    for (before, after), given in zip(pairwise(pieces), quoted, strict=True):
+def _pattern(line: str, translation: str) -> _Pattern:
+    fixed_parts = line.split(_GAP)
+    quoted = tuple(before.endswith("'") and after.startswith("'") for before, after in pairwise(fixed_parts))
+    text = re.escape(fixed_parts[0])
+    for (before, after), given in zip(pairwise(fixed_parts), quoted, strict=True):
         if given:
             gap = r"((?:(?!'[ ;:,)]).)+?)"
         else:
             # A gap next to a word or another gap may be empty: "nothing is left to cut{}", "{}{}".
             gap = r"(|\W.*?)" if text and not before else "(.*?)" if before[-1:].isalnum() else "(.+?)"
         text += gap + re.escape(after)
-    return _Pattern(text, _words(pieces), len("".join(pieces)), quoted, said)
+    return _Pattern(text, _words(fixed_parts), len("".join(fixed_parts)), quoted, translation)
 
 
 @cache
@@ -119,8 +119,8 @@ def _compiled(text: str) -> re.Pattern[str]:
     return re.compile(text, re.DOTALL)
 
 
-def _words(pieces: list[str]) -> frozenset[str]:
+def _words(fixed_parts: list[str]) -> frozenset[str]:
     """Return the words of a line that do not touch a gap, where they could be parts of longer words."""
-    text = "\0".join(pieces)
-    found = _WORD.finditer(text)
-    return frozenset(word[0] for word in found if "\0" not in text[max(word.start() - 1, 0) : word.end() + 1])
+    text = "\0".join(fixed_parts)
+    words = _WORD.finditer(text)
+    return frozenset(word[0] for word in words if "\0" not in text[max(word.start() - 1, 0) : word.end() + 1])

@@ -104,7 +104,7 @@ class Canvas(Serving, component="../static/canvas_element.js"):
             self._addresses[layer] = self.serve(layer, lambda: self._bytes(layer))
         self._scenes[layer] = scene
         self._numbers[layer] = self._numbers.get(layer, 0) + 1
-        self._tell()
+        self._send_scenes()
 
     def _bytes(self, layer: str) -> bytes | None:
         scene = self._scenes.get(layer)
@@ -113,13 +113,13 @@ class Canvas(Serving, component="../static/canvas_element.js"):
     def clear(self) -> Self:
         """Remove all layers."""
         self._scenes.clear()
-        self._tell()
+        self._send_scenes()
         return self
 
     def hide(self, layer: str) -> None:
         """Remove a layer."""
         if self._scenes.pop(layer, None) is not None:
-            self._tell()
+            self._send_scenes()
 
     def set_editable(self, editable: bool) -> None:
         """Enable or disable dragging of pierces and stops."""
@@ -179,7 +179,7 @@ class Canvas(Serving, component="../static/canvas_element.js"):
         """Go to a machine time, s; None shows everything."""
         self.run_method("seek", seconds)
 
-    def _tell(self) -> None:
+    def _send_scenes(self) -> None:
         self.props["scenes"] = {
             layer: f"{self._addresses[layer]}?{self._numbers[layer]}" for layer in LAYERS if layer in self._scenes
         }

@@ -53,4 +53,4 @@ class Boxes(SavedChart):
 
     def set(self, algorithms: Sequence[Mapping[str, Any]], bound: float | None = None) -> None:
         """Show the summaries of `lab.tables.experiment_as_json`."""
-        self._set(algorithms=[dict(one) for one in algorithms], bound=bound)
+        self._set(algorithms=[dict(summary) for summary in algorithms], bound=bound)

@@ -43,15 +43,15 @@ def differences_scene(differences: Sequence[Difference], original: Toolpath, new
     marks: list[tuple[float, float, int, Change]] = []
     strokes: dict[Change, list[NDArray[np.float64]]] = {Change.MISSING: [], Change.ADDED: []}
     moves = {side: path.kind <= Kind.DRILL for side, path in zip(strokes, (original, new), strict=True)}
-    for index, one in enumerate(differences):
-        change = change_of(one)
-        for pair in ((one.original, one.new), *one.also)[:_MOST_MARKS]:
+    for index, difference in enumerate(differences):
+        change = change_of(difference)
+        for pair in ((difference.original, difference.new), *difference.also)[:_MOST_MARKS]:
             for side, path, line in zip(strokes, (original, new), pair, strict=True):
                 if not line or change not in (side, Change.CHANGED):
                     continue
-                ways = [_way(path, row) for row in np.flatnonzero((path.line == line) & moves[side]).tolist()]
-                strokes[side] += [way for way in ways if len(way) > 1]
-                ends = [way[-1] for way in ways if len(way)]
+                lines_drawn = [_way(path, row) for row in np.flatnonzero((path.line == line) & moves[side]).tolist()]
+                strokes[side] += [path_points for path_points in lines_drawn if len(path_points) > 1]
+                ends = [path_points[-1] for path_points in lines_drawn if len(path_points)]
                 if ends:
                     marks.append((*ends[-1].tolist(), index, change))
     points = np.array([mark[:2] for mark in marks], dtype=np.float64).reshape(-1, 2)
@@ -59,14 +59,18 @@ def differences_scene(differences: Sequence[Difference], original: Toolpath, new
     origin = 0.5 * (low + high)
     gap = np.full((1, 2), math.nan)
     lines = {
-        side: np.concatenate([gap, *(part for way in ways for part in (way, gap))]) for side, ways in strokes.items()
+        side: np.concatenate([gap, *(part for path_points in lines_drawn for part in (path_points, gap))])
+        for side, lines_drawn in strokes.items()
     }
     header = {
         "kind": "differences",
         "name": "differences",
         "origin": origin.tolist(),
         "extents": [*low.tolist(), *high.tolist()] if len(points) else None,
-        "differences": [[clean(one.what), clean(one.text), one.original, one.new] for one in differences],
+        "differences": [
+            [clean(difference.what), clean(difference.text), difference.original, difference.new]
+            for difference in differences
+        ],
     }
     mark = np.array(marks, dtype=np.float64).reshape(-1, 4)
     return packed(
@@ -88,15 +92,15 @@ def change_of(difference: Difference) -> Change:
 
 def _way(path: Toolpath, row: int) -> NDArray[np.float64]:
     """Return the points of a row in plan view, float64[k, 2]; empty if its end is unknown."""
-    begin, end = path.before[row, :2], path.end[row, :2]
-    end = np.where(np.isfinite(end), end, begin)
+    start, end = path.before[row, :2], path.end[row, :2]
+    end = np.where(np.isfinite(end), end, start)
     if not np.isfinite(end).all():
         return np.zeros((0, 2))
-    if path.kind[row] == Kind.DRILL or not np.isfinite(begin).all() or np.array_equal(begin, end):
+    if path.kind[row] == Kind.DRILL or not np.isfinite(start).all() or np.array_equal(start, end):
         return end.reshape(1, 2)
     if path.kind[row] in (Kind.ARC_CW, Kind.ARC_CCW) and path.arcs[int(path.ref[row])].plane == 17:
         centre = np.array(path.arcs[int(path.ref[row])].center[:2])
-        radius, start, sweep = arc_sweep(path, row)
-        angle = start + sweep * np.linspace(0.0, 1.0, _CHORDS)
+        radius, start_angle, sweep = arc_sweep(path, row)
+        angle = start_angle + sweep * np.linspace(0.0, 1.0, _CHORDS)
         return np.column_stack([centre[0] + radius * np.cos(angle), centre[1] + radius * np.sin(angle)])
-    return np.stack([begin, end])
+    return np.stack([start, end])

@@ -114,24 +114,25 @@ class Undoable(Generic[State]):
 
     def as_plain(self) -> dict[str, Any]:
         """Return the state and its undo and redo steps as plain values."""
-        most = min(_MOST_STEPS, _MOST_LETTERS // len(json.dumps(self.state)))
+        max_steps = min(_MOST_STEPS, _MOST_LETTERS // len(json.dumps(self.state)))
         before, after = (
-            steps[len(steps) - most :] if len(steps) > most else steps for steps in (self._before, self._after)
+            steps[len(steps) - max_steps :] if len(steps) > max_steps else steps
+            for steps in (self._before, self._after)
         )
         return {"state": self.state, "before": list(before), "after": list(after)}
 
     def take_plain(self, plain: Mapping[str, Any]) -> None:
         """Restore the result of `as_plain`; ignore invalid states and states with other parts."""
-        found = [_frozen(plain.get(name)) for name in ("before", "after")]
+        steps = [_frozen(plain.get(name)) for name in ("before", "after")]
         state = _frozen(plain.get("state"))
         try:
-            fits = all(self.parts(one) == self.parts(self.state) for one in (state, *found[0], *found[1]))
+            fits = all(self.parts(candidate) == self.parts(self.state) for candidate in (state, *steps[0], *steps[1]))
         except (TypeError, ValueError, KeyError):
             return
         if fits:
             # If the oldest states were dropped, the initial state is still the first.
-            first = [self.state] if self.state != (found[0] or [state])[0] else []
-            self.state, self._before, self._after = state, [*first, *found[0]], list(found[1])
+            first = [self.state] if self.state != (steps[0] or [state])[0] else []
+            self.state, self._before, self._after = state, [*first, *steps[0]], list(steps[1])
 
     def parts(self, state: State) -> Any:
         """Return the parts that a state orders, independent of the order; states with equal parts are compatible."""
@@ -145,11 +146,11 @@ class Undoable(Generic[State]):
         """Redo; return whether there was a step."""
         return self._go(self._after, self._before)
 
-    def _go(self, there: list[State], back: list[State]) -> bool:
-        if not there:
+    def _go(self, source: list[State], target: list[State]) -> bool:
+        if not source:
             return False
-        back.append(self.state)
-        self.state = there.pop()
+        target.append(self.state)
+        self.state = source.pop()
         return True
 
 
@@ -174,7 +175,7 @@ class HoleOrder(Undoable[HoleOrders]):
 
     def parts(self, state: HoleOrders) -> Any:
         """Return the sorted holes of every operation."""
-        return [sorted(holes) for holes, held in state if 0 <= held <= len(holes)]
+        return [sorted(holes) for holes, n_fixed in state if 0 <= n_fixed <= len(holes)]
 
     def _at(self, stop: int) -> tuple[int, int]:
         """Return the operation and the hole of a stop."""
@@ -182,28 +183,28 @@ class HoleOrder(Undoable[HoleOrders]):
             raise OptionError("this hole is not in the order")
         return self._stops[stop - 1]
 
-    def _with(self, k: int, holes: list[int], held: int) -> None:
-        self.change((*self.state[:k], (tuple(holes), held), *self.state[k + 1 :]))
+    def _with(self, k: int, holes: list[int], n_fixed: int) -> None:
+        self.change((*self.state[:k], (tuple(holes), n_fixed), *self.state[k + 1 :]))
 
     def move(self, stop: int, onto: int) -> None:
         """Move a hole to the rank of another in its operation."""
-        (k, hole), (other, target) = self._at(stop), self._at(onto)
-        if k != other:
+        (k, hole), (target_k, target) = self._at(stop), self._at(onto)
+        if k != target_k:
             raise OptionError("these holes use different tools; the order can be changed only within one tool")
-        holes, held = list(self.state[k][0]), self.state[k][1]
-        at, to = holes.index(hole), holes.index(target)
+        holes, n_fixed = list(self.state[k][0]), self.state[k][1]
+        old_rank, new_rank = holes.index(hole), holes.index(target)
         holes.remove(hole)
-        holes.insert(to, hole)
+        holes.insert(new_rank, hole)
         # A hole inserted among the fixed ones becomes fixed, and vice versa.
-        self._with(k, holes, held + (to < held) - (at < held))
+        self._with(k, holes, n_fixed + (new_rank < n_fixed) - (old_rank < n_fixed))
 
     def to_end(self, stop: int, first: bool) -> None:
         """Move a hole to the start or the end; as the last hole it fixes the order of all others."""
         k, hole = self._at(stop)
-        holes, held = self.state[k]
+        holes, n_fixed = self.state[k]
         rest = [h for h in holes if h != hole]
         if first:
-            self._with(k, [hole, *rest], held + (holes.index(hole) >= held))
+            self._with(k, [hole, *rest], n_fixed + (holes.index(hole) >= n_fixed))
         else:
             self._with(k, [*rest, hole], len(holes))
 
@@ -225,15 +226,15 @@ class HoleOrder(Undoable[HoleOrders]):
         """Return all holes in their order."""
         names = {stop: name for name, stop in enumerate(self._stops, 1)}
         return [
-            OrderStop(names[k, hole], (float(self._xy[hole, 0]), float(self._xy[hole, 1])), at < held)
-            for k, (holes, held) in enumerate(self.state)
-            for at, hole in enumerate(holes)
+            OrderStop(names[k, hole], (float(self._xy[hole, 0]), float(self._xy[hole, 1])), rank < n_fixed)
+            for k, (holes, n_fixed) in enumerate(self.state)
+            for rank, hole in enumerate(holes)
         ]
 
     def text(self) -> str:
         """Return the order file."""
-        held = {n: order[:held] for n, (order, held) in zip(self._numbers, self.state, strict=True)}
-        return order_text(held, drawing_of(self._xy.tolist()))
+        fixed = {n: order[:fixed] for n, (order, fixed) in zip(self._numbers, self.state, strict=True)}
+        return order_text(fixed, drawing_of(self._xy.tolist()))
 
 
 _OTHER = {
@@ -283,11 +284,11 @@ class CutOrder(Undoable[tuple[str, ...]]):
         """Move a cut to the rank of another and fix the whole order, since the rank depends on both neighbours."""
         rows = self._rows()
         row, target = self._find(rows, stop), self._find(rows, onto)
-        to = rows.index(target)
+        rank = rows.index(target)
         rows.remove(row)
-        rows.insert(to, row)
-        for one in rows:
-            self._fix(one, "order")
+        rows.insert(rank, row)
+        for changed in rows:
+            self._fix(changed, "order")
         self._keep(rows)
 
     def to_end(self, stop: int, first: bool) -> None:

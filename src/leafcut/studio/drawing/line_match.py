@@ -19,30 +19,30 @@ def line_pairs(before: Toolpath, after: Toolpath, original: str, new: str) -> ND
 
     Lines that do the same work match first, then adjacent lines with equal text (travel moves, comments).
     """
-    old, now = _numbered(original.split("\n"), new.split("\n"))
-    new_of, old_of = np.zeros(len(old) + 1, dtype=np.int64), np.zeros(len(now) + 1, dtype=np.int64)
+    old, current = _numbered(original.split("\n"), new.split("\n"))
+    new_of, old_of = np.zeros(len(old) + 1, dtype=np.int64), np.zeros(len(current) + 1, dtype=np.int64)
     lines = _work_pairs(before, after)
-    lines = lines[(lines > 0).all(axis=1) & (lines[:, 0] <= len(old)) & (lines[:, 1] <= len(now))]
+    lines = lines[(lines > 0).all(axis=1) & (lines[:, 0] <= len(old)) & (lines[:, 1] <= len(current))]
     for side in (0, 1):
         lines = lines[np.sort(np.unique(lines[:, side], return_index=True)[1])]
     new_of[lines[:, 0]], old_of[lines[:, 1]] = lines[:, 1], lines[:, 0]
-    _spread(new_of, old_of, old, now)
-    found = np.flatnonzero(new_of)
-    return np.column_stack([found, new_of[found]]).astype(np.uint32)
+    _spread(new_of, old_of, old, current)
+    matched = np.flatnonzero(new_of)
+    return np.column_stack([matched, new_of[matched]]).astype(np.uint32)
 
 
 def _numbered(*texts: list[str]) -> tuple[list[int], ...]:
     """Return one number per line of each text; lines with equal text have equal numbers."""
     numbers: dict[str, int] = {}
     fresh = count()
-    found = []
+    numbered = []
     for lines in texts:
         if lines and not lines[-1]:
             lines.pop()
-        found.append(
+        numbered.append(
             [numbers[s] if (s := line.strip()) in numbers else numbers.setdefault(s, next(fresh)) for line in lines]
         )
-    return tuple(found)
+    return tuple(numbered)
 
 
 def _work_pairs(before: Toolpath, after: Toolpath) -> NDArray[np.int64]:
@@ -65,20 +65,20 @@ def _work(path: Toolpath) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
     ends = np.stack([path.before[rows], path.end[rows]], axis=1) / _SAME
     ends = np.where(np.isfinite(ends), np.rint(np.nan_to_num(ends)), _UNKNOWN).astype(np.int64)
     ends[sort == 2, 0] = 0  # a hole is the same wherever the tool comes from
-    turned = np.zeros(len(rows), dtype=bool)
-    same = np.ones(len(rows), dtype=bool)
+    backward = np.zeros(len(rows), dtype=bool)
+    equal_so_far = np.ones(len(rows), dtype=bool)
     for axis in range(3):
-        turned |= same & (ends[:, 0, axis] > ends[:, 1, axis])
-        same &= ends[:, 0, axis] == ends[:, 1, axis]
-    ends[turned] = ends[turned][:, ::-1]
+        backward |= equal_so_far & (ends[:, 0, axis] > ends[:, 1, axis])
+        equal_so_far &= ends[:, 0, axis] == ends[:, 1, axis]
+    ends[backward] = ends[backward][:, ::-1]
     return path.line[rows], np.column_stack([sort, path.tool[rows], ends.reshape(-1, 6)]).astype(np.int64)
 
 
 def _counted(number: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return a unique key per row from its number and the count of earlier rows with that number."""
     order = np.argsort(number, kind="stable")
-    begins = np.flatnonzero(np.diff(number[order], prepend=-1))
-    nth = np.arange(len(number)) - np.repeat(begins, np.diff(np.append(begins, len(number))))
+    starts = np.flatnonzero(np.diff(number[order], prepend=-1))
+    nth = np.arange(len(number)) - np.repeat(starts, np.diff(np.append(starts, len(number))))
     key = np.empty(len(number), dtype=np.int64)
     key[order] = number[order] * (1 << 31) + nth
     return key
@@ -89,9 +89,15 @@ def _spread(new_of: NDArray[np.int64], old_of: NDArray[np.int64], old: list[int]
     ahead, back = new_of.tolist(), old_of.tolist()
     n, m = len(old), len(now)
 
-    def take(line: int, other: int) -> None:
-        if 0 < line <= n and 0 < other <= m and not ahead[line] and not back[other] and old[line - 1] == now[other - 1]:
-            ahead[line], back[other] = other, line
+    def take(line: int, new_line: int) -> None:
+        if (
+            0 < line <= n
+            and 0 < new_line <= m
+            and not ahead[line]
+            and not back[new_line]
+            and old[line - 1] == now[new_line - 1]
+        ):
+            ahead[line], back[new_line] = new_line, line
 
     take(1, 1)
     for line in range(2, n + 1):

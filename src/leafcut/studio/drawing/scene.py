@@ -160,12 +160,12 @@ class _LayerNumbers:
     """Numbers of the layers of a part."""
 
     def __init__(self, part: Part) -> None:
-        found = {one.layer for nouns in (part.holes, part.slots, part.contours, part.pockets) for one in nouns}
-        self.names = sorted(found - {""})
+        layers = {item.layer for nouns in (part.holes, part.slots, part.contours, part.pockets) for item in nouns}
+        self.names = sorted(layers - {""})
         self._number = {name: number for number, name in enumerate(self.names, 1)}
 
     def of(self, nouns: Iterable[Hole | Slot | Contour]) -> NDArray[np.int64]:
-        return np.array([self._number.get(one.layer, 0) for one in nouns], dtype=np.int64)
+        return np.array([self._number.get(noun.layer, 0) for noun in nouns], dtype=np.int64)
 
     def of_outlines(self, part: Part) -> NDArray[np.int64]:
         """Return the layer numbers in the row order of `_outlines`."""
@@ -364,9 +364,9 @@ def _cuts(plan: CutPlan | None) -> tuple[NDArray[np.float64], NDArray[np.float64
     gap = np.full((1, 2), math.nan)
     for number, cut in enumerate(plan.cuts if plan else (), 1):
         pierces.append((*cut.path.start, number))
-        for begin, end in ((0.0, cut.lead_in), (cut.lead_out, cut.path.length)):
-            if end - begin > _LEAD_TOLERANCE:
-                leads += [cut.path.piece(begin, end).flattened(_LEAD_TOLERANCE), gap]
+        for start, end in ((0.0, cut.lead_in), (cut.lead_out, cut.path.length)):
+            if end - start > _LEAD_TOLERANCE:
+                leads += [cut.path.piece(start, end).flattened(_LEAD_TOLERANCE), gap]
     return np.array(pierces).reshape(-1, 3), np.concatenate([np.zeros((0, 2)), *leads])
 
 
@@ -399,7 +399,7 @@ def _issue_places(part: Part) -> NDArray[np.float64]:
     places = []
     for index, issue in enumerate(part.issues[:MOST_ISSUES]):
         places += [(float(x), float(y), index) for x, y in _PLACE.findall(issue.place)[:MOST_ISSUES]]
-        found = _HANDLE.search(issue.place)
-        if found and found[1] in of_handle:
-            places.append((*of_handle[found[1]], index))
+        handle_match = _HANDLE.search(issue.place)
+        if handle_match and handle_match[1] in of_handle:
+            places.append((*of_handle[handle_match[1]], index))
     return np.array(places, dtype=np.float64).reshape(-1, 3)

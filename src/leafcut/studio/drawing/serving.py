@@ -22,9 +22,9 @@ class Serving(Element):
         super().__init__()
         self._served: list[str] = []
 
-    def serve(self, what: str, source: Callable[[], bytes | None]) -> str:
+    def serve(self, kind: str, source: Callable[[], bytes | None]) -> str:
         """Return an address that serves the bytes of `source`, called in a thread; None gives 204 No Content."""
-        name = f"leafcut-{what}-{secrets.token_urlsafe(12)}"
+        name = f"leafcut-{kind}-{secrets.token_urlsafe(12)}"
 
         def answer() -> Response:
             data = source()

@@ -77,15 +77,15 @@ def outcome_solid_scenes(outcome: Outcome) -> tuple[bytes, bytes]:
 
 
 def compared_solid_scenes(
-    one: tuple[Toolpath, Machine, ShownStock],
-    other: tuple[Toolpath, Machine, ShownStock],
+    first: tuple[Toolpath, Machine, ShownStock],
+    second: tuple[Toolpath, Machine, ShownStock],
     measured: tuple[Measure | None, Measure | None] = (None, None),
 ) -> tuple[bytes, bytes]:
     """Return a block cut by each of two toolpaths with the different places, or the reason why it is not shown.
 
     `measured` gives the times.
     """
-    return _scenes(_shown_run(*one, measured[0]), _shown_run(*other, measured[1]))
+    return _scenes(_shown_run(*first, measured[0]), _shown_run(*second, measured[1]))
 
 
 def solid_scene(path: Toolpath, machine: Machine, stock: ShownStock, measured: Measure | None = None) -> bytes:
@@ -113,32 +113,32 @@ def _refusal(problem: LeafcutError) -> bytes:
     return packed({**_HEAD, "refused": clean(str(problem))}, {})
 
 
-def _scenes(one: _Shown, other: _Shown) -> tuple[bytes, bytes]:
+def _scenes(first: _Shown, second: _Shown) -> tuple[bytes, bytes]:
     """Return the scenes of two toolpaths that cut one block, with the places where they differ."""
     try:
-        blocks = [shown_block(each.path, each.stock) for each in (one, other)]
+        blocks = [shown_block(run.path, run.stock) for run in (first, second)]
     except LeafcutError as problem:
         return _refusal(problem), _refusal(problem)
     low = tuple(min(ends) for ends in zip(*(block.low for block in blocks), strict=True))
     high = tuple(max(ends) for ends in zip(*(block.high for block in blocks), strict=True))
     solids: list[Solid] = []
-    for each in (one, other):
+    for run in (first, second):
         try:
-            solids.append(solid_of(each.path, replace(each.stock, block=(low, high))))
+            solids.append(solid_of(run.path, replace(run.stock, block=(low, high))))
         except LeafcutError as problem:
             return _refusal(problem), _refusal(problem)
-    left = [replace(solid.after, heights=np.maximum(solid.after.heights, solid.after.floor)) for solid in solids]
-    wrong = differing_cells(left[0], left[1], _TOLERANCE)
-    deeper = left[1].heights < left[0].heights
+    results = [replace(solid.after, heights=np.maximum(solid.after.heights, solid.after.floor)) for solid in solids]
+    wrong = differing_cells(results[0], results[1], _TOLERANCE)
+    deeper = results[1].heights < results[0].heights
     groups = regions(wrong & deeper) + regions(wrong & ~deeper)
-    places = [_place_of(group, left) for group in groups[:_MOST_PLACES]]
+    places = [_place_of(group, results) for group in groups[:_MOST_PLACES]]
     scenes = []
-    for at, (each, solid) in enumerate(zip((one, other), solids, strict=True)):
-        lower = left[1 - at].heights < left[at].heights
+    for index, (run, solid) in enumerate(zip((first, second), solids, strict=True)):
+        lower = results[1 - index].heights < results[index].heights
         cells = np.where(wrong, np.where(lower, 1, 2), 0)
-        told = [[x, y, *(heights if at == 0 else heights[::-1])] for x, y, heights in places]
-        differs = {"count": len(groups), "places": told}
-        scenes.append(_packed(solid, each.rows(), differs, cells))
+        listed = [[x, y, *(heights if index == 0 else heights[::-1])] for x, y, heights in places]
+        differs = {"count": len(groups), "places": listed}
+        scenes.append(_packed(solid, run.rows(), differs, cells))
     return scenes[0], scenes[1]
 
 
@@ -177,7 +177,10 @@ def _packed(
         "start": ("f4", field.heights.ravel() if (field.heights < solid.block.high[2]).any() else np.zeros(0)),
         "held": ("u1", solid.held.ravel() if solid.held.any() else np.zeros(0)),
         "differs": ("u1", cells.ravel() if cells is not None and cells.any() else np.zeros(0)),
-        "collision": ("f4", np.array([(*one.place, one.depth) for one in solid.collisions]).reshape(-1, 4)),
+        "collision": (
+            "f4",
+            np.array([(*collision.place, collision.depth) for collision in solid.collisions]).reshape(-1, 4),
+        ),
     }
     header = {
         "origin": list(solid.origin),
@@ -192,21 +195,21 @@ def _packed(
             str(n): _tool(solid.tools[n], cutter, solid.bodies.get(n, ())) for n, cutter in solid.cutters.items()
         },
         "differs": differs,
-        "collisions": [[one.kind, int(rows.line[first[one.row]])] for one in solid.collisions],
+        "collisions": [[collision.kind, int(rows.line[first[collision.row]])] for collision in solid.collisions],
     }  # fmt: skip
     return packed({**_HEAD, **header}, columns)
 
 
 def _times(solid: Solid, rows: Playback) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
     """Return the first row of the scene for each row of the moves' path, and start and end time of each move, s."""
-    whole, count = np.arange(len(solid.moves.path)), len(solid.moves.path)
-    first = np.searchsorted(rows.of, whole)
+    path_rows, count = np.arange(len(solid.moves.path)), len(solid.moves.path)
+    first = np.searchsorted(rows.of, path_rows)
     seconds = np.bincount(rows.of, weights=rows.seconds, minlength=count)
-    begins = np.cumsum(seconds) - seconds
+    starts = np.cumsum(seconds) - seconds
     row = solid.moves.row
-    pieces = np.bincount(row, minlength=count)
+    n_moves = np.bincount(row, minlength=count)
     step = np.arange(len(row)) - np.searchsorted(row, row)
-    since, until = (begins[row] + (step + end) / pieces[row] * seconds[row] for end in (0, 1))
+    since, until = (starts[row] + (step + end) / n_moves[row] * seconds[row] for end in (0, 1))
     return np.minimum(first, max(len(rows.of) - 1, 0)), since, until
 
 

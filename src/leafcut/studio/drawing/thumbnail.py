@@ -46,11 +46,11 @@ class Thumbnails:
         style
             `Process.pictured`: ``holes`` and ``areas`` are filled, ``lines`` are not.
         """
-        words: dict[bool, list[str]] = {True: [], False: []}
+        paths: dict[bool, list[str]] = {True: [], False: []}
         for drawn, chosen in ((self._contours, contours), (self._holes, holes)):
-            for k, one in drawn.items():
-                words[chosen is not None and bool(chosen[k])].append(one)
-        return {"strong": "".join(words[True]), "faint": "".join(words[False]), "style": style}
+            for k, data in drawn.items():
+                paths[chosen is not None and bool(chosen[k])].append(data)
+        return {"strong": "".join(paths[True]), "faint": "".join(paths[False]), "style": style}
 
 
 class _Frame:

@@ -79,38 +79,38 @@ class Endable:
             if self._watched:
                 return
             self._watched = True
-        self._look()
+        self._try_to_end()
 
-    def _look(self) -> None:
+    def _try_to_end(self) -> None:
         """Raise `Ended` if possible, and repeat until the thread has left."""
         with self._lock:
             thread = self._thread
             if thread is None or thread not in sys._current_frames():  # noqa: SLF001  # documented: nothing else shows other threads' frames
                 self._watched = False
                 return
-            if not self.raised and not _is_not_to_be_ended(thread):
+            if not self.raised and not _must_not_end(thread):
                 self.raised = True
                 ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(self._ended))
-        again = threading.Timer(_AGAIN, self._look)
-        again.daemon = True
-        again.start()
+        timer = threading.Timer(_AGAIN, self._try_to_end)
+        timer.daemon = True
+        timer.start()
 
 
 def hear_what_is_lost() -> None:
     """Detect a discarded `Ended`, so that it is raised again; for use in a separate process."""
-    before = sys.unraisablehook
+    previous_hook = sys.unraisablehook
 
-    def hear(told: sys.UnraisableHookArgs) -> None:
-        work = getattr(told.exc_type, "work", None)
+    def hook(hook_args: sys.UnraisableHookArgs) -> None:
+        work = getattr(hook_args.exc_type, "work", None)
         if isinstance(work, Endable):
             work.raised = False
         else:
-            before(told)
+            previous_hook(hook_args)
 
-    sys.unraisablehook = hear
+    sys.unraisablehook = hook
 
 
-def _is_not_to_be_ended(thread: int) -> bool:
+def _must_not_end(thread: int) -> bool:
     """Return whether a thread is loading a module or compiled code, or is starting another thread."""
     frame = sys._current_frames().get(thread)  # noqa: SLF001
     while frame is not None:

@@ -136,9 +136,9 @@ class History:
             check_schema(HISTORY, schema or 1, str(self._path))
             connection.execute("PRAGMA journal_mode = WAL")
             connection.execute("PRAGMA foreign_keys = ON")
-            found = connection.execute("PRAGMA quick_check(1)").fetchone()
-            if found != ("ok",):
-                raise sqlite3.DatabaseError(str(found))
+            check_result = connection.execute("PRAGMA quick_check(1)").fetchone()
+            if check_result != ("ok",):
+                raise sqlite3.DatabaseError(str(check_result))
             connection.executescript(f"{_TABLES} PRAGMA user_version = {HISTORY.current};")
         except (sqlite3.Error, DataError):
             connection.close()
@@ -184,16 +184,16 @@ class History:
 
     def add(self, job: str, title: str, task: Task, created: float) -> None:
         """Add a waiting job."""
-        with self._writing() as to:
-            to.execute(
+        with self._writing() as connection:
+            connection.execute(
                 "INSERT INTO job (id, title, task, state, created) VALUES (?, ?, ?, ?, ?)",
                 (job, title, task.as_json(), JobState.WAITING.value, created),
             )
 
     def mark(self, job: str, state: JobState) -> None:
         """Store the state of a job."""
-        with self._writing() as to:
-            to.execute("UPDATE job SET state = ? WHERE id = ?", (state.value, job))
+        with self._writing() as connection:
+            connection.execute("UPDATE job SET state = ? WHERE id = ?", (state.value, job))
 
     def finish(
         self,
@@ -209,54 +209,54 @@ class History:
         """Store the result of a job: its answer with a schema number, its files, and `messages` (seconds, text)."""
         packed = None if answer is None else zlib.compress(json.dumps(numbered(ANSWER, answer)).encode(), _LEVEL)
         files = [
-            (job, name, made.file_name, made.media_type, zlib.compress(made.data, _LEVEL))
-            for name, made in (artefacts or {}).items()
+            (job, name, artefact.file_name, artefact.media_type, zlib.compress(artefact.data, _LEVEL))
+            for name, artefact in (artefacts or {}).items()
         ]
-        with self._writing() as to:
-            to.execute(
+        with self._writing() as connection:
+            connection.execute(
                 "UPDATE job SET state = ?, finished = ?, line = ?, figures = ?, answer = ? WHERE id = ?",
                 (state.value, time.time(), line, json.dumps(figures or {}), packed, job),
             )
-            to.executemany("INSERT OR REPLACE INTO artefact VALUES (?, ?, ?, ?, ?)", files)
-            said = [(job, number, seconds, words) for number, (seconds, words) in enumerate(messages)]
-            to.executemany("INSERT OR REPLACE INTO message VALUES (?, ?, ?, ?)", said)
+            connection.executemany("INSERT OR REPLACE INTO artefact VALUES (?, ?, ?, ?, ?)", files)
+            rows = [(job, number, seconds, words) for number, (seconds, words) in enumerate(messages)]
+            connection.executemany("INSERT OR REPLACE INTO message VALUES (?, ?, ?, ?)", rows)
 
     def interrupt(self) -> None:
         """Mark all unfinished jobs as interrupted; called at the studio's start."""
-        with self._writing() as to:
-            to.execute(
+        with self._writing() as connection:
+            connection.execute(
                 "UPDATE job SET state = ?, finished = ? WHERE state IN (?, ?)",
                 (JobState.INTERRUPTED.value, time.time(), JobState.WAITING.value, JobState.RUNNING.value),
             )
 
     def get(self, job: str) -> JobRecord | None:
         """Return a job, or None."""
-        found = self._read(f"SELECT {_COLUMNS} FROM job WHERE id = ?", (job,))
-        return _record(found[0]) if found else None
+        rows = self._read(f"SELECT {_COLUMNS} FROM job WHERE id = ?", (job,))
+        return _record(rows[0]) if rows else None
 
-    def newest(self, most: int = 200) -> list[JobRecord]:
+    def newest(self, limit: int = 200) -> list[JobRecord]:
         """Return the newest jobs, newest first."""
         return [
-            _record(row) for row in self._read(f"SELECT {_COLUMNS} FROM job ORDER BY created DESC LIMIT ?", (most,))
+            _record(row) for row in self._read(f"SELECT {_COLUMNS} FROM job ORDER BY created DESC LIMIT ?", (limit,))
         ]
 
-    def find(self, wanted: Sequence[Wanted], most: int, skip: int = 0) -> list[JobRecord]:
-        """Return up to `most` jobs that match all terms, newest first, after skipping `skip` jobs."""
-        where, values = _where(wanted)
-        query = f"SELECT {_COLUMNS} FROM job {where} ORDER BY created DESC, rowid DESC LIMIT ? OFFSET ?"
-        return [_record(row) for row in self._read(query, (*values, most, skip))]
+    def find(self, terms: Sequence[Wanted], limit: int, skip: int = 0) -> list[JobRecord]:
+        """Return up to `limit` jobs that match all terms, newest first, after skipping `skip` jobs."""
+        condition, values = _condition(terms)
+        query = f"SELECT {_COLUMNS} FROM job {condition} ORDER BY created DESC, rowid DESC LIMIT ? OFFSET ?"
+        return [_record(row) for row in self._read(query, (*values, limit, skip))]
 
-    def count(self, wanted: Sequence[Wanted] = ()) -> int:
+    def count(self, terms: Sequence[Wanted] = ()) -> int:
         """Return the number of jobs that match all terms."""
-        where, values = _where(wanted)
-        return int(self._read(f"SELECT COUNT(*) FROM job {where}", values)[0][0])
+        condition, values = _condition(terms)
+        return int(self._read(f"SELECT COUNT(*) FROM job {condition}", values)[0][0])
 
     def of_sheets(self, job: str) -> list[JobRecord]:
         """Return the jobs that cut the sheets of a nest, newest first."""
         # LIKE treats an underscore as a wildcard, so check the origin again.
         query = f"SELECT {_COLUMNS} FROM job WHERE task LIKE ? ORDER BY created DESC, rowid DESC"
-        found = [_record(row) for row in self._read(query, (f'%"origin": "{job}/%',))]
-        return [record for record in found if record.task.origin.startswith(f"{job}/")]
+        records = [_record(row) for row in self._read(query, (f'%"origin": "{job}/%',))]
+        return [record for record in records if record.task.origin.startswith(f"{job}/")]
 
     def messages(self, job: str) -> list[tuple[float, str]]:
         """Return the messages of a finished job: (seconds, text)."""
@@ -266,14 +266,14 @@ class History:
 
     def answer(self, job: str) -> dict[str, Any] | None:
         """Return the answer of a job with the schema number that it was stored with; None without an answer."""
-        found = self._read("SELECT answer FROM job WHERE id = ? AND answer IS NOT NULL", (job,))
+        rows = self._read("SELECT answer FROM job WHERE id = ? AND answer IS NOT NULL", (job,))
         # leafcut 0.2 stored schema 1 without a number.
-        return {ANSWER.key: 1, **json.loads(zlib.decompress(found[0][0]))} if found else None
+        return {ANSWER.key: 1, **json.loads(zlib.decompress(rows[0][0]))} if rows else None
 
     def artefact(self, job: str, name: str) -> Artefact | None:
         """Return a file created by a job, or None."""
-        found = self._read("SELECT file_name, media_type, data FROM artefact WHERE job = ? AND name = ?", (job, name))
-        return Artefact(found[0][0], found[0][1], zlib.decompress(found[0][2])) if found else None
+        rows = self._read("SELECT file_name, media_type, data FROM artefact WHERE job = ? AND name = ?", (job, name))
+        return Artefact(rows[0][0], rows[0][1], zlib.decompress(rows[0][2])) if rows else None
 
     def artefacts(self, job: str) -> dict[str, str]:
         """Return name → file name of the files created by a job."""
@@ -281,10 +281,10 @@ class History:
 
     def delete(self, job: str) -> set[str]:
         """Delete a job; return the inputs that no other job uses."""
-        mine = self.get(job)
-        with self._writing() as to:
-            to.execute("DELETE FROM job WHERE id = ?", (job,))
-        return files_of([mine.task]) - self.inputs_in_use() if mine else set()
+        record = self.get(job)
+        with self._writing() as connection:
+            connection.execute("DELETE FROM job WHERE id = ?", (job,))
+        return files_of([record.task]) - self.inputs_in_use() if record else set()
 
     def inputs_in_use(self) -> set[str]:
         """Return the ids of all uploads used by jobs."""
@@ -308,21 +308,21 @@ _PLACES = (
 _OPTIONS = "EXISTS (SELECT 1 FROM json_tree(task, '$.options') WHERE {})"
 
 
-def _where(wanted: Sequence[Wanted]) -> tuple[str, tuple[Any, ...]]:
+def _condition(terms: Sequence[Wanted]) -> tuple[str, tuple[Any, ...]]:
     """Return the SQL condition for jobs that match all terms, and its values."""
     parts: list[str] = []
     values: list[Any] = []
-    for one in wanted:
-        word = one.word.replace("\\", "\\\\").replace("%", "\\%").replace("_", "\\_")
+    for term in terms:
+        word = term.word.replace("\\", "\\\\").replace("%", "\\%").replace("_", "\\_")
         either = [f"{place} LIKE ? ESCAPE '\\'" for place in _PLACES]
         either.append(_OPTIONS.format("type NOT IN ('true', 'false') AND atom LIKE ? ESCAPE '\\'"))
         values += [f"%{word}%"] * len(either)
-        if one.options:
-            either.append(_OPTIONS.format(f"key IN ({', '.join('?' * len(one.options))})"))
-            values += one.options
-        if one.states:
-            either.append(f"state IN ({', '.join('?' * len(one.states))})")
-            values += [state.value for state in one.states]
+        if term.options:
+            either.append(_OPTIONS.format(f"key IN ({', '.join('?' * len(term.options))})"))
+            values += term.options
+        if term.states:
+            either.append(f"state IN ({', '.join('?' * len(term.states))})")
+            values += [state.value for state in term.states]
         parts.append(f"({' OR '.join(either)})")
     return f"WHERE {' AND '.join(parts)}" if parts else "", tuple(values)
 

@@ -180,16 +180,16 @@ class Jobs:
 
     def record(self, job: str) -> JobRecord | None:
         """Return a job in its current state, or None."""
-        found = self._as_they_stand(lambda: [one for one in [self.history.get(job)] if one is not None])
-        return found[0] if found else None
+        records = self._as_they_stand(lambda: [record for record in [self.history.get(job)] if record is not None])
+        return records[0] if records else None
 
-    def newest(self, most: int = 200) -> list[JobRecord]:
+    def newest(self, limit: int = 200) -> list[JobRecord]:
         """Return the newest jobs in their current state, newest first."""
-        return self._as_they_stand(lambda: self.history.newest(most))
+        return self._as_they_stand(lambda: self.history.newest(limit))
 
-    def find(self, wanted: Sequence[Wanted], most: int, skip: int = 0) -> tuple[list[JobRecord], int]:
+    def find(self, terms: Sequence[Wanted], limit: int, skip: int = 0) -> tuple[list[JobRecord], int]:
         """Return jobs that match all terms in their current state, newest first, and the total number of matches."""
-        return self._as_they_stand(lambda: self.history.find(wanted, most, skip)), self.history.count(wanted)
+        return self._as_they_stand(lambda: self.history.find(terms, limit, skip)), self.history.count(terms)
 
     def of_sheets(self, job: str) -> list[JobRecord]:
         """Return the jobs that cut the sheets of a nest, in their current state, newest first."""
@@ -284,7 +284,7 @@ class Jobs:
         try:
             self.history.mark(live.id, JobState.RUNNING)
             try:
-                made = run(live.call, live.names, live.tell, live.stop, live.study or live.watch)
+                result = run(live.call, live.names, live.tell, live.stop, live.study or live.watch)
             finally:
                 live.reading.leave()
         except BaseException as problem:
@@ -297,17 +297,17 @@ class Jobs:
             if live.dropped:
                 self._end(live, JobState.INTERRUPTED if self.closed else JobState.CANCELLED)
             else:
-                self._end(live, JobState.STOPPED if live.stop.is_set() else JobState.DONE, made=made)
+                self._end(live, JobState.STOPPED if live.stop.is_set() else JobState.DONE, result=result)
 
-    def _end(self, live: Live, state: JobState, *, line: str = "", made: Made | None = None) -> None:
+    def _end(self, live: Live, state: JobState, *, line: str = "", result: Made | None = None) -> None:
         """Store the end in the history, then publish it."""
         live.line, noted = line, True
         try:
-            if made is None:
+            if result is None:
                 self.history.finish(live.id, state, line=line, messages=live.messages)
             else:
                 self.history.finish(
-                    live.id, state, answer=made.answer, figures=made.figures, artefacts=made.artefacts,
+                    live.id, state, answer=result.answer, figures=result.figures, artefacts=result.artefacts,
                     messages=live.messages,
                 )  # fmt: skip
         except BaseException as problem:

@@ -48,9 +48,9 @@ class WantedPart:
         OptionError
             A quantity or an angle is invalid.
         """
-        made, _, rest = word.partition(":")
+        input_id, _, rest = word.partition(":")
         quantity, _, rotations = rest.partition(":")
-        return cls(made, quantity_of(quantity or "1"), rotations_of(rotations))
+        return cls(input_id, quantity_of(quantity or "1"), rotations_of(rotations))
 
 
 def quantity_of(typed: str) -> int:
@@ -97,14 +97,14 @@ def wanted_parts(inputs: Sequence[str], text: str) -> list[WantedPart]:
         raise OptionError("'parts' must be a JSON list with one object per drawing, in the same order")
     rows += [{}] * (len(inputs) - len(rows))
     return [
-        WantedPart(made, quantity_of(str(row.get("quantity", 1))), rotations_of(str(row.get("rotations", ""))))
-        for made, row in zip(inputs, rows, strict=True)
+        WantedPart(input_id, quantity_of(str(row.get("quantity", 1))), rotations_of(str(row.get("rotations", ""))))
+        for input_id, row in zip(inputs, rows, strict=True)
     ]
 
 
 def needs_list(parts: Sequence[WantedPart]) -> bool:
     """Return whether a parts list is needed: command arguments have no angles of single parts."""
-    return any(one.rotations for one in parts)
+    return any(part.rotations for part in parts)
 
 
 def list_text(parts: Sequence[WantedPart], files: Sequence[str]) -> str:
@@ -112,8 +112,8 @@ def list_text(parts: Sequence[WantedPart], files: Sequence[str]) -> str:
     text = io.StringIO()
     writer = csv.writer(text, delimiter=";", lineterminator="\n")
     writer.writerow(("file", "quantity", "rotations"))
-    for one, file in zip(parts, files, strict=True):
-        writer.writerow((file, one.quantity, one.rotations))
+    for part, file in zip(parts, files, strict=True):
+        writer.writerow((file, part.quantity, part.rotations))
     return text.getvalue()
 
 
@@ -130,11 +130,11 @@ def listed_parts(path: Path, opened: Mapping[str, str]) -> tuple[list[WantedPart
     """
     from leafcut.read.nest_list import read_wanted
 
-    found, missing = [], []
-    for wanted in read_wanted([str(path)]):
-        name = Path(wanted.file.replace("\\", "/")).name
+    parts, missing = [], []
+    for entry in read_wanted([str(path)]):
+        name = Path(entry.file.replace("\\", "/")).name
         if name in opened:
-            found.append(WantedPart(opened[name], wanted.quantity, " ".join(wanted.rotations)))
+            parts.append(WantedPart(opened[name], entry.quantity, " ".join(entry.rotations)))
         else:
             missing.append(name)
-    return found, list(dict.fromkeys(missing))
+    return parts, list(dict.fromkeys(missing))

@@ -56,7 +56,7 @@ class Made:
 def run(
     call: ReadyTask,
     names: tuple[str, ...],
-    tell: OnProgress,
+    on_progress: OnProgress,
     cancelled: threading.Event,
     observe: Observer | None = None,
 ) -> Made:
@@ -70,28 +70,28 @@ def run(
     from leafcut.report.json_answer import simulation_as_json
 
     if call.command == "optimize":
-        return _optimize(call, names[0], tell, cancelled, observe)
+        return _optimize(call, names[0], on_progress, cancelled, observe)
     if call.command == "nest":
-        return _nest(call, names, tell, cancelled)
+        return _nest(call, names, on_progress, cancelled)
     if call.command == "solve":
-        return _solve(call, names[0], tell, cancelled, observe)
+        return _solve(call, names[0], on_progress, cancelled, observe)
     if call.command == "study":
-        return _study(call, names[0], tell, cancelled, observe)
+        return _study(call, names[0], on_progress, cancelled, observe)
     if call.command == "simulate":
-        found = replace(api.simulate(call.sources[0], progress=tell, **call.options), program=names[0])
-        return Made(simulation_as_json(found), {"time_s": found.measure.time_s}, {})
-    return _verify(call, names, tell)
+        simulation = replace(api.simulate(call.sources[0], progress=on_progress, **call.options), program=names[0])
+        return Made(simulation_as_json(simulation), {"time_s": simulation.measure.time_s}, {})
+    return _verify(call, names, on_progress)
 
 
-def _verify(call: ReadyTask, names: tuple[str, ...], tell: OnProgress) -> Made:
+def _verify(call: ReadyTask, names: tuple[str, ...], on_progress: OnProgress) -> Made:
     """Compare two programs; create scenes of both and of their differences."""
     from leafcut.report.json_answer import verification_as_json
     from leafcut.studio.drawing.differences import differences_scene
     from leafcut.studio.drawing.scene import toolpath_scene
 
-    proof = api.verify(call.sources[0], call.sources[1], progress=tell, **call.options)
-    asked = {name: value for name, value in call.options.items() if name != "allow_reverse"}
-    runs = [api.simulate(source, progress=tell, **asked) for source in call.sources]
+    proof = api.verify(call.sources[0], call.sources[1], progress=on_progress, **call.options)
+    shared_options = {name: value for name, value in call.options.items() if name != "allow_reverse"}
+    runs = [api.simulate(source, progress=on_progress, **shared_options) for source in call.sources]
     texts = [read_program(source) for source in call.sources]
     artefacts = {
         f"scene-{layer}": _scene(toolpath_scene(run.run, run.machine, name=name, measured=run.measure))
@@ -115,9 +115,9 @@ def _stocks(call: ReadyTask, runs: Sequence[Simulation]) -> dict[str, Artefact]:
     stocks = [registry.command("shown_stock")(source, settings, by_options=False) for source in call.sources]
     if CUT_THROUGH in stocks:
         return {}
-    one, other = ((run.run, run.machine, stock) for run, stock in zip(runs, stocks, strict=True))
-    scenes = compared_solid_scenes(one, other, (runs[0].measure, runs[1].measure))
-    return {f"scene-solid_{which}": _scene(scene) for which, scene in zip(_BOTH, scenes, strict=True)}
+    first, second = ((run.run, run.machine, stock) for run, stock in zip(runs, stocks, strict=True))
+    scenes = compared_solid_scenes(first, second, (runs[0].measure, runs[1].measure))
+    return {f"scene-solid_{side}": _scene(scene) for side, scene in zip(_BOTH, scenes, strict=True)}
 
 
 def _lines(before: Toolpath, after: Toolpath, original: str, new: str) -> Artefact:
@@ -126,14 +126,19 @@ def _lines(before: Toolpath, after: Toolpath, original: str, new: str) -> Artefa
 
 
 def _optimize(
-    call: ReadyTask, name: str, tell: OnProgress, cancelled: threading.Event, observe: Observer | None
+    call: ReadyTask, name: str, on_progress: OnProgress, cancelled: threading.Event, observe: Observer | None
 ) -> Made:
     from leafcut.processes.registry import report_of
     from leafcut.read.plan_file import plan_text
     from leafcut.report.json_answer import as_json, overview_as_json
 
     outcome = api.optimize(
-        call.sources[0], process=call.process, progress=tell, observe=observe, cancelled=cancelled, **call.options
+        call.sources[0],
+        process=call.process,
+        progress=on_progress,
+        observe=observe,
+        cancelled=cancelled,
+        **call.options,
     )
     output = program_name(name, outcome.extension)
     # A report leaves the studio: it shows the displayed file name instead of the internal path.
@@ -170,26 +175,26 @@ def _optimize(
     return Made(answer, figures, artefacts)
 
 
-def _nest(call: ReadyTask, names: tuple[str, ...], tell: OnProgress, cancelled: threading.Event) -> Made:
+def _nest(call: ReadyTask, names: tuple[str, ...], on_progress: OnProgress, cancelled: threading.Event) -> Made:
     """Nest parts; create a scene for every sheet of every variant."""
     from leafcut.processes.registry import command
     from leafcut.read.nest_list import WantedDrawing
     from leafcut.studio.drawing.scene import nest_scene
 
     wanted = [
-        WantedDrawing(file, one.quantity, tuple(one.rotations.split()))
-        for file, one in zip(call.sources, call.parts, strict=True)
+        WantedDrawing(file, part.quantity, tuple(part.rotations.split()))
+        for file, part in zip(call.sources, call.parts, strict=True)
     ]
-    outcome = api.nest(wanted, progress=tell, cancelled=cancelled, all_variants=True, **call.options)
+    outcome = api.nest(wanted, progress=on_progress, cancelled=cancelled, all_variants=True, **call.options)
     outcome = replace(outcome, files=outcome.names(NEST, all_variants=True))
     artefacts = {
         f"sheet-{v}-{k}": Artefact(file, _DXF, text.encode())
         for v, (files, texts) in enumerate(zip(outcome.files, outcome.drawings, strict=True), 1)
         for k, (file, text) in enumerate(zip(files, texts, strict=True), 1)
     }
-    for v, one in enumerate(outcome.nests, 1):
-        for k, layout in enumerate(one.layouts, 1):
-            artefacts[f"scene-{v}-{k}"] = _scene(nest_scene(one, layout))
+    for v, nest in enumerate(outcome.nests, 1):
+        for k, layout in enumerate(nest.layouts, 1):
+            artefacts[f"scene-{v}-{k}"] = _scene(nest_scene(nest, layout))
     if needs_list(call.parts):
         names = told_apart([Path(source).name for source in call.sources])  # names of all inputs without the sheets
         artefacts["list"] = Artefact(LIST, _CSV, list_text(call.parts, names).encode())
@@ -229,7 +234,7 @@ def _given_file(call: ReadyTask) -> dict[str, Artefact]:
 
 
 def _searches(
-    found: Sequence[tuple[str, Sequence[tuple[float, float]], float | None, str]], observe: Observer | None
+    searches: Sequence[tuple[str, Sequence[tuple[float, float]], float | None, str]], observe: Observer | None
 ) -> Artefact:
     """Return data for the convergence charts: (name, history, lower bound, unit) of every search.
 
@@ -237,7 +242,7 @@ def _searches(
     """
     kept: list[dict[str, Any]] = [
         {"name": name, "history": [list(point) for point in history], "bound": bound, "unit": unit}
-        for name, history, bound, unit in found[:_MOST_SEARCHES]
+        for name, history, bound, unit in searches[:_MOST_SEARCHES]
     ]
     if isinstance(observe, Study) and len(kept) == len(observe.searches) == 1:
         kept[0]["iterations"] = [list(row) for row in observe.iterations()]
@@ -252,16 +257,16 @@ def _pages(report: PathReport[Any], output: str) -> dict[str, Artefact]:
 
     outcome, stem = report.outcome, Path(output).stem
     pictures = {
-        f"picture-{which}": Artefact(f"{stem}_{which}.svg", _SVG, path_svg(report, which).encode()) for which in _BOTH
+        f"picture-{side}": Artefact(f"{stem}_{side}.svg", _SVG, path_svg(report, side).encode()) for side in _BOTH
     }
-    scenes = {f"scene-{which}": _scene(outcome_scene(outcome, which)) for which in _BOTH}
+    scenes = {f"scene-{side}": _scene(outcome_scene(outcome, side)) for side in _BOTH}
     scenes["scene-part"] = _scene(outcome_part_scene(outcome))
     if report.stock() != CUT_THROUGH:
-        for which, solid in zip(_BOTH, outcome_solid_scenes(outcome), strict=True):
-            scenes[f"scene-solid_{which}"] = _scene(solid)
+        for side, solid in zip(_BOTH, outcome_solid_scenes(outcome), strict=True):
+            scenes[f"scene-solid_{side}"] = _scene(solid)
     for name, path in report.ways():
-        way = toolpath_scene(path, outcome.machine, name=name, cleared=report.cleared, untimed=True)
-        scenes[f"way-{name}"] = _scene(way)
+        scene = toolpath_scene(path, outcome.machine, name=name, cleared=report.cleared, untimed=True)
+        scenes[f"way-{name}"] = _scene(scene)
     return {**scenes, "report": Artefact(f"{stem}.html", _HTML, write_page(report).encode()), **pictures}
 
 
@@ -269,19 +274,21 @@ def _scene(data: bytes) -> Artefact:
     return Artefact("", "application/octet-stream", data)
 
 
-def _solve(call: ReadyTask, name: str, tell: OnProgress, cancelled: threading.Event, observe: Observer | None) -> Made:
+def _solve(
+    call: ReadyTask, name: str, on_progress: OnProgress, cancelled: threading.Event, observe: Observer | None
+) -> Made:
     from leafcut.read.tsplib import tour_text
     from leafcut.report.json_answer import solved_as_json
 
-    solved = api.solve(call.sources[0], progress=tell, observe=observe, cancelled=cancelled, **call.options)
-    part, found = solved.part, solved.solution
-    tour = tour_text(part.name, found.nodes, every=part.grouping is None)
+    solved = api.solve(call.sources[0], progress=on_progress, observe=observe, cancelled=cancelled, **call.options)
+    part, solution = solved.part, solved.solution
+    tour = tour_text(part.name, solution.nodes, every=part.grouping is None)
     answer = solved_as_json(solved)
     figures = {key: answer[key] for key in ("length", "gap_percent")}
     artefacts = {
         "tour": Artefact(program_name(name, ".tour"), _TEXT, tour.encode()),
-        "search": _searches([(found.algorithm, found.history, found.lower_bound, "")], observe),
-        **_tour_scenes(part, found.nodes),
+        "search": _searches([(solution.algorithm, solution.history, solution.lower_bound, "")], observe),
+        **_tour_scenes(part, solution.nodes),
     }
     if isinstance(observe, Study):
         text = iterations_as_csv(observe.iterations())
@@ -289,7 +296,9 @@ def _solve(call: ReadyTask, name: str, tell: OnProgress, cancelled: threading.Ev
     return Made(answer, figures, artefacts)
 
 
-def _study(call: ReadyTask, name: str, tell: OnProgress, cancelled: threading.Event, observe: Observer | None) -> Made:
+def _study(
+    call: ReadyTask, name: str, on_progress: OnProgress, cancelled: threading.Event, observe: Observer | None
+) -> Made:
     """Run several algorithms with several seeds; the scene shows the best tour."""
     from leafcut.lab.experiment import run_experiment
     from leafcut.lab.tables import curves_as_json, experiment_as_json, runs_as_csv, summary_as_csv
@@ -297,19 +306,19 @@ def _study(call: ReadyTask, name: str, tell: OnProgress, cancelled: threading.Ev
     from leafcut.read import read
     from leafcut.read.tsplib import tour_text
 
-    part = read(call.sources[0], collect(call.options).read, looking_for(tell, "reading"))
-    found = run_experiment(
-        part, call.algorithms, call.runs, call.options, progress=tell, observe=observe, cancelled=cancelled
+    part = read(call.sources[0], collect(call.options).read, looking_for(on_progress, "reading"))
+    experiment = run_experiment(
+        part, call.algorithms, call.runs, call.options, progress=on_progress, observe=observe, cancelled=cancelled
     )
-    tour = tour_text(part.name, found.best.nodes, every=part.grouping is None)
+    tour = tour_text(part.name, experiment.best.nodes, every=part.grouping is None)
     artefacts = {
-        "runs": Artefact(program_name(name, "_runs.csv"), _CSV, runs_as_csv(found).encode()),
-        "comparison": Artefact(program_name(name, "_algorithms.csv"), _CSV, summary_as_csv(found).encode()),
-        "curves": Artefact("", "application/json", json.dumps(curves_as_json(found)).encode()),
+        "runs": Artefact(program_name(name, "_runs.csv"), _CSV, runs_as_csv(experiment).encode()),
+        "comparison": Artefact(program_name(name, "_algorithms.csv"), _CSV, summary_as_csv(experiment).encode()),
+        "curves": Artefact("", "application/json", json.dumps(curves_as_json(experiment)).encode()),
         "tour": Artefact(program_name(name, ".tour"), _TEXT, tour.encode()),
-        **_tour_scenes(part, found.best.nodes),
+        **_tour_scenes(part, experiment.best.nodes),
     }
-    return Made(experiment_as_json(found), {"length": found.best.cost}, artefacts)
+    return Made(experiment_as_json(experiment), {"length": experiment.best.cost}, artefacts)
 
 
 def _tour_scenes(part: Part, nodes: NDArray[np.int32]) -> dict[str, Artefact]:

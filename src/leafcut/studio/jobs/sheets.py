@@ -76,10 +76,10 @@ def take(jobs: Jobs, sheet: SheetOfNest) -> str:
             except OptionError:
                 continue
             return record.task.inputs[0]
-    made = jobs.history.artefact(sheet.job, sheet.drawing)
-    if made is None:
+    drawing = jobs.history.artefact(sheet.job, sheet.drawing)
+    if drawing is None:
         raise OptionError("this nest is no longer in the history")
-    return jobs.folder.add_input(made.file_name, made.data)
+    return jobs.folder.add_input(drawing.file_name, drawing.data)
 
 
 def plan_cuts(jobs: Jobs, job: str, options: Mapping[str, Any]) -> list[str]:
@@ -112,11 +112,14 @@ def comparison(jobs: Jobs, job: str) -> list[dict[str, Any]]:
     """
     sheets = nest_of(jobs.history, job)
     newest = _newest(jobs.of_sheets(job))
-    rows = [_row(jobs, variant, [(s, newest.get(s.origin)) for s in found]) for variant, found in _variants(sheets)]
+    rows = [
+        _row(jobs, variant, [(s, newest.get(s.origin)) for s in variant_sheets])
+        for variant, variant_sheets in _variants(sheets)
+    ]
     timed = [row["time_s"] for row in rows if row["time_s"] is not None]
-    over = len(timed) > 1 and not any(row["state"] in GOING for row in rows)
+    finished = len(timed) > 1 and not any(row["state"] in GOING for row in rows)
     for row in rows:
-        row["quickest"] = over and row["time_s"] == min(timed)
+        row["quickest"] = finished and row["time_s"] == min(timed)
     return rows
 
 
@@ -129,9 +132,9 @@ def _newest(records: list[JobRecord]) -> dict[str, JobRecord]:
     """Return origin → newest job, of the jobs with the options of the newest job."""
     if not records:
         return {}
-    wanted = _but_quantity(records[0].task.options)
-    alike = [record for record in records if _but_quantity(record.task.options) == wanted]
-    return {record.task.origin: record for record in reversed(alike)}
+    newest_options = _but_quantity(records[0].task.options)
+    matching = [record for record in records if _but_quantity(record.task.options) == newest_options]
+    return {record.task.origin: record for record in reversed(matching)}
 
 
 def _but_quantity(options: Mapping[str, Any]) -> dict[str, Any]:
@@ -159,7 +162,7 @@ def _row(jobs: Jobs, variant: int, cuts: list[tuple[SheetOfNest, JobRecord | Non
     return {**row, "time_s": time_s, **sums, "cost": cost or None}
 
 
-def _together(states: list[JobState], wanted: int) -> str:
+def _together(states: list[JobState], expected: int) -> str:
     """Return the combined state of several jobs; ``none`` if some were not started."""
     order = (
         JobState.FAILED,
@@ -170,6 +173,6 @@ def _together(states: list[JobState], wanted: int) -> str:
         JobState.STOPPED,
         JobState.DONE,
     )
-    if len(states) < wanted:
+    if len(states) < expected:
         return "none"
     return next(state.value for state in order if state in states)

@@ -101,7 +101,7 @@ def prepare(task: Task, folder: Folder) -> ReadyTask:
     if has_half_letter([task.inputs, task.options]):
         raise OptionError("the text contains an invalid character (\\ud800 to \\udfff)")
     parts, drawn = parts_of(task), _drawn_sheets(task, folder)
-    parts = tuple(one for one in parts if one.input not in drawn.values())
+    parts = tuple(part for part in parts if part.input not in drawn.values())
     if task.command == "nest" and not parts:
         raise OptionError("no parts to nest; open their drawings")
     if task.command != "nest" and len(task.inputs) != COMMANDS[task.command]:
@@ -118,7 +118,7 @@ def prepare(task: Task, folder: Folder) -> ReadyTask:
         )
     collect(options)
     # Built-in sources are not drawings, so every part is an upload.
-    sources = [str(folder.input_path(one.input)) for one in parts] or [folder.source(word) for word in task.inputs]
+    sources = [str(folder.input_path(part.input)) for part in parts] or [folder.source(word) for word in task.inputs]
     if parts and any(source.lower().endswith(".csv") for source in sources):
         raise OptionError("the studio cannot read the files of a parts list; open the drawings themselves")
     return ReadyTask(task.command, tuple(sources), task.process, options, parts, task.algorithms, task.runs)
@@ -146,7 +146,7 @@ def _drawn_sheets(task: Task, folder: Folder) -> dict[str, str]:
     sheet = given(task.options).get("sheet")
     if task.command != "nest" or sheet is None:
         return {}
-    open_ = {folder.input_path(one.input).name: one.input for one in parts_of(task)}
+    open_ = {folder.input_path(part.input).name: part.input for part in parts_of(task)}
     names = [word.name for word in map(parse_sheet, split_names(sheet)) if word.size is None]
     for name in names:
         if name not in open_:
@@ -187,14 +187,14 @@ def _resolved(name: str, value: Any, folder: Folder) -> Any:
 def names_of(task: Task, folder: Folder) -> tuple[str, ...]:
     """Return the displayed names of the inputs."""
     if task.command == "nest":
-        return tuple(folder.input_path(one.input).name for one in parts_of(task))
+        return tuple(folder.input_path(part.input).name for part in parts_of(task))
     return tuple(word if word.startswith(BUILT_IN) else folder.input_path(word).name for word in task.inputs)
 
 
 def _counted(task: Task, folder: Folder, names: Sequence[str]) -> list[tuple[str, WantedPart]]:
     """Return the parts of a nest with their names, without the sheets; `names` are the names of all inputs."""
     sheets = _drawn_sheets(task, folder).values()
-    return [(name, one) for name, one in zip(names, parts_of(task), strict=True) if one.input not in sheets]
+    return [(name, part) for name, part in zip(names, parts_of(task), strict=True) if part.input not in sheets]
 
 
 def told_apart(names: Sequence[str]) -> tuple[str, ...]:
@@ -212,7 +212,7 @@ def title_of(task: Task, folder: Folder) -> str:
     try:
         names = [called(name) for name in names_of(task, folder)]
         if task.command == "nest":
-            names = [f"{name} × {one.quantity}" for name, one in _counted(task, folder, names)]
+            names = [f"{name} × {part.quantity}" for name, part in _counted(task, folder, names)]
         return " · ".join(names[:_MOST_NAMED]) + (" …" if len(names) > _MOST_NAMED else "")
     except OptionError:
         return "?"
@@ -231,8 +231,8 @@ def command_line(task: Task, folder: Folder, output: str = "") -> str:
     if task.command == "nest":
         parts = _counted(task, folder, names_of(task, folder))
         names = told_apart([name for name, _ in parts])
-        counted = [f"{name}:{one.quantity}" for name, (_, one) in zip(names, parts, strict=True)]
-        listed = needs_list(tuple(one for _, one in parts))
+        counted = [f"{name}:{part.quantity}" for name, (_, part) in zip(names, parts, strict=True)]
+        listed = needs_list(tuple(part for _, part in parts))
         words = ["leafcut", "nest", *([LIST] if listed else counted), "-o", NEST, "--all-variants"]
     else:
         words = ["leafcut", task.command, *names]

@@ -158,13 +158,13 @@ class MachineLink:
             ):
                 self._alive_at = self._clock()
                 if self.state.holder != holder:
-                    self._tell(holder=holder)
+                    self._publish(holder=holder)
 
     def take(self, holder: str) -> None:
         """Take control of the machine from another page."""
         with self._lock:
             self._alive_at = self._clock()
-            self._tell(holder=holder)
+            self._publish(holder=holder)
 
     def connect(self, holder: str, port: str, baud: int = BAUD) -> Future[Any]:
         """Open a port and identify the controller.
@@ -181,7 +181,7 @@ class MachineLink:
             if self._thread is not None:
                 self._thread.join()
             self._leaving, self._alive_at = False, self._clock()
-            self._tell(
+            self._publish(
                 connection=Connection.OPENING, port=port, baud=baud, holder=holder, said="", bad=False, ended=None
             )
             self._thread = threading.Thread(target=self._live, args=(port, baud, future), daemon=True)
@@ -243,7 +243,7 @@ class MachineLink:
 
     def frame(self, holder: str, job: SendJob, wishes: RunWishes, feed: float) -> Future[Any]:
         """Trace the bounding box of a program above the part, feed in mm/min, after `check`; done when it starts."""
-        return self._post(holder, MachineTask.FRAMING, lambda begun: self._frame(begun, job, wishes, feed))
+        return self._post(holder, MachineTask.FRAMING, lambda on_start: self._frame(on_start, job, wishes, feed))
 
     def check(self, holder: str, job: SendJob, wishes: RunWishes) -> Future[Any]:
         """Return a `ReadyProgram` with the messages before the start; nothing is sent."""
@@ -251,7 +251,7 @@ class MachineLink:
 
     def run(self, holder: str, job: SendJob, wishes: RunWishes) -> Future[Any]:
         """Run a program; done with its `ReadyProgram` when it starts."""
-        return self._post(holder, MachineTask.RUNNING, lambda begun: self._send(begun, job, wishes))
+        return self._post(holder, MachineTask.RUNNING, lambda on_start: self._send(on_start, job, wishes))
 
     def answer(self, holder: str, words: str | None) -> None:
         """Answer the program's question: empty to continue, ``all`` to stop asking before holes, None to stop."""
@@ -304,10 +304,10 @@ class MachineLink:
                 raise SendError("another page commands the machine; take it over first")
             self._alive_at = self._clock()
             if self.state.holder != holder:
-                self._tell(holder=holder)
+                self._publish(holder=holder)
 
     def _post(
-        self, holder: str, doing: MachineTask, act: _Act, *, by_hand: bool = False, jog: bool = False
+        self, holder: str, task: MachineTask, act: _Act, *, by_hand: bool = False, jog: bool = False
     ) -> Future[Any]:
         future: Future[Any] = Future()
         with self._lock:
@@ -315,16 +315,16 @@ class MachineLink:
             busy = self.state.doing not in (MachineTask.NOTHING, MachineTask.ASKING)
             if busy and not (by_hand and self.state.question is not None):
                 raise SendError("the machine is busy; wait until that is done, or stop it")
-            self._tasks.append(_Task(doing, act, future, by_hand, jog))
+            self._tasks.append(_Task(task, act, future, by_hand, jog))
         return future
 
-    def _tell(self, **changes: Any) -> None:
+    def _publish(self, **changes: Any) -> None:
         """Publish changes of the state."""
         with self._lock:
             self.state = replace(self.state, number=self.state.number + 1, **changes)
 
-    def _say(self, line: str, *, bad: bool = False) -> None:
-        self._tell(said=line, bad=bad, saying=self.state.saying + 1)
+    def _show_message(self, line: str, *, bad: bool = False) -> None:
+        self._publish(said=line, bad=bad, saying=self.state.saying + 1)
 
     def _end(self) -> None:
         self._leaving = True
@@ -334,9 +334,9 @@ class MachineLink:
 
     # The thread.
 
-    def _live(self, name: str, baud: int, began: Future[Any]) -> None:
+    def _live(self, name: str, baud: int, connected: Future[Any]) -> None:
         port: Port | None = None
-        told = ""
+        message = ""
         try:
             port = self._open_port(name, baud)
             talk = GrblConversation(port, clock=self._clock)
@@ -347,28 +347,28 @@ class MachineLink:
             self._asked_at = self._heard_at = self._clock()
             if status.state in ("Idle", *LOCKED):
                 self._look_up()
-            self._tell(connection=Connection.OPEN)
+            self._publish(connection=Connection.OPEN)
             self._see(talk.status or status)
-            began.set_result(None)
+            connected.set_result(None)
             self._serve(talk)
         except Interrupted:
-            told = "stopped by you"
+            message = "stopped by you"
         except NotThisFirmware as problem:
-            told = str(problem)
+            message = str(problem)
             if problem.heard:
-                told += "; this page serves GRBL boards alone: send to Marlin boards with leafcut send"
+                message += "; this page serves GRBL boards alone: send to Marlin boards with leafcut send"
         except LeafcutError as problem:
-            told = str(problem)
+            message = str(problem)
         except Exception as fault:  # after an internal error no page must show a connected machine
-            told = f"a fault in leafcut ({fault}): the connection is closed; stop the machine at its own switch"
+            message = f"a fault in leafcut ({fault}): the connection is closed; stop the machine at its own switch"
         finally:
             if port is not None:
                 port.close()
-            self._forget(told)
-            if not began.done():
-                began.set_exception(SendError(told))
+            self._forget(message)
+            if not connected.done():
+                connected.set_exception(SendError(message))
 
-    def _forget(self, told: str) -> None:
+    def _forget(self, message: str) -> None:
         """Reset to no machine and refuse the queued requests."""
         with self._lock:
             waiting = [*self._tasks]
@@ -378,9 +378,9 @@ class MachineLink:
             self._cancel = self._left_alone = False
             kept = self.state
             self.state = MachineState(kept.number, said=kept.said, bad=kept.bad, saying=kept.saying, ended=kept.ended)
-            self._say(told, bad=bool(told))
+            self._show_message(message, bad=bool(message))
         for task in waiting:
-            task.future.set_exception(SendError(told or "no machine is connected"))
+            task.future.set_exception(SendError(message or "no machine is connected"))
 
     def _serve(self, talk: GrblConversation) -> None:
         while not self._leaving:
@@ -392,7 +392,7 @@ class MachineLink:
             except PortLost:
                 raise
             except LeafcutError as problem:
-                self._say(str(problem), bad=True)
+                self._show_message(str(problem), bad=True)
         if talk.status is not None and talk.status.state in ("Jog", "Run", "Hold"):
             talk.stop()
 
@@ -403,16 +403,16 @@ class MachineLink:
                 return
             task = self._tasks.popleft()
             # Manual actions during a program's question do not replace the state "running".
-            doing = self.state.doing
-            self._tell(doing=task.doing if self._run is None else doing)
+            previous = self.state.doing
+            self._publish(doing=task.doing if self._run is None else previous)
         future = task.future
 
-        def begun(result: object = None) -> None:
+        def finish(result: object = None) -> None:
             if not future.done():
                 future.set_result(result)
 
         try:
-            begun(task.act(begun))
+            finish(task.act(finish))
         except Interrupted:
             if not future.done():
                 future.set_exception(SendError("stopped by you"))
@@ -427,16 +427,16 @@ class MachineLink:
             raise
         finally:
             self._heard_at = self._clock()
-            self._tell(doing=doing)
+            self._publish(doing=previous)
 
-    def _turn(self, talk: GrblConversation, mind: Callable[[ControllerAnswer], None] | None = None) -> None:
+    def _turn(self, talk: GrblConversation, handle: Callable[[ControllerAnswer], None] | None = None) -> None:
         """Poll the status when due, handle messages, and end a jog when its page is gone."""
         now = self._clock()
         if now - self._asked_at >= STATUS_SECONDS:
             self._asked_at = now
             talk.ask_status()
         for answer in talk.listen():
-            (mind or self._hear)(answer)
+            (handle or self._hear)(answer)
         if now - self._heard_at > SILENCE_SECONDS * talk.patience:
             raise PortLost(f"nothing answers on {talk.port.name} any more")
         if self._cancel or (self._forsaken() and self.state.status == "Jog"):
@@ -448,14 +448,14 @@ class MachineLink:
         assert self._talk is not None
         match answer:
             case Alarm(why):
-                self._say(self._talk.explained(answer), bad=True)
-                self._tell(unsure=self.state.unsure or why not in _KEPT)
+                self._show_message(self._talk.explained(answer), bad=True)
+                self._publish(unsure=self.state.unsure or why not in _KEPT)
             case Greeting():
                 self._talk.start_anew()
                 self._facts = None
-                self._say("the controller was reset", bad=True)
+                self._show_message("the controller was reset", bad=True)
             case Strange(words):
-                self._say(f"the answer makes no sense: '{words}'; look at the cable", bad=True)
+                self._show_message(f"the answer makes no sense: '{words}'; look at the cable", bad=True)
             case _:
                 pass
 
@@ -475,13 +475,13 @@ class MachineLink:
             changes |= {"machine": facts.machine_place(status), "work": facts.work_place(status, talk.offset)}
         now = self.state
         if any(getattr(now, name) != value for name, value in changes.items()):
-            self._tell(**changes)
+            self._publish(**changes)
 
     def _look_up(self) -> Facts:
         """Query the controller's settings."""
         assert self._talk is not None
         facts = self._facts = self._talk.facts()
-        self._tell(version=facts.version, homing=facts.homing, soft_limits=facts.soft_limits, travel=facts.travel())
+        self._publish(version=facts.version, homing=facts.homing, soft_limits=facts.soft_limits, travel=facts.travel())
         self._see(facts.status)
         return facts
 
@@ -494,35 +494,35 @@ class MachineLink:
         return self._look_up()
 
     def _stop_now(self, talk: GrblConversation) -> None:
-        self._tell(doing=MachineTask.STOPPING, question=None)
+        self._publish(doing=MachineTask.STOPPING, question=None)
         try:
             talk.stop()
         finally:
-            self._tell(doing=MachineTask.NOTHING)
+            self._publish(doing=MachineTask.NOTHING)
         if talk.status is not None and talk.status.state == "Alarm":
-            self._tell(unsure=True)
-        self._say("stopped by you; the spindle is off")
+            self._publish(unsure=True)
+        self._show_message("stopped by you; the spindle is off")
 
     # Manual operation.
 
-    def _home(self, begun: Callable[[], None]) -> None:
+    def _home(self, on_start: Callable[[], None]) -> None:
         assert self._talk is not None
-        begun()
+        on_start()
         try:
             self._talk.home()
         except (Interrupted, SendError) as problem:
-            self._tell(unsure=True)
+            self._publish(unsure=True)
             if isinstance(problem, Interrupted):
                 raise SendError("homing was stopped by you: the position is lost") from None
             raise
         self._talk.restarted = False
-        self._tell(unsure=False)
+        self._publish(unsure=False)
         self._look_up()
 
     def _unlock(self, _: Callable[[], None]) -> None:
         assert self._talk is not None
         if self._talk.unlock():
-            self._tell(unsure=True)
+            self._publish(unsure=True)
         self._look_up()
 
     def _jog(self, moves: dict[str, float], feed: float) -> None:
@@ -540,7 +540,7 @@ class MachineLink:
         self._talk.ask("G54")
         self._talk.zero_here(axes)
         if not self._talk.restarted and axes == "XYZ":
-            self._tell(unsure=False)
+            self._publish(unsure=False)
         self._look_up()
 
     def _probe(self, plate: float, feed: float, travel: float) -> None:
@@ -548,17 +548,17 @@ class MachineLink:
         facts = self._at_rest()
         self._touch()
         probe_z(self._talk, facts, plate, feed, travel)
-        self._say("Z0 is set by the probe")
+        self._show_message("Z0 is set by the probe")
 
     def _touch(self) -> None:
         if self._run is not None:
             self._run.touched = True
 
-    def _frame(self, begun: Callable[[], None], job: SendJob, wishes: RunWishes, feed: float) -> None:
+    def _frame(self, on_start: Callable[[], None], job: SendJob, wishes: RunWishes, feed: float) -> None:
         talk = self._talk
         assert talk is not None
         lines = frame_of(job, self._ready(job, wishes).facts).lines(feed)
-        begun()
+        on_start()
         for line in lines:
             talk.ask(line)
         rests = 0
@@ -579,17 +579,17 @@ class MachineLink:
         if self.state.unsure and not wishes.unhomed:
             raise SendError("it was locked by an alarm, and may not be where it thinks: home it, or set its zero anew")
         issues = check_program(job, facts, unhomed=wishes.unhomed)
-        told = [str(issue) for issue in issues_to_tell([*job.issues, *issues])]
+        notes = [str(issue) for issue in issues_to_tell([*job.issues, *issues])]
         if facts.soft_limits_off:
-            told.append(facts.soft_limits_off)
+            notes.append(facts.soft_limits_off)
         if wishes.by_hole and not job.holes:
             raise SendError(f"{job.file} drills no holes that could be gone through one by one")
         line, steps, tool = rest_of(job, facts, wishes.from_hole, wishes.from_line)
         if tool is not None:
-            told.append(f"tool T{tool} must be in the spindle")
-        return ReadyProgram(job.on(facts.timed(job.machine)), facts, steps, line, tuple(told))
+            notes.append(f"tool T{tool} must be in the spindle")
+        return ReadyProgram(job.on(facts.timed(job.machine)), facts, steps, line, tuple(notes))
 
-    def _send(self, begun: Callable[..., None], job: SendJob, wishes: RunWishes) -> None:
+    def _send(self, on_start: Callable[..., None], job: SendJob, wishes: RunWishes) -> None:
         assert self._talk is not None
         ready = self._ready(job, wishes)
         job = ready.job
@@ -597,39 +597,39 @@ class MachineLink:
         self._answers.clear()
         run = SendRun(self._talk, ready.facts, job, ready.steps, unhomed=wishes.unhomed, by_hole=wishes.by_hole)
         run.prompt, run.observe = self._prompt, lambda view: self._observe(run, view)
-        fed, other = job.seconds
+        feed_s, other_s = job.seconds
         progress = ProgramProgress(
-            job.file, job.steps[-1].number, len(job.holes), left_s=float(fed.sum() + other.sum()),
+            job.file, job.steps[-1].number, len(job.holes), left_s=float(feed_s.sum() + other_s.sum()),
             by_hole=wishes.by_hole, alone=wishes.alone,
         )  # fmt: skip
         self._run = run
-        self._tell(progress=progress, ended=None)
-        self._say("")
-        begun(ready)
+        self._publish(progress=progress, ended=None)
+        self._show_message("")
+        on_start(ready)
         try:
             ending = run.run()
         finally:
             self._run = None
-            self._tell(question=None, progress=None)
+            self._publish(question=None, progress=None)
         self._finish(job, ending)
 
     def _finish(self, job: SendJob, ending: Ending) -> None:
         words = ending_in_words(ending, job)
-        on = bool(ending.go_on)
-        hole = ending.hole.number if on and ending.hole is not None else 0
-        line = ending.line if on else 0
-        self._tell(
+        can_go_on = bool(ending.go_on)
+        hole = ending.hole.number if can_go_on and ending.hole is not None else 0
+        line = ending.line if can_go_on else 0
+        self._publish(
             ended=ProgramEnd(job.file, ending.complete, words, line, hole, ending.homed),
             unsure=self.state.unsure or not ending.homed,
         )
-        self._say(words, bad=not ending.complete)
+        self._show_message(words, bad=not ending.complete)
 
     def _observe(self, run: SendRun, view: RunView) -> None:
         """Publish the progress of a program; hold it when no page shows it any more."""
         now = self.state.progress
         if now is None:
             return
-        self._tell(
+        self._publish(
             progress=replace(
                 now, line=view.line, hole=view.hole, feed=view.feed, override=view.override, done_s=view.done_s,
                 left_s=view.left_s, by_hole=run.by_hole,
@@ -638,16 +638,16 @@ class MachineLink:
         if self._forsaken() and not (self._wishes.alone or self._left_alone):
             self._left_alone = True
             run.ask(Request.HOLD)
-            self._say("no page shows the machine any more: it is on hold", bad=True)
+            self._show_message("no page shows the machine any more: it is on hold", bad=True)
 
-    def _prompt(self, pause: Pause, said: Sequence[str]) -> str | None:
+    def _prompt(self, pause: Pause, messages: Sequence[str]) -> str | None:
         """Ask the user and wait for the answer; manual actions run meanwhile."""
         talk, run = self._talk, self._run
         assert talk is not None and run is not None
         kind = "hole" if pause.hole else "tool" if pause.change else "pause"
-        self._tell(question=MachineQuestion(kind, str(pause), pause.number, pause.hole, pause.tool, tuple(said)))
+        self._publish(question=MachineQuestion(kind, str(pause), pause.number, pause.hole, pause.tool, tuple(messages)))
 
-        def mind(answer: ControllerAnswer) -> None:
+        def check_answer(answer: ControllerAnswer) -> None:
             if isinstance(answer, Alarm):
                 raise SendError(talk.explained(answer))
             if isinstance(answer, Greeting):
@@ -660,13 +660,13 @@ class MachineLink:
                 except PortLost:
                     raise
                 except LeafcutError as problem:
-                    self._say(str(problem), bad=True)
-                self._turn(talk, mind)
+                    self._show_message(str(problem), bad=True)
+                self._turn(talk, check_answer)
                 if self._leaving:
                     return None
             answer = self._answers.popleft()
         finally:
-            self._tell(question=None)
+            self._publish(question=None)
         if answer == "all":
             run.go_on_to_the_end()
             return ""

@@ -28,25 +28,27 @@ def machine_of(word: str, folder: Folder) -> Machine:
         The name is unknown, the profile is invalid, or leafcut cannot send to this controller from the page.
     """
     if word.startswith(OWN):
-        made = load_machine(str(folder.kept_own("machines", word, "--machine")))
+        machine = load_machine(str(folder.kept_own("machines", word, "--machine")))
     elif word in machine_names():
-        made = load_machine(word)
+        machine = load_machine(word)
     else:
         raise OptionError("choose a machine of the library")
-    if speaker_of(made, made.name) is not GrblConversation:
-        raise OptionError(f"{made.name}: this page serves GRBL boards alone; send to {made.control} with leafcut send")
-    return made
+    if speaker_of(machine, machine.name) is not GrblConversation:
+        raise OptionError(
+            f"{machine.name}: this page serves GRBL boards alone; send to {machine.control} with leafcut send"
+        )
+    return machine
 
 
 def sendable(folder: Folder) -> dict[str, Head]:
     """Return the machines that can receive programs, the user's own first, with their kind of head."""
-    found = {}
+    heads = {}
     for word in [*(OWN + name for name in folder.own("machines")), *machine_names()]:
         try:
-            found[word] = machine_of(word, folder).head
+            heads[word] = machine_of(word, folder).head
         except (OptionError, ReadError):
             continue
-    return found
+    return heads
 
 
 def program_of_job(history: History, folder: Folder, job: str, machine: str, accept: Collection[str] = ()) -> SendJob:
@@ -57,18 +59,18 @@ def program_of_job(history: History, folder: Folder, job: str, machine: str, acc
     LeafcutError
         The program is missing, unverified, made for another machine, or may not be sent.
     """
-    answer, found = history.answer(job), history.artefact(job, "program")
-    if answer is None or found is None:
+    answer, program = history.answer(job), history.artefact(job, "program")
+    if answer is None or program is None:
         raise OptionError("there is no program yet; run one first, or open one")
     if not answer.get("verified"):
-        raise OptionError(f"{found.file_name} was not verified; run it again")
-    made_for = machine_of(machine, folder)
-    if answer["machine"] != made_for.name:
+        raise OptionError(f"{program.file_name} was not verified; run it again")
+    profile = machine_of(machine, folder)
+    if answer["machine"] != profile.name:
         raise OptionError(
-            f"{found.file_name} was made and verified for {answer['machine']}, not for {made_for.name}; run it again "
+            f"{program.file_name} was made and verified for {answer['machine']}, not for {profile.name}; run it again "
             "for this machine"
         )
-    return job_of(found.text, found.file_name, made_for, dialect(made_for.controller), None, accept)
+    return job_of(program.text, program.file_name, profile, dialect(profile.controller), None, accept)
 
 
 def program_of_file(

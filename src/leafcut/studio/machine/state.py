@@ -134,7 +134,7 @@ class MachineState:
 
     def as_json(self) -> dict[str, Any]:
         """Return the state as plain values."""
-        made = asdict(self)
+        values = asdict(self)
         if self.travel is not None and any(abs(v) == float("inf") for end in self.travel for v in end):
-            made["travel"] = None
-        return made
+            values["travel"] = None
+        return values

@@ -18,16 +18,16 @@ class Badge:
         w = view.words
         #: The displayed job, until it has ended and another starts.
         self._job: str | None = None
-        self._told = ""
+        self._sent = ""
         words = {key: w.table[f"badge.{key}"] for key in ("done", "failed", "cancelled", "interrupted", "blocked")}
         self.place = box("div", "hidden", id="badge", data_words=json.dumps(words, ensure_ascii=False))
 
     def tick(self) -> None:
         """Send the state if it has changed."""
-        told = json.dumps(self._now(), ensure_ascii=False)
-        if told != self._told:
-            self._told = told
-            self.place.props["data-job"] = told
+        state = json.dumps(self._now(), ensure_ascii=False)
+        if state != self._sent:
+            self._sent = state
+            self.place.props["data-job"] = state
             self.place.update()
 
     def _now(self) -> dict[str, object]:

@@ -30,13 +30,13 @@ def chart_menus(values: Mapping[str, Any], folder: Folder, words: Words, machine
         return {}
     thickness, amps = (_number(values.get(name), unit) for name, unit in (("thickness", "mm"), ("amps", "")))
     process = str(values.get("cut_process") or "") or _process_of(str(values.get("machine") or machine), folder)
-    found = choices_of(rows, process, str(values.get("material") or "mild_steel"), thickness, amps)
+    choices = choices_of(rows, process, str(values.get("material") or "mild_steel"), thickness, amps)
     return {
-        "cut_process": [(name, name) for name in found.processes],
-        "material": [(name, words.named("material", name, name.replace("_", " "))) for name in found.materials],
-        "thickness": [(f"{mm:g}", f"{mm:g} mm") for mm in found.thicknesses],
-        "amps": [(f"{a:g}", f"{a:g} A") for a in found.amps],
-        "nozzle": [(name, name) for name in found.nozzles],
+        "cut_process": [(name, name) for name in choices.processes],
+        "material": [(name, words.named("material", name, name.replace("_", " "))) for name in choices.materials],
+        "thickness": [(f"{mm:g}", f"{mm:g} mm") for mm in choices.thicknesses],
+        "amps": [(f"{a:g}", f"{a:g} A") for a in choices.amps],
+        "nozzle": [(name, name) for name in choices.nozzles],
     }
 
 
@@ -61,8 +61,8 @@ def _rows(chart: Path | None) -> list[ChartRow]:
 
 def _process_of(machine: str, folder: Folder) -> str:
     """Return the cutting process of a machine; empty for an unknown machine or one that does not cut."""
-    found = machine_of(machine, folder)
-    return "" if found is None else found.cut_process or str(found.head.method or "")
+    profile = machine_of(machine, folder)
+    return "" if profile is None else profile.cut_process or str(profile.head.method or "")
 
 
 def _number(value: Any, unit: str) -> float | None:

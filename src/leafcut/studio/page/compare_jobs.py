@@ -65,14 +65,14 @@ _FIGURES: tuple[tuple[str, tuple[str, ...], Callable[[Any], str]], ...] = (
 def compared_figures(answers: tuple[Mapping[str, Any], Mapping[str, Any]], words: Words) -> list[ComparedRow]:
     """Return the results found in either answer."""
     rows = []
-    for label, path, told in _FIGURES:
-        one, other = (_found(answer, path) for answer in answers)
-        if one is not None or other is not None:
-            rows.append(ComparedRow(words(label), *(_NONE if v is None else told(v) for v in (one, other))))
+    for label, path, format_value in _FIGURES:
+        first, second = (_value_at(answer, path) for answer in answers)
+        if first is not None or second is not None:
+            rows.append(ComparedRow(words(label), *(_NONE if v is None else format_value(v) for v in (first, second))))
     return rows
 
 
-def _found(answer: Mapping[str, Any], path: tuple[str, ...]) -> Any:
+def _value_at(answer: Mapping[str, Any], path: tuple[str, ...]) -> Any:
     value: Any = answer
     for key in path:
         value = value.get(key) if isinstance(value, Mapping) else None

@@ -105,23 +105,23 @@ class PartsTable(Element, component="../static/parts.js"):
 
 def box(tag: str = "div", classes: str = "", **attributes: str) -> Element:
     """Return a container element; ``_`` in the name of an attribute stands for ``-``."""
-    made = Element(tag)
-    return _with(made, classes, attributes)
+    element = Element(tag)
+    return _with(element, classes, attributes)
 
 
 def text(tag: str, words: str, classes: str = "", **attributes: str) -> TextElement:
     """Return an element with a text, which is never interpreted as HTML."""
-    made = TextElement(tag=tag, text=words)
-    _with(made, classes, attributes)
-    return made
+    element = TextElement(tag=tag, text=words)
+    _with(element, classes, attributes)
+    return element
 
 
 def button(words: str, act: Callable[..., Any] | None = None, classes: str = "", **attributes: str) -> TextElement:
     """Return a button; `act` has no argument, or receives the event."""
-    made = text("button", words, f"button {classes}", type="button", **attributes)
+    element = text("button", words, f"button {classes}", type="button", **attributes)
     if act is not None:
-        made.on("click", act)
-    return made
+        element.on("click", act)
+    return element
 
 
 def link(words: str, address: str, classes: str = "", **attributes: str) -> TextElement:
@@ -129,12 +129,12 @@ def link(words: str, address: str, classes: str = "", **attributes: str) -> Text
     return text("a", words, classes, href=address, **attributes)
 
 
-def _with(made: Element, classes: str, attributes: dict[str, str]) -> Element:
+def _with(element: Element, classes: str, attributes: dict[str, str]) -> Element:
     if classes:
-        made.classes(classes)
+        element.classes(classes)
     for name, value in attributes.items():
-        made.props[name.rstrip("_").replace("_", "-")] = value
-    return made
+        element.props[name.rstrip("_").replace("_", "-")] = value
+    return element
 
 
 def table(head: list[tuple[str, str]], rows: list[list[str]], label: str) -> Element:
@@ -154,15 +154,15 @@ def table(head: list[tuple[str, str]], rows: list[list[str]], label: str) -> Ele
 class Editor(Element, component="../static/editor.js"):
     """A text editor with line numbers; `on_draft` receives the text shortly after a change, None makes it read-only."""
 
-    def __init__(self, words_in: str, on_draft: Callable[[str], Any] | None, label: str) -> None:
+    def __init__(self, content: str, on_draft: Callable[[str], Any] | None, label: str) -> None:
         super().__init__()
-        self.props.update(text=words_in, own=on_draft is not None, label=label, line=0, problem="")
+        self.props.update(text=content, own=on_draft is not None, label=label, line=0, problem="")
         if on_draft is not None:
             self.on("draft", lambda e: on_draft(e.args["text"]))
 
-    def show(self, words_in: str, line: int, problem: str) -> None:
+    def show(self, content: str, line: int, problem: str) -> None:
         """Show another text and mark the line with an error, 0 for none."""
-        self.props.update(text=words_in, line=line, problem=problem)
+        self.props.update(text=content, line=line, problem=problem)
         self.update()
 
 
@@ -177,10 +177,10 @@ class JogPad(Element, component="../static/jog.js"):
         self.on("jog", lambda e: on_jog(str(e.args["axis"]), int(e.args["sign"]), bool(e.args["held"])))
         self.on("release", on_release)
 
-    def switch(self, on: bool) -> None:
+    def switch(self, enabled: bool) -> None:
         """Enable or disable moves."""
-        if self.props["off"] == on:
-            self.props["off"] = not on
+        if self.props["off"] == enabled:
+            self.props["off"] = not enabled
             self.update()
 
 

@@ -18,11 +18,11 @@ from leafcut.studio.wording import Words
 @cache
 def _machines() -> dict[str, Machine]:
     """Return the machines of leafcut and its plug-ins; paths are not accepted."""
-    found = {}
+    machines = {}
     for name in machine_names():
         with suppress(LeafcutError):
-            found[name] = load_machine(name)
-    return found
+            machines[name] = load_machine(name)
+    return machines
 
 
 def machine_of(name: str, folder: Folder) -> Machine | None:
@@ -57,6 +57,6 @@ def why_not(name: str, work: str, folder: Folder, words: Words) -> str:
     if not name or fits(name, work, folder):
         return ""
     head = head_of(name, folder)
-    needed = words("choose.or").join(words(f"head.{one}") for one in registry.process(work).heads)
-    called, has = name.removeprefix(OWN), words(f"head.{head}") if head else ""
-    return words("choose.unfit", machine=called, has=has, needs=needed)
+    needed = words("choose.or").join(words(f"head.{head_name}") for head_name in registry.process(work).heads)
+    machine_name, has = name.removeprefix(OWN), words(f"head.{head}") if head else ""
+    return words("choose.unfit", machine=machine_name, has=has, needs=needed)

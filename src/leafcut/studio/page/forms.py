@@ -42,7 +42,7 @@ def _all(section: str, but: Iterable[str] = ()) -> tuple[str, ...]:
 #: A number with an optional unit.
 _FIGURE = re.compile(r"(-?\d+(?:[.]\d*)?)\s*([a-zµ%/°]*)", re.IGNORECASE)
 #: Width of a field in characters.
-_ROOM = 16
+_MAX_LETTERS = 16
 
 #: Work without a process → groups of the form.
 _OTHERS = {
@@ -62,8 +62,8 @@ def works() -> dict[str, WorkKind]:
     """Return the kinds of work in display order: processes, then the others."""
     return {
         **{
-            one.name: WorkKind("optimize" if one.reads else one.command, one.asks, one.form)
-            for one in registry.processes()
+            process.name: WorkKind("optimize" if process.reads else process.command, process.asks, process.form)
+            for process in registry.processes()
         },
         **{name: WorkKind(name, "auto", groups) for name, groups in _OTHERS.items()},
     }
@@ -71,10 +71,14 @@ def works() -> dict[str, WorkKind]:
 
 def program_processes() -> tuple[str, ...]:
     """Return the processes that a user may select for a program; ``auto`` leaves the choice to leafcut."""
-    said = (
-        word for one in registry.processes() if one.reads == "program" for word in one.asked_as if word != one.command
+    names = (
+        word
+        for process in registry.processes()
+        if process.reads == "program"
+        for word in process.asked_as
+        if word != process.command
     )
-    return ("auto", *said)
+    return ("auto", *names)
 
 
 def names_of(work: str, algorithm: str = "auto") -> tuple[tuple[str, tuple[str, ...]], ...]:
@@ -104,14 +108,14 @@ def form(
     `machines` is name → label; `tools` the names of the user's own libraries; `menus` the suggestions beside typing;
     `usual` the place of a user's own default; `kept` the options taken over from an earlier input.
     """
-    own = _own(machines, work, tools)
+    own_choices = _own_choices(machines, work, tools)
     groups = [
-        _group(key, names, values, words, work, own, menus)
+        _group(key, names, values, words, work, own_choices, menus)
         for key, names in names_of(work, str(values.get("algorithm") or "auto"))
     ]
-    for field in (one for group in groups for one in group["fields"] if one["name"] in (usual or {})):
+    for field in (member for group in groups for member in group["fields"] if member["name"] in (usual or {})):
         field["usual"] = words("form.usual", place=(usual or {})[field["name"]])
-    for field in (one for group in groups for one in group["fields"] if one["name"] in kept):
+    for field in (member for group in groups for member in group["fields"] if member["name"] in kept):
         field["usual"] = words("form.kept")
     return groups
 
@@ -120,10 +124,10 @@ def form_of(
     key: str, names: Iterable[str], words: Words, work: str, machines: Mapping[str, str], menus: Menus | None = None
 ) -> list[dict[str, Any]]:
     """Return a form with one group of a few options."""
-    return [_group(key, tuple(names), {}, words, work, _own(machines, work), menus)]
+    return [_group(key, tuple(names), {}, words, work, _own_choices(machines, work), menus)]
 
 
-def _own(machines: Mapping[str, str], work: str, tools: Iterable[str] = ()) -> dict[str, list[tuple[str, str]]]:
+def _own_choices(machines: Mapping[str, str], work: str, tools: Iterable[str] = ()) -> dict[str, list[tuple[str, str]]]:
     """Return the choices for options that may name the user's own files."""
     return {"machine": list(machines.items()), "tools": [(OWN + name, name) for name in tools]}
 
@@ -134,7 +138,7 @@ def _group(
     values: Mapping[str, Any],
     words: Words,
     work: str,
-    own: Mapping[str, list[tuple[str, str]]],
+    own_choices: Mapping[str, list[tuple[str, str]]],
     menus: Menus | None,
 ) -> dict[str, Any]:
     return {
@@ -143,7 +147,7 @@ def _group(
         "folded": key not in ("main", "search", "cuts"),
         "changed": sum(1 for name in names if values.get(name) not in (None, "")),
         "fields": [
-            _field(name, words, default_of(name, work), own.get(name)) | {"offers": (menus or {}).get(name, [])}
+            _field(name, words, default_of(name, work), own_choices.get(name)) | {"offers": (menus or {}).get(name, [])}
             for name in names
         ],
     }
@@ -156,13 +160,13 @@ def default_of(name: str, work: str = "") -> Any:
     return group_of(name).defaults()[name]
 
 
-def _field(name: str, words: Words, default: Any, own: list[tuple[str, str]] | None) -> dict[str, Any]:
+def _field(name: str, words: Words, default: Any, own_choices: list[tuple[str, str]] | None) -> dict[str, Any]:
     spec = group_of(name).specs()[name]
     choices: list[tuple[str, str]] = [(word, word) for word in spec.all_choices]
-    if own is not None:
-        choices = own
-    holds, unit = default_words(name, default, words), _unit(spec)
-    short = _short(holds, _ROOM - (len(unit) + 2 if unit else 0))
+    if own_choices is not None:
+        choices = own_choices
+    default_text, unit = default_words(name, default, words), _unit(spec)
+    short = _short(default_text, _MAX_LETTERS - (len(unit) + 2 if unit else 0))
     return {
         "name": name,
         "label": words.option(name),
@@ -172,7 +176,7 @@ def _field(name: str, words: Words, default: Any, own: list[tuple[str, str]] | N
         "help": words.plain(words.help(name, spec.help)),
         "choices": [list(pair) for pair in choices],
         "default": short,
-        "rule": "" if short == holds else words("form.otherwise", rule=holds),
+        "rule": "" if short == default_text else words("form.otherwise", rule=default_text),
         "on": default is True,
         "file": spec.kind == "path",
     }
@@ -199,10 +203,10 @@ def default_words(name: str, default: Any, words: Words) -> str:
     return bare if spec.kind in ("quantity", "percent") else text
 
 
-def _short(holds: str, room: int) -> str:
-    """Return a default in at most `room` characters: its first part (``auto`` of ``auto: as …``), or its start."""
-    head = holds if len(holds) <= room else holds.replace(";", ":").partition(":")[0]
-    return head if len(head) <= room else f"{head[: room - 1].rstrip()}…"
+def _short(text: str, limit: int) -> str:
+    """Return a default in at most `limit` characters: its first part (``auto`` of ``auto: as …``), or its start."""
+    head = text if len(text) <= limit else text.replace(";", ":").partition(":")[0]
+    return head if len(head) <= limit else f"{head[: limit - 1].rstrip()}…"
 
 
 def problem_with(name: str, value: Any) -> str:
@@ -229,10 +233,10 @@ def changed(values: Mapping[str, Any]) -> dict[str, Any]:
         if name not in known:
             continue
         spec, default = group_of(name).specs()[name], group_of(name).defaults()[name]
-        same = value in (None, "") or value == default
-        if not same and isinstance(value, str) and default is not None and spec.kind != "path":
-            same = value == written(spec, default)
-        if not same:
+        is_default = value in (None, "") or value == default
+        if not is_default and isinstance(value, str) and default is not None and spec.kind != "path":
+            is_default = value == written(spec, default)
+        if not is_default:
             kept[name] = value
     return kept
 
@@ -250,7 +254,7 @@ def value_words(name: str, value: Any, words: Words, work: str = "") -> str:
     if spec.kind == "flag":
         return words("form.on" if (default if value in (None, "") else value) is True else "form.off")
     if value in (None, ""):
-        value = _short(default_words(name, default, words), _ROOM)
+        value = _short(default_words(name, default, words), _MAX_LETTERS)
     text = ",".join(map(str, value)) if isinstance(value, list | tuple) else str(value).removeprefix(OWN)
     figure = _FIGURE.fullmatch(text.strip())
     return f"{figure[1]}\u00a0{figure[2] or _unit(spec)}".strip() if figure else text

@@ -50,5 +50,5 @@ def first_bar() -> str:
 
 def imported() -> list[str]:
     """Return the names of all imported modules."""
-    found = {name for file in STATIC.glob("*.js") for name in _IMPORT.findall(file.read_text(encoding="utf-8"))}
-    return sorted(found)
+    names = {name for file in STATIC.glob("*.js") for name in _IMPORT.findall(file.read_text(encoding="utf-8"))}
+    return sorted(names)

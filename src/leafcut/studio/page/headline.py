@@ -41,12 +41,12 @@ def saving(answer: dict[str, Any], words: Words) -> Headline:
 def _why_same(answer: dict[str, Any], words: Words) -> str:
     """Return why a program is as fast as before: why most tasks keep their place, or that no order is better."""
     groups = answer.get("staying", [])
-    stay, pieces = sum(group["count"] for group in groups), answer["counts"].get("pieces", 0)
-    if not groups or stay < pieces:
+    n_kept, n_tasks = sum(group["count"] for group in groups), answer["counts"].get("pieces", 0)
+    if not groups or n_kept < n_tasks:
         return words("result.same_order")
-    most = max(groups, key=lambda group: int(group["count"]))
-    why = " · ".join(words(f"stays.{name}") for name in most["reason"].split("+"))
-    return words("result.all_stay", number=f"{stay:,}", pieces=f"{pieces:,}", why=why)
+    largest = max(groups, key=lambda group: int(group["count"]))
+    reasons = " · ".join(words(f"stays.{name}") for name in largest["reason"].split("+"))
+    return words("result.all_stay", number=f"{n_kept:,}", pieces=f"{n_tasks:,}", why=reasons)
 
 
 def missing_words(answer: dict[str, Any], words: Words) -> str:
@@ -59,15 +59,15 @@ def missing_words(answer: dict[str, Any], words: Words) -> str:
 
 def announced(record: JobRecord, answer: dict[str, Any], words: Words) -> str:
     """Return the announcement of a new result."""
-    return f"{record.title}: {_told(record, answer, words)}"
+    return f"{record.title}: {_summary(record, answer, words)}"
 
 
-def _told(record: JobRecord, answer: dict[str, Any], words: Words) -> str:
+def _summary(record: JobRecord, answer: dict[str, Any], words: Words) -> str:
     command = record.task.command
     if command == "optimize":
-        found = saving(answer, words)
+        saving_ = saving(answer, words)
         proved = words("result.verified" if answer["verified"] else "result.unverified")
-        large = found.large if found.kind == "same" else f"{found.large}, {found.small}"
+        large = saving_.large if saving_.kind == "same" else f"{saving_.large}, {saving_.small}"
         missing = missing_words(answer, words)
         return f"{large}. {missing}. {proved}." if missing else f"{large}. {proved}."
     if command == "verify":

@@ -23,13 +23,13 @@ def choices_of(task: Task, folder: Folder, words: Words) -> list[str]:
     """Return the choices that distinguish a job from others with the same file: machine and non-default options."""
     options = changed(task.options)
     machine = str(options.pop("machine", "") or default_machine(task.process)).removeprefix(OWN)
-    told = [machine] if task.command == "optimize" or "machine" in task.options else []
+    choices = [machine] if task.command == "optimize" or "machine" in task.options else []
     for name, value in options.items():
         if isinstance(value, bool):
-            told.append(words.option(name) if value else f"{words.option(name)} {words('form.off')}")
+            choices.append(words.option(name) if value else f"{words.option(name)} {words('form.off')}")
         else:
-            told.append(f"{words.option(name)} {option_value(name, value, folder, words)}")
-    return told
+            choices.append(f"{words.option(name)} {option_value(name, value, folder, words)}")
+    return choices
 
 
 def option_value(name: str, value: Any, folder: Folder, words: Words) -> str:
@@ -52,26 +52,26 @@ def change_words(saved: float) -> str:
 
 def figures_of(record: JobRecord, words: Words) -> str:
     """Return the result of a job in a few words, or the error."""
-    found = record.figures
-    if "after_s" in found and found["before_s"] is not None:
-        change = change_words(found["saved_percent"] or 0.0)
-        return f"{format_time(found['before_s'])} → {format_time(found['after_s'])} ({change})"
-    if "length" in found:
-        return f"{found['length']:,.8g}"
-    if "variants" in found:
-        used = f"{found['utilisation_of_used_percent']:.1f}"
-        return words("nest.found", sheets=found["sheets"], percent=used)
-    if "same" in found:
-        return words("result.same" if found["same"] else "result.differs")
-    return format_time(found["time_s"]) if "time_s" in found else words.plain(record.line)
+    figures = record.figures
+    if "after_s" in figures and figures["before_s"] is not None:
+        change = change_words(figures["saved_percent"] or 0.0)
+        return f"{format_time(figures['before_s'])} → {format_time(figures['after_s'])} ({change})"
+    if "length" in figures:
+        return f"{figures['length']:,.8g}"
+    if "variants" in figures:
+        used = f"{figures['utilisation_of_used_percent']:.1f}"
+        return words("nest.found", sheets=figures["sheets"], percent=used)
+    if "same" in figures:
+        return words("result.same" if figures["same"] else "result.differs")
+    return format_time(figures["time_s"]) if "time_s" in figures else words.plain(record.line)
 
 
 def wanted_words(text: str, words: Words) -> list[Wanted]:
     """Return a search term for each word of a text, with the options and states whose labels contain it."""
-    found = []
+    terms = []
     for word in text.split()[:_MOST_WORDS]:
         low = word.lower()
         options = tuple(name for _, name, _ in all_options() if low in words.option(name).lower())
         states = tuple(state for state in JobState if low in words(f"state.{state.value}").lower())
-        found.append(Wanted(word, options, states))
-    return found
+        terms.append(Wanted(word, options, states))
+    return terms

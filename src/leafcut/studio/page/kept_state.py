@@ -53,7 +53,7 @@ class KeptState:
         """Return the choices of a page."""
         return cls(
             view.source, view.name, view.second, view.second_name,
-            tuple(one.word for one in view.parts), dict(view.part_names), view.origin, view.sheet,
+            tuple(part.word for part in view.parts), dict(view.part_names), view.origin, view.sheet,
             view.work, view.process, dict(view.values), dict(view.shown), tuple(sorted(view.of_input)),
             tuple(sorted(view.kept)), dict(view.usual),
             None if view.known_defaults is None else tuple(sorted(view.known_defaults)),
@@ -71,8 +71,8 @@ class KeptState:
         view.kept, view.usual = set(self.kept), dict(self.usual)
         view.known_defaults = None if self.known_defaults is None else set(self.known_defaults)
         view.for_study = None
-        found = {name: forms.problem_with(name, value) for name, value in self.values.items()}
-        view.errors = {name: line for name, line in found.items() if line}
+        problems = {name: forms.problem_with(name, value) for name, value in self.values.items()}
+        view.errors = {name: line for name, line in problems.items() if line}
         view.job = self.job if self.job and view.studio.jobs.record(self.job) is not None else None
 
     def as_json(self) -> str:
@@ -127,21 +127,21 @@ def _one_of(word: Any, known: Iterable[str], default: str) -> str:
 
 
 def _dict(plain: Mapping[str, Any], name: str) -> dict[str, Any]:
-    found = plain.get(name)
-    return found if isinstance(found, dict) else {}
+    value = plain.get(name)
+    return value if isinstance(value, dict) else {}
 
 
 def _list(plain: Mapping[str, Any], name: str) -> list[Any]:
-    found = plain.get(name)
-    return found if isinstance(found, list) else []
+    value = plain.get(name)
+    return value if isinstance(value, list) else []
 
 
 def _parts(words: Any) -> tuple[str, ...]:
-    found = []
+    parts = []
     for word in words if isinstance(words, list) else []:
         with suppress(OptionError, AttributeError):
-            found.append(WantedPart.of(word).word)
-    return tuple(found)
+            parts.append(WantedPart.of(word).word)
+    return tuple(parts)
 
 
 def _sheet(plain: Any) -> tuple[int, int]:

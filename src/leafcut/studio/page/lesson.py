@@ -14,8 +14,8 @@ TAU, ETA, CHANCE = sub("τ", "ij"), sub("η", "ij"), sub("p", "ij")
 
 def lesson(step: SearchStep, words: Words) -> str:
     """Return the step as HTML: headings, sentences and formulas."""
-    told = _swarm(step, words) if step.algorithm == "firefly" else _ants(step, words)
-    return "".join(told)
+    blocks = _swarm(step, words) if step.algorithm == "firefly" else _ants(step, words)
+    return "".join(blocks)
 
 
 def _ants(step: SearchStep, words: Words) -> Iterator[str]:
@@ -27,13 +27,13 @@ def _ants(step: SearchStep, words: Words) -> Iterator[str]:
     yield _title(words("lesson.learning"))
     yield from _LEARNING[step.algorithm](step, words)
     yield _title(words("lesson.agreement"))
-    yield _said(words("lesson.branching", factor=f"{step.values['lambda']:.2f}"))
+    yield _paragraph(words("lesson.branching", factor=f"{step.values['lambda']:.2f}"))
 
 
 def _rule(step: SearchStep, words: Words) -> Iterator[str]:
     """Yield the rule by which an ant chooses its next point."""
     v = step.values
-    yield _said(words("lesson.rule", ants=plain(v["m"])))
+    yield _paragraph(words("lesson.rule", ants=plain(v["m"])))
 
     def weight(index: str, alpha: str | float, beta: str | float) -> str:
         return row(raised("τ", index, alpha), "·", raised("η", index, beta))
@@ -43,7 +43,7 @@ def _rule(step: SearchStep, words: Words) -> Iterator[str]:
     yield formula(ETA, "=", frac(1, row(sub("d", "ij"), "+", "ε")), ",", "ε", "=", v["epsilon"])
     if step.algorithm == "acs":
         share = f"{100 * v['q_0']:g}"
-        yield _said(words("lesson.greedy", percent=share))
+        yield _paragraph(words("lesson.greedy", percent=share))
 
 
 def _example(step: SearchStep, words: Words) -> Iterator[str]:
@@ -66,38 +66,38 @@ def _example(step: SearchStep, words: Words) -> Iterator[str]:
 
 def _local(step: SearchStep, words: Words) -> Iterator[str]:
     v = step.values
-    yield _said(words("lesson.local"))
+    yield _paragraph(words("lesson.local"))
     yield formula(TAU, "←", "(", 1, "−", "ξ", ")", TAU, "+", "ξ", "·", sub("τ", "0"))
     yield formula(TAU, "←", 1.0 - v["xi"], TAU, "+", v["xi"], "·", v["tau_0"])
 
 
 def _evaporation(step: SearchStep, words: Words) -> Iterator[str]:
-    yield _said(words("lesson.evaporation"))
+    yield _paragraph(words("lesson.evaporation"))
     yield formula(TAU, "←", "(", 1, "−", "ρ", ")", TAU, "=", 1.0 - step.values["rho"], TAU)
 
 
 def _ant_system(step: SearchStep, words: Words) -> Iterator[str]:
     v = step.values
     yield from _evaporation(step, words)
-    yield _said(words("lesson.all_ants", ants=plain(v["m"])))
+    yield _paragraph(words("lesson.all_ants", ants=plain(v["m"])))
     yield formula(TAU, "←", TAU, "+", total("k", frac(1, sub("C", "k"))))
     if "c_iteration" in v:
         best = v["c_iteration"]
-        yield _said(words("lesson.shortest_now"))
+        yield _paragraph(words("lesson.shortest_now"))
         yield formula(frac(1, "C"), "=", frac(1, best), "=", 1.0 / best)
 
 
 def _elitist(step: SearchStep, words: Words) -> Iterator[str]:
     v = step.values
     yield from _ant_system(step, words)
-    yield _said(words("lesson.elite", weight=plain(v["e"])))
+    yield _paragraph(words("lesson.elite", weight=plain(v["e"])))
     yield formula(TAU, "←", TAU, "+", frac("e", _best()), "=", TAU, "+", v["e"] / v["c_best"])
 
 
 def _rank_based(step: SearchStep, words: Words) -> Iterator[str]:
     v = step.values
     yield from _evaporation(step, words)
-    yield _said(words("lesson.ranks", ranks=plain(v["w"] - 1), weight=plain(v["w"])))
+    yield _paragraph(words("lesson.ranks", ranks=plain(v["w"] - 1), weight=plain(v["w"])))
     by_rank = total("r", frac(row("w", "−", "r"), sub("C", "r")))
     yield formula(TAU, "←", TAU, "+", by_rank, "+", frac("w", _best()))
     yield formula(frac("w", _best()), "=", frac(v["w"], v["c_best"]), "=", v["w"] / v["c_best"])
@@ -106,22 +106,22 @@ def _rank_based(step: SearchStep, words: Words) -> Iterator[str]:
 def _max_min(step: SearchStep, words: Words) -> Iterator[str]:
     v = step.values
     if step.depositor == "restart":
-        yield _said(words("lesson.restart"))
+        yield _paragraph(words("lesson.restart"))
         yield formula(TAU, "←", sub("τ", "max"), "=", v["tau_max"])
         return
     yield from _evaporation(step, words)
     now = step.depositor == "iteration" and "c_iteration" in v
     length = v["c_iteration"] if now else v["c_best"]
-    yield _said(words("lesson.one_now" if now else "lesson.one_best"))
+    yield _paragraph(words("lesson.one_now" if now else "lesson.one_best"))
     yield formula(TAU, "←", TAU, "+", frac(1, "C"), ",", frac(1, "C"), "=", frac(1, length), "=", 1.0 / length)
-    yield _said(words("lesson.limits"))
+    yield _paragraph(words("lesson.limits"))
     yield formula(sub("τ", "max"), "=", frac(1, row("ρ", "·", _best())), "=", v["tau_max"])
     yield formula(sub("τ", "min"), "=", v["tau_min"])
 
 
 def _colony_system(step: SearchStep, words: Words) -> Iterator[str]:
     v = step.values
-    yield _said(words("lesson.best_only"))
+    yield _paragraph(words("lesson.best_only"))
     yield formula(TAU, "←", "(", 1, "−", "ρ", ")", TAU, "+", frac("ρ", _best()))
     yield formula(TAU, "←", 1.0 - v["rho"], TAU, "+", v["rho"] / v["c_best"])
 
@@ -135,10 +135,10 @@ def _swarm(step: SearchStep, words: Words) -> Iterator[str]:
     """Yield the next flight of the darkest firefly."""
     v = step.values
     yield _title(words("lesson.attraction"))
-    yield _said(words("lesson.dark", number=plain(v["dark"]), count=plain(v["n"]), length=plain(v["c_dark"])))
+    yield _paragraph(words("lesson.dark", number=plain(v["dark"]), count=plain(v["n"]), length=plain(v["c_dark"])))
     if "target" in v:
         target, length = plain(v["target"]), plain(v["c_target"])
-        yield _said(words("lesson.target", number=target, length=length, apart=plain(v["edges_apart"])))
+        yield _paragraph(words("lesson.target", number=target, length=length, apart=plain(v["edges_apart"])))
         yield formula(
             "r", "=", frac(row(10, "·", "A"), "h"), "=", frac(row(10, "·", v["edges_apart"]), v["h"]), "=", v["r"]
         )
@@ -146,18 +146,18 @@ def _swarm(step: SearchStep, words: Words) -> Iterator[str]:
         exponent = row("−", v["gamma"], "·", power(v["r"], 2))
         yield formula("β", "=", v["beta_0"], "·", power("e", exponent), "=", v["beta"])
     else:
-        yield _said(words("lesson.alone"))
+        yield _paragraph(words("lesson.alone"))
     yield _title(words("lesson.flight"))
-    yield _said(words("lesson.moves", moves=plain(v["moves"]), longest=plain(v["longest"])))
+    yield _paragraph(words("lesson.moves", moves=plain(v["moves"]), longest=plain(v["longest"])))
 
 
 def _best() -> str:
     return sub("C", "best")
 
 
-def _title(said: str) -> str:
-    return f"<h4>{escape(said)}</h4>"
+def _title(line: str) -> str:
+    return f"<h4>{escape(line)}</h4>"
 
 
-def _said(said: str) -> str:
-    return f"<p>{escape(said)}</p>"
+def _paragraph(line: str) -> str:
+    return f"<p>{escape(line)}</p>"

@@ -73,14 +73,14 @@ class ByHandPanel:
 
     def _choose(self, step: str) -> None:
         self.step = step
-        for one, made in self.steps.items():
-            made.props(f"aria-pressed={'true' if one == step else 'false'}")
+        for size, step_button in self.steps.items():
+            step_button.props(f"aria-pressed={'true' if size == step else 'false'}")
 
     async def _move(self, axis: str, sign: int, held: bool) -> None:
         if axis not in _AXES:
             return
-        way = {axis: (1 if sign > 0 else -1) * float(self.step)}
-        await self.panel.ask(lambda key: self.link.jog(key, way, self.feed.number(), held=held))
+        distances = {axis: (1 if sign > 0 else -1) * float(self.step)}
+        await self.panel.ask(lambda key: self.link.jog(key, distances, self.feed.number(), held=held))
 
     async def _let_go(self) -> None:
         await self.panel.ask(self.link.cancel)
@@ -112,9 +112,9 @@ class ByHandPanel:
                     cell.set_text(words)
         asked = state.question is not None
         free = mine and (asked or state.doing in (MachineTask.NOTHING, MachineTask.ASKING))
-        still = free and state.status == "Idle"
-        for one in self.zeros:
-            enable(one, still)
-        enable(self.probe, still)
+        at_rest = free and state.status == "Idle"
+        for zero_button in self.zeros:
+            enable(zero_button, at_rest)
+        enable(self.probe, at_rest)
         self.pad.switch(free and state.status in ("Idle", "Jog"))
         self.unsure.set_visibility(state.open and state.unsure)

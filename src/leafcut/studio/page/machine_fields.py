@@ -14,7 +14,7 @@ from leafcut.studio.page.elements import box, text
 class AskingPanel(Protocol):
     """Interface of the machine panel for its parts."""
 
-    async def ask(self, what: Callable[..., Any], *given: Any, **named: Any) -> Any:
+    async def ask(self, request: Callable[..., Any], *given: Any, **named: Any) -> Any:
         """Send a request to the machine and show a refusal; return the answer, or None if it was refused."""
 
     def tell(self, line: str, *, bad: bool = False) -> None:
@@ -119,8 +119,8 @@ class Menu:
         self._choices, self.value = dict(choices), value
         self.select.clear()
         with self.select:
-            for one, words in choices.items():
-                text("option", words, value=one, **({"selected": ""} if one == value else {}))
+            for name, words in choices.items():
+                text("option", words, value=name, **({"selected": ""} if name == value else {}))
 
     def _chosen(self, event: Any) -> Any:
         if str(event.args) in self._choices:
@@ -137,17 +137,17 @@ class Switch:
         with box("label", "machine-switch") as self.place:
             self.input = box("input", "switch", type="checkbox", id=f"machine-{name}")
             text("span", label)
-        self.input.on("change", self._turned, js_handler="(e) => emit(e.target.checked)")
+        self.input.on("change", self._on_switch, js_handler="(e) => emit(e.target.checked)")
 
-    def _turned(self, event: Any) -> None:
+    def _on_switch(self, event: Any) -> None:
         self.on = bool(event.args)
 
 
-def enable(element: Element, on: bool) -> None:
+def enable(element: Element, enabled: bool) -> None:
     """Enable or disable a button."""
-    off = element.props.get("disabled") is not None
-    if off == on:
-        if on:
+    disabled = element.props.get("disabled") is not None
+    if disabled == enabled:
+        if enabled:
             element.props.pop("disabled", None)
         else:
             element.props["disabled"] = ""

@@ -145,22 +145,22 @@ class MachineProgramPanel:
         if key == self._key:
             return
         self._key = key
-        made, problem = None, ""
+        job_read, problem = None, ""
         if job or source:
             try:
-                made = await asyncio.to_thread(self._read, *key)
+                job_read = await asyncio.to_thread(self._read, *key)
             except LeafcutError as refusal:
                 problem = view.studio.folder.without_paths(str(refusal))
             except Exception as fault:
                 problem = line_of(fault)
         if key != self._key:
             return
-        self.job = made
-        self.name.set_text(made.file if made else view.name if source else w("machine.none"))
+        self.job = job_read
+        self.name.set_text(job_read.file if job_read else view.name if source else w("machine.none"))
         self.problem.set_text(w.plain(problem))
         self.empty_title.set_text(w("empty.unseen", name=self.view.name) if problem else w("machine.no_program"))
         self.empty_words.set_text("" if problem else w("machine.no_program_hint"))
-        self.facts.set_text(_facts(made, w) if made else "")
+        self.facts.set_text(_facts(job_read, w) if job_read else "")
         self.told.clear()
         self._show_drawing()
         self._show_fields(self.link.state)
@@ -168,28 +168,28 @@ class MachineProgramPanel:
 
     def _offer(self, job: str) -> None:
         view = self.view
-        found = sendable(view.studio.folder)
+        machines = sendable(view.studio.folder)
         names = {
             word: view.words("machines.own", name=word.removeprefix(OWN)) if word.startswith(OWN) else word
-            for word in found
+            for word in machines
         }
         value = self.machine.value
         record = view.studio.jobs.record(job) if job else None
         if record is not None and self._key[:1] != (job,):
-            wanted = str(record.task.options.get("machine") or "")
-            value = wanted if wanted in names else value
+            used = str(record.task.options.get("machine") or "")
+            value = used if used in names else value
         self.machine.offer(names, value if value in names else _USUAL)
 
     def _read(self, job: str, source: str, machine: str, accept: str) -> SendJob:
         studio = self.view.studio
         codes = accepted_codes(accept)
         if job:
-            made = program_of_job(studio.history, studio.folder, job, machine, codes)
+            job_read = program_of_job(studio.history, studio.folder, job, machine, codes)
         else:
             units = self.view.values.get("units")
-            made = program_of_file(studio.folder, source, machine, units if units in ("mm", "in") else None, codes)
-        _ = made.seconds, made.holes  # compute now: slow for a large program
-        return made
+            job_read = program_of_file(studio.folder, source, machine, units if units in ("mm", "in") else None, codes)
+        _ = job_read.seconds, job_read.holes  # compute now: slow for a large program
+        return job_read
 
     def _show_drawing(self) -> None:
         """Draw the running program, or else the open one, if it is not drawn yet."""
@@ -224,19 +224,19 @@ class MachineProgramPanel:
             alone=self.alone.on,
         )
 
-    async def _with_program(self, what: Callable[[str, SendJob], Any]) -> Any:
+    async def _with_program(self, action: Callable[[str, SendJob], Any]) -> Any:
         """Run an action of this page with the open program."""
         await self.draw()
         job = self.job
         if job is None:
             self.panel.tell(self.problem.text or self.view.words("machine.no_program"), bad=True)
             return None
-        return await self.panel.ask(lambda key: what(key, job))
+        return await self.panel.ask(lambda key: action(key, job))
 
     async def _check(self) -> None:
-        found = await self._with_program(lambda key, job: self.link.check(key, job, self._wishes()))
-        if found is not None:
-            self._tell_issues(self.told, found.told)
+        program = await self._with_program(lambda key, job: self.link.check(key, job, self._wishes()))
+        if program is not None:
+            self._tell_issues(self.told, program.told)
             self.panel.tell(self.view.words("machine.checked"))
 
     async def _frame(self) -> None:
@@ -249,16 +249,16 @@ class MachineProgramPanel:
         self._asking = True
         try:
             wishes = self._wishes()
-            found = await self._with_program(lambda key, job: self.link.check(key, job, wishes))
+            program = await self._with_program(lambda key, job: self.link.check(key, job, wishes))
         except LeafcutError as problem:
             self.panel.tell(str(problem), bad=True)
             return
         finally:
             self._asking = False
-        if found is None or self.job is None:
+        if program is None or self.job is None:
             return
         self._to_start = (self.job, wishes)
-        self._show_confirm(found)
+        self._show_confirm(program)
         self.confirm.run_method("showModal")
 
     def _show_confirm(self, ready: ReadyProgram) -> None:
@@ -284,9 +284,9 @@ class MachineProgramPanel:
         if self._to_start is None:
             return
         (job, wishes), self._to_start = self._to_start, None
-        found = await self.panel.ask(lambda key: self.link.run(key, job, wishes))
-        if found is not None:
-            self._tell_issues(self.told, found.told)
+        program = await self.panel.ask(lambda key: self.link.run(key, job, wishes))
+        if program is not None:
+            self._tell_issues(self.told, program.told)
             self.panel.tell("")
 
     def _tell_issues(self, place: Element, lines: Sequence[str]) -> None:
@@ -304,8 +304,8 @@ class MachineProgramPanel:
         self.running.set_visibility(runs)
         ready = mine and self.job is not None and state.doing in (MachineTask.NOTHING, MachineTask.ASKING)
         ready = ready and state.status == "Idle"
-        for one in (self.check, self.frame, self.start):
-            enable(one, ready)
+        for action in (self.check, self.frame, self.start):
+            enable(action, ready)
         self._show_fields(state)
         self._show_drawing()
         self._show_progress(state, mine)
@@ -329,31 +329,31 @@ class MachineProgramPanel:
         self.unhomed.place.set_visibility(state.open and not state.homing)
 
     def _show_progress(self, state: MachineState, mine: bool) -> None:
-        now = state.progress
-        if now is None:
+        progress = state.progress
+        if progress is None:
             return
-        held = state.status in ("Hold", "Door")
-        whole = now.done_s + now.left_s
-        self.what.set_text(now.name)
-        share = str(round(1000.0 * now.done_s / whole)) if whole > 0.0 else "0"
+        on_hold = state.status in ("Hold", "Door")
+        total_s = progress.done_s + progress.left_s
+        self.what.set_text(progress.name)
+        share = str(round(1000.0 * progress.done_s / total_s)) if total_s > 0.0 else "0"
         if self.bar.props.get("value") != share:
             self.bar.props["value"] = share
             self.bar.update()
-        ends = time.strftime("%H:%M:%S", time.localtime(time.time() + now.left_s))
+        ends = time.strftime("%H:%M:%S", time.localtime(time.time() + progress.left_s))
         asked = state.question is not None
-        told = {
-            "hole": f"{now.hole} / {now.holes}" if now.holes else "–",
-            "line": f"{now.line} / {now.lines}",
-            "done": format_time(now.done_s),
-            "left": format_time(now.left_s),
-            "ends": "–" if held or asked else ends,
-            "feed": f"{now.feed:.0f} mm/min · {now.override} %",
+        texts = {
+            "hole": f"{progress.hole} / {progress.holes}" if progress.holes else "–",
+            "line": f"{progress.line} / {progress.lines}",
+            "done": format_time(progress.done_s),
+            "left": format_time(progress.left_s),
+            "ends": "–" if on_hold or asked else ends,
+            "feed": f"{progress.feed:.0f} mm/min · {progress.override} %",
         }
-        for key, words in told.items():
+        for key, words in texts.items():
             if self.figures[key].text != words:
                 self.figures[key].set_text(words)
-        self.hold.set_visibility(not held and not asked)
-        self.resume.set_visibility(held and not asked)
+        self.hold.set_visibility(not on_hold and not asked)
+        self.resume.set_visibility(on_hold and not asked)
         enable(self.hold, mine)
         enable(self.resume, mine)
 
@@ -417,15 +417,15 @@ class MachineProgramPanel:
             return None
         zero = [round(a - b, 3) for a, b in zip(state.machine, state.work, strict=True)]
         low, high = state.travel
-        box_of = [low[0] - zero[0], low[1] - zero[1], high[0] - zero[0], high[1] - zero[1]]
-        if not all(math.isfinite(one) for one in box_of):
+        travel_box = [low[0] - zero[0], low[1] - zero[1], high[0] - zero[0], high[1] - zero[1]]
+        if not all(math.isfinite(v) for v in travel_box):
             return None
         name = self._drawn.machine.name if self._drawn else ""
-        found = self._box
-        fits = found is None or all(
-            box_of[k] <= found[0][k] + 0.005 and found[1][k] - 0.005 <= box_of[k + 2] for k in range(2)
+        extents = self._box
+        fits = extents is None or all(
+            travel_box[k] <= extents[0][k] + 0.005 and extents[1][k] - 0.005 <= travel_box[k + 2] for k in range(2)
         )
-        return {"box": box_of, "known": True, "fits": fits, "machine": name}
+        return {"box": travel_box, "known": True, "fits": fits, "machine": name}
 
 
 def _mm(value: float) -> str:
@@ -433,8 +433,8 @@ def _mm(value: float) -> str:
 
 
 def _facts(job: SendJob, w: Any) -> str:
-    fed, other = job.seconds
-    parts = [format_time(float(fed.sum() + other.sum())), w("machine.lines", number=job.steps[-1].number)]
+    feed_s, other_s = job.seconds
+    parts = [format_time(float(feed_s.sum() + other_s.sum())), w("machine.lines", number=job.steps[-1].number)]
     if job.holes:
         parts.append(w("machine.holes", number=len(job.holes)))
     return " · ".join(parts)

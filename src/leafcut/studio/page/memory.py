@@ -40,7 +40,7 @@ class Memory:
     def __init__(self, page: Remembered, kept: KeptPages, name: str = "") -> None:
         self._page, self._kept = page, kept
         known = kept.get(name) is not None
-        self.name = self._begun = name if known else kept.new_name()
+        self.name = self._initial_name = name if known else kept.new_name()
         #: Last saved text, and whether anything was saved.
         self._text = ""
         self._written = known
@@ -50,9 +50,9 @@ class Memory:
         self._seen: Callable[[], bool] = lambda: False
         self._history: Address | None = None
 
-    def watch(self, client: Client, went: Callable[[dict[str, Any], bool], Awaitable[None]]) -> None:
+    def watch(self, client: Client, on_address: Callable[[dict[str, Any], bool], Awaitable[None]]) -> None:
         """Connect to the browser of a page: claim the name while the page is open, and follow Back."""
-        self._history = Address(went)
+        self._history = Address(on_address)
         self._seen = lambda: client.has_socket_connection
         client.on_connect(self.hold)
         client.on_delete(lambda: self._kept.let_go(self._seen))
@@ -105,16 +105,16 @@ class Memory:
 
     def newest(self) -> KeptState | None:
         """Return the state saved under the initial name, or None."""
-        found = self._kept.get(self._begun)
-        return None if found is None else KeptState.from_json(found)
+        choices = self._kept.get(self._initial_name)
+        return None if choices is None else KeptState.from_json(choices)
 
     def take(self, name: str) -> KeptState | None:
         """Continue under another name; return the state saved under it, or None."""
-        found = self._kept.get(name)
-        if found is None:
+        choices = self._kept.get(name)
+        if choices is None:
             return None
         self._write()
-        state = KeptState.from_json(found)
+        state = KeptState.from_json(choices)
         self.name, self._text, self._written, self._left = name, "", True, ""
         self.hold()
         return state
@@ -123,9 +123,9 @@ class Memory:
         """Add a step to the browser's history."""
         self._put("pushState")
 
-    def stands(self, said: dict[str, Any]) -> None:
+    def stands(self, address: dict[str, Any]) -> None:
         """Record the browser's current address, so that it is not sent again."""
-        self._address = _address({key: str(said.get(key, "")) for key in ("page", "view", "job")})
+        self._address = _address({key: str(address.get(key, "")) for key in ("page", "view", "job")})
 
     def replace(self) -> None:
         """Replace the browser's address."""
@@ -141,13 +141,13 @@ class Memory:
     def address(self) -> str:
         """Address of the page's current state."""
         page, job = self._page, self._page.view.job
-        said = {
+        query = {
             "page": self.name if self._written else "",
             "view": "" if page.shown in ("", "work") else page.shown,
             "job": job or "",
         }
-        return _address(said)
+        return _address(query)
 
 
-def _address(said: dict[str, str]) -> str:
-    return "/?" + urlencode({key: word for key, word in said.items() if word})
+def _address(query: dict[str, str]) -> str:
+    return "/?" + urlencode({key: word for key, word in query.items() if word})

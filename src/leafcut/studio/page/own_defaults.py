@@ -39,21 +39,21 @@ class OwnDefaults:
 
 def own_defaults(folder: Folder) -> OwnDefaults:
     """Return the user's own defaults; files named in them are copied into the studio's folder."""
-    found = OwnDefaults()
+    defaults = OwnDefaults()
     try:
         file = defaults_file()
         if file is None:
-            return found
-        for one in placed_options(file):
-            name, value = one.name, one.value
+            return defaults
+        for entry in placed_options(file):
+            name, value = entry.name, entry.value
             if group_of(name).specs()[name].names_file(str(value)):
                 path = Path(placed_in(file.parent, {name: value})[name])
-                value, found.shown[name] = _copied(path, name, folder), path.name
-            found.values[name] = value if isinstance(value, bool) else _typed(value)
-            found.places[name] = f"{file.name}:{one.line}" if one.line else file.name
+                value, defaults.shown[name] = _copied(path, name, folder), path.name
+            defaults.values[name] = value if isinstance(value, bool) else _typed(value)
+            defaults.places[name] = f"{file.name}:{entry.line}" if entry.line else file.name
     except LeafcutError as problem:
         return OwnDefaults(problem=str(problem))
-    return found
+    return defaults
 
 
 def _copied(path: Path, name: str, folder: Folder) -> str:
@@ -87,7 +87,7 @@ def without_idle(
 
     Typed options stay, and are refused if they have no effect, as on the command line.
     """
-    known = next((one for one in registry.works() if one.name == work), None)
+    known = next((work_ for work_ in registry.works() if work_.name == work), None)
     if known is None or not usual.keys() & options.keys():
         return dict(options)
     idle = unused_options(collect(options), known, input_kind)

@@ -143,12 +143,12 @@ class View:
 
     def _start_fresh(self) -> None:
         """Reset file-specific values to the user's own defaults; mark shop options as kept."""
-        mine = own_defaults(self.studio.folder) if self.known_defaults is not None else OwnDefaults()
+        defaults = own_defaults(self.studio.folder) if self.known_defaults is not None else OwnDefaults()
         for _, name, spec in all_options():
-            if spec.of_file and name not in self.usual and (name in self.values or name in mine.values):
-                self.put(name, mine.values.get(name, ""), mine.shown.get(name, ""))
-                if name in self.values and name in mine.places:
-                    self.usual[name] = mine.places[name]
+            if spec.of_file and name not in self.usual and (name in self.values or name in defaults.values):
+                self.put(name, defaults.values.get(name, ""), defaults.shown.get(name, ""))
+                if name in self.values and name in defaults.places:
+                    self.usual[name] = defaults.places[name]
         self.kept = self.values.keys() - self.usual.keys()
 
     @property
@@ -166,28 +166,28 @@ class View:
 
     def take_defaults(self) -> str:
         """Start with the user's own defaults; return an error message, or an empty text."""
-        found = own_defaults(self.studio.folder)
-        for name, value in found.values.items():
-            self.put(name, value, found.shown.get(name, ""))
-        self.usual = {name: place for name, place in found.places.items() if name in self.values}
-        self.known_defaults = set(found.places)
-        return found.problem
+        defaults = own_defaults(self.studio.folder)
+        for name, value in defaults.values.items():
+            self.put(name, value, defaults.shown.get(name, ""))
+        self.usual = {name: place for name, place in defaults.places.items() if name in self.values}
+        self.known_defaults = set(defaults.places)
+        return defaults.problem
 
     def renew_defaults(self) -> str:
         """Update a reopened page from the current defaults file; return an error message, or an empty text.
 
         Values from the file are updated, and new ones are added. Typed or cleared values stay.
         """
-        found = own_defaults(self.studio.folder)
-        if found.problem:
-            return found.problem
-        new = set() if self.known_defaults is None else found.values.keys() - self.known_defaults
+        defaults = own_defaults(self.studio.folder)
+        if defaults.problem:
+            return defaults.problem
+        new = set() if self.known_defaults is None else defaults.values.keys() - self.known_defaults
         follow = set(self.usual) | {name for name in new if name not in self.values}
         for name in follow:
-            self.put(name, found.values.get(name, ""), found.shown.get(name, ""))
-        self.usual = {name: found.places[name] for name in follow if name in found.places and name in self.values}
+            self.put(name, defaults.values.get(name, ""), defaults.shown.get(name, ""))
+        self.usual = {name: defaults.places[name] for name in follow if name in defaults.places and name in self.values}
         if self.known_defaults is not None:
-            self.known_defaults = set(found.places)
+            self.known_defaults = set(defaults.places)
         return ""
 
     def put_for_input(self, name: str, value: Any, shown: str = "") -> None:
@@ -214,7 +214,7 @@ class View:
         if problem:
             self.errors[name] = problem
 
-    def take_options(self, made: str) -> None:
+    def take_options(self, input_id: str) -> None:
         """Load the options of an opened file in place of the typed ones.
 
         Raises
@@ -223,15 +223,15 @@ class View:
             It is not an options file, or it names other files, which the studio does not look for.
         """
         try:
-            found = options_of_file(self.studio.folder.input_path(made))
+            options = options_of_file(self.studio.folder.input_path(input_id))
         except OptionError as problem:
             raise OptionError(self.studio.folder.without_paths(str(problem))) from None
-        for name, value in found.items():
+        for name, value in options.items():
             spec = group_of(name).specs()[name]
             if spec.names_file(value):
                 raise OptionError(f"{flag_name(name)}: choose a file opened in the studio, not a path")
         self.for_study = None  # the file decides
-        for name, value in found.items():
+        for name, value in options.items():
             words = ",".join(map(str, value)) if isinstance(value, list) else value
             self.put(name, words if isinstance(words, bool) else str(words))
 
@@ -276,8 +276,10 @@ class View:
         return {name: value for name, value in forms.of_work("cut", self.values).items() if name != "quantity"}
 
     def _machines(self) -> dict[str, str]:
-        own = self.studio.folder.own("machines")
-        return {name: name for name in _known_machines()} | {OWN + n: self.words("machines.own", name=n) for n in own}
+        own_names = self.studio.folder.own("machines")
+        return {name: name for name in _known_machines()} | {
+            OWN + n: self.words("machines.own", name=n) for n in own_names
+        }
 
     @property
     def zero(self) -> Zero:
@@ -297,7 +299,7 @@ class View:
         work = forms.works()[self.work]
         inputs: tuple[str, ...] = (self.source, self.second) if self.work == "verify" else (self.source,)
         if self.work == "nest":
-            inputs = tuple(one.word for one in self.parts)
+            inputs = tuple(part.word for part in self.parts)
         process = self.process if self.work == "program" else work.process
         origin = self.origin if self.work == "cut" else ""
         kind = self.seen.format if self.seen is not None else ""

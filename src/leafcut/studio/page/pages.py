@@ -114,19 +114,19 @@ def _language(folder: Folder, request: Request, asked: str) -> str:
             kept.write_text(asked, encoding="utf-8")
         return asked
     with suppress(OSError, UnicodeDecodeError):
-        found = kept.read_text(encoding="utf-8")
-        if found in LANGUAGES:
-            return found
+        saved = kept.read_text(encoding="utf-8")
+        if saved in LANGUAGES:
+            return saved
     return preferred(request.headers.get("accept-language", ""))
 
 
 class Page:
     """One open page."""
 
-    def __init__(self, studio: Studio, spoken: Words, name: str = "", job: str = "") -> None:
+    def __init__(self, studio: Studio, words: Words, name: str = "", job: str = "") -> None:
         """Create the page with this name and restore its state, or a page that shows a job."""
-        self.studio, self.words = studio, spoken
-        self.view = View(studio, spoken)
+        self.studio, self.words = studio, words
+        self.view = View(studio, words)
         self.memory = Memory(self, studio.pages, name)
         kept = self.memory.newest()
         if kept is not None and job and kept.job != job:
@@ -213,8 +213,16 @@ class Page:
             with box("div", "tools"):
                 with box("nav", "languages", aria_label=w("top.language")):
                     for code, name in LANGUAGES.items():
-                        here = {"aria_current": "true"} if code == w.language else {}
-                        link(code.upper(), f"/?lang={code}", "language", title=name, lang=code, aria_label=name, **here)
+                        current = {"aria_current": "true"} if code == w.language else {}
+                        link(
+                            code.upper(),
+                            f"/?lang={code}",
+                            "language",
+                            title=name,
+                            lang=code,
+                            aria_label=name,
+                            **current,
+                        )
                 button(w("top.theme"), None, "plain", data_theme_switch="", data_key="t")
                 button("?", None, "plain round", data_dialog="help", data_key="?", aria_label=w("top.help"))
                 self._fold("right", "]")
@@ -229,10 +237,12 @@ class Page:
     def show(self, name: str) -> None:
         """Show one of the views."""
         self.shown = name
-        for each, view in self.views.items():
-            view.set_visibility(each == name)
-            here = each == name
-            self.tabs[each].props(f'aria-current="{"page" if here else "false"}" tabindex="{0 if here else -1}"')
+        for view_name, view in self.views.items():
+            view.set_visibility(view_name == name)
+            is_current = view_name == name
+            self.tabs[view_name].props(
+                f'aria-current="{"page" if is_current else "false"}" tabindex="{0 if is_current else -1}"'
+            )
         if name == "jobs":
             self.jobs.draw()
         elif name == "lab":
@@ -255,14 +265,14 @@ class Page:
             self.show(name)
             self.memory.push()
 
-    async def went(self, said: dict[str, Any], newest: bool) -> None:
+    async def went(self, address: dict[str, Any], newest: bool) -> None:
         """Follow the browser's Back or Forward to a view, and to choices saved under another name.
 
         If the browser has not recorded the `newest` step yet, that step follows, so the address is sent again.
         """
         if newest:
-            self.memory.stands(said)
-        name, view = str(said.get("page", "")), str(said.get("view", ""))
+            self.memory.stands(address)
+        name, view = str(address.get("page", "")), str(address.get("view", ""))
         kept = self.memory.take(name) if name != self.memory.name else None
         self.show(view if view in self.views else "work")
         if kept is not None:

@@ -121,7 +121,9 @@ def settings_of(view: View, algorithms: tuple[str, ...]) -> dict[str, Any]:
     OptionError
         A setting is invalid.
     """
-    known = {n for one in algorithms or ("auto",) for _, names in forms.names_of("solve", one) for n in names}
+    known = {
+        n for algorithm in algorithms or ("auto",) for _, names in forms.names_of("solve", algorithm) for n in names
+    }
     known -= {"algorithm", "local_search"}
     wrong = next((name for name in view.errors if name in known), None)
     if wrong is not None:

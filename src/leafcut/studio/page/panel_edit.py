@@ -155,7 +155,7 @@ class EditPanel:
     def select(self, event: GenericEventArguments) -> None:
         """Record the selected stop."""
         self._stop = int((event.args or {}).get("stop") or 0)
-        self._tell_chosen(self._stops())
+        self._show_chosen(self._stops())
 
     def _stops(self) -> list[OrderStop]:
         return [] if self.edited is None else self.edited.stops()
@@ -164,20 +164,22 @@ class EditPanel:
         """Select a stop here and in the drawing."""
         self._stop = stop
         self.canvas.select_stop(stop)
-        self._tell_chosen(self._stops())
+        self._show_chosen(self._stops())
 
-    def _tell_chosen(self, stops: list[OrderStop]) -> None:
+    def _show_chosen(self, stops: list[OrderStop]) -> None:
         """Show the position of the selected stop in the current order."""
         w = self.view.words
         self.keys.show(self._stop)
-        at = next((k for k, stop in enumerate(stops) if stop.name == self._stop), None)
-        if at is None:
+        index = next((k for k, stop in enumerate(stops) if stop.name == self._stop), None)
+        if index is None:
             self.chosen.set_text("")
             return
-        x, y = stops[at].place
+        x, y = stops[index].place
         place = {"x": f"{x:.1f}", "y": f"{y:.1f}"}
-        held = {"number": at + 1, "count": len(stops)}
-        self.chosen.set_text(w("edit.chosen", **held, **place) if stops[at].held else w("edit.chosen_free", **place))
+        numbers = {"number": index + 1, "count": len(stops)}
+        self.chosen.set_text(
+            w("edit.chosen", **numbers, **place) if stops[index].held else w("edit.chosen_free", **place)
+        )
 
     def drag(self, event: GenericEventArguments) -> None:
         """Apply a drag."""
@@ -222,25 +224,28 @@ class EditPanel:
         stops, w = self.edited.stops(), self.view.words
         self._note()
         self.canvas.show(edited_scene(stops), "live")
-        self._tell_chosen(stops)
-        length, held = _length(stops), sum(stop.held for stop in stops)
-        if held < len(stops):
+        self._show_chosen(stops)
+        length, n_fixed = _length(stops), sum(stop.held for stop in stops)
+        if n_fixed < len(stops):
             # A length of some moves cannot be compared with the length of all.
-            self.length.set_text(w("edit.held", held=held, count=len(stops), length=format_length(length)))
+            self.length.set_text(w("edit.held", held=n_fixed, count=len(stops), length=format_length(length)))
             self.change.set_text("")
             self.change.classes(replace="figure quiet")
             return
-        more = length - self._before
+        difference = length - self._before
         self.length.set_text(w("edit.length", length=format_length(length)))
-        changed = abs(more) > _SAME and self._before > 0.0
-        sign = "+" if more > 0 else "−"
+        changed = abs(difference) > _SAME and self._before > 0.0
+        sign = "+" if difference > 0 else "−"
         figures = (
-            {"more": f"{sign}{format_length(abs(more))}", "percent": f"{sign}{abs(100.0 * more / self._before):.1f}"}
+            {
+                "more": f"{sign}{format_length(abs(difference))}",
+                "percent": f"{sign}{abs(100.0 * difference / self._before):.1f}",
+            }
             if changed
             else {}
         )
         self.change.set_text(w("edit.change", **figures) if changed else w("edit.unchanged"))
-        self.change.classes(replace=f"figure {'quiet' if not changed else 'longer' if more > 0 else 'shorter'}")
+        self.change.classes(replace=f"figure {'quiet' if not changed else 'longer' if difference > 0 else 'shorter'}")
 
     def _note(self) -> None:
         """Record whether anything has changed: save it, mark the result as outdated, and confirm closing."""
@@ -259,10 +264,10 @@ class EditPanel:
             return
         # A new name, since the result's own plan or order is a different file.
         name = f"{Path(view.name.replace(':', '-')).stem}_edited.json"
-        made = view.studio.folder.add_input(name, edited.text().encode())
+        input_id = view.studio.folder.add_input(name, edited.text().encode())
         base, sheet = view.job, view.sheet
         value, shown = view.values.get(edited.option, ""), view.shown.get(edited.option, "")
-        view.put_for_input(edited.option, made, name)
+        view.put_for_input(edited.option, input_id, name)
         self.page.input.draw()
         self.page.run.begin()
         self._tried = Tried(edited, base, sheet, view.job, value, shown)
@@ -295,4 +300,6 @@ def can_be_edited(history: History, record: JobRecord, files: dict[str, str]) ->
 
 def _length(stops: list[OrderStop]) -> float:
     """Return the length of the straight moves between stops with a fixed order, mm."""
-    return sum(math.dist(one.place, other.place) for one, other in pairwise(stops) if one.held and other.held)
+    return sum(
+        math.dist(stop.place, next_stop.place) for stop, next_stop in pairwise(stops) if stop.held and next_stop.held
+    )

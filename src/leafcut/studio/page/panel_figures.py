@@ -16,14 +16,14 @@ _NORM_COLUMNS = ("part", "perimeter", "quantity", "total_perimeter", "hours", "m
 _KINDS = ("rapid", "feed", "dwell", "tool-change", "spindle")
 
 
-def draw_figures(found: dict[str, Any], words: Words) -> None:
+def draw_figures(overview: dict[str, Any], words: Words) -> None:
     """Show the result of `report.json_answer.overview_as_json` in the current container."""
-    kinds = {kind["class"]: words.said(kind["words"]) for kind in found["times"]["kinds"]}
-    rows = [(words.said(row["name"]), row["seconds"], row["total"]) for row in found["times"]["rows"]]
+    kinds = {kind["class"]: words.said(kind["words"]) for kind in overview["times"]["kinds"]}
+    rows = [(words.said(row["name"]), row["seconds"], row["total"]) for row in overview["times"]["rows"]]
     draw_times(rows, words, kinds)
-    _tiles(found["tiles"], words)
-    _parts(found["parts"], words)
-    _norms(found.get("norms") or {"rows": []}, words)
+    _tiles(overview["tiles"], words)
+    _parts(overview["parts"], words)
+    _norms(overview.get("norms") or {"rows": []}, words)
 
 
 def _tiles(tiles: Sequence[dict[str, Any]], words: Words) -> None:

@@ -132,7 +132,7 @@ class InputPanel:
             view.studio.folder.drop_inputs([value])
         self.draw()
         line = view.words("form.taken", name=name)
-        if not view.source or not any(before.get(one) != view.values.get(one) for one in OF_READING):
+        if not view.source or not any(before.get(option) != view.values.get(option) for option in OF_READING):
             self.page.say(line)
             return None
         self._begin_reading()
@@ -280,8 +280,8 @@ class InputPanel:
     def _end_reading(self, worked: bool) -> None:
         """Record the end of the newest reading, and start a run requested meanwhile once the input is shown."""
         self.reading = False
-        wanted, self._run_wanted = self._run_wanted and worked, False
-        if wanted:
+        run_wanted, self._run_wanted = self._run_wanted and worked, False
+        if run_wanted:
             with self.begin:
                 ui.timer(0.0, self.page.run.begin, once=True)
 
@@ -317,14 +317,14 @@ class InputPanel:
             return None
         view.work = value
         # A program is read identically for all kinds of work.
-        again = bool(view.source) and (view.seen is None or view.seen.format != "gcode")
-        if again:
+        read_again = bool(view.source) and (view.seen is None or view.seen.format != "gcode")
+        if read_again:
             self._begin_reading()
-        return self._take_work(value, again)
+        return self._take_work(value, read_again)
 
-    async def _take_work(self, work: str, again: bool) -> None:
+    async def _take_work(self, work: str, read_again: bool) -> None:
         """Switch to another kind of work; a drawing is read again for it."""
-        if again and not await self.read(work):
+        if read_again and not await self.read(work):
             return
         if work == "nest":
             self.parts.adopt()
@@ -346,7 +346,7 @@ class InputPanel:
         zero = self.view.zero
         if zero is None:
             return None
-        return self._put("origin", ",".join(f"{round(one, 4):g}" for one in (zero[0] + x, zero[1] + y)), "")
+        return self._put("origin", ",".join(f"{round(v, 4):g}" for v in (zero[0] + x, zero[1] + y)), "")
 
     def _show_values(self) -> None:
         view = self.view
@@ -375,7 +375,7 @@ class InputPanel:
         view.second, view.second_name = (task.inputs[1], names[1]) if task.command == "verify" else ("", "")
         if task.command == "nest":
             view.parts = list(parts_of(task))
-            view.part_names = {one.input: name for one, name in zip(view.parts, names, strict=True)}
+            view.part_names = {part.input: name for part, name in zip(view.parts, names, strict=True)}
         view.origin = task.origin
         view.process, view.work = task.process, work_of(task, view.name)
         removed = {name: line for name in task.options if (line := why_removed(name))}
@@ -417,8 +417,8 @@ class InputPanel:
     def draw(self) -> None:
         """Show the input and the choices."""
         view, w = self.view, self.view.words
-        works = view.works() if view.work in view.works() else (*view.works(), view.work)
-        self.works.show(cards(works, view.seen, w), view.work, why_suggested(view.seen, w))
+        kinds_of_work = view.works() if view.work in view.works() else (*view.works(), view.work)
+        self.works.show(cards(kinds_of_work, view.seen, w), view.work, why_suggested(view.seen, w))
         fields = []
         if view.work == "program":
             kinds = [[process, w.named("process", process)] for process in forms.program_processes()]
@@ -450,12 +450,12 @@ class InputPanel:
                     text("summary", w("open.issues", number=len(view.seen.issues)))
                     with box("ul"):
                         for issue in view.seen.issues[:_MOST_ISSUES]:
-                            meant = w.issue(issue["code"])
+                            meaning = w.issue(issue["code"])
                             with box("li", issue["severity"]):
-                                if meant:
-                                    text("b", f"{meant}.")
-                                said = f"{w.plain(issue['message'])} {w.plain(issue['place'])}".strip()
-                                text("span", said, "", lang=w.spoken(issue["message"]))
+                                if meaning:
+                                    text("b", f"{meaning}.")
+                                message = f"{w.plain(issue['message'])} {w.plain(issue['place'])}".strip()
+                                text("span", message, "", lang=w.spoken(issue["message"]))
                         if len(view.seen.issues) > _MOST_ISSUES:
                             text("li", w("open.more", number=len(view.seen.issues) - _MOST_ISSUES))
 
@@ -466,8 +466,8 @@ class InputPanel:
             return
         with self.second:
             field = {**_field("second", w("open.second"), []), "file": True, "default": w("form.none")}
-            made = Form([_group([field])], self.form_words, self._take_second, self._refuse)
-            made.show({"second": view.second}, {"second": view.second_name})
+            form = Form([_group([field])], self.form_words, self._take_second, self._refuse)
+            form.show({"second": view.second}, {"second": view.second_name})
 
     def _take_second(self, _: str, value: str, shown: str) -> None:
         self.view.second, self.view.second_name = value, shown
@@ -492,8 +492,8 @@ class InputPanel:
         The button is never disabled and reports what is missing. A button that is disabled between press and release
         would lose the click; one that is disabled while focused would lose the focus.
         """
-        able = ready or (self.reading and not self.page.run.running)
-        self.begin.props(f'aria-disabled="{"false" if able else "true"}"')
+        can_start = ready or (self.reading and not self.page.run.running)
+        self.begin.props(f'aria-disabled="{"false" if can_start else "true"}"')
 
     def page_run(self) -> None:
         """Start the run, or start it after the reading in progress."""

@@ -89,28 +89,28 @@ class JobsPanel:
         Existing rows are kept, so that a button does not disappear while it is pressed.
         """
         w = self.view.words
-        found, count = self.view.studio.jobs.find(wanted_words(self._wanted, w), MOST_ROWS, self._skip)
-        if not found and self._skip:  # the last job of a page was deleted
+        records, count = self.view.studio.jobs.find(wanted_words(self._wanted, w), MOST_ROWS, self._skip)
+        if not records and self._skip:  # the last job of a page was deleted
             self._skip = max(self._skip - MOST_ROWS, 0)
             return self._list()
-        if self._rows and (list(self._rows), self._count) == ([record.id for record in found], count):
-            for record in found:
+        if self._rows and (list(self._rows), self._count) == ([record.id for record in records], count):
+            for record in records:
                 self._show(record)
             return None
         self._rows, self._count = {}, count
         self.place.clear()
         with self.place:
-            if not found:
+            if not records:
                 text("p", w("jobs.none_found" if self._wanted.strip() else "jobs.none"), "quiet", role="status")
                 return None
-            self._pager(len(found), count)
+            self._pager(len(records), count)
             with box("div", "scroll card"), box("table", "jobs", aria_label=w("top.jobs")):
                 with box("thead"), box("tr"):
                     text("td", "")
                     for key, classes in _COLUMNS:
                         text("th", w(f"jobs.{key}"), classes, scope="col")
                 with box("tbody"):
-                    for record in found:
+                    for record in records:
                         self._row(record)
         return None
 
@@ -121,13 +121,15 @@ class JobsPanel:
             span = w("jobs.shown", first=f"{self._skip + 1:,}", last=f"{self._skip + shown:,}", count=f"{count:,}")
             text("span", span, "quiet small", role="status")
             if count > MOST_ROWS:
-                for name, to in (("newer", self._skip - MOST_ROWS), ("older", self._skip + MOST_ROWS)):
-                    off = {} if 0 <= to < count else {"aria_disabled": "true"}
-                    button(f"{w(f'jobs.{name}')}", lambda to=to: self._turn(to, count), "small", **off)
+                for name, target in (("newer", self._skip - MOST_ROWS), ("older", self._skip + MOST_ROWS)):
+                    attributes = {} if 0 <= target < count else {"aria_disabled": "true"}
+                    button(
+                        f"{w(f'jobs.{name}')}", lambda target=target: self._turn(target, count), "small", **attributes
+                    )
 
-    def _turn(self, to: int, count: int) -> None:
-        if 0 <= to < count:
-            self._skip = to
+    def _turn(self, target: int, count: int) -> None:
+        if 0 <= target < count:
+            self._skip = target
             self._list()
 
     def _row(self, record: JobRecord) -> None:
@@ -151,7 +153,7 @@ class JobsPanel:
             self._show(record)
             with box("td", "keep"):
                 button(w("jobs.open"), lambda: self.page.open_job(record.id), "small")
-                button(w("jobs.again"), lambda: self._again(record), "small")
+                button(w("jobs.again"), lambda: self._run_again(record), "small")
                 button(w("jobs.delete"), lambda: self._delete(record), "small plain", data_sure=w("jobs.sure"))
 
     def _show(self, record: JobRecord) -> None:
@@ -166,9 +168,9 @@ class JobsPanel:
 
     def _pick(self, job: str, picked: bool) -> None:
         """Select a job for comparison; a third one replaces the first."""
-        others = [one for one in self._picked if one != job]
-        dropped = len(others) > 1 and picked
-        self._picked = [*others[-1:], job] if picked else others
+        remaining = [picked_job for picked_job in self._picked if picked_job != job]
+        dropped = len(remaining) > 1 and picked
+        self._picked = [*remaining[-1:], job] if picked else remaining
         self._compare()
         if dropped:
             self._rows = {}
@@ -186,22 +188,22 @@ class JobsPanel:
             if len(records) != 2:
                 text("p", w("compare.second"), "quiet", role="status")
                 return
-            one, other = records
+            earlier, later = records
             with box("div", "title"):
                 text("h2", w("compare.title"), role="status")
                 button(w("compare.close"), self._unpick, "small plain")
             answers = tuple(self.view.studio.history.answer(record.id) or {} for record in records)
             states = (w(f"state.{record.state.value}") for record in records)
             rows = [ComparedRow(w("jobs.state"), *states), *compared_figures((answers[0], answers[1]), w)]
-            chosen = compared_options((one, other), self.view.studio.folder, w)
+            chosen = compared_options((earlier, later), self.view.studio.folder, w)
             with box("div", "scroll"), box("table", "", aria_label=w("compare.title")):
                 with box("thead"), box("tr"):
                     text("td", "")
                     for record in records:
-                        when = day_and_time(record.created)
+                        created = day_and_time(record.created)
                         with box("th", "", scope="col"):
                             text("span", record.title, "", dir="auto")
-                            text("small", f" {when}", "quiet")
+                            text("small", f" {created}", "quiet")
                     text("td", "")
                 for title, part in (("compare.figures", rows), ("compare.options", chosen)):
                     self._compared_rows(w(title), part)
@@ -225,7 +227,7 @@ class JobsPanel:
         self._picked, self._rows = [], {}
         self.draw()
 
-    async def _again(self, record: JobRecord) -> None:
+    async def _run_again(self, record: JobRecord) -> None:
         try:
             job = self.view.studio.jobs.start(record.task)
         except Exception as problem:

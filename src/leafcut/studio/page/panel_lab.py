@@ -51,12 +51,12 @@ class LabPanel:
 
     def tick(self) -> None:
         """Update the experiment if its state has changed."""
-        if self._stands() != self._drawn:
+        if self._current_state() != self._drawn:
             self.draw()
         elif self._growing is not None and time.monotonic() >= self._next:
             self._grow(self._growing)
 
-    def _stands(self) -> tuple[object, ...]:
+    def _current_state(self) -> tuple[object, ...]:
         state = self.lab.state
         if state is None:
             return (self.view.source,)
@@ -65,7 +65,7 @@ class LabPanel:
     def draw(self) -> None:
         """Show the list and the selected experiment."""
         w, counts = self.view.words, self.lab.counts()
-        self._drawn, self._growing = self._stands(), None
+        self._drawn, self._growing = self._current_state(), None
         self.place.clear()
         with self.place:
             text("h1", w("top.lab"))
@@ -79,15 +79,15 @@ class LabPanel:
                         self._entry(name, title, counts)
                 with box("section", "card", aria_label=self.chosen):
                     if self.chosen == OWN_PART:
-                        self._own()
+                        self._draw_own()
                     else:
                         self._published()
 
     def _entry(self, name: str, title: str, counts: dict[str, int]) -> None:
-        here = "true" if name == self.chosen else "false"
+        current = "true" if name == self.chosen else "false"
         done = counts.get(name, 0)
         words = f"{title} · {done:,}" if done else title
-        button(words, lambda: self._choose(name), "entry", aria_current=here, data_name=name)
+        button(words, lambda: self._choose(name), "entry", aria_current=current, data_name=name)
 
     def _choose(self, name: str) -> None:
         self.chosen = name
@@ -97,11 +97,11 @@ class LabPanel:
 
     def _published(self) -> None:
         w = self.view.words
-        found = self.lab.described(self.chosen, self.reduced)
-        text("h2", found.title, lang="en")
-        text("p", " ".join(found.about.split()), "", lang="en")
-        if found.source:
-            text("p", w("lab.source", source=found.source), "quiet small")
+        experiment = self.lab.described(self.chosen, self.reduced)
+        text("h2", experiment.title, lang="en")
+        text("p", " ".join(experiment.about.split()), "", lang="en")
+        if experiment.source:
+            text("p", w("lab.source", source=experiment.source), "quiet small")
         with box("div", "actions"):
             for reduced in (False, True):
                 pressed = "true" if reduced == self.reduced else "false"
@@ -110,7 +110,7 @@ class LabPanel:
                 button(words, lambda reduced=reduced: self._form(reduced), "small", aria_pressed=pressed)
         if self.reduced:
             text("p", w("lab.short_help"), "quiet small")
-        self._standing(found)
+        self._draw_experiment(experiment)
 
     def _form(self, reduced: bool) -> None:
         self.reduced = reduced
@@ -118,7 +118,7 @@ class LabPanel:
 
     # -- experiments on the open part ----------------------------------------------------------------------------------
 
-    def _own(self) -> None:
+    def _draw_own(self) -> None:
         w, view = self.view.words, self.view
         text("h2", w("lab.own"))
         text("p", w("lab.own_text"))
@@ -136,7 +136,7 @@ class LabPanel:
                 with box("div", "actions"):
                     button(w("bench.begin", runs=f"{count:,}"), self._begin_own, "primary")
         if self.lab.own is not None:
-            self._standing(self.lab.own)
+            self._draw_experiment(self.lab.own)
 
     def _command(self) -> str:
         task = self.view.task()
@@ -159,78 +159,80 @@ class LabPanel:
                 raise OptionError(f"{words('bench.runs')}: '{self.runs}' is not a whole number")
             ready, command = prepare(view.task(), view.studio.folder), self._command()
             option, names = what_differs(command)
-            ways = [name for name in names if name in self.ways[option]]
+            values = [name for name in names if name in self.ways[option]]
             options = {k: v for k, v in ready.options.items() if k != option}
-            self._start(compare_on(view.name, ready.sources[0], command, options, ways, int(self.runs)))
+            self._start(compare_on(view.name, ready.sources[0], command, options, values, int(self.runs)))
         except Exception as problem:
             self.page.say(view.studio.folder.without_paths(line_of(problem)), True)
 
     # -- both
     # -----------------------------------------------------------------------------------------------------------
 
-    def _standing(self, found: Description) -> None:
+    def _draw_experiment(self, experiment: Description) -> None:
         """Show progress, actions and results of an experiment."""
         w, state = self.view.words, self.lab.state
-        mine = state is not None and state.description.key == found.key
-        rows = self._rows(found)
+        is_shown = state is not None and state.description.key == experiment.key
+        rows = self._rows(experiment)
         kept = [row for row in rows if not row.failed]
         done = text("p", "", "", role="status")
         bar = box("progress", "", max="1", value="0", aria_label=w("lab.done_label"))
-        doing = text("p", "", "quiet small", dir="auto")
+        step = text("p", "", "quiet small", dir="auto")
         with box("div", "actions"):
             if self.lab.running:
-                words = w("lab.stop") if mine else w("lab.stop_other", title=state.description.title if state else "")
+                words = (
+                    w("lab.stop") if is_shown else w("lab.stop_other", title=state.description.title if state else "")
+                )
                 button(words, self.lab.stop, "small")
-            elif found.name != OWN_PART:
-                begin = w("lab.go_on" if 0 < len(kept) < found.n_runs else "lab.again" if kept else "lab.begin")
-                button(begin, lambda: self._begin(found), "primary")
-            if kept or mine:
-                query = "?reduced=true" if found.reduced else ""
-                stem = f"/api/lab/{found.name}"
+            elif experiment.name != OWN_PART:
+                label_ = w("lab.go_on" if 0 < len(kept) < experiment.n_runs else "lab.again" if kept else "lab.begin")
+                button(label_, lambda: self._begin(experiment), "primary")
+            if kept or is_shown:
+                query = "?reduced=true" if experiment.reduced else ""
+                stem = f"/api/lab/{experiment.name}"
                 link(w("lab.report"), f"{stem}/report.html{query}", "button small", target="_blank", rel="noopener")
                 link(w("lab.csv"), f"{stem}/runs.csv{query}", "button small", download="")
-        if mine and state is not None and state.line:
+        if is_shown and state is not None and state.line:
             text("p", w.plain(state.line), "error", role="alert")
-        self._told = (done, bar, doing, box("div"))
-        self._grow(found, rows)
-        self._growing = found if mine and self.lab.running else None
+        self._told = (done, bar, step, box("div"))
+        self._grow(experiment, rows)
+        self._growing = experiment if is_shown and self.lab.running else None
 
-    def _rows(self, found: Description) -> list[Row]:
+    def _rows(self, experiment: Description) -> list[Row]:
         try:
-            return self.lab.rows(found)
+            return self.lab.rows(experiment)
         except LeafcutError as problem:
             self.page.say(self.view.studio.folder.without_paths(str(problem)), True)
             return []
 
-    def _grow(self, found: Description, rows: list[Row] | None = None) -> None:
+    def _grow(self, experiment: Description, rows: list[Row] | None = None) -> None:
         """Show the current results."""
-        w, state, (done, bar, doing, place) = self.view.words, self.lab.state, self._told
-        rows = self._rows(found) if rows is None else rows
+        w, state, (done, bar, step, place) = self.view.words, self.lab.state, self._told
+        rows = self._rows(experiment) if rows is None else rows
         kept = [row for row in rows if not row.failed]
-        done.set_text(w("lab.done", done=f"{len(kept):,}", runs=f"{found.n_runs:,}"))
-        runs = state is not None and state.running and state.description.key == found.key
+        done.set_text(w("lab.done", done=f"{len(kept):,}", runs=f"{experiment.n_runs:,}"))
+        runs = state is not None and state.running and state.description.key == experiment.key
         bar.set_visibility(runs)
         if state is not None and runs:
             bar.props["value"] = f"{state.share:.4f}"
             bar.update()
             left = state.seconds_left
-            told = "" if left is None else w("lab.left", time=time_words(left))
-            doing.set_text(" · ".join(filter(None, (state.doing, told))))
+            remaining = "" if left is None else w("lab.left", time=time_words(left))
+            step.set_text(" · ".join(filter(None, (state.doing, remaining))))
         place.clear()
         with place:
             self._failed([row for row in rows if row.failed])
             if kept:
-                self._table(found, kept)
+                self._table(experiment, kept)
         self._next = time.monotonic() + _PACE
 
-    def _begin(self, found: Description) -> None:
+    def _begin(self, experiment: Description) -> None:
         try:
-            self._start(found)
+            self._start(experiment)
         except Exception as problem:
             self.page.say(line_of(problem), True)
 
-    def _start(self, found: Description) -> None:
-        self.lab.start(found)
+    def _start(self, experiment: Description) -> None:
+        self.lab.start(experiment)
         self.page.say("")
         self.draw()
 
@@ -244,12 +246,12 @@ class LabPanel:
                 line = self.view.studio.folder.without_paths(row.failed)
                 text("li", f"{row.instance}, {', '.join(row.levels.values())}: {w.plain(line)}", dir="auto")
 
-    def _table(self, found: Description, rows: Iterable[Row]) -> None:
+    def _table(self, experiment: Description, rows: Iterable[Row]) -> None:
         """Show the mean of each response for every cell with runs."""
-        w, results = self.view.words, Results.of(found, rows)
-        figures = [results.figures(one.name) for one in found.responses]
-        head = [(w("lab.instance"), ""), *((one.title, "") for one in found.factors), (w("lab.runs"), "n")]
-        head += [(one.heading, "n") for one in found.responses]
+        w, results = self.view.words, Results.of(experiment, rows)
+        figures = [results.figures(item.name) for item in experiment.responses]
+        head = [(w("lab.instance"), ""), *((item.title, "") for item in experiment.factors), (w("lab.runs"), "n")]
+        head += [(item.heading, "n") for item in experiment.responses]
         shown = []
         for cell in results.cells():
             known = [values.get(cell, []) for values in figures]

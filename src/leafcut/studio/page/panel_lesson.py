@@ -33,9 +33,9 @@ class LessonPanel:
 
     def show(self, snapshot: Snapshot | None, paused: bool) -> None:
         """Explain the current step of a search."""
-        seen, when = self._shown
+        seen, shown_at = self._shown
         now = time.monotonic()
-        if snapshot is None or snapshot.step is None or snapshot is seen or (now < when + _EVERY and not paused):
+        if snapshot is None or snapshot.step is None or snapshot is seen or (now < shown_at + _EVERY and not paused):
             return
         self._shown = (snapshot, now)
         self.place.set_visibility(True)

@@ -54,10 +54,10 @@ class LibraryPanel:
             text("p", w(f"library.{self.kind}"), "quiet")
             with box("div", "halves"):
                 with box("nav", "list card", aria_label=w(f"top.{self.kind}")):
-                    own = folder.own(self.kind)
-                    if own:
+                    own_names = folder.own(self.kind)
+                    if own_names:
                         text("h2", w("library.own"), "minor")
-                    for name in own:
+                    for name in own_names:
                         self._entry(name, True)
                     text("h2", w("library.shipped"), "minor")
                     for name in library.shipped(self.kind):
@@ -66,8 +66,8 @@ class LibraryPanel:
                     self._detail()
 
     def _entry(self, name: str, own: bool) -> None:
-        here = "true" if (name, own) == (self.chosen, self.own) else "false"
-        button(name, lambda: self.choose(name, own), "entry", aria_current=here)
+        current = "true" if (name, own) == (self.chosen, self.own) else "false"
+        button(name, lambda: self.choose(name, own), "entry", aria_current=current)
 
     def choose(self, name: str, own: bool) -> None:
         """Select a profile."""
@@ -122,11 +122,11 @@ class LibraryPanel:
             self.bar = SaveBar(field, self.chosen, words, self._save, self._go_to_line)
         with box("div", "tabs", role="tablist", aria_label=self.chosen):
             for tab in _TABS:
-                here = tab == self.tab
+                is_current = tab == self.tab
                 button(
                     w(f"library.{tab}"), lambda tab=tab: self._show(tab), "tab", role="tab",
-                    id=f"{self.kind}-{tab}", aria_selected="true" if here else "false",
-                    aria_controls=f"{self.kind}-panel", tabindex="0" if here else "-1",
+                    id=f"{self.kind}-{tab}", aria_selected="true" if is_current else "false",
+                    aria_controls=f"{self.kind}-panel", tabindex="0" if is_current else "-1",
                 )  # fmt: skip
         with box("div", "", role="tabpanel", id=f"{self.kind}-panel", aria_labelledby=f"{self.kind}-{self.tab}"):
             self._body()
@@ -157,38 +157,40 @@ class LibraryPanel:
         form.show(profile_form.values(self.array, table))
 
     def _groups(self, data: dict[str, Any], table: Any) -> list[dict[str, Any]]:
-        made = profile_form.groups(self.view.words, self.array, data)
+        groups = profile_form.groups(self.view.words, self.array, data)
         if self.array:
-            made[0]["title"] = profile_form.entry_title(self.array, table)
-        return made
+            groups[0]["title"] = profile_form.entry_title(self.array, table)
+        return groups
 
     def _tools(self, data: dict[str, Any]) -> None:
         """Show a list of tools and recipes, and the selected entry as a form."""
         w = self.view.words
-        found = {array: profile_form.entries(data, array) for array in profile_form.ARRAYS}
-        if self.entry >= len(found[self.array]):
+        entries = {array: profile_form.entries(data, array) for array in profile_form.ARRAYS}
+        if self.entry >= len(entries[self.array]):
             self.array, self.entry = "tool", 0
         with box("div", "tool-form"):
             with box("div", "tool-list", role="group", aria_label=w("library.entries")):
-                for array, rows in found.items():
+                for array, rows in entries.items():
                     text("h3", w(f"profile.group.{array}"))
                     for number, row in enumerate(rows):
                         self._entry_button(array, number, profile_form.entry_title(array, row))
                     if self.own:
                         button(w(f"library.add_{array}"), lambda array=array: self._add(array), "small")
             with box("div", "tool-one"):
-                if not found[self.array]:
+                if not entries[self.array]:
                     return
-                self._draw_form({}, found[self.array][self.entry])
+                self._draw_form({}, entries[self.array][self.entry])
                 if self.own:
                     words = w(f"library.remove_{self.array}")
                     button(words, self._remove, "small plain", data_sure=w("jobs.sure"))
 
     def _entry_button(self, array: str, number: int, title: str) -> None:
-        here = (array, number) == (self.array, self.entry)
-        made = button(title, lambda: self._pick(array, number), "entry small", aria_current="true" if here else "false")
-        if here:
-            self._title = made
+        is_current = (array, number) == (self.array, self.entry)
+        entry_button = button(
+            title, lambda: self._pick(array, number), "entry small", aria_current="true" if is_current else "false"
+        )
+        if is_current:
+            self._title = entry_button
 
     def _pick(self, array: str, number: int) -> None:
         self.array, self.entry = array, number
@@ -253,8 +255,8 @@ class LibraryPanel:
         problem, place = "", TomlPlace()
         try:
             library.check(self.kind, self.chosen, self.now)
-        except LeafcutError as found:
-            problem = str(found)
+        except LeafcutError as refusal:
+            problem = str(refusal)
             place = place_of(self.now, problem)
             problem = self.view.words.plain(problem)
         line = place.line or 0
@@ -263,9 +265,9 @@ class LibraryPanel:
             self.editor.show(self.now, line, problem)
         if self.form is not None:
             name = f"{place.table}.{place.key}" if place.table and not self.array else place.key
-            here = not self.array or (place.table, place.number) == (self.array, self.entry + 1)
+            is_here = not self.array or (place.table, place.number) == (self.array, self.entry + 1)
             short = problem.rpartition(f"'{place.key}' ")[2] if place.key else problem
-            self.form.set_errors({name: short} if problem and place.key and here else {})
+            self.form.set_errors({name: short} if problem and place.key and is_here else {})
 
     def _go_to_line(self) -> None:
         if self.tab != "toml":

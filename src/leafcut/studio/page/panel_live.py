@@ -47,7 +47,7 @@ class LivePanel:
         self._number = 0
         #: Lowest brightness of the swarm up to now: base of the bars.
         self._floor: float | None = None
-        self._said: tuple[object, ...] = ()
+        self._shown_figures: tuple[object, ...] = ()
         with box("div", "progress", aria_label=w("run.progress")) as self.place:
             with box("div", "line"):
                 self.what = text("span", "", "what")
@@ -85,16 +85,16 @@ class LivePanel:
         self.lesson.clear()
         self.canvas.hide("live")
         self.canvas.hide("pheromone")
-        self._number, self._floor, self._said = 0, None, ()
+        self._number, self._floor, self._shown_figures = 0, None, ()
 
     def show(self, live: Live) -> None:
         """Update the display of an unfinished job."""
         number, snapshot = live.watch.look()
         seconds = time.perf_counter() - live.began if live.began else 0.0
         now = (live.state, live.latest, live.latest_s, int(seconds))
-        said = (*now, pace_of(live.watch), live.watch.paused, live.watch.can_hold)
-        if said != self._said:
-            self._said = said
+        figures = (*now, pace_of(live.watch), live.watch.paused, live.watch.can_hold)
+        if figures != self._shown_figures:
+            self._shown_figures = figures
             self._figures(live, seconds)
         if snapshot is not None and number != self._number:
             self._number = number
@@ -123,48 +123,48 @@ class LivePanel:
             self.chart.set_visibility(False)
             self.learning.set(rows, bound, unit)
             return
-        points = [(seconds, cost) for seconds, cost, what in live.points if what == latest.step]
+        points = [(seconds, cost) for seconds, cost, step in live.points if step == latest.step]
         self.chart.set_visibility(bool(points))
         if points:
-            began = points[0][0]
-            shown = [(seconds - began, cost) for seconds, cost in points[:: len(points) // _MOST_POINTS + 1]]
-            self.chart.set([*shown, (points[-1][0] - began, points[-1][1])], bound, unit, live.latest_s - began)
+            start_s = points[0][0]
+            shown = [(seconds - start_s, cost) for seconds, cost in points[:: len(points) // _MOST_POINTS + 1]]
+            self.chart.set([*shown, (points[-1][0] - start_s, points[-1][1])], bound, unit, live.latest_s - start_s)
 
     def _draw(self, snapshot: Snapshot) -> None:
         """Show a snapshot: path and pheromone in the drawing, workers and fireflies beside the chart."""
         if len(snapshot.path):
             self.canvas.show(path_scene(snapshot.path), "live")
-        laid = snapshot.pheromone
-        if laid is None:
+        pheromone = snapshot.pheromone
+        if pheromone is None:
             self.canvas.hide("pheromone")
         else:
-            self.canvas.show(pheromone_scene(laid.points, laid.edges, laid.strength), "pheromone")
+            self.canvas.show(pheromone_scene(pheromone.points, pheromone.edges, pheromone.strength), "pheromone")
         w = self.view.words
         self.iteration.set_text(w("run.iteration", number=f"{snapshot.iteration:,}"))
         self._show_workers(snapshot)
-        shine = snapshot.brightness
-        self.swarm.set_visibility(shine is not None)
-        if shine is not None and len(shine):
-            least = float(shine.min())
-            self._floor = least if self._floor is None else min(self._floor, least)
-            spread = max(float(shine.max()) - self._floor, 1e-300)
-            self.brightness.set(((shine - self._floor) / spread * 0.95 + 0.05).tolist())
+        brightness = snapshot.brightness
+        self.swarm.set_visibility(brightness is not None)
+        if brightness is not None and len(brightness):
+            darkest = float(brightness.min())
+            self._floor = darkest if self._floor is None else min(self._floor, darkest)
+            spread = max(float(brightness.max()) - self._floor, 1e-300)
+            self.brightness.set(((brightness - self._floor) / spread * 0.95 + 0.05).tolist())
 
     def _show_workers(self, snapshot: Snapshot) -> None:
         w = self.view.words
-        workers = [one for one in snapshot.workers if one.ants][:_MOST_WORKERS]
+        workers = [worker for worker in snapshot.workers if worker.ants][:_MOST_WORKERS]
         self.crew.set_visibility(len(workers) > 1)
         if len(workers) > 1:
-            best = min(one.best for one in workers)
+            best = min(worker.best for worker in workers)
             self.workers.set(
                 [
                     {
-                        "name": f"{w('canvas.worker')} {one.worker}",
-                        "value": one.seconds,
-                        "note": w("run.ants", number=f"{one.ants:,}"),
-                        "best": one.best <= best,
+                        "name": f"{w('canvas.worker')} {worker.worker}",
+                        "value": worker.seconds,
+                        "note": w("run.ants", number=f"{worker.ants:,}"),
+                        "best": worker.best <= best,
                     }
-                    for one in workers
+                    for worker in workers
                 ]
             )
 

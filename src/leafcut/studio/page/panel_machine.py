@@ -61,7 +61,7 @@ class MachinePanel:
             with box("div", "fields") as self.closed:
                 self._offered = box("datalist", id="machine-ports")
                 self.port = Field("port", w("flag.port"), numbers=False, offered="machine-ports")
-                self.baud = Menu("baud", w("flag.baud"), {str(one): str(one) for one in BAUDS}, str(BAUD))
+                self.baud = Menu("baud", w("flag.baud"), {str(rate): str(rate) for rate in BAUDS}, str(BAUD))
                 self.no_ports = text("p", w("machine.no_ports"), "quiet small")
                 text("p", w("machine.boards"), "quiet small")
                 with box("div", "ends"):
@@ -83,11 +83,11 @@ class MachinePanel:
 
     # Requests.
 
-    async def ask(self, what: Callable[..., Any], *given: Any, **named: Any) -> Any:
+    async def ask(self, request: Callable[..., Any], *given: Any, **named: Any) -> Any:
         """Send a request to the machine and show a refusal; return the answer, or None if it was refused."""
         try:
-            made = what(self.key, *given, **named)
-            return True if made is None else await asyncio.wrap_future(made)
+            answer = request(self.key, *given, **named)
+            return True if answer is None else await asyncio.wrap_future(answer)
         except LeafcutError as problem:
             self.tell(str(problem), bad=True)
             return None
@@ -104,16 +104,16 @@ class MachinePanel:
     async def look(self) -> None:
         """List the available ports."""
         try:
-            found = await asyncio.to_thread(ports)
+            names = await asyncio.to_thread(ports)
         except LeafcutError as problem:
             self.tell(str(problem), bad=True)
             return
         self._offered.clear()
         with self._offered:
-            for name, words in found:
+            for name, words in names:
                 text("option", words if words not in ("", "n/a") else name, value=name)
-        self.no_ports.set_visibility(not found)
-        self.port.suggest(found[0][0] if found else "")
+        self.no_ports.set_visibility(not names)
+        self.port.suggest(names[0][0] if names else "")
 
     async def _connect(self) -> None:
         self.tell("")
@@ -143,13 +143,13 @@ class MachinePanel:
     def tick(self, *, shown: bool) -> None:
         """Show changes; a visible page reports that it is open."""
         self._ticks += 1
-        here = self._client.has_socket_connection
-        if here and self._ticks % _EVERY == 0:
+        connected = self._client.has_socket_connection
+        if connected and self._ticks % _EVERY == 0:
             self.link.alive(self.key, adopt=shown)
-        if shown and here and self._ticks % _EVERY == 0 and not self._drawing and self.program.changed():
+        if shown and connected and self._ticks % _EVERY == 0 and not self._drawing and self.program.changed():
             background_tasks.create(self.draw())
         state = self.link.state
-        if state.number != self._number and here:
+        if state.number != self._number and connected:
             self._show(state)
 
     def tick_now(self) -> None:
@@ -169,17 +169,17 @@ class MachinePanel:
         self.tag.set_text(status_words(state, self.view))
         self.tag.classes(replace=f"tag {kind if state.connection is not Connection.CLOSED else ''}")
         self.about.set_text(w("machine.about", version=state.version, port=state.port) if state.version else state.port)
-        mine = self.mine(state)
-        self.alone.set_visibility(state.open and not mine)
-        free = mine and state.doing in (MachineTask.NOTHING, MachineTask.ASKING)
+        is_holder = self.mine(state)
+        self.alone.set_visibility(state.open and not is_holder)
+        free = is_holder and state.doing in (MachineTask.NOTHING, MachineTask.ASKING)
         enable(self.home, free and state.homing and state.status in ("Idle", "Alarm"))
         enable(self.unlock, free and (state.status != "Idle"))
         enable(self.leave, free and not state.moves)
         if state.saying != self._told:
             self._told = state.saying
             self.tell(state.said, bad=state.bad)
-        self.by_hand.show(state, mine)
-        self.program.show(state, mine)
+        self.by_hand.show(state, is_holder)
+        self.program.show(state, is_holder)
 
 
 def status_words(state: MachineState, view: View) -> str:

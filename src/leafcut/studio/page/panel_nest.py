@@ -43,7 +43,7 @@ class NestPanel:
         best = answer["variants"][0]
         text("p", f"{best['utilisation_of_used_percent']:.1f} %", "headline")
         text("p", w("nest.used"), "under")
-        size = ", ".join(f"{one['length_mm']:g} × {one['width_mm']:g} mm" for one in answer["sheets"])
+        size = ", ".join(f"{sheet['length_mm']:g} × {sheet['width_mm']:g} mm" for sheet in answer["sheets"])
         text(
             "p",
             w("nest.spaced", size=size, spacing=f"{answer['spacing_mm']:g}", margin=f"{answer['margin_mm']:g}"),
@@ -100,10 +100,10 @@ class NestPanel:
 
     def _variant(self, number: int, variant: dict[str, Any], timed: bool) -> None:
         w, row = self.view.words, self._rows[number - 1]
-        here = number == self.view.sheet[0]
-        with box("tr", "here" if here else ""):
+        is_current = number == self.view.sheet[0]
+        with box("tr", "here" if is_current else ""):
             with box("th", "", scope="row"):
-                pressed = "true" if here else "false"
+                pressed = "true" if is_current else "false"
                 words = f"{number} · {w('nest.' + variant['method'])}"
                 button(
                     words,

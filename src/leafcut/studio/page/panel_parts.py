@@ -28,7 +28,7 @@ class PartsPanel:
         self._one_by_one = asyncio.Lock()
         w = view.words
         with box("div", "parts") as self.place:
-            self.rows = PartsTable(w.section("parts"), self._change, self._remove, self._look)
+            self.rows = PartsTable(w.section("parts"), self._change, self._remove, self._show_drawing)
             self.hint = text("p", w("parts.hint"), "quiet small")
 
     def draw(self) -> None:
@@ -38,13 +38,13 @@ class PartsPanel:
         self.hint.set_visibility(len(view.parts) < 2)
         rows = [
             {
-                "id": _row_id(index, one),
-                "name": view.part_names.get(one.input) or "?",
-                "quantity": str(one.quantity),
-                "rotations": one.rotations,
-                "shown": one.input == view.source and view.job is None,
+                "id": _row_id(index, part),
+                "name": view.part_names.get(part.input) or "?",
+                "quantity": str(part.quantity),
+                "rotations": part.rotations,
+                "shown": part.input == view.source and view.job is None,
             }
-            for index, one in enumerate(view.parts)
+            for index, part in enumerate(view.parts)
         ]
         self.rows.show(rows, str(view.values.get("rotations") or "0,90,180,270").replace(",", " "))
 
@@ -76,17 +76,17 @@ class PartsPanel:
             self.page.say(seen.error, True)
             self.page.input.ready(view.ready)
             return True
-        if not seen.error and (there := self._same(source, name)):
+        if not seen.error and (existing := self._same_part(source, name)):
             self.page.say(view.words("parts.there", name=name))
             view.studio.folder.drop_inputs([source])
-            source = there
+            source = existing
         if newest:
             view.take(source, name)
             view.seen = seen
             self.page.run.leave()
         if seen.error:
             self.page.say(seen.error, True)
-        elif source not in {one.input for one in parts}:
+        elif source not in {part.input for part in parts}:
             self.page.say("")
             view.parts.append(WantedPart(source))
             view.part_names[source] = name
@@ -95,20 +95,20 @@ class PartsPanel:
         self._drawn()
         return True
 
-    def _same(self, source: str, name: str) -> str:
+    def _same_part(self, source: str, name: str) -> str:
         """Return the part with the same file under the same name, if any."""
         view, folder = self.view, self.view.studio.folder
-        for one in view.parts:
-            if view.part_names.get(one.input) == name and one.input != source and not one.input.startswith(BUILT_IN):
+        for part in view.parts:
+            if view.part_names.get(part.input) == name and part.input != source and not part.input.startswith(BUILT_IN):
                 with suppress(LeafcutError):
-                    if filecmp.cmp(folder.input_path(one.input), folder.input_path(source), shallow=False):
-                        return one.input
+                    if filecmp.cmp(folder.input_path(part.input), folder.input_path(source), shallow=False):
+                        return part.input
         return ""
 
     def adopt(self) -> None:
         """Add the open drawing as the first part."""
         view = self.view
-        known = {one.input for one in view.parts}
+        known = {part.input for part in view.parts}
         fits = view.seen is not None and "nest" in view.seen.works and not view.seen.error
         if view.source and fits and view.source not in known:
             view.parts.append(WantedPart(view.source))
@@ -120,36 +120,36 @@ class PartsPanel:
         if not self._list:
             return
         try:
-            opened = {view.part_names[one.input]: one.input for one in view.parts}
-            found, missing = listed_parts(view.studio.folder.input_path(self._list), opened)
+            opened = {view.part_names[part.input]: part.input for part in view.parts}
+            parts, missing = listed_parts(view.studio.folder.input_path(self._list), opened)
         except LeafcutError as problem:
             self._list = ""
             self.page.say(view.studio.folder.without_paths(str(problem)), True)
             return
-        listed = {one.input for one in found}
-        view.parts = [*(one for one in view.parts if one.input not in listed), *found]
+        listed = {part.input for part in parts}
+        view.parts = [*(part for part in view.parts if part.input not in listed), *parts]
         if missing:
             self.page.say(view.words("parts.missing", names=", ".join(missing[:8])), True)
         else:
             self._list = ""
-            self.page.say(view.words("parts.listed", number=len(found)))
+            self.page.say(view.words("parts.listed", number=len(parts)))
 
     def _index(self, row: str) -> int | None:
         """Return the index of a row's part; None if the row is gone, as after a double click."""
-        return next((index for index, one in enumerate(self.view.parts) if _row_id(index, one) == row), None)
+        return next((index for index, part in enumerate(self.view.parts) if _row_id(index, part) == row), None)
 
     def _change(self, row: str, key: str, typed: str) -> None:
         view, index = self.view, self._index(row)
         if index is None:
             return
         try:
-            said = {"quantity": quantity_of(typed)} if key == "quantity" else {"rotations": rotations_of(typed)}
+            changes = {"quantity": quantity_of(typed)} if key == "quantity" else {"rotations": rotations_of(typed)}
         except LeafcutError as problem:
             self.page.say(str(problem), True)
             self.rows.renew()
             return
         self.page.say("")
-        view.parts[index] = replace(view.parts[index], **said)
+        view.parts[index] = replace(view.parts[index], **changes)
         self.rows.renew()  # show the parsed value
         self._drawn()
 
@@ -159,13 +159,13 @@ class PartsPanel:
             del self.view.parts[index]
             self._drawn()
 
-    async def _look(self, row: str) -> None:
+    async def _show_drawing(self, row: str) -> None:
         """Show the drawing of a part."""
         view, index = self.view, self._index(row)
         if index is None:
             return
-        one = view.parts[index].input
-        view.take(one, view.part_names[one])
+        source = view.parts[index].input
+        view.take(source, view.part_names[source])
         self.page.run.leave()
         self.page.remember()
         await self.page.input.read("nest")

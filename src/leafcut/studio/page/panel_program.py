@@ -42,7 +42,7 @@ def show_made(view: View, drawing: Canvas, record: JobRecord, answer: dict[str, 
     elif command == "optimize":
         _show(view, drawing, None)
     elif command == "solve" and "tour" in names:
-        _show(view, drawing, lambda: program_scene(_made(studio, record, "tour")))
+        _show(view, drawing, lambda: program_scene(_artefact_text(studio, record, "tour")))
     elif command in ("simulate", "verify"):
         _show(view, drawing, lambda: program_scene(_text(studio.folder, record.task.inputs[-1])))
     else:
@@ -57,7 +57,7 @@ def _show(view: View, drawing: Canvas, source: Callable[[], bytes] | None) -> No
 def _compared(studio: Studio, record: JobRecord, answer: dict[str, Any]) -> bytes:
     """Return a program with its original or the program compared with it."""
     inputs, verifying = record.task.inputs, record.task.command == "verify"
-    new = _text(studio.folder, inputs[1]) if verifying else _made(studio, record, "program")
+    new = _text(studio.folder, inputs[1]) if verifying else _artefact_text(studio, record, "program")
     kept = studio.history.artefact(record.id, "lines")
     pairs = np.frombuffer(zlib.decompress(kept.data), dtype=np.uint32) if kept is not None else ()
     rows = answer["differences"] if verifying else []
@@ -72,9 +72,9 @@ def _compared(studio: Studio, record: JobRecord, answer: dict[str, Any]) -> byte
     )
 
 
-def _made(studio: Studio, record: JobRecord, name: str) -> str:
-    found = studio.history.artefact(record.id, name)
-    return "" if found is None else found.text
+def _artefact_text(studio: Studio, record: JobRecord, name: str) -> str:
+    artefact = studio.history.artefact(record.id, name)
+    return "" if artefact is None else artefact.text
 
 
 def _text(folder: Folder, word: str) -> str:

@@ -42,9 +42,9 @@ class PreviewReading:
         """Time since the start of the reading, s."""
         return time.monotonic() - self._began
 
-    def tell(self, now: Progress) -> None:
+    def tell(self, progress: Progress) -> None:
         """Record the progress; called often by the reader."""
-        self.what, self.share = now.step, now.share
+        self.what, self.share = progress.step, progress.share
 
     def cancel(self) -> None:
         """End the thread without waiting for it; a call into compiled code finishes first."""
@@ -75,14 +75,14 @@ class ReadingPanel:
                 self._shown = ()
                 self.place.set_visibility(False)
             return
-        what = self._words.messages.translate(reading.what) or self._words("run.reading")
+        step = self._words.messages.translate(reading.what) or self._words("run.reading")
         known = reading.share > 0.0
-        now = (reading.name, what, int(reading.seconds), f"{reading.share:.2f}")
-        if now == self._shown:
+        display = (reading.name, step, int(reading.seconds), f"{reading.share:.2f}")
+        if display == self._shown:
             return
-        self._shown = now
+        self._shown = display
         self.name.set_text(reading.name)
-        self.what.set_text(f"{what}, {100.0 * reading.share:.0f} %" if known else what)
+        self.what.set_text(f"{step}, {100.0 * reading.share:.0f} %" if known else step)
         self.time.set_text(format_time(reading.seconds) if reading.seconds >= 1 else "")
         self.track.set_visibility(known)
         self.track.props(f"value={reading.share:.2f}")
