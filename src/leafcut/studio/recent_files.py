@@ -38,15 +38,15 @@ class RecentFiles:
 
     def newest(self) -> list[RecentFile]:
         """Return the files that still exist."""
-        return [one for one in self._read() if self._path(one.source) is not None]
+        return [recent for recent in self._read() if self._path(recent.source) is not None]
 
     def add(self, source: str, name: str) -> None:
         """Add an opened file; it replaces an entry with the same name and content."""
         with self._lock:
-            kept = [one for one in self.newest() if not self._same(one, source, name)]
+            kept = [recent for recent in self.newest() if not self._is_same(recent, source, name)]
             rows = [RecentFile(source, name, time.time()), *kept][:MOST_RECENT]
             with suppress(LeafcutError):  # the list is only a convenience
-                write_whole(self._file, json.dumps([asdict(one) for one in rows]))
+                write_whole(self._file, json.dumps([asdict(recent) for recent in rows]))
 
     def clear(self) -> None:
         """Clear the list."""
@@ -54,16 +54,16 @@ class RecentFiles:
 
     def files_in_use(self) -> set[str]:
         """Return the ids of the files' uploads."""
-        return {one.source for one in self._read()}
+        return {recent.source for recent in self._read()}
 
-    def _same(self, one: RecentFile, source: str, name: str) -> bool:
-        if one.source == source:
+    def _is_same(self, recent: RecentFile, source: str, name: str) -> bool:
+        if recent.source == source:
             return True
-        here, there = self._path(one.source), self._path(source)
-        if one.name != name or not isinstance(here, Path) or not isinstance(there, Path):
+        known_path, new_path = self._path(recent.source), self._path(source)
+        if recent.name != name or not isinstance(known_path, Path) or not isinstance(new_path, Path):
             return False
         with suppress(OSError):
-            return filecmp.cmp(here, there, shallow=False)
+            return filecmp.cmp(known_path, new_path, shallow=False)
         return False
 
     def _path(self, source: str) -> Path | str | None:

@@ -75,19 +75,19 @@ class Words:
         known = self.language == "en" or self.messages.translate(line) != line
         return self.language if known else "en"
 
-    def _field(self, found: re.Match[str]) -> str:
-        if found["flag"] is None:
-            value = found["process"] or ""
+    def _field(self, match: re.Match[str]) -> str:
+        if match["flag"] is None:
+            value = match["process"] or ""
             field = "work" if f"work.{value}" in self.table and f"process.{value}" not in self.table else "process"
             return f"“{self(f'choose.{field}')}” {self.table.get(f'{field}.{value}', value)}".rstrip()
-        name = found["flag"].replace("-", "_")
+        name = match["flag"].replace("-", "_")
         known = _option_names()
         if name in known:
             return f"“{self.option(name)}”"
         if f"flag.{name}" in self.table:
             return f"“{self(f'flag.{name}')}”"
         stem = name.removeprefix("no_")
-        return f"“{self.option(stem)}” {self('form.off')}" if stem in known else found[0]
+        return f"“{self.option(stem)}” {self('form.off')}" if stem in known else match[0]
 
     def said(self, words: Any) -> str:
         """Return a text of the report in this language; it is plain, or a template with values (`overview_as_json`)."""
@@ -120,7 +120,7 @@ def words(language: str) -> Words:
 def _lines(name: str) -> dict[str, str]:
     """Return the lines of all sections of a file of messages."""
     text = (files("leafcut.studio") / "texts" / f"{name}.toml").read_text(encoding="utf-8")
-    return {line: said for section in tomllib.loads(text).values() for line, said in section.items()}
+    return {line: translation for section in tomllib.loads(text).values() for line, translation in section.items()}
 
 
 def _texts(name: str) -> dict[str, str]:

@@ -36,10 +36,10 @@ class RecentPanel:
         with self.place, box("details", "built-in"):
             text("summary", w("recent.title"))
             with box("ul"):
-                for one in rows:
+                for recent in rows:
                     with box("li"):
-                        self._button(one, "plain small")
-                        text("span", day_and_time(one.opened), "quiet small")
+                        self._button(recent, "plain small")
+                        text("span", day_and_time(recent.opened), "quiet small")
             button(w("recent.clear"), self._clear, "plain small", data_sure=w("recent.sure"))
 
     def draw_short(self) -> None:
@@ -53,12 +53,12 @@ class RecentPanel:
         if rows:
             with box("div", "try", role="group", aria_label=w("recent.title")):
                 text("span", w("recent.title"), "quiet")
-                for one in rows:
-                    self._button(one, "small")
+                for recent in rows:
+                    self._button(recent, "small")
 
-    def _button(self, one: RecentFile, classes: str) -> None:
-        opening = lambda: self.page.input.open(one.source, one.name)  # noqa: E731
-        button(one.name, opening, classes, title=day_and_time(one.opened), dir="auto")
+    def _button(self, recent: RecentFile, classes: str) -> None:
+        opening = lambda: self.page.input.open(recent.source, recent.name)  # noqa: E731
+        button(recent.name, opening, classes, title=day_and_time(recent.opened), dir="auto")
 
     def _clear(self) -> None:
         self.view.studio.recent.clear()

@@ -212,31 +212,31 @@ class ResultPanel:
         worst = [issue for issue in _warnings(answer) if issue["severity"] != "warning"]
         worst.sort(key=lambda issue: issue["severity"] != "danger")
         self._list_of_warnings(worst, "warnings worst", _MOST_ISSUES)
-        found = [issue for issue in _warnings(answer) if issue["severity"] == "warning"]
+        warnings = [issue for issue in _warnings(answer) if issue["severity"] == "warning"]
         # Never fold assumptions.
-        found.sort(key=lambda issue: issue["code"] not in LIMITS)
-        most = max(_MOST_WARNINGS, sum(issue["code"] in LIMITS for issue in found))
-        self._list_of_warnings(found, "warnings", most)
+        warnings.sort(key=lambda issue: issue["code"] not in LIMITS)
+        limit = max(_MOST_WARNINGS, sum(issue["code"] in LIMITS for issue in warnings))
+        self._list_of_warnings(warnings, "warnings", limit)
 
-    def _list_of_warnings(self, found: list[dict[str, str]], classes: str, most: int) -> None:
-        if not found:
+    def _list_of_warnings(self, issues: list[dict[str, str]], classes: str, limit: int) -> None:
+        if not issues:
             return
         with box("ul", classes):
-            for issue in found[:most]:
+            for issue in issues[:limit]:
                 with box("li"):
-                    meant = self.view.words.issue(issue["code"])
-                    spoken = self.view.words.spoken(issue["message"])
-                    if meant:
-                        text("b", f"{meant}: ")
-                    text("span", self.view.words.plain(issue["message"]), "", dir="auto", lang=spoken)
-            if len(found) > most:
-                text("li", self.view.words("open.more", number=len(found) - most))
+                    meaning = self.view.words.issue(issue["code"])
+                    language = self.view.words.spoken(issue["message"])
+                    if meaning:
+                        text("b", f"{meaning}: ")
+                    text("span", self.view.words.plain(issue["message"]), "", dir="auto", lang=language)
+            if len(issues) > limit:
+                text("li", self.view.words("open.more", number=len(issues) - limit))
 
     def _saved(self, record: JobRecord, answer: dict[str, Any]) -> None:
         w = self.view.words
-        found = headline.saving(answer, w)
-        text("p", found.large, found.classes)
-        text("p", found.small, "under")
+        saving = headline.saving(answer, w)
+        text("p", saving.large, saving.classes)
+        text("p", saving.small, "under")
         if answer["gap_percent"] is not None:
             text("p", _gap(answer["gap_percent"], w), "quiet")
         if missing := headline.missing_words(answer, w):
@@ -247,8 +247,8 @@ class ResultPanel:
             for name in ("before", "nearest", "after")
             if (m := answer[name]) is not None
         ]
-        way = "between" if "cutting" in answer else "travel"
-        heads = [("", ""), *((w(f"result.{name}"), _NUMBER) for name in ("time", way, "cutting"))]
+        travel_heading = "between" if "cutting" in answer else "travel"
+        heads = [("", ""), *((w(f"result.{name}"), _NUMBER) for name in ("time", travel_heading, "cutting"))]
         table(heads, rows, w("result.times"))
         if "strategies" in answer:
             self.strategies.draw(record, answer)
@@ -273,7 +273,7 @@ class ResultPanel:
         )
         if certificate:
             counted = ", ".join(
-                w(f"result.{what}", number=f"{number:,}") for what, number in certificate["before"].items() if number
+                w(f"result.{kind}", number=f"{number:,}") for kind, number in certificate["before"].items() if number
             )
             text("p", w("result.certificate", counted=counted), "quiet small")
 
@@ -282,13 +282,13 @@ class ResultPanel:
         w, groups = self.view.words, answer.get("staying", [])
         if not groups:
             return
-        stay = sum(group["count"] for group in groups)
-        text("p", w("result.stay", number=f"{stay:,}", pieces=f"{answer['counts']['pieces']:,}"), "quiet small")
+        n_kept = sum(group["count"] for group in groups)
+        text("p", w("result.stay", number=f"{n_kept:,}", pieces=f"{answer['counts']['pieces']:,}"), "quiet small")
         with box("ul", "plain-list"):
             for group in groups[:_MOST_REASONS]:
-                why = " · ".join(w(f"stays.{name}") for name in group["reason"].split("+"))
-                where = w("stays.line", line=group["first_line"])
-                text("li", f"{group['count']:,} × {why} ({where}{': ' if group['word'] else ''}{group['word']})")
+                reasons = " · ".join(w(f"stays.{name}") for name in group["reason"].split("+"))
+                line = w("stays.line", line=group["first_line"])
+                text("li", f"{group['count']:,} × {reasons} ({line}{': ' if group['word'] else ''}{group['word']})")
 
     def _tools(self, answer: dict[str, Any]) -> None:
         w = self.view.words
@@ -352,27 +352,27 @@ class ResultPanel:
 
     def _issues(self, record: JobRecord, answer: dict[str, Any]) -> None:
         w = self.view.words
-        found = _issues(answer)
-        if not found:
+        issues = _issues(answer)
+        if not issues:
             text("p", w("result.no_issues"), "quiet")
         with box("ul", "issue-list"):
-            for issue in found[:_MOST_ISSUES]:
+            for issue in issues[:_MOST_ISSUES]:
                 with box("li", issue["severity"]):
                     text("code", issue["code"])
-                    meant = w.issue(issue["code"])
-                    if meant:
-                        text("b", f"{meant}.")
+                    meaning = w.issue(issue["code"])
+                    if meaning:
+                        text("b", f"{meaning}.")
                     text(
                         "span",
                         w.plain(issue["message"]),
-                        "meant" if meant else "",
+                        "meant" if meaning else "",
                         dir="auto",
                         lang=w.spoken(issue["message"]),
                     )
                     if issue["place"]:
                         text("span", w.plain(issue["place"]), "quiet small")
-            if len(found) > _MOST_ISSUES:
-                text("li", w("open.more", number=len(found) - _MOST_ISSUES))
+            if len(issues) > _MOST_ISSUES:
+                text("li", w("open.more", number=len(issues) - _MOST_ISSUES))
 
     def _program(self, record: JobRecord, answer: dict[str, Any]) -> None:
         if not show_made(self.view, self.page.run.canvas, record, answer):
@@ -392,9 +392,9 @@ class ResultPanel:
                 address = f"/api/jobs/{record.id}/files/{name}"
                 words = w(f"file.{name}")
                 classes = "button primary" if name in ("program", "tour") else "button"
-                made = link(words, address, classes, download=files[name], title=files[name])
+                anchor = link(words, address, classes, download=files[name], title=files[name])
                 if name in ("program", "tour"):
-                    self.mark.add_program(made, files[name])
+                    self.mark.add_program(anchor, files[name])
             link(
                 "JSON", f"/api/jobs/{record.id}/answer", "button", download=f"{record.id}.json", title=w("file.answer")
             )

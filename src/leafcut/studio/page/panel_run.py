@@ -198,8 +198,10 @@ class RunPanel:
         """Draw the result of the job, or else the opened input."""
         now, scenes = self._scenes()
         seen = self.view.seen
-        found = seen.travel if seen is not None and self.view.work != "nest" else None  # a nest has no machine yet
-        travel = found.as_shown() if found is not None else None
+        machine_travel = (
+            seen.travel if seen is not None and self.view.work != "nest" else None
+        )  # a nest has no machine yet
+        travel = machine_travel.as_shown() if machine_travel is not None else None
         # A result cannot be moved.
         self.canvas.set_placement(travel, movable=now is seen and self.view.zero is not None)
         if scenes and (now is self._drawn or (isinstance(now, str) and now == self._drawn)):
@@ -215,7 +217,7 @@ class RunPanel:
             else:
                 self.canvas.hide(layer)
 
-    def _beneath(self) -> dict[str, bytes]:
+    def _background(self) -> dict[str, bytes]:
         """Return the whole drawing of the job's input, if its position is unchanged since the run."""
         view = self.view
         record = view.studio.jobs.record(view.job or "")
@@ -233,21 +235,25 @@ class RunPanel:
         if "scene-1-1" in names:
             variant, number = view.sheet
             name = f"scene-{variant}-{number}"
-            kept_one = history.artefact(view.job or "", name if name in names else "scene-1-1")
-            return f"{view.job}/{name}", {} if kept_one is None else {"part": kept_one.data}
+            sheet_scene = history.artefact(view.job or "", name if name in names else "scene-1-1")
+            return f"{view.job}/{name}", {} if sheet_scene is None else {"part": sheet_scene.data}
         if "scene-after" in names:
             kept = {layer: history.artefact(view.job or "", f"scene-{layer}") for layer in _STILL}
-            scenes: dict[str, Shown] = {layer: found.data for layer, found in kept.items() if found is not None}
+            scenes: dict[str, Shown] = {
+                layer: artefact.data for layer, artefact in kept.items() if artefact is not None
+            }
             for layer in SOLIDS:
-                if (found := kept[layer]) is not None:
-                    scenes[layer] = in_words(found.data, view.words.plain)
-            beneath = self._beneath()
-            return f"{view.job}{'/whole' if beneath else ''}", scenes | beneath
+                if (artefact := kept[layer]) is not None:
+                    scenes[layer] = in_words(artefact.data, view.words.plain)
+            background = self._background()
+            return f"{view.job}{'/whole' if background else ''}", scenes | background
         seen = view.seen
         if seen is None:
             return seen, {}
-        return seen, {**seen.scenes, "solid_after": self._said(seen.stock)} if seen.stock else dict(seen.scenes)
+        return seen, {**seen.scenes, "solid_after": self._in_page_language(seen.stock)} if seen.stock else dict(
+            seen.scenes
+        )
 
-    def _said(self, make: Callable[[], bytes]) -> Callable[[], bytes]:
+    def _in_page_language(self, make: Callable[[], bytes]) -> Callable[[], bytes]:
         """Return a function that creates a scene of the stock, or the reason for none in the language of the page."""
         return lambda: in_words(make(), self.view.words.plain)

@@ -30,10 +30,10 @@ def draw_searches(view: View, record: JobRecord, answer: dict[str, Any]) -> None
     _workers(view, answer)
 
 
-def thinned(rows: list[Any], most: int = _MOST_POINTS) -> list[Any]:
-    """Return at most about `most` rows, including the last."""
-    few = rows[:: len(rows) // most + 1]
-    return few if not rows or few[-1] is rows[-1] else [*few, rows[-1]]
+def thinned(rows: list[Any], limit: int = _MOST_POINTS) -> list[Any]:
+    """Return at most about `limit` rows, including the last."""
+    kept = rows[:: len(rows) // limit + 1]
+    return kept if not rows or kept[-1] is rows[-1] else [*kept, rows[-1]]
 
 
 def _learning(view: View, record: JobRecord, search: dict[str, Any]) -> None:

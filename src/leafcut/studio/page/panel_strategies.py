@@ -75,8 +75,8 @@ class StrategiesPanel:
             kept = history.artefact(self._job, artefact)
             if kept is not None:
                 canvas.show(kept.data, layer)
-        for each, made in self._buttons.items():
-            made.props(f'aria-pressed="{"true" if each == name else "false"}"')
+        for strategy, strategy_button in self._buttons.items():
+            strategy_button.props(f'aria-pressed="{"true" if strategy == name else "false"}"')
 
 
 def _cells(row: dict[str, Any]) -> tuple[str, ...]:

@@ -60,7 +60,7 @@ class StudyPanel:
 
     def _lengths(self, answer: dict[str, Any]) -> None:
         w, decimals = self.view.words, _decimals(answer)
-        rows = [[one["algorithm"], *(_length(one[key], decimals) for key in _LENGTHS)] for one in answer["algorithms"]]
+        rows = [[row["algorithm"], *(_length(row[key], decimals) for key in _LENGTHS)] for row in answer["algorithms"]]
         table([("", ""), *((w(f"study.{key}"), "n") for key in _LENGTHS)], rows, w("study.lengths"))
 
     def _effort(self, answer: dict[str, Any]) -> None:
@@ -68,7 +68,7 @@ class StudyPanel:
         w = self.view.words
         table(
             [("", ""), *((w(f"study.{key}"), "n") for key in ("runs", "iterations", "seconds"))],
-            [[one["algorithm"], *_taken(one)] for one in answer["algorithms"]],
+            [[row["algorithm"], *_effort_cells(row)] for row in answer["algorithms"]],
             w("study.effort"),
         )
 
@@ -93,8 +93,8 @@ class StudyPanel:
             boxes.set(answer["algorithms"], _bound(answer))
             keys = (*_LENGTHS, "median", "runs", "iterations", "seconds")
             rows = [
-                [one["algorithm"], *(_length(one[key], decimals) for key in (*_LENGTHS, "median")), *_taken(one)]
-                for one in answer["algorithms"]
+                [row["algorithm"], *(_length(row[key], decimals) for key in (*_LENGTHS, "median")), *_effort_cells(row)]
+                for row in answer["algorithms"]
             ]
             table([("", ""), *((w(f"study.{key}"), "n") for key in keys)], rows, w("study.title"))
             button(w("help.close"), None, "", data_close="")
@@ -111,8 +111,8 @@ class StudyPanel:
 
 def _bound(answer: dict[str, Any]) -> float | None:
     """Return the best known length of a tour, or the lower bound, as the line in a chart."""
-    found: float | None = answer["optimum"] or answer["lower_bound"]
-    return found
+    bound: float | None = answer["optimum"] or answer["lower_bound"]
+    return bound
 
 
 def _decimals(answer: dict[str, Any]) -> int:
@@ -125,5 +125,5 @@ def _length(value: float | None, decimals: int) -> str:
     return "–" if value is None else f"{value:,.{decimals}f}"
 
 
-def _taken(one: dict[str, Any]) -> list[str]:
-    return [f"{one['runs']:,}", f"{one['iterations']:,.4g}", format_time(one["seconds"])]
+def _effort_cells(row: dict[str, Any]) -> list[str]:
+    return [f"{row['runs']:,}", f"{row['iterations']:,.4g}", format_time(row["seconds"])]

@@ -99,18 +99,18 @@ def look(
     format_, loaded = read_source(source, looking_for(progress, "reading"))
     if format_.name == "gcode":
         return _program(loaded, options or {}, progress)
-    works = _EXAMPLE if format_.name == "example" else _MAPS.get(format_.name, format_.processes)
-    works = registry.offered(works, format_.name)
-    loaded = replace(loaded, cache={})
-    whole = whole_of(format_, loaded, works, settings)
-    tried = [work] if work in works else whole.likeliest(works)
+    kinds = _EXAMPLE if format_.name == "example" else _MAPS.get(format_.name, format_.processes)
+    kinds = registry.offered(kinds, format_.name)
+    loaded = replace(loaded, kept={})
+    whole = whole_of(format_, loaded, kinds, settings)
+    tried = [work] if work in kinds else whole.likeliest(kinds)
     error, broken = "", True
-    for one in tried:
+    for kind in tried:
         try:
-            return replace(_drawing(loaded, format_.name, one, settings, whole, progress), works=works)
+            return replace(_drawing(loaded, format_.name, kind, settings, whole, progress), works=kinds)
         except LeafcutError as problem:
             error, broken = error or str(problem), broken and isinstance(problem, ReadError)
-    return Seen(format_.name, works, error=error, broken=broken, whole=whole)
+    return Seen(format_.name, kinds, error=error, broken=broken, whole=whole)
 
 
 def _drawing(
@@ -126,9 +126,9 @@ def _drawing(
     issues = tuple(issues_as_json(part.issues))
     if unitless(part):
         return Seen(name, (work,), _facts(part), issues, scenes, work=work)
-    beneath, zero = whole.beneath(work, source, part, settings)
-    if beneath is not None:
-        scenes["whole"] = part_scene(beneath)
+    background, zero = whole.beneath(work, source, part, settings)
+    if background is not None:
+        scenes["whole"] = part_scene(background)
     travel = travel_of(registry.usual(work, settings), part.extents)
     return Seen(name, (work,), _facts(part), issues, scenes, work=work, whole=whole, zero=zero, travel=travel)
 
@@ -170,26 +170,30 @@ def _program(source: Source, options: Mapping[str, Any], progress: OnProgress | 
     try:
         used = registry.work("simulate").used()
         known = {name: value for name, value in options.items() if name in used}
-        found = api.simulate(source, progress=progress, **known)
+        simulation = api.simulate(source, progress=progress, **known)
         looking_for(progress, "drawing the preview")
         text = read_program(source)
-        scene = toolpath_scene(found.run, found.machine, name=source.file_name, text=text, measured=found.measure)
+        scene = toolpath_scene(
+            simulation.run, simulation.machine, name=source.file_name, text=text, measured=simulation.measure
+        )
         shown = {"after": scene}
     except LeafcutError as problem:
         # A text that looks like a program is shown even if it cannot be simulated.
-        looks = sniff_gcode(source.data[:SNIFF_BYTES])
-        return Seen("gcode", _PROGRAM, error=str(problem), broken=isinstance(problem, ReadError) and looks == Match.NO)
-    (left, low, _), (right, high, _) = found.path.extents
+        match = sniff_gcode(source.data[:SNIFF_BYTES])
+        return Seen("gcode", _PROGRAM, error=str(problem), broken=isinstance(problem, ReadError) and match == Match.NO)
+    (left, low, _), (right, high, _) = simulation.path.extents
     facts = (
-        ("time", format_time(found.measure.time_s)),
-        ("rapid", format_length(found.measure.travel_mm)),
-        ("feed", format_length(found.measure.cut_mm)),
+        ("time", format_time(simulation.measure.time_s)),
+        ("rapid", format_length(simulation.measure.travel_mm)),
+        ("feed", format_length(simulation.measure.cut_mm)),
         ("size", f"{_size(right - left, high - low)} mm"),
     )
-    return Seen("gcode", _PROGRAM, facts, tuple(issues_as_json(found.issues)), shown, _stock(source, found, options))
+    return Seen(
+        "gcode", _PROGRAM, facts, tuple(issues_as_json(simulation.issues)), shown, _stock(source, simulation, options)
+    )
 
 
-def _stock(source: Source, found: Simulation, options: Mapping[str, Any]) -> Callable[[], bytes]:
+def _stock(source: Source, simulation: Simulation, options: Mapping[str, Any]) -> Callable[[], bytes]:
     """Return a function that creates the scene of the stock on demand."""
 
     def make() -> bytes:
@@ -198,6 +202,6 @@ def _stock(source: Source, found: Simulation, options: Mapping[str, Any]) -> Cal
         used = registry.work("stock").used()
         settings = collect({name: value for name, value in options.items() if name in used})
         stock = registry.command("shown_stock")(source, settings)
-        return solid_scene(found.run, found.machine, stock, found.measure)
+        return solid_scene(simulation.run, simulation.machine, stock, simulation.measure)
 
     return make

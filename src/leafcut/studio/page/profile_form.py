@@ -63,11 +63,11 @@ def groups(words: Words, array: str, data: Mapping[str, Any]) -> list[dict[str, 
 
 def _field(key: ProfileKey, stem: str, words: Words, sources: Mapping[str, Any]) -> dict[str, Any]:
     name = stem + key.name
-    why = words.about("profile_why", name, key.why)
+    reason = words.about("profile_why", name, key.why)
     bounds = words.about("profile_bounds", name, key.bounds)
     source = sources.get(key.name)
-    about = [words.about("profile_help", name, key.help), bounds and words("profile.bounds", bounds=bounds)]
-    about.append(words("profile.source", source=source) if isinstance(source, str) else "")
+    help_texts = [words.about("profile_help", name, key.help), bounds and words("profile.bounds", bounds=bounds)]
+    help_texts.append(words("profile.source", source=source) if isinstance(source, str) else "")
     shown = _shown_default(key)
     return {
         "name": key.name,
@@ -76,12 +76,12 @@ def _field(key: ProfileKey, stem: str, words: Words, sources: Mapping[str, Any])
         "kind": key.kind,
         "axes": list("xyz"[: key.size]) if key.kind == "axes" else [],
         "unit": BARE_UNIT.get(key.unit, ""),
-        "help": ". ".join(filter(None, about)),
+        "help": ". ".join(filter(None, help_texts)),
         "choices": [[word, word] for word in key.choices],
         "offers": [],
-        "default": shown or (words("profile.required") if key.required else why),
-        "rule": words("form.otherwise", rule=" · ".join(filter(None, (shown, why))))
-        if why and not key.required
+        "default": shown or (words("profile.required") if key.required else reason),
+        "rule": words("form.otherwise", rule=" · ".join(filter(None, (shown, reason))))
+        if reason and not key.required
         else "",
         "on": key.default is True,
         "file": False,
@@ -99,19 +99,19 @@ def _shown_default(key: ProfileKey) -> str:
 
 def values(array: str, table: Mapping[str, Any]) -> dict[str, Any]:
     """Return the values of the fields of a machine or of an array entry."""
-    found = {}
+    by_name = {}
     for key in keys_of(array):
         inner = table.get(key.table, {}) if key.table else table
         if isinstance(inner, Mapping) and key.key in inner:
-            found[key.name] = _typed(key, inner[key.key])
-    return found
+            by_name[key.name] = _typed(key, inner[key.key])
+    return by_name
 
 
 def _typed(key: ProfileKey, value: Any) -> Any:
     if key.kind == "flag" and isinstance(value, bool):
         return value
     if key.kind == "axes":
-        return [str(one) for one in value] if isinstance(value, list) else [str(value)]
+        return [str(item) for item in value] if isinstance(value, list) else [str(value)]
     return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
 
 
@@ -137,13 +137,13 @@ def put(text: str, array: str, number: int, name: str, value: Any) -> str:
         table = table[key.table]
         if not isinstance(table, Mapping):
             raise OptionError(f"'{key.table}' is not a table; write [{key.table}]")
-    made = _value(key, value)
-    if made is None:
+    written = _value(key, value)
+    if written is None:
         table.pop(key.key, None)
         if key.table and not table:
             document.pop(key.table)
     else:
-        table[key.key] = made
+        table[key.key] = written
     sources = document.get("sources")
     if not array and isinstance(sources, dict) and name in sources:
         sources[name] = BY_HAND
@@ -155,12 +155,12 @@ def _value(key: ProfileKey, value: Any) -> Any:
     if isinstance(value, bool):
         return value
     if key.kind == "axes":
-        parts = [str(one).strip() for one in value]
-        said = [part for part in parts if part]
-        if not said:
+        parts = [str(item).strip() for item in value]
+        given = [part for part in parts if part]
+        if not given:
             return None
-        if len(said) == 1 and parts[0]:
-            return _with_unit(said[0], key.unit)
+        if len(given) == 1 and parts[0]:
+            return _with_unit(given[0], key.unit)
         return [_with_unit(part, key.unit) for part in parts]
     text = str(value).strip()
     if not text:
@@ -190,15 +190,15 @@ def _number(text: str) -> int | float | str:
 
 def entries(data: Mapping[str, Any], array: str) -> list[Mapping[str, Any]]:
     """Return the entries of an array of a tool library."""
-    found = data.get(array, [])
-    return [one for one in found if isinstance(one, Mapping)] if isinstance(found, list) else []
+    items = data.get(array, [])
+    return [item for item in items if isinstance(item, Mapping)] if isinstance(items, list) else []
 
 
 def _place(document: Mapping[str, Any], array: str, number: int) -> tuple[list[Any], int]:
     """Return an array, and the index in it of an entry of `entries`; it may contain other values too."""
-    found = document.get(array)
-    listed = found if isinstance(found, list) else []
-    places = [k for k, one in enumerate(listed) if isinstance(one, Mapping)]
+    items = document.get(array)
+    listed = items if isinstance(items, list) else []
+    places = [k for k, item in enumerate(listed) if isinstance(item, Mapping)]
     if number >= len(places):
         raise OptionError(f"'{array}' has no entry {number + 1}")
     return listed, places[number]
@@ -213,22 +213,22 @@ def added(text: str, array: str) -> str:
         The text is not valid TOML, or has the array in another form.
     """
     document = _document(text)
-    numbers = [one.get("number") for one in entries(document.unwrap(), "tool")]
+    numbers = [tool.get("number") for tool in entries(document.unwrap(), "tool")]
     known = [number for number in numbers if isinstance(number, int)]
-    made = tomlkit.table()
+    entry_table = tomlkit.table()
     for key, value in _NEW[array].items():
-        if not made and array == "tool":
-            made["number"] = max(known, default=0) + 1
-        made[key] = value
+        if not entry_table and array == "tool":
+            entry_table["number"] = max(known, default=0) + 1
+        entry_table[key] = value
     if array == "hole":
-        made["steps"] = known[:1]
-    made.add(tomlkit.nl())
+        entry_table["steps"] = known[:1]
+    entry_table.add(tomlkit.nl())
     if array not in document:
         document[array] = tomlkit.aot()
     listed = document[array]
     if not isinstance(listed, AoT):
         raise OptionError(f"'{array}' must be written as [[{array}]], once for each")
-    listed.append(made)
+    listed.append(entry_table)
     return tomlkit.dumps(document)
 
 

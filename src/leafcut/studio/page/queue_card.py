@@ -58,11 +58,13 @@ class QueueCard:
             text("b", record.title, "", dir="auto")
             with box("span", "do"):
                 if place:
-                    for name, to in (("next", 0), ("up", place - 2), ("down", place)):
+                    for name, target in (("next", 0), ("up", place - 2), ("down", place)):
                         if (name == "down" and place == last) or (name != "down" and place == 1):
                             continue
                         label = f"{w(f'jobs.{name}')}: {record.title}"
-                        button(w(f"jobs.{name}"), lambda to=to: self._move(job, to), "small", aria_label=label)
+                        button(
+                            w(f"jobs.{name}"), lambda target=target: self._move(job, target), "small", aria_label=label
+                        )
                 button(w("jobs.open"), lambda: self._open(job), "small")
                 button(w("run.cancel"), lambda: self._jobs.cancel(job), "small plain", data_sure=w("run.sure"))
 

@@ -24,7 +24,7 @@ class StaleMark:
     def __init__(self, view: View, page: PageParts) -> None:
         self.view, self.page = view, page
         self._record: JobRecord | None = None
-        self._said: list[str] = []
+        self._shown_changes: list[str] = []
         self._badges: list[tuple[TextElement, str]] = []
         self._programs: list[tuple[TextElement, str, str]] = []
 
@@ -37,57 +37,57 @@ class StaleMark:
     def leave(self) -> None:
         """Remove the mark, as no result is shown."""
         self._record = None
-        if self._said:
-            self._said = []
+        if self._shown_changes:
+            self._shown_changes = []
             self.page.run.tell_earlier("")
 
     def add_badge(self, badge: TextElement) -> None:
         """Add a badge to the marked elements."""
         self._badges.append((badge, badge.text))
 
-    def add_program(self, made: TextElement, title: str) -> None:
+    def add_program(self, anchor: TextElement, title: str) -> None:
         """Add a download link of a program to the marked elements; `title` is its normal tooltip."""
-        self._programs.append((made, made.text, title))
+        self._programs.append((anchor, anchor.text, title))
 
     def refresh(self) -> None:
         """Compare the choices, and update the mark."""
         record, w = self._record, self.view.words
         if record is None:
             return
-        found = [one.line(w) for one in differences(record, self.view)]
-        if found == self._said:
+        changes = [difference.line(w) for difference in differences(record, self.view)]
+        if changes == self._shown_changes:
             return
-        self._said = found
+        self._shown_changes = changes
         # During manual changes the drawing shows the edited order.
-        drawn = found != [edited_by_hand(w).line(w)]
-        self.page.run.tell_earlier(w("stale.title") if found and drawn else "")
-        told = found[:_MOST] + ([w("open.more", number=len(found) - _MOST)] if len(found) > _MOST else [])
+        drawn = changes != [edited_by_hand(w).line(w)]
+        self.page.run.tell_earlier(w("stale.title") if changes and drawn else "")
+        lines = changes[:_MOST] + ([w("open.more", number=len(changes) - _MOST)] if len(changes) > _MOST else [])
         self.place.clear()
-        if found:
+        if changes:
             with self.place:
-                self._tell(told, drawn)
+                self._show_changes(lines, drawn)
         for badge, words in self._badges:
-            badge.set_text(w("stale.of_earlier", name=words) if found else words)
-            badge.classes(**{"add" if found else "remove": "earlier"})
-        for made, words, title in self._programs:
-            made.set_text(w("stale.of_earlier", name=words) if found else words)
-            made.classes(**{"remove" if found else "add": "primary"})
-            made.props["title"] = f"{title}: {w('stale.title')}. {'. '.join(told)}" if found else title
-            made.update()
+            badge.set_text(w("stale.of_earlier", name=words) if changes else words)
+            badge.classes(**{"add" if changes else "remove": "earlier"})
+        for anchor, words, title in self._programs:
+            anchor.set_text(w("stale.of_earlier", name=words) if changes else words)
+            anchor.classes(**{"remove" if changes else "add": "primary"})
+            anchor.props["title"] = f"{title}: {w('stale.title')}. {'. '.join(lines)}" if changes else title
+            anchor.update()
 
-    def _tell(self, told: list[str], chosen: bool) -> None:
+    def _show_changes(self, lines: list[str], chosen: bool) -> None:
         """Show the differences; `chosen` options can be restored here, an order only in its editor."""
         w = self.view.words
         text("b", w("stale.title"))
         with box("ul"):
-            for line in told:
+            for line in lines:
                 text("li", line, "", dir="auto")
         with box("div", "ends"):
-            button(w("stale.again"), self._again, "small")
+            button(w("stale.again"), self._run_again, "small")
             if chosen:
                 button(w("stale.back"), self._back, "small plain", title=w("stale.back_text"))
 
-    def _again(self) -> None:
+    def _run_again(self) -> None:
         self.page.input.page_run()
 
     async def _back(self) -> None:

@@ -37,7 +37,7 @@ def differences(record: JobRecord, view: View) -> list[ChangedChoice]:
     task, w = record.task, view.words
     work = work_of(task, record.title)
     return [
-        *_works(task, work, view),
+        *_changed_work(task, work, view),
         *_inputs(task, view),
         *_options(task, work, view),
         *_changed_files(record, view.studio.folder, w),
@@ -50,7 +50,7 @@ def edited_by_hand(words: Words) -> ChangedChoice:
     return ChangedChoice(words("stale.order"), words("stale.found"), words("stale.by_hand"))
 
 
-def _works(task: Task, work: str, view: View) -> Iterator[ChangedChoice]:
+def _changed_work(task: Task, work: str, view: View) -> Iterator[ChangedChoice]:
     w = view.words
     if work != view.work:
         yield ChangedChoice(w("choose.work"), w.named("work", work), w.named("work", view.work))
@@ -61,7 +61,7 @@ def _works(task: Task, work: str, view: View) -> Iterator[ChangedChoice]:
 def _inputs(task: Task, view: View) -> Iterator[ChangedChoice]:
     w, folder = view.words, view.studio.folder
     if task.command == "nest" and view.work == "nest":
-        yield from _parts({one.input: one for one in parts_of(task)}, view)
+        yield from _parts({part.input: part for part in parts_of(task)}, view)
     elif task.command != "nest" and task.inputs[0] != view.source:
         yield ChangedChoice(w("open.title"), _called(task.inputs[0], folder), _called(view.source, folder))
     if task.command == "verify" and view.work == "verify" and task.inputs[1] != view.second:
@@ -69,34 +69,34 @@ def _inputs(task: Task, view: View) -> Iterator[ChangedChoice]:
         yield ChangedChoice(w("open.second"), _called(task.inputs[1], folder), now)
 
 
-def _parts(then: Mapping[str, WantedPart], view: View) -> Iterator[ChangedChoice]:
+def _parts(before: Mapping[str, WantedPart], view: View) -> Iterator[ChangedChoice]:
     """Yield the changed parts of a nest."""
-    now = {one.input: one for one in view.parts}
-    for made in {**then, **now}:
-        one, other = then.get(made), now.get(made)
-        if one != other:
-            name = view.part_names.get(made) or _called(made, view.studio.folder)
-            yield ChangedChoice(name, _wanted(one, view.words), _wanted(other, view.words))
+    after = {part.input: part for part in view.parts}
+    for input_id in {**before, **after}:
+        old, new = before.get(input_id), after.get(input_id)
+        if old != new:
+            name = view.part_names.get(input_id) or _called(input_id, view.studio.folder)
+            yield ChangedChoice(name, _part_text(old, view.words), _part_text(new, view.words))
 
 
-def _wanted(one: WantedPart | None, words: Words) -> str:
-    if one is None:
+def _part_text(part: WantedPart | None, words: Words) -> str:
+    if part is None:
         return words("form.none")
-    return f"× {one.quantity}" + (f" ({one.rotations}°)" if one.rotations else "")
+    return f"× {part.quantity}" + (f" ({part.rotations}°)" if part.rotations else "")
 
 
 def _options(task: Task, work: str, view: View) -> Iterator[ChangedChoice]:
-    then, now = forms.of_work(work, task.options), forms.of_work(view.work, view.values)
-    names = dict.fromkeys([*then, *now])
+    before, after = forms.of_work(work, task.options), forms.of_work(view.work, view.values)
+    names = dict.fromkeys([*before, *after])
     if work != view.work:  # options that only one of the two has are covered by the change of work
-        both = _names(work, task.options) & _names(view.work, view.values)
-        names = dict.fromkeys(name for name in names if name in both)
+        shared = _names(work, task.options) & _names(view.work, view.values)
+        names = dict.fromkeys(name for name in names if name in shared)
     for name in names:
-        if not _same(name, then.get(name), now.get(name)):
+        if not _is_equal(name, before.get(name), after.get(name)):
             yield ChangedChoice(
                 view.words.option(name),
-                _value(name, then.get(name), work, view),
-                _value(name, now.get(name), view.work, view),
+                _value(name, before.get(name), work, view),
+                _value(name, after.get(name), view.work, view),
             )
 
 
@@ -105,16 +105,16 @@ def _names(work: str, values: Mapping[str, Any]) -> set[str]:
     return {name for _, names in groups for name in names}
 
 
-def _same(name: str, then: Any, now: Any) -> bool:
+def _is_equal(name: str, before: Any, after: Any) -> bool:
     """Return whether two values are equal, as ``6`` and ``6mm`` are."""
     group = group_of(name)
-    if then == now:
+    if before == after:
         return True
     if group.specs()[name].kind == "path" or group.specs()[name].may_be_path:
         return False
     with suppress(OptionError):
-        one, other = (group(**group.as_typed({} if value is None else {name: value})) for value in (then, now))
-        return bool(getattr(one, name) == getattr(other, name))
+        first, second = (group(**group.as_typed({} if value is None else {name: value})) for value in (before, after))
+        return bool(getattr(first, name) == getattr(second, name))
     return False
 
 
@@ -131,10 +131,10 @@ def _changed_files(record: JobRecord, folder: Folder, words: Words) -> Iterator[
         value = record.task.options.get(name)
         if not isinstance(value, str) or not value.startswith(OWN):
             continue
-        own = value.removeprefix(OWN)
+        own_name = value.removeprefix(OWN)
         with suppress(LeafcutError, OSError):
-            if folder.own_path(kind, own).stat().st_mtime > record.created:
-                yield ChangedChoice(words.option(name), own, words("stale.saved"))
+            if folder.own_path(kind, own_name).stat().st_mtime > record.created:
+                yield ChangedChoice(words.option(name), own_name, words("stale.saved"))
 
 
 def _called(word: str, folder: Folder) -> str:

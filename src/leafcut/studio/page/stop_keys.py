@@ -35,7 +35,7 @@ class StopKeys:
         self._chosen = 0
         w = words
         with box("div", "stops", role="toolbar", aria_label=w("edit.stops"), data_roving=""):
-            for at, (name, words_in, act) in enumerate(
+            for position, (name, pattern, act) in enumerate(
                 (
                     ("previous", "‹ {}", lambda: self._step(-1)),
                     ("next", "{} ›", lambda: self._step(1)),
@@ -43,8 +43,8 @@ class StopKeys:
                     ("later", "{}", lambda: self._shift(1)),
                 )
             ):
-                short = words_in.format(w(f"edit.{name}_short"))
-                button(short, act, "small", aria_label=w(f"edit.{name}"), tabindex="-1" if at else "0")
+                short = pattern.format(w(f"edit.{name}_short"))
+                button(short, act, "small", aria_label=w(f"edit.{name}"), tabindex="-1" if position else "0")
         with box("form", "to-place") as form:
             text("label", w("edit.to_short"), "quiet", for_="edit-to")
             with box("span", "box"):
@@ -73,29 +73,29 @@ class StopKeys:
         """Return the index of the selected stop in the order, or -1."""
         return next((k for k, stop in enumerate(self._stops()) if stop.name == self._chosen), -1)
 
-    def _step(self, by: int) -> None:
+    def _step(self, step: int) -> None:
         """Select the previous or next stop; without a selection, the last or the first."""
-        stops, at = self._stops(), self._at()
+        stops, index = self._stops(), self._at()
         if stops:
-            to = (0 if by > 0 else len(stops) - 1) if at < 0 else min(max(at + by, 0), len(stops) - 1)
-            self._choose(stops[to].name)
+            target = (0 if step > 0 else len(stops) - 1) if index < 0 else min(max(index + step, 0), len(stops) - 1)
+            self._choose(stops[target].name)
 
-    def _shift(self, by: int) -> None:
-        self._move(self._at() + by if self._at() >= 0 else -1)
+    def _shift(self, step: int) -> None:
+        self._move(self._at() + step if self._at() >= 0 else -1)
 
     def _put(self) -> None:
         """Move the selected stop to the typed position."""
         number, count = self._number.strip(), len(self._stops())
-        to = int(number) - 1 if number.isdecimal() and len(number) < 10 else -1
-        self._move(to if 0 <= to < count else -1, self._words("edit.places", count=count))
+        target = int(number) - 1 if number.isdecimal() and len(number) < 10 else -1
+        self._move(target if 0 <= target < count else -1, self._words("edit.places", count=count))
 
-    def _move(self, to: int, refusal: str = "") -> None:
+    def _move(self, target: int, refusal: str = "") -> None:
         """Move the selected stop to an index; an invalid one is ignored, or answered with `refusal`."""
-        stops, at = self._stops(), self._at()
-        if at < 0 or (refusal and to < 0):
-            self._change(_refused(refusal if at >= 0 else self._words("edit.choose")))
-        elif 0 <= to < len(stops) and to != at:
-            name, onto = stops[at].name, stops[to].name
+        stops, index = self._stops(), self._at()
+        if index < 0 or (refusal and target < 0):
+            self._change(_refused(refusal if index >= 0 else self._words("edit.choose")))
+        elif 0 <= target < len(stops) and target != index:
+            name, onto = stops[index].name, stops[target].name
             self._change(lambda edited: edited.move(name, onto))
 
 

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 
 _SYNTAX = re.compile(r"\(at line (\d+), column \d+\)")
-_SAID = re.compile(r"[^:]*\.toml: (?:\[\[(?P<many>\w+)\]\] (?P<number>\d+): )?(?:\[(?P<table>\w+)\]: )?(?P<rest>.*)")
+_MESSAGE = re.compile(r"[^:]*\.toml: (?:\[\[(?P<many>\w+)\]\] (?P<number>\d+): )?(?:\[(?P<table>\w+)\]: )?(?P<rest>.*)")
 _NAMED = re.compile(r"'([\w.-]+)'")
 _HEAD = re.compile(r"\s*(\[\[?)\s*([^\]]+?)\s*\]")
 _KEY = re.compile(r"""\s*((?:[\w-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[\w-]+|"[^"]*"|'[^']*'))*)\s*=""")
@@ -29,11 +29,11 @@ def place_of(text: str, problem: str) -> TomlPlace:
         return TomlPlace(line=int(syntax.group(1)))
     if "(at end of document)" in problem:
         return TomlPlace(line=len(text.splitlines()))
-    said = _SAID.match(problem)
-    if said is None:
+    match = _MESSAGE.match(problem)
+    if match is None:
         return TomlPlace()
-    table, number = said["many"] or said["table"] or "", int(said["number"] or 0)
-    named = _NAMED.search(said["rest"])
+    table, number = match["many"] or match["table"] or "", int(match["number"] or 0)
+    named = _NAMED.search(match["rest"])
     key = named.group(1) if named else ""
     if "." in key and not table:
         table, _, key = key.rpartition(".")
@@ -46,25 +46,25 @@ def place_of(text: str, problem: str) -> TomlPlace:
 def _line_of(text: str, table: str, number: int, key: str) -> int | None:
     """Return the line of a key, or else of its table's header; None without either."""
     counts: dict[str, int] = {}
-    here, begins = "", None if table else 1
+    current, first_line = "", None if table else 1
     inside = not table
-    for at, line in enumerate(text.splitlines(), 1):
+    for number_of_line, line in enumerate(text.splitlines(), 1):
         head = _HEAD.match(line)
         if head:
-            here = _plain(head.group(2))
-            counts[here] = counts.get(here, 0) + 1
-            inside = here == table and counts[here] == max(number, 1)
-            if inside and begins is None:
-                begins = at
+            current = _plain(head.group(2))
+            counts[current] = counts.get(current, 0) + 1
+            inside = current == table and counts[current] == max(number, 1)
+            if inside and first_line is None:
+                first_line = number_of_line
             continue
-        found = _KEY.match(line)
-        if found is None:
+        match = _KEY.match(line)
+        if match is None:
             continue
-        name = _plain(found.group(1))
-        whole = f"{here}.{name}" if here else name
-        if key and ((inside and name == key) or (not number and whole == f"{table}.{key}".strip("."))):
-            return at
-    return begins if not key or table else 1
+        name = _plain(match.group(1))
+        full_name = f"{current}.{name}" if current else name
+        if key and ((inside and name == key) or (not number and full_name == f"{table}.{key}".strip("."))):
+            return number_of_line
+    return first_line if not key or table else 1
 
 
 def _plain(name: str) -> str:

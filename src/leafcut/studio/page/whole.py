@@ -40,9 +40,9 @@ class Whole:
     pictures: dict[str, dict[str, str]] = field(default_factory=dict)
     machine: str = ""
 
-    def likeliest(self, works: Sequence[str]) -> list[str]:
+    def likeliest(self, kinds: Sequence[str]) -> list[str]:
         """Return kinds of work, the most likely first."""
-        return [*(work for work in self.suits if work in works), *(work for work in works if work not in self.suits)]
+        return [*(work for work in self.suits if work in kinds), *(work for work in kinds if work not in self.suits)]
 
     def beneath(self, work: str, source: Source, part: Part, settings: Settings) -> tuple[Part | None, Zero]:
         """Return the whole drawing placed under a part read for a kind of work, and the position of program zero."""
@@ -56,19 +56,22 @@ class Whole:
 Zero = tuple[float, float] | None
 
 
-def whole_of(format_: Format, source: Source, works: Sequence[str], settings: Settings) -> Whole:
+def whole_of(format_: Format, source: Source, kinds: Sequence[str], settings: Settings) -> Whole:
     """Return the whole content of an input; empty if the reader knows nothing but the machined part."""
-    machine = next((one for one in (registry.machine_for(work, format_.name) for work in works) if one), "")
+    machine = next(
+        (selection for selection in (registry.machine_for(work, format_.name) for work in kinds) if selection), ""
+    )
     if format_.whole is None and format_.contours is None and not _filtered(settings.read):
         return Whole(machine=machine)
     try:
         part = read_whole(source, settings.read)
     except LeafcutError:
         return Whole(machine=machine)  # the reading for a kind of work reports the error
-    suits = registry.suited(works, WholeDrawing(part))
+    suits = registry.suited(kinds, WholeDrawing(part))
     drawn = Thumbnails(part)
     pictures = {
-        work: drawn.picture(one.contours, one.holes, registry.process(work).pictured) for work, one in suits.items()
+        work: drawn.picture(selection.contours, selection.holes, registry.process(work).pictured)
+        for work, selection in suits.items()
     }
     return Whole(part, suits, pictures, machine)
 

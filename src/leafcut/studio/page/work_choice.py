@@ -25,10 +25,10 @@ class WorkChoice(Element, component="../static/works.js"):
         self.update()
 
 
-def cards(works: tuple[str, ...], seen: Seen | None, words: Words) -> list[dict[str, Any]]:
+def cards(kinds: tuple[str, ...], seen: Seen | None, words: Words) -> list[dict[str, Any]]:
     """Return a card for each kind of work, with a thumbnail of its effect on the open drawing."""
     pictures = seen.whole.pictures if seen is not None else {}
-    return [{"name": work, "title": words.named("work", work), "picture": pictures.get(work)} for work in works]
+    return [{"name": work, "title": words.named("work", work), "picture": pictures.get(work)} for work in kinds]
 
 
 def why_suggested(seen: Seen | None, words: Words) -> str:

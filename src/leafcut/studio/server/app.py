@@ -52,7 +52,7 @@ def make_api(studio: Studio) -> FastAPI:
         yield
         studio.close()
 
-    made = FastAPI(
+    app = FastAPI(
         title="leafcut",
         version=__version__,
         description=routes.__doc__ or "",
@@ -61,13 +61,13 @@ def make_api(studio: Studio) -> FastAPI:
         openapi_url="/api/openapi.json",
         lifespan=lifespan,
     )
-    made.include_router(routes.router(studio))
-    routes.add_static(made)
-    made.add_exception_handler(LeafcutError, routes.refuse)
-    made.add_exception_handler(Exception, routes.refuse)
-    made.add_exception_handler(HTTPException, routes.refuse_http)
-    made.add_exception_handler(RequestValidationError, routes.refuse_invalid)
-    return made
+    app.include_router(routes.router(studio))
+    routes.add_static(app)
+    app.add_exception_handler(LeafcutError, routes.refuse)
+    app.add_exception_handler(Exception, routes.refuse)
+    app.add_exception_handler(HTTPException, routes.refuse_http)
+    app.add_exception_handler(RequestValidationError, routes.refuse_invalid)
+    return app
 
 
 def guarded(
@@ -82,17 +82,17 @@ class _Door:
 
     def __init__(self, studio: Studio) -> None:
         self._studio = studio
-        self._told = ""
+        self._offered_key = ""
 
     def tell(self, words: str) -> None:
         """Print an unused address."""
-        self._told = self._studio.keys.new_entry()
-        print(f"{words} {self._studio.address(self._told)}", flush=True)
+        self._offered_key = self._studio.keys.new_entry()
+        print(f"{words} {self._studio.address(self._offered_key)}", flush=True)
 
     def entered(self, key: str) -> None:
         """Handle the use of an address."""
         self._studio.entrance.unlink(missing_ok=True)
-        if key == self._told:
+        if key == self._offered_key:
             self.tell("leafcut studio, for another browser:")
 
 
@@ -194,16 +194,16 @@ def _listen(port: int | None) -> socket.socket:
     """
     tried = range(PORT, PORT + _TRIED) if port is None else [port]
     for number in tried:
-        made = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-        made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, sys.platform != "win32")
+        listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, sys.platform != "win32")
         try:
-            made.bind((HOST, number))
-            made.listen(128)
+            listener.bind((HOST, number))
+            listener.listen(128)
         except OSError as problem:
-            made.close()
+            listener.close()
             reason = problem.strerror
         else:
-            return made
+            return listener
     shown = f"{PORT} to {PORT + _TRIED - 1}" if port is None else str(port)
     raise StudioError(f"port {shown} cannot be used ({reason}); choose another with --port")
 

@@ -96,11 +96,11 @@ class AnswerBody(BaseModel):
     answer: Literal["go on", "all", "stop"]
 
 
-def add_machine(made: APIRouter, studio: Studio) -> None:
+def add_machine(router: APIRouter, studio: Studio) -> None:
     """Add the routes of the machine."""
-    _add_connection(made, studio)
-    _add_by_hand(made, studio)
-    _add_program(made, studio)
+    _add_connection(router, studio)
+    _add_by_hand(router, studio)
+    _add_program(router, studio)
 
 
 def _state(studio: Studio) -> dict[str, Any]:
@@ -113,71 +113,71 @@ async def _done(studio: Studio, future: Future[Any]) -> dict[str, Any]:
     return _state(studio)
 
 
-def _add_connection(made: APIRouter, studio: Studio) -> None:
+def _add_connection(router: APIRouter, studio: Studio) -> None:
     link = studio.machine
 
-    @made.get("/machine", summary="What the machine does, where it is, and how far its program is")
+    @router.get("/machine", summary="What the machine does, where it is, and how far its program is")
     async def state() -> dict[str, Any]:
         return _state(studio)
 
-    @made.get("/machine/ports", summary="The serial ports of this computer")
+    @router.get("/machine/ports", summary="The serial ports of this computer")
     def serial_ports() -> dict[str, Any]:
         return {"ports": [{"name": name, "description": words} for name, words in ports()]}
 
-    @made.post("/machine/connect", summary="Connect a GRBL board")
+    @router.post("/machine/connect", summary="Connect a GRBL board")
     async def connect(body: ConnectBody) -> dict[str, Any]:
         return await _done(studio, link.connect(PROGRAM, body.port, body.baud))
 
-    @made.post("/machine/disconnect", summary="Give the port back")
+    @router.post("/machine/disconnect", summary="Give the port back")
     async def disconnect() -> dict[str, Any]:
         await asyncio.to_thread(link.disconnect, PROGRAM)
         return _state(studio)
 
-    @made.post("/machine/take", summary="Command the machine in place of a page")
+    @router.post("/machine/take", summary="Command the machine in place of a page")
     async def take() -> dict[str, Any]:
         link.take(PROGRAM)
         return _state(studio)
 
-    @made.post("/machine/stop", summary="Stop it: hold, wait until it stands, reset; the spindle is off")
+    @router.post("/machine/stop", summary="Stop it: hold, wait until it stands, reset; the spindle is off")
     async def stop() -> dict[str, str]:
         link.stop()
         return {"stop": "sent"}
 
 
-def _add_by_hand(made: APIRouter, studio: Studio) -> None:
+def _add_by_hand(router: APIRouter, studio: Studio) -> None:
     link = studio.machine
 
-    @made.post("/machine/home", summary="Home it")
+    @router.post("/machine/home", summary="Home it")
     async def home() -> dict[str, Any]:
         return await _done(studio, link.home(PROGRAM))
 
-    @made.post("/machine/unlock", summary="Bring it to rest out of an alarm or a hold, without homing it")
+    @router.post("/machine/unlock", summary="Bring it to rest out of an alarm or a hold, without homing it")
     async def unlock() -> dict[str, Any]:
         return await _done(studio, link.unlock(PROGRAM))
 
-    @made.post("/machine/jog", summary="Move it by hand")
+    @router.post("/machine/jog", summary="Move it by hand")
     async def jog(body: JogBody) -> dict[str, Any]:
         moves = {axis: value for axis, value in (("X", body.x), ("Y", body.y), ("Z", body.z)) if value}
         return await _done(studio, link.jog(PROGRAM, moves, body.feed))
 
-    @made.post("/machine/cancel", summary="End a jog or a frame")
+    @router.post("/machine/cancel", summary="End a jog or a frame")
     async def cancel() -> dict[str, Any]:
         link.cancel(PROGRAM)
         return _state(studio)
 
-    @made.post("/machine/zero", summary="Set the work zero where the tool is (G10 L20 P1)")
+    @router.post("/machine/zero", summary="Set the work zero where the tool is (G10 L20 P1)")
     async def zero(body: ZeroBody) -> dict[str, Any]:
         return await _done(studio, link.zero(PROGRAM, body.axes))
 
-    @made.post("/machine/probe", summary="Set the zero of Z by a plate (G38.2)")
+    @router.post("/machine/probe", summary="Set the zero of Z by a plate (G38.2)")
     async def probe(body: ProbeBody) -> dict[str, Any]:
         return await _done(studio, link.probe(PROGRAM, body.plate, body.feed, body.travel))
 
 
-def _add_program(made: APIRouter, studio: Studio) -> None:
+def _add_program(router: APIRouter, studio: Studio) -> None:
     link = studio.machine
 
-    @made.post("/machine/check", summary="Check a program against the machine as it stands; nothing of it is sent")
+    @router.post("/machine/check", summary="Check a program against the machine as it stands; nothing of it is sent")
     async def check(body: RunBody) -> dict[str, Any]:
         job = await asyncio.to_thread(_program, studio, body)
         ready = await asyncio.wrap_future(link.check(PROGRAM, job, _wishes(body)))
@@ -186,33 +186,33 @@ def _add_program(made: APIRouter, studio: Studio) -> None:
             "told": ready.told, "seconds": seconds, "holes": len(job.holes), "box": ready.box, "tools": ready.tools,
         }  # fmt: skip
 
-    @made.post("/machine/frame", summary="Trace the box of a program in the air")
+    @router.post("/machine/frame", summary="Trace the box of a program in the air")
     async def frame(body: FrameBody) -> dict[str, Any]:
         job = await asyncio.to_thread(_program, studio, body)
         return await _done(studio, link.frame(PROGRAM, job, RunWishes(unhomed=body.unhomed), body.feed))
 
-    @made.post("/machine/run", summary="Run a program")
+    @router.post("/machine/run", summary="Run a program")
     async def run(body: RunBody) -> dict[str, Any]:
         job = await asyncio.to_thread(_program, studio, body)
         ready = await asyncio.wrap_future(link.run(PROGRAM, job, _wishes(body)))
         return {**_state(studio), "told": ready.told}
 
-    @made.post("/machine/answer", summary="Answer what a program asks: the next hole, a tool, a pause")
+    @router.post("/machine/answer", summary="Answer what a program asks: the next hole, a tool, a pause")
     async def answer(body: AnswerBody) -> dict[str, Any]:
         link.answer(PROGRAM, {"go on": "", "all": "all", "stop": None}[body.answer])
         return _state(studio)
 
-    @made.post("/machine/hold", summary="Hold the program: it slows down and stands, the spindle turns on")
+    @router.post("/machine/hold", summary="Hold the program: it slows down and stands, the spindle turns on")
     async def hold() -> dict[str, Any]:
         link.request(PROGRAM, Request.HOLD)
         return _state(studio)
 
-    @made.post("/machine/resume", summary="Go on after a hold")
+    @router.post("/machine/resume", summary="Go on after a hold")
     async def resume() -> dict[str, Any]:
         link.request(PROGRAM, Request.RESUME)
         return _state(studio)
 
-    @made.post("/machine/feed/{change}", summary="Change the feed by 10 %, or take it as programmed")
+    @router.post("/machine/feed/{change}", summary="Change the feed by 10 %, or take it as programmed")
     async def feed(change: Annotated[Literal["faster", "slower", "normal"], Path()]) -> dict[str, Any]:
         link.request(PROGRAM, _FEEDS[change])
         return _state(studio)

@@ -114,21 +114,23 @@ _BODY = {"required": True, "content": {"application/octet-stream": {"schema": _B
 def router(studio: Studio) -> APIRouter:
     """Return the routes of a studio under ``/api``."""
     token = HTTPBearer(auto_error=False, description="the token in the studio's folder")  # checked by the guard
-    made = APIRouter(prefix="/api", responses=_REFUSED, dependencies=[Security(token)], default_response_class=_Answer)
-    _add_commands(made, studio.folder, studio.jobs)
-    _add_files(made, studio.folder)
-    _add_jobs(made, studio.jobs)
-    _add_lists(made)
-    _add_lab(made, studio.lab)
-    _add_points(made, studio.folder)
-    add_machine(made, studio)
+    routes = APIRouter(
+        prefix="/api", responses=_REFUSED, dependencies=[Security(token)], default_response_class=_Answer
+    )
+    _add_commands(routes, studio.folder, studio.jobs)
+    _add_files(routes, studio.folder)
+    _add_jobs(routes, studio.jobs)
+    _add_lists(routes)
+    _add_lab(routes, studio.lab)
+    _add_points(routes, studio.folder)
+    add_machine(routes, studio)
 
-    @made.get("", include_in_schema=False)
-    @made.get("/{rest:path}", include_in_schema=False)
+    @routes.get("", include_in_schema=False)
+    @routes.get("/{rest:path}", include_in_schema=False)
     def nothing(rest: str = "") -> None:
         raise HTTPException(404, "there is nothing at this address")
 
-    return made
+    return routes
 
 
 def refuse(_: Request, problem: Exception) -> JSONResponse:
@@ -154,11 +156,11 @@ def refuse_invalid(_: Request, problem: Exception) -> JSONResponse:
 
 async def _keep(folder: Folder, file: UploadFile) -> str:
     """Store an upload in chunks, as it may be large; return its id."""
-    made, path = folder.new_input(file.filename or "file")
-    with path.open("wb") as to:
-        while piece := await file.read(1 << 20):
-            to.write(piece)
-    return made
+    input_id, path = folder.new_input(file.filename or "file")
+    with path.open("wb") as output:
+        while chunk := await file.read(1 << 20):
+            output.write(chunk)
+    return input_id
 
 
 async def _input(folder: Folder, file: UploadFile | None, named: str) -> str:
@@ -171,12 +173,12 @@ async def _input(folder: Folder, file: UploadFile | None, named: str) -> str:
 
 def _options(text: str) -> dict[str, Any]:
     try:
-        found = json.loads(text or "{}")
+        options = json.loads(text or "{}")
     except (ValueError, RecursionError):
-        found = None
-    if not isinstance(found, dict):
+        options = None
+    if not isinstance(options, dict):
         raise OptionError("'options' must be a JSON object")
-    return found
+    return options
 
 
 async def _done(jobs: Jobs, task: Task, named: str = "") -> tuple[JobRecord, dict[str, Any]]:
@@ -199,12 +201,12 @@ async def _done(jobs: Jobs, task: Task, named: str = "") -> tuple[JobRecord, dic
 
 
 def _text(jobs: Jobs, job: str, name: str) -> str:
-    found = jobs.history.artefact(job, name)
-    return "" if found is None else found.text
+    artefact = jobs.history.artefact(job, name)
+    return "" if artefact is None else artefact.text
 
 
-def _add_commands(made: APIRouter, folder: Folder, jobs: Jobs) -> None:
-    @made.post("/optimize", summary="A verified program from a drawing, or from another CAM's program")
+def _add_commands(routes: APIRouter, folder: Folder, jobs: Jobs) -> None:
+    @routes.post("/optimize", summary="A verified program from a drawing, or from another CAM's program")
     async def optimize(
         file: Upload = None, source: Named = "", process: Annotated[str, Form()] = "auto", options: Options = "{}"
     ) -> _Answer:
@@ -214,7 +216,7 @@ def _add_commands(made: APIRouter, folder: Folder, jobs: Jobs) -> None:
         record, answer = await _done(jobs, task, "" if file is not None else source)
         return _Answer({**answer, "text": _text(jobs, record.id, "program"), "job": record.id})
 
-    @made.post("/solve", summary="A short closed tour through the points of a map")
+    @routes.post("/solve", summary="A short closed tour through the points of a map")
     async def solve(file: Upload = None, source: Named = "", options: Options = "{}") -> _Answer:
         """Return the answer of ``leafcut solve --json``, the tour in TSPLIB format as ``text``, and ``job``."""
         given = _options(options)
@@ -222,7 +224,7 @@ def _add_commands(made: APIRouter, folder: Folder, jobs: Jobs) -> None:
         record, answer = await _done(jobs, task, "" if file is not None else source)
         return _Answer({**answer, "text": _text(jobs, record.id, "tour"), "job": record.id})
 
-    @made.post("/nest", summary="Parts with quantities laid on sheets, in several variants")
+    @routes.post("/nest", summary="Parts with quantities laid on sheets, in several variants")
     async def nest(
         files: Annotated[list[UploadFile], File(description="drawings of parts")],
         parts: Annotated[
@@ -231,15 +233,17 @@ def _add_commands(made: APIRouter, folder: Folder, jobs: Jobs) -> None:
         options: Options = "{}",
     ) -> _Answer:
         """Return the answer of ``leafcut nest --json``, the drawings by name as ``texts``, and ``job``."""
-        given, wanted = _options(options), wanted_parts([""] * len(files), parts)
-        words = [replace(one, input=await _keep(folder, file)).word for one, file in zip(wanted, files, strict=True)]
+        given, parts_wanted = _options(options), wanted_parts([""] * len(files), parts)
+        words = [
+            replace(part, input=await _keep(folder, file)).word for part, file in zip(parts_wanted, files, strict=True)
+        ]
         task = Task("nest", tuple(words), "auto", given)
         record, answer = await _done(jobs, task)
         sheets = sheets_of(record.id, answer)
         texts = {sheet.file: _text(jobs, record.id, sheet.drawing) for sheet in sheets}
         return _Answer({**answer, "texts": texts, "job": record.id})
 
-    @made.post("/simulate", summary="What a program costs on a machine, and what is dangerous in it")
+    @routes.post("/simulate", summary="What a program costs on a machine, and what is dangerous in it")
     async def simulate(file: Upload = None, options: Options = "{}") -> _Answer:
         """Return the answer of ``leafcut simulate --json``, and the job's id as ``job``."""
         given = _options(options)
@@ -247,7 +251,7 @@ def _add_commands(made: APIRouter, folder: Folder, jobs: Jobs) -> None:
         record, answer = await _done(jobs, task)
         return _Answer({**answer, "job": record.id})
 
-    @made.post("/verify", summary="Whether two programs do the same work, or where they differ")
+    @routes.post("/verify", summary="Whether two programs do the same work, or where they differ")
     async def verify(
         original: Annotated[UploadFile, File(description="the program that is right")],
         new: Annotated[UploadFile, File(description="the program that must do the same work")],
@@ -260,25 +264,25 @@ def _add_commands(made: APIRouter, folder: Folder, jobs: Jobs) -> None:
         return _Answer({**answer, "job": record.id})
 
 
-def _add_files(made: APIRouter, folder: Folder) -> None:
-    @made.post("/files", summary="Open a file in the studio", openapi_extra={"requestBody": _BODY})
+def _add_files(routes: APIRouter, folder: Folder) -> None:
+    @routes.post("/files", summary="Open a file in the studio", openapi_extra={"requestBody": _BODY})
     async def open_file(request: Request, name: Annotated[str, Query(max_length=1000)]) -> dict[str, Any]:
         """Store the body of the request as a file; return its ``id``, its ``name`` and its ``size`` in bytes."""
-        made_id, path = folder.new_input(name)
+        input_id, path = folder.new_input(name)
         size = 0
         try:
-            with path.open("wb") as to:
-                async for piece in request.stream():
-                    size += len(piece)
-                    to.write(piece)
+            with path.open("wb") as output:
+                async for chunk in request.stream():
+                    size += len(chunk)
+                    output.write(chunk)
         except BaseException:
-            folder.drop_inputs([made_id])
+            folder.drop_inputs([input_id])
             raise
-        return {"id": made_id, "name": path.name, "size": size}
+        return {"id": input_id, "name": path.name, "size": size}
 
 
-def _add_points(made: APIRouter, folder: Folder) -> None:
-    @made.get("/points.csv", summary="The points of a map, such as random:200:1, or of a file that is open")
+def _add_points(routes: APIRouter, folder: Folder) -> None:
+    @routes.get("/points.csv", summary="The points of a map, such as random:200:1, or of a file that is open")
     def points(source: Annotated[str, Query(max_length=200)]) -> Response:
         from leafcut.read import read
         from leafcut.read.csvmap import points_text
@@ -313,80 +317,80 @@ def _job_answer(jobs: Jobs, record: JobRecord) -> dict[str, Any]:
     }
 
 
-def _found(jobs: Jobs, job: str) -> JobRecord:
+def _record_of(jobs: Jobs, job: str) -> JobRecord:
     record = jobs.record(job)
     if record is None:
         raise HTTPException(404, "there is no such job")
     return record
 
 
-def _add_jobs(made: APIRouter, jobs: Jobs) -> None:
-    @made.get("/jobs", summary="The last jobs, the newest first")
+def _add_jobs(routes: APIRouter, jobs: Jobs) -> None:
+    @routes.get("/jobs", summary="The last jobs, the newest first")
     def every(most: Annotated[int, Query(ge=1, le=1000)] = 100) -> dict[str, Any]:
         return {"jobs": [_job_answer(jobs, record) for record in jobs.newest(most)]}
 
-    @made.get("/jobs/{job}", summary="A job: how it stands, and its answer where it is done")
+    @routes.get("/jobs/{job}", summary="A job: how it stands, and its answer where it is done")
     def one(job: JobId) -> dict[str, Any]:
-        return {**_job_answer(jobs, _found(jobs, job)), "answer": jobs.history.answer(job)}
+        return {**_job_answer(jobs, _record_of(jobs, job)), "answer": jobs.history.answer(job)}
 
-    @made.post("/jobs/{job}/stop", summary="Stop a job and keep the best that it has")
+    @routes.post("/jobs/{job}/stop", summary="Stop a job and keep the best that it has")
     def stop(job: JobId) -> dict[str, Any]:
-        _found(jobs, job)
+        _record_of(jobs, job)
         jobs.stop(job)
-        return _job_answer(jobs, _found(jobs, job))
+        return _job_answer(jobs, _record_of(jobs, job))
 
-    @made.post("/jobs/{job}/cancel", summary="Stop a job and keep nothing")
+    @routes.post("/jobs/{job}/cancel", summary="Stop a job and keep nothing")
     def cancel(job: JobId) -> dict[str, Any]:
-        _found(jobs, job)
+        _record_of(jobs, job)
         jobs.cancel(job)
-        return _job_answer(jobs, _found(jobs, job))
+        return _job_answer(jobs, _record_of(jobs, job))
 
-    @made.get(
+    @routes.get(
         "/jobs/{job}/answer", summary="The answer of a job that is done, as the command line gives it with --json"
     )
     def answer(job: JobId) -> _Answer:
-        found = jobs.history.answer(_found(jobs, job).id)
-        if found is None:
+        answer_ = jobs.history.answer(_record_of(jobs, job).id)
+        if answer_ is None:
             raise HTTPException(404, "this job has no answer")
-        return _Answer(found)
+        return _Answer(answer_)
 
-    @made.post("/jobs/{job}/cuts", summary="Plan the cuts of all sheets of a nest, and compare its variants")
+    @routes.post("/jobs/{job}/cuts", summary="Plan the cuts of all sheets of a nest, and compare its variants")
     async def plan(job: JobId, options: Options = "{}") -> dict[str, Any]:
         """Return time and cost of every variant's cuts after planning; the jobs contain the programs."""
-        _found(jobs, job)
-        for begun in plan_cuts(jobs, job, _options(options)):
-            await jobs.over(begun)
+        _record_of(jobs, job)
+        for cut_job in plan_cuts(jobs, job, _options(options)):
+            await jobs.over(cut_job)
         return {"variants": comparison(jobs, job)}
 
-    @made.get("/jobs/{job}/cuts", summary="What the cuts of a nest's variants come to, as far as they are planned")
+    @routes.get("/jobs/{job}/cuts", summary="What the cuts of a nest's variants come to, as far as they are planned")
     def cuts(job: JobId) -> dict[str, Any]:
-        _found(jobs, job)
+        _record_of(jobs, job)
         return {"variants": comparison(jobs, job)}
 
-    @made.delete("/jobs/{job}", summary="Forget a job and the files that only it used")
+    @routes.delete("/jobs/{job}", summary="Forget a job and the files that only it used")
     def delete(job: JobId) -> dict[str, str]:
-        _found(jobs, job)
+        _record_of(jobs, job)
         jobs.delete(job)
         return {"deleted": job}
 
-    @made.get(
+    @routes.get(
         "/jobs/{job}/files/{name}",
         summary="A file that a run made",
         response_class=Response,
         responses={200: {"description": "the file", "content": {"*/*": {"schema": _BINARY}}}},
     )
     def artefact(job: JobId, name: Annotated[str, Path(max_length=40)], show: bool = False) -> Response:
-        found = jobs.history.artefact(job, name)
-        if found is None:
+        stored = jobs.history.artefact(job, name)
+        if stored is None:
             raise HTTPException(404, "there is no such file")
-        shown = show and found.media_type in _SHOWN
-        disposition = f"{'inline' if shown else 'attachment'}; filename*=UTF-8''{quote(found.file_name)}"
+        shown = show and stored.media_type in _SHOWN
+        disposition = f"{'inline' if shown else 'attachment'}; filename*=UTF-8''{quote(answer_.file_name)}"
         headers = {"content-disposition": disposition, "content-security-policy": STILL_POLICY}
-        return Response(found.data, media_type=found.media_type, headers=headers)
+        return Response(answer_.data, media_type=answer_.media_type, headers=headers)
 
 
-def _add_lab(made: APIRouter, lab: LabRuns) -> None:
-    @made.get("/lab/{name}/{file}", summary="The report (report.html) or the runs (runs.csv) of an experiment")
+def _add_lab(routes: APIRouter, lab: LabRuns) -> None:
+    @routes.get("/lab/{name}/{file}", summary="The report (report.html) or the runs (runs.csv) of an experiment")
     def experiment(
         name: Annotated[str, Path(max_length=60)], file: Annotated[str, Path(max_length=20)], reduced: bool = False
     ) -> Response:
@@ -395,38 +399,38 @@ def _add_lab(made: APIRouter, lab: LabRuns) -> None:
 
         if file not in ("report.html", "runs.csv"):
             raise HTTPException(404, "there is no such file")
-        found = lab.described(name, reduced)
-        rows = lab.rows(found)
+        description = lab.described(name, reduced)
+        rows = lab.rows(description)
         headers = {"content-security-policy": STILL_POLICY}
         if file == "runs.csv":
-            headers["content-disposition"] = f'attachment; filename="{found.name}.csv"'
-            return Response(rows_as_csv(found, rows), media_type="text/csv; charset=utf-8", headers=headers)
-        able = sum(can_run(found, plan) for plan in found.runs())
-        page = write_page(found, rows, able, found.n_runs - able)
+            headers["content-disposition"] = f'attachment; filename="{description.name}.csv"'
+            return Response(rows_as_csv(description, rows), media_type="text/csv; charset=utf-8", headers=headers)
+        n_possible = sum(can_run(description, plan) for plan in description.runs())
+        page = write_page(description, rows, n_possible, description.n_runs - n_possible)
         return Response(page, media_type="text/html; charset=utf-8", headers=headers)
 
 
-def _add_lists(made: APIRouter) -> None:
-    @made.get("/machines", summary="The machines that leafcut knows")
+def _add_lists(routes: APIRouter) -> None:
+    @routes.get("/machines", summary="The machines that leafcut knows")
     def machines() -> dict[str, Any]:
         from leafcut.read.machine import machine_list
 
         return {"machines": [{"name": name, "description": words} for name, words in machine_list()]}
 
-    @made.get("/algorithms", summary="The algorithms that order the work")
+    @routes.get("/algorithms", summary="The algorithms that order the work")
     def algorithms() -> dict[str, Any]:
         from leafcut import api
 
         return {"algorithms": [{"name": name, "description": words} for name, words in api.algorithms().items()]}
 
-    @made.get("/formats", summary="The kinds of file that leafcut reads")
+    @routes.get("/formats", summary="The kinds of file that leafcut reads")
     def formats() -> dict[str, Any]:
         from leafcut.read import formats
 
         rows = [{"name": f.name, "description": f"{' '.join(f.extensions)}  {f.help}".strip()} for f in formats()]
         return {"formats": rows}
 
-    @made.get("/options", summary="Every option: its kind, unit, bounds, choices and help")
+    @routes.get("/options", summary="Every option: its kind, unit, bounds, choices and help")
     def options() -> dict[str, Any]:
         rows = [
             {

@@ -132,8 +132,8 @@ class Guard:
         """Return why a request is refused regardless of its key; empty if it is not."""
         if asked.host not in self.hosts:
             return "This address is not the studio's: use 127.0.0.1 and the port that it printed."
-        own = f"http://{asked.host}"
-        if asked.origin is not None and asked.origin != own:
+        own_origin = f"http://{asked.host}"
+        if asked.origin is not None and asked.origin != own_origin:
             return "A page of another origin may not speak to the studio."
         # Without a key, report the missing key instead.
         if asked.changes and asked.origin is None and self._known(asked) and not self._bearer(asked):
@@ -167,21 +167,21 @@ class Guard:
         return f"{self.cookie}={value}; Path=/; Max-Age={COOKIE_SECONDS}; HttpOnly; SameSite=Strict"
 
     async def _pass(self, asked: _Asked, scope: Scope, receive: Receive, send: Send) -> None:
-        most = self.largest if asked.path.startswith(UPLOADS) else min(self.largest, LARGEST_REQUEST)
-        if asked.length > most:
-            await _answer(asked, send, *_too_large(most))
+        limit = self.largest if asked.path.startswith(UPLOADS) else min(self.largest, LARGEST_REQUEST)
+        if asked.length > limit:
+            await _answer(asked, send, *_too_large(limit))
             return
         # Reloading the page renews its cookie, so that active users stay logged in.
         renewed = self._new_cookie() if asked.path == "/" and not self._bearer(asked) else ""
-        exchange = _Exchange(receive, send, asked, most, renewed)
+        exchange = _Exchange(receive, send, asked, limit, renewed)
         with suppress(RequestRefused):
             await self.app(scope, exchange.receive, exchange.send)
         if exchange.refused and not exchange.begun:
             await _answer(asked, send, *exchange.refused)
 
 
-def _too_large(most: int) -> tuple[int, str]:
-    return 413, f"This is larger than {most >> 20} MiB, the most that the studio takes."
+def _too_large(limit: int) -> tuple[int, str]:
+    return 413, f"This is larger than {limit >> 20} MiB, the most that the studio takes."
 
 
 class _Asked:
@@ -214,11 +214,11 @@ class _Asked:
         """Yield the values of a cookie; a malformed header has none."""
         for header in self.headers.get(b"cookie", []):
             try:
-                found = SimpleCookie(header.decode("latin-1"))
+                cookie = SimpleCookie(header.decode("latin-1"))
             except CookieError:
                 continue
-            if name in found:
-                yield found[name].value
+            if name in cookie:
+                yield cookie[name].value
 
 
 class _Exchange:
@@ -228,9 +228,9 @@ class _Exchange:
     within `WHOLE` seconds. After a violation the application's answer is dropped.
     """
 
-    def __init__(self, receive: Receive, send: Send, asked: _Asked, most: int, cookie: str) -> None:
+    def __init__(self, receive: Receive, send: Send, asked: _Asked, limit: int, cookie: str) -> None:
         self._receive, self._send, self._asked = receive, send, asked
-        self._most, self._left = most, most
+        self._limit, self._left = limit, limit
         self._cookie = cookie
         self._end = time.monotonic() + WHOLE
         self._arriving = True
@@ -246,7 +246,7 @@ class _Exchange:
         self._arriving = message.get("more_body", False)
         self._left -= len(message.get("body", b""))
         if self._left < 0:
-            self.refused = _too_large(self._most)
+            self.refused = _too_large(self._limit)
             raise RequestRefused
         return message
 
@@ -266,9 +266,9 @@ class _Exchange:
         if message["type"] == "http.response.start":
             self.begun = True
             headers = {k.decode("latin-1").lower(): v.decode("latin-1") for k, v in message["headers"]}
-            own = "content-security-policy" in headers
-            message["headers"] = [*message["headers"], *self._more(headers)]
-            if headers.get("content-type", "").startswith("text/html") and not own:
+            has_policy = "content-security-policy" in headers
+            message["headers"] = [*message["headers"], *self._added_headers(headers)]
+            if headers.get("content-type", "").startswith("text/html") and not has_policy:
                 self._held = message
                 return
         elif self._held is not None and message["type"] == "http.response.body":
@@ -282,18 +282,18 @@ class _Exchange:
             message = {"type": "http.response.body", "body": page}
         await self._send(message)
 
-    def _more(self, headers: dict[str, str]) -> list[tuple[bytes, bytes]]:
-        more = dict(_FIXED)
+    def _added_headers(self, headers: dict[str, str]) -> list[tuple[bytes, bytes]]:
+        added = dict(_FIXED)
         if "content-security-policy" not in headers:
-            more["content-security-policy"] = content_policy(self._nonce, self._asked.host)
+            added["content-security-policy"] = content_policy(self._nonce, self._asked.host)
         if "cache-control" not in headers:
-            more["cache-control"] = "no-store"
+            added["cache-control"] = "no-store"
         if self._cookie:
-            more["set-cookie"] = self._cookie
-        return [(k.encode(), v.encode()) for k, v in more.items() if k not in headers]
+            added["set-cookie"] = self._cookie
+        return [(k.encode(), v.encode()) for k, v in added.items() if k not in headers]
 
 
-async def _answer(asked: _Asked, send: Send, status: int, line: str, more: Iterable[tuple[str, str]] = ()) -> None:
+async def _answer(asked: _Asked, send: Send, status: int, line: str, extra: Iterable[tuple[str, str]] = ()) -> None:
     """Send an answer of the guard itself: one line, as a JSON error for routes of the API."""
     api = asked.path.startswith(UPLOADS)
     body = (json.dumps({"error": line}) if api else line).encode()
@@ -304,7 +304,7 @@ async def _answer(asked: _Asked, send: Send, status: int, line: str, more: Itera
         "content-security-policy": "default-src 'none'; frame-ancestors 'none'",
         "cache-control": "no-store",
         "connection": "close",
-        **dict(more),
+        **dict(extra),
     }
     await send(
         {
