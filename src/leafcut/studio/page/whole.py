@@ -59,7 +59,8 @@ Zero = tuple[float, float] | None
 def whole_of(format_: Format, source: Source, kinds: Sequence[str], settings: Settings) -> Whole:
     """Return the whole content of an input; empty if the reader knows nothing but the machined part."""
     machine = next(
-        (selection for selection in (registry.machine_for(work, format_.name) for work in kinds) if selection), ""
+        (machine_name for machine_name in (registry.machine_for(work, format_.name) for work in kinds) if machine_name),
+        "",
     )
     if format_.whole is None and format_.contours is None and not _filtered(settings.read):
         return Whole(machine=machine)

@@ -384,9 +384,9 @@ def _add_jobs(routes: APIRouter, jobs: Jobs) -> None:
         if stored is None:
             raise HTTPException(404, "there is no such file")
         shown = show and stored.media_type in _SHOWN
-        disposition = f"{'inline' if shown else 'attachment'}; filename*=UTF-8''{quote(answer_.file_name)}"
+        disposition = f"{'inline' if shown else 'attachment'}; filename*=UTF-8''{quote(stored.file_name)}"
         headers = {"content-disposition": disposition, "content-security-policy": STILL_POLICY}
-        return Response(answer_.data, media_type=answer_.media_type, headers=headers)
+        return Response(stored.data, media_type=stored.media_type, headers=headers)
 
 
 def _add_lab(routes: APIRouter, lab: LabRuns) -> None:
