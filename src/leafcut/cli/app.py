@@ -20,7 +20,7 @@ from leafcut._version import __version__
 from leafcut.cli.flags import command_of, usage_of
 from leafcut.cli.json_output import print_json
 from leafcut.cli.shared import DONE, REFUSED, STATUSES, USAGE, failure, print_line, printable
-from leafcut.cli.usage import DASH, GROUPS, HELD, command_in, told
+from leafcut.cli.usage import DASH, GROUPS, HELD, command_in, usage_message
 from leafcut.errors import OptionError
 from leafcut.options.settings import Settings
 from leafcut.processes import registry
@@ -134,12 +134,12 @@ def run(arguments: Sequence[str]) -> int:
 
 def _answered(arguments: Sequence[str]) -> int:
     words = _with_command(arguments)
-    held = [HELD if word == DASH else word for word in words]
-    held = ["--help" if word == HELP_ALL else word for word in held]
+    masked = [HELD if word == DASH else word for word in words]
+    masked = ["--help" if word == HELP_ALL else word for word in masked]
     try:
-        return int(app(words)(held, exit_on_error=False, print_error=False) or DONE)
+        return int(app(words)(masked, exit_on_error=False, print_error=False) or DONE)
     except CycloptsError as problem:
-        return _refused(words, _told(problem, command_in(words)), USAGE)
+        return _refused(words, _usage_message(problem, command_in(words)), USAGE)
 
 
 def _with_command(arguments: Sequence[str]) -> list[str]:
@@ -168,17 +168,17 @@ def _command_names() -> list[str]:
     return [*working, *_SIMPLE, *GROUPS]
 
 
-def _told(problem: CycloptsError, command: str) -> str:
-    works = _working_command(command)[1] if command in _working_names() else []
+def _usage_message(problem: CycloptsError, command: str) -> str:
+    kinds = _working_command(command)[1] if command in _working_names() else []
 
-    def why(flag: str, name: str) -> str:
-        if not works or any(name == used for _, used, _ in used_by(*works)):
+    def reason_unused(flag: str, name: str) -> str:
+        if not kinds or any(name == used for _, used, _ in used_by(*kinds)):
             return ""
-        title, instead = (works[0].title, works[0].otherwise.get(name, "")) if len(works) == 1 else (command, "")
-        return f"{flag}: {why_unused(name, title, instead)}"
+        title, alternative = (kinds[0].title, kinds[0].otherwise.get(name, "")) if len(kinds) == 1 else (command, "")
+        return f"{flag}: {why_unused(name, title, alternative)}"
 
     names = [name for name in _command_names() if name != "filter"]
-    return told(problem, command, names, {name: spec for _, name, spec in all_options()}, why)
+    return usage_message(problem, command, names, {name: spec for _, name, spec in all_options()}, reason_unused)
 
 
 def _refused(arguments: Sequence[str], line: str, status: int) -> int:
@@ -194,7 +194,7 @@ def app(arguments: Sequence[str] = ()) -> App:
 
     With a command line, only the flags of its command are generated, to save time. Without one, all are.
     """
-    made = App(
+    application = App(
         name="leafcut",
         help="Make the verified CNC program that needs the least machine time, from a drawing or another program.\n\n"
         f"leafcut FILE does the same as leafcut optimize FILE. {STATUSES}",
@@ -208,36 +208,44 @@ def app(arguments: Sequence[str] = ()) -> App:
         suppress_keyboard_interrupt=False,
     )
     asked = command_in(arguments)
-    everything = HELP_ALL in arguments
+    show_all = HELP_ALL in arguments
     for name, (help_text, commands) in GROUPS.items():
-        made.command(App(name=name, help=help_text, help_format="plaintext", help_epilogue="", group=_GROUP_OF[name]))
-        for one, place in commands.items() if not arguments or asked.partition(" ")[0] == name else ():
-            if f"{name} {one}" not in _WORKING:
-                _add(made, f"{name} {one}", resolve_name(place))
+        application.command(
+            App(name=name, help=help_text, help_format="plaintext", help_epilogue="", group=_GROUP_OF[name])
+        )
+        for subcommand, place in commands.items() if not arguments or asked.partition(" ")[0] == name else ():
+            if f"{name} {subcommand}" not in _WORKING:
+                _add(application, f"{name} {subcommand}", resolve_name(place))
     for name, place in _SIMPLE.items():
         if not arguments or asked in ("", name):
-            _add(made, name, resolve_name(place))
+            _add(application, name, resolve_name(place))
     for name in _working_names():
         if not arguments or f"{name} ".startswith(f"{asked} ".lstrip()):
             try:
-                function, works, special = _working_command(name)
+                function, kinds, special = _working_command(name)
             except OptionError:  # a plug-in that cannot be used
                 if asked == name:
                     raise
                 continue
-            options = used_by(*works) if not arguments or asked == name else ()
-            command = command_of(function, options, all_shown=everything or not arguments, **special)
-            hidden = bool(special.get("first")) and not everything
-            _add(made, name, command, special.get("help"), f"leafcut {name} --help-all shows all options." * hidden)
-    return made
+            options = used_by(*kinds) if not arguments or asked == name else ()
+            command = command_of(function, options, all_shown=show_all or not arguments, **special)
+            hidden = bool(special.get("first")) and not show_all
+            _add(
+                application,
+                name,
+                command,
+                special.get("help"),
+                f"leafcut {name} --help-all shows all options." * hidden,
+            )
+    return application
 
 
-def _add(made: App, name: str, command: Callable[..., int], help: str | None = None, end: str = "") -> None:
-    """Add a command, such as ``drill`` or ``lab run``; `end` is the epilogue of its help."""
+def _add(application: App, name: str, command: Callable[..., int], help: str | None = None, epilogue: str = "") -> None:
+    """Add a command, such as ``drill`` or ``lab run``; `epilogue` is the epilogue of its help."""
     *parent, last = name.split()
-    parent_app = made[parent[0]] if parent else made
+    parent_app = application[parent[0]] if parent else application
     shown: dict[str, Any] = {} if parent else {"group": _GROUP_OF.get(name, _MAKE), "show": name != "filter"}
-    parent_app.command(command, last, help=help, help_epilogue=end, usage=usage_of(name, command), **shown)
+    parent_app.command(command, last, help=help, help_epilogue=epilogue, usage=usage_of(name, command), **shown)
 
 
 def _working_names() -> tuple[str, ...]:
@@ -251,15 +259,15 @@ def _working_command(name: str) -> tuple[Callable[..., int], Sequence[Work], dic
     The result is the function, the kinds of work whose options it has, and further arguments of `command_of`.
     """
     if name in ("optimize", "filter"):
-        works = [one for one in registry.processes() if one.reads]
-        every = {"process": _process_flag("process", registry.asked_words()), "sources": _inputs(_EVERY_INPUT)}
+        kinds = [process for process in registry.processes() if process.reads]
+        annotations = {"process": _process_flag("process", registry.asked_words()), "sources": _inputs(_EVERY_INPUT)}
         if name == "optimize":
             first = registry.process("drill").form[0][1]
-            return resolve_name(_OPTIMIZE), works, {
-                "annotations": every, "fixed": {"command": "optimize"}, "first": first,
+            return resolve_name(_OPTIMIZE), kinds, {
+                "annotations": annotations, "fixed": {"command": "optimize"}, "first": first,
             }  # fmt: skip
         file = Annotated[str, Parameter(name="FILE", help="a drawing, a drill file or a program")]
-        return resolve_name(_WORKING[name][0]), works, {"annotations": {**every, "sources": file}}
+        return resolve_name(_WORKING[name][0]), kinds, {"annotations": {**annotations, "sources": file}}
     if name in _WORKING:
         place, work, special = _WORKING[name]
         return resolve_name(place), [registry.work(work)], special
@@ -285,10 +293,12 @@ def _helps_of(process: Process) -> dict[str, tuple[str, str]]:
     return {**process.helps, "machine": ("", process.usual(Settings()).machine.machine)}
 
 
-def _process_flag(what: str, words: Iterable[str]) -> Any:
-    return Annotated[str, Parameter(name="--process", help=f"{what} [{', '.join(words)}]")]
+def _process_flag(summary: str, words: Iterable[str]) -> Any:
+    return Annotated[str, Parameter(name="--process", help=f"{summary} [{', '.join(words)}]")]
 
 
-def _inputs(what: str) -> Any:
-    words = f"{what}; a folder, a list of inputs (.list), or several inputs are done one by one; - for standard input"
+def _inputs(summary: str) -> Any:
+    words = (
+        f"{summary}; a folder, a list of inputs (.list), or several inputs are done one by one; - for standard input"
+    )
     return Annotated[str, Parameter(name="INPUT", help=words)]

@@ -139,7 +139,7 @@ def run_batch(
     known = read_table(Path(folder) / TABLE) if folder else {}
     asked = _asked(given)
     results: dict[str, BatchResult] = {}
-    others = [row for row in beside if row.input not in inputs]
+    earlier_rows = [row for row in beside if row.input not in inputs]
     tasks: list[tuple[str, str, str, str]] = []
     pages = reports or [None] * len(inputs)
     for source, target, page in zip(inputs, targets, pages, strict=True):
@@ -155,7 +155,7 @@ def run_batch(
         else:
             tasks.append((source, target or "", page or "", key))
     if folder:
-        _write_table(Path(folder) / TABLE, (*others, *(result.row for result in results.values())))
+        _write_table(Path(folder) / TABLE, (*earlier_rows, *(result.row for result in results.values())))
     todo = len(tasks)
     if progress is not None and executor is not None and todo:
         progress(Progress(f"{todo} of {count_of(len(inputs), 'input')}"))
@@ -168,12 +168,12 @@ def run_batch(
             _append(Path(folder) / TABLE, result.row)
         if progress is not None and executor is not None:
             progress(Progress(f"{Path(task.name).name} ({number} of {todo})", number / todo))
-    every = [results[source] for source in inputs]
+    ordered = [results[source] for source in inputs]
     if folder:
-        rows = [*others, *(result.row for result in every)]
+        rows = [*earlier_rows, *(result.row for result in ordered)]
         page_of_all = batch_page([asdict(row) for row in rows], __version__)
         write_together({str(Path(folder) / TABLE): _as_csv(rows), str(Path(folder) / PAGE): page_of_all})
-    return every
+    return ordered
 
 
 def _done(
@@ -181,11 +181,11 @@ def _done(
     progress: OnProgress | None,
 ) -> Iterator[tuple[BatchTask, Any]]:  # fmt: skip
     """Yield each task with its result or error. An input is read when its task starts, so that few are in memory."""
-    made = (BatchTask(name, target, page, key, read_source(name)[1], given) for name, target, page, key in tasks)
+    ready = (BatchTask(name, target, page, key, read_source(name)[1], given) for name, target, page, key in tasks)
     if executor is not None:
-        yield from run_tasks(executor, do, made)
+        yield from run_tasks(executor, do, ready)
         return
-    for task in made:
+    for task in ready:
         yield task, do(task, progress)
 
 
@@ -205,17 +205,17 @@ def do(task: BatchTask, progress: OnProgress | None = None) -> BatchResult:
     outcome = replace(outcome, output=task.target, report=task.report)
     data = outcome.text.encode(outcome.encoding)
     issues = [issue.severity for issue in outcome.issues if issue.severity != "note"]
-    made = replace(
+    result_row = replace(
         row,
         state=WRITTEN if task.target else SIMULATED,
         before_s=_figure(outcome.before.time_s),
         after_s=_figure(outcome.after.time_s),
         saved_percent=_figure(outcome.saved_percent),
         issues=len(issues),
-        worst=next((one for one in ("danger", "missing", "warning") if one in issues), ""),
+        worst=next((severity for severity in ("danger", "missing", "warning") if severity in issues), ""),
         program_sha256=hashlib.sha256(data).hexdigest(),
     )
-    return BatchResult(made, data, page, as_json(report_of(outcome)), outcome.issues)
+    return BatchResult(result_row, data, page, as_json(report_of(outcome)), outcome.issues)
 
 
 def _figure(value: float | None) -> str:
@@ -308,12 +308,12 @@ def read_table(table: Path) -> dict[str, BatchRow]:
         raise OutputError(f"{table}: cannot be read ({problem}); choose another folder") from None
     if not rows or rows[0] != _NAMES:
         raise OutputError(f"{table}: not a table of a batch; choose another folder")
-    found = {}
+    by_input = {}
     for row in rows[1:]:
         if len(row) != len(_NAMES) or not row[_NAMES.index("issues")].isdecimal():
             continue
         values: dict[str, Any] = dict(zip(_NAMES, row, strict=True))
-        one = BatchRow(**{**values, "issues": int(values["issues"])})
-        if one.state == WRITTEN and len(one.program_sha256) == 64:
-            found[one.input] = one
-    return found
+        entry = BatchRow(**{**values, "issues": int(values["issues"])})
+        if entry.state == WRITTEN and len(entry.program_sha256) == 64:
+            by_input[entry.input] = entry
+    return by_input

@@ -48,13 +48,13 @@ def simulate(
     given = {"dialect": dialect, "defaults_file": defaults_given(no_defaults), **given_options(options)}
 
     def simulated(program: str) -> tuple[Simulation, int]:
-        found = api.simulate(StandardInput.read() if program == DASH else program, **given)
-        dangerous = any(issue.severity == "danger" for issue in found.issues)
-        return found, REFUSED if dangerous and options.get("strict") else DONE
+        simulation = api.simulate(StandardInput.read() if program == DASH else program, **given)
+        dangerous = any(issue.severity == "danger" for issue in simulation.issues)
+        return simulation, REFUSED if dangerous and options.get("strict") else DONE
 
     def do(_: int, program: str) -> tuple[dict[str, Any], int]:
-        found, status = simulated(program)
-        return simulation_as_json(found), status
+        simulation, status = simulated(program)
+        return simulation_as_json(simulation), status
 
     if each:
         rows, status = each_of("program", inputs, do)
@@ -69,30 +69,30 @@ def simulate(
 
             print_simulated(rows, Console())
         return status
-    found, status = simulated(inputs[0])
+    simulation, status = simulated(inputs[0])
     if as_json:
-        print_json(simulation_as_json(found))
+        print_json(simulation_as_json(simulation))
     else:
-        _print_simulated(found)
+        _print_simulated(simulation)
     return status
 
 
-def _print_simulated(found: Simulation) -> None:
+def _print_simulated(simulation: Simulation) -> None:
     from leafcut.units import fixed, format_length, format_time
 
-    dangers = [issue for issue in found.issues if issue.severity == "danger"]
+    dangers = [issue for issue in simulation.issues if issue.severity == "danger"]
     for issue in dangers:
         print(f"danger: {issue}")
-    cost = found.measure
-    print(f"{found.program}: {format_time(cost.time_s)} on {found.machine.name}")
+    cost = simulation.measure
+    print(f"{simulation.program}: {format_time(cost.time_s)} on {simulation.machine.name}")
     print(f"rapid {format_length(cost.travel_mm)}, feed {format_length(cost.cut_mm)}")
     print("  ".join(f"{kind} {format_time(s)}" for kind, s in cost.by_kind.items()))
-    for axis, low, high in zip("XYZ", *found.path.extents, strict=True):
+    for axis, low, high in zip("XYZ", *simulation.path.extents, strict=True):
         print(f"{axis} {fixed(low, 3)} to {fixed(high, 3)} mm")
-    for issue in found.issues:
+    for issue in simulation.issues:
         if issue not in dangers:
             print(f"{issue.severity}: {issue}")
-    print_defaults(found.defaults)
+    print_defaults(simulation.defaults)
 
 
 def stock(
@@ -132,7 +132,7 @@ def stock(
     )
     source = StandardInput.read() if program == DASH else program
     with nothing_new_in(output):
-        found = api.stock(
+        result = api.stock(
             source,
             same_as=same_as,
             dialect=dialect,
@@ -140,16 +140,16 @@ def stock(
             **given_options(options),
         )
     if output:
-        write_bytes(output, as_file(found, output))
+        write_bytes(output, as_file(result, output))
     if as_json:
-        print_json(stock_as_json(found, output))
+        print_json(stock_as_json(result, output))
     else:
         from rich.console import Console
 
-        print_stock(found, output, Console())
-        print_defaults(found.defaults)
-    dangers = bool(found.rapids or found.collisions)
-    return REFUSED if found.differences or (dangers and options.get("strict")) else DONE
+        print_stock(result, output, Console())
+        print_defaults(result.defaults)
+    dangers = bool(result.rapids or result.collisions)
+    return REFUSED if result.differences or (dangers and options.get("strict")) else DONE
 
 
 def verify(
@@ -181,10 +181,10 @@ def verify(
         )
     if dashed(original) == dashed(new) == DASH:
         raise OptionError("verify: only one of the two programs can come from standard input")
-    first, other = (StandardInput.read() if dashed(word) == DASH else word for word in (original, new))
+    reference, candidate = (StandardInput.read() if dashed(word) == DASH else word for word in (original, new))
     proof = api.verify(
-        first,
-        other,
+        reference,
+        candidate,
         dialect=dialect,
         allow_reverse=allow_reverse,
         defaults_file=defaults_given(no_defaults),
@@ -195,9 +195,9 @@ def verify(
 
         print_json(verification_as_json(proof))
     else:
-        turned = proof.reversed_cuts
+        n_reversed = proof.reversed_cuts
         if proof.same:
-            print("the same work" + (f", {count_of(turned, 'cut')} reversed" if turned else ""))
+            print("the same work" + (f", {count_of(n_reversed, 'cut')} reversed" if n_reversed else ""))
         for difference in proof.differences:
             print(difference)
         for note in proof.notes:

@@ -88,17 +88,19 @@ def command_of(
         Show all options in the help; otherwise only the main ones, if there are any.
     """
     fixed = fixed or {}
-    own = [
+    own_parameters = [
         parameter.replace(annotation=(annotations or {}).get(parameter.name, parameter.annotation))
         for parameter in inspect.signature(function, eval_str=True).parameters.values()
         if parameter.name != "options" and parameter.name not in fixed
     ]
     if first and not all_shown:
-        own = [_unseen(one) if one.name in _SELDOM else one for one in own]
-    every = list(options)
-    replaced = helps() if every else {}
-    names = sorted(every, key=lambda option: first.index(option[1]) if option[1] in first else len(first))
-    places = {group: k for k, group in enumerate(dict.fromkeys(group for group, _, _ in every))}
+        own_parameters = [
+            _unseen(parameter) if parameter.name in _SELDOM else parameter for parameter in own_parameters
+        ]
+    all_options = list(options)
+    replaced = helps() if all_options else {}
+    names = sorted(all_options, key=lambda option: first.index(option[1]) if option[1] in first else len(first))
+    places = {group: k for k, group in enumerate(dict.fromkeys(group for group, _, _ in all_options))}
     flags = [
         _flag(
             group,
@@ -115,7 +117,7 @@ def command_of(
         options = {name: _plain(given.pop(name, None)) for _, name, _ in names}
         return function(*places, **fixed, **given, options=options)
 
-    parameters = [*own, *flags]
+    parameters = [*own_parameters, *flags]
     command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     command.__annotations__ = {p.name: p.annotation for p in parameters}
     command.__doc__ = help or function.__doc__
@@ -140,10 +142,10 @@ def usage_of(name: str, command: Callable[..., int]) -> str:
     """Return the usage line of a command, with the names of its arguments."""
     words = ["leafcut", name]
     for parameter in inspect.signature(command, eval_str=True).parameters.values():
-        notes = [one for one in getattr(parameter.annotation, "__metadata__", ()) if isinstance(one, Parameter)]
-        if parameter.kind is inspect.Parameter.KEYWORD_ONLY or any(one.show is False for one in notes):
+        notes = [note for note in getattr(parameter.annotation, "__metadata__", ()) if isinstance(note, Parameter)]
+        if parameter.kind is inspect.Parameter.KEYWORD_ONLY or any(note.show is False for note in notes):
             continue
-        word = next((one for note in notes for one in note.name or ()), parameter.name.upper())
+        word = next((label for note in notes for label in note.name or ()), parameter.name.upper())
         if parameter.kind is inspect.Parameter.VAR_POSITIONAL:
             words.append(f"{word}...")
         else:
@@ -158,7 +160,7 @@ def _group(group: type[OptionGroup], place: int, name: str, first: Sequence[str]
 
 
 def _flag(
-    group: type[OptionGroup], name: str, spec: OptionSpec, where: Group, text: str, default_words: str, show: bool
+    group: type[OptionGroup], name: str, spec: OptionSpec, help_group: Group, text: str, default_words: str, show: bool
 ) -> inspect.Parameter:
     default = group.defaults()[name]
     words = default_words or spec.default_words or ("" if default in (None, (), False) else written(spec, default))
@@ -172,7 +174,7 @@ def _flag(
     parameter = Parameter(
         name=flag_name(name),
         help=help_text,
-        group=where,
+        group=help_group,
         show_default=False,
         show=show,
         allow_leading_hyphen=True,

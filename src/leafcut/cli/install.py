@@ -45,10 +45,10 @@ def install_addon(
 
     if name is None:
         if as_json:
-            print_json({"addons": [{"name": one.name, "description": one.help} for one in ADDONS.values()]})
+            print_json({"addons": [{"name": addon.name, "description": addon.help} for addon in ADDONS.values()]})
         else:
-            for one in ADDONS.values():
-                print(f"{one.name:10}{one.help}")
+            for addon in ADDONS.values():
+                print(f"{addon.name:10}{addon.help}")
         return 0
     if name not in ADDONS:
         raise OptionError(f"unknown add-on '{name}'{nearest(name, ADDONS)}")
@@ -117,10 +117,10 @@ def _choices() -> dict[str, Sequence[str]]:
     from leafcut.processes.settings import all_options
     from leafcut.read.machine import machine_names
 
-    found: dict[str, Sequence[str]] = {name: (*spec.all_choices, *spec.words) for _, name, spec in all_options()}
-    found |= {"machine": machine_names(), "dialect": [name for name, _ in dialect_list()], "shell": SHELLS}
-    commands = [one.command for one in registry.processes()]
-    return {**found, "process": registry.asked_words(), "command": commands}
+    choices: dict[str, Sequence[str]] = {name: (*spec.all_choices, *spec.words) for _, name, spec in all_options()}
+    choices |= {"machine": machine_names(), "dialect": [name for name, _ in dialect_list()], "shell": SHELLS}
+    commands = [process.command for process in registry.processes()]
+    return {**choices, "process": registry.asked_words(), "command": commands}
 
 
 def type_for_shell(app: App, choices: Mapping[str, Sequence[str]] | None = None) -> None:
@@ -132,14 +132,14 @@ def type_for_shell(app: App, choices: Mapping[str, Sequence[str]] | None = None)
     for name in app:
         if name.startswith("-"):
             continue
-        one = app[name]
-        type_for_shell(one, choices)
-        function = one.default_command
+        command = app[name]
+        type_for_shell(command, choices)
+        function = command.default_command
         if function is None:
             continue
         signature = inspect.signature(function, eval_str=True)
         typed = [p.replace(annotation=_shell_type(p, choices.get(p.name, ()))) for p in signature.parameters.values()]
-        one.default_command = _stand_in(signature.replace(parameters=typed))
+        command.default_command = _stand_in(signature.replace(parameters=typed))
 
 
 def _stand_in(signature: inspect.Signature) -> Callable[..., int]:
@@ -160,11 +160,11 @@ def _shell_type(parameter: inspect.Parameter, choices: Sequence[str]) -> Any:
     return Annotated[(typed, *notes)] if notes else typed
 
 
-def _with_texts_as(kind: Any, instead: Any) -> Any:
+def _with_texts_as(kind: Any, replacement: Any) -> Any:
     if isinstance(kind, type) and issubclass(kind, str):
-        return instead
+        return replacement
     if get_origin(kind) in (Union, types.UnionType):
-        return Union[tuple(_with_texts_as(one, instead) for one in get_args(kind))]  # noqa: UP007
+        return Union[tuple(_with_texts_as(member, replacement) for member in get_args(kind))]  # noqa: UP007
     if get_origin(kind) is list:
-        return list[_with_texts_as(get_args(kind)[0], instead)]  # type: ignore[misc]
+        return list[_with_texts_as(get_args(kind)[0], replacement)]  # type: ignore[misc]
     return kind

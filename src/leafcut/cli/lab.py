@@ -96,8 +96,8 @@ def run_experiment(
     from leafcut.lab.running import run
 
     description = _described(name, reduced)
-    with _at_work(results, executor, workers) as (store, how):
-        ran = run(description, store, mixed=mixed, **how)
+    with _at_work(results, executor, workers) as (store, run_options):
+        ran = run(description, store, mixed=mixed, **run_options)
     if as_json:
         print_json(
             {"experiment": description.key, "runs": ran.runs, "finished": ran.finished, "done": ran.done,
@@ -135,8 +135,8 @@ def report_experiment(
     description = _described(name, reduced)
     with Store(results, read_only=True) as store:
         rows = rows_of(description, store)
-    able = sum(can_run(description, plan) for plan in description.runs())
-    page = write_page(description, rows, able, description.n_runs - able)
+    n_possible = sum(can_run(description, plan) for plan in description.runs())
+    page = write_page(description, rows, n_possible, description.n_runs - n_possible)
     stem = Path(output) / (description.name + ("_reduced" if reduced else ""))
     files = {f"{stem}.html": page, f"{stem}.csv": rows_as_csv(description, rows)}
     for file in files:
@@ -200,17 +200,18 @@ def tune_options(
     stem = Path(output) / f"tune_{algorithm}"
     files = [f"{stem}{end}" for end in (".toml", ".html", ".csv")]
     for file in files:
-        check_output(file, [results, options_file, *(one for one in inputs if ":" not in one)])
-    with _at_work(results, executor, workers) as (store, how):
-        tuned = tune(task, store, mixed=mixed, **how)
-    wanted = tuned.judging.n_runs if tuned.parameters else 0
-    page = write_page(tuned.judging, tuned.rows, wanted, before=[search_block(tuned)])
+        check_output(file, [results, options_file, *(source for source in inputs if ":" not in source)])
+    with _at_work(results, executor, workers) as (store, run_options):
+        tuned = tune(task, store, mixed=mixed, **run_options)
+    n_runs = tuned.judging.n_runs if tuned.parameters else 0
+    page = write_page(tuned.judging, tuned.rows, n_runs, before=[search_block(tuned)])
     texts = (options_text(tuned), page, rows_as_csv(tuned.judging, tuned.rows))
     write_together(dict(zip(files, texts, strict=True)))
     if as_json:
         print_json(
             {"algorithm": algorithm, "trials": len(tuned.trials), "parameters": dict(tuned.parameters),
-             "learnt_on": [one.name for one in task.split()[0]], "judged_on": [one.name for one in task.split()[1]],
+             "learnt_on": [instance.name for instance in task.split()[0]],
+             "judged_on": [instance.name for instance in task.split()[1]],
              "change_percent": None if tuned.change is None else 100.0 * tuned.change, "files": files}
         )  # fmt: skip
     else:
@@ -246,5 +247,5 @@ def _at_work(results: str, executor: str, workers: int | None) -> Iterator[tuple
 def _described(name: str, reduced: bool) -> Any:
     from leafcut.lab.loading import in_short, load
 
-    found = load(name)
-    return in_short(found) if reduced else found
+    experiment = load(name)
+    return in_short(experiment) if reduced else experiment

@@ -31,7 +31,7 @@ class FilterProgress:
     """Progress callback that reports the percent done to LinuxCNC, only when it increases."""
 
     def __init__(self) -> None:
-        self.told = -1
+        self.last_percent = -1
 
     def __call__(self, now: Progress) -> None:
         """Report the share done as percent, up to 99; 100 is reported when the program is finished."""
@@ -39,8 +39,8 @@ class FilterProgress:
 
     def tell(self, percent: int) -> None:
         """Report a percentage."""
-        if percent > self.told:
-            self.told = percent
+        if percent > self.last_percent:
+            self.last_percent = percent
             print(f"FILTER_PROGRESS={percent}", file=sys.stderr, flush=True)
 
 
@@ -66,11 +66,11 @@ def run_filter(
     progress.tell(0)
     check_is_there("--options", Path(options_file) if options_file else None)
     settings = collect(options, Path(options_file) if options_file else None, defaults_file)
-    named = "machine" in settings.given - settings.defaults
-    with _machine_of_linuxcnc("" if named else os.environ.get(INI_VARIABLE, "")) as own:
-        given = {**options, "machine": own} if own else dict(options)
+    names_machine = "machine" in settings.given - settings.defaults
+    with _machine_of_linuxcnc("" if names_machine else os.environ.get(INI_VARIABLE, "")) as own_profile:
+        given = {**options, "machine": own_profile} if own_profile else dict(options)
         if process == "auto":
-            process = _process(file, own or settings.machine.machine)
+            process = _process(file, own_profile or settings.machine.machine)
         outcome = api.optimize(
             file, process=process, options_file=options_file, defaults_file=defaults_file, progress=progress, **given
         )
@@ -87,13 +87,13 @@ def _machine_of_linuxcnc(ini: str) -> Iterator[str]:
     from leafcut.read.controllers.importing import imported, read_settings
 
     try:
-        made = imported(read_settings(ini), ini, "linuxcnc")
+        machine = imported(read_settings(ini), ini, "linuxcnc")
     except LeafcutError as problem:
         line = f"{problem}; or name the machine in the line of [FILTER], --machine my.toml"
         raise OptionError(line) from None
     with tempfile.TemporaryDirectory(prefix="leafcut-") as folder:
         profile = Path(folder) / f"{Path(ini).stem}.toml"
-        profile.write_text(made.text, encoding="utf-8")
+        profile.write_text(machine.text, encoding="utf-8")
         yield str(profile)
 
 
@@ -106,12 +106,12 @@ def _process(file: str, machine: str) -> str:
     from leafcut.read.machine import load_machine
     from leafcut.read.registry import read_source
 
-    works = read_source(file)[0].processes
-    if "program" in works:
+    kinds = read_source(file)[0].processes
+    if "program" in kinds:
         return "auto"
     head = load_machine(machine).head
-    found = (one for one in registry.processes() if one.reads == "drawing" and one.name in works)
-    return next((one.asked_as[0] for one in found if head in one.heads), "auto")
+    processes = (process for process in registry.processes() if process.reads == "drawing" and process.name in kinds)
+    return next((process.asked_as[0] for process in processes if head in process.heads), "auto")
 
 
 def check_file(words: Sequence[str]) -> str:

@@ -41,11 +41,11 @@ def list_known(
         return 0
     rows = _ROWS[kind]()
     if as_json:
-        print_json({kind: [{"name": one, "description": text} for one, text in rows]})
+        print_json({kind: [{"name": entry, "description": text} for entry, text in rows]})
     elif rows:
-        width = max(len(one) for one, _ in rows)
-        for one, text in rows:
-            print(f"{one:{width}}  {text}")
+        width = max(len(entry) for entry, _ in rows)
+        for entry, text in rows:
+            print(f"{entry:{width}}  {text}")
     else:
         print("no plug-ins installed")
     return 0
@@ -90,7 +90,10 @@ def _dialect(name: str) -> tuple[str, str]:
 def _formats() -> Sequence[tuple[str, str]]:
     from leafcut.read import formats
 
-    return [(one.name, f"{' '.join(one.extensions)}  {one.help}".strip()) for one in formats()]
+    return [
+        (file_format.name, f"{' '.join(file_format.extensions)}  {file_format.help}".strip())
+        for file_format in formats()
+    ]
 
 
 def _algorithms() -> Sequence[tuple[str, str]]:

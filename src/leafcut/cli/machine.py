@@ -203,17 +203,17 @@ def check_machine(
     _check_output(output, files)
     if output and len(pairs) < 2:
         raise OptionError("-o: one program is not enough to fit a machine; measure at least two")
-    fitted, found = api.check_times(pairs, machine, dialect=dialect, units=units)
+    fitted, results = api.check_times(pairs, machine, dialect=dialect, units=units)
     written = ""
     if output and (fitted.acceleration is not None or fitted.corner is not None):
         write_whole(output, _fitted_profile(machine, fitted, len(pairs), output))
         written = output
     if as_json:
-        print_json(fit_as_json(fitted, found, [seconds for _, seconds in pairs], written))
+        print_json(fit_as_json(fitted, results, [seconds for _, seconds in pairs], written))
     else:
         from rich.console import Console
 
-        print_fit(fitted, found, [seconds for _, seconds in pairs], Console())
+        print_fit(fitted, results, [seconds for _, seconds in pairs], Console())
         if written:
             print(f"wrote {written}")
         elif output:
@@ -228,7 +228,7 @@ def _fitted_profile(machine: str, fitted: Fitted, programs: int, output: str) ->
     changes: dict[str, tuple[Any, str]] = {}
     if fitted.acceleration is not None:
         words = f"fitted to {programs} measured programs: {fitted.acceleration:.3g} times that of {machine}"
-        numbers = [round(one, 3) for one in fitted.machine.acceleration]
+        numbers = [round(acceleration, 3) for acceleration in fitted.machine.acceleration]
         changes["rapid.acceleration"] = (texts(numbers, "mm/s2"), words)
     if fitted.corner is not None:
         value = f"{fitted.machine.corner_deviation:.4g} mm"
@@ -318,48 +318,48 @@ def _check_output(output: str | None, inputs: Sequence[str | None]) -> None:
         raise OptionError("-o -: without -o it is printed; name a file")
     if output is not None and not output.lower().endswith(".toml"):
         raise OptionError(f"-o {output}: a profile or library is TOML; name a file that ends in .toml")
-    check_output(output, [one for one in inputs if one not in (None, DASH)])
+    check_output(output, [source for source in inputs if source not in (None, DASH)])
 
 
-def _write_or_print(made: ImportedMachine, output: str | None, *, as_json: bool) -> None:
+def _write_or_print(imported: ImportedMachine, output: str | None, *, as_json: bool) -> None:
     from leafcut.files.whole_files import write_whole
 
     if output:
-        write_whole(output, made.text)
+        write_whole(output, imported.text)
     if as_json:
-        print_json(_as_answer(made, output))
+        print_json(_as_answer(imported, output))
         return
     if not output:
-        print(made.text, end="")
-        for note in made.notes:
+        print(imported.text, end="")
+        for note in imported.notes:
             print(f"note: {note}", file=sys.stderr)
         return
-    _print_profile(made)
+    _print_profile(imported)
     print(f"wrote {output}; use it with --machine {output}")
 
 
-def _as_answer(made: ImportedMachine, output: str | None) -> Mapping[str, Any]:
-    values = [{"key": v.key, "value": v.value, "how": v.how.value, "source": v.source} for v in made.values]
+def _as_answer(imported: ImportedMachine, output: str | None) -> Mapping[str, Any]:
+    values = [{"key": v.key, "value": v.value, "how": v.how.value, "source": v.source} for v in imported.values]
     answer = {
-        "kind": made.kind,
-        "title": made.title,
-        "name": made.machine.name,
+        "kind": imported.kind,
+        "title": imported.title,
+        "name": imported.machine.name,
         "values": values,
-        "notes": [*made.notes],
+        "notes": [*imported.notes],
     }
-    return {**answer, "output": output} if output else {**answer, "output": "", "profile": made.text}
+    return {**answer, "output": output} if output else {**answer, "output": "", "profile": imported.text}
 
 
-def _print_profile(made: ImportedMachine) -> None:
+def _print_profile(imported: ImportedMachine) -> None:
     """Print the values of a profile, each with its key and source; assumed values come last."""
     from rich.console import Console
     from rich.table import Table
 
     console = Console()
-    table = Table("Key", "Value", "", "From", title=made.title, box=None, pad_edge=False, title_justify="left")
-    for v in sorted(made.values, key=lambda one: one.how.value == "assumed"):
+    table = Table("Key", "Value", "", "From", title=imported.title, box=None, pad_edge=False, title_justify="left")
+    for v in sorted(imported.values, key=lambda v: v.how.value == "assumed"):
         words = ", ".join(map(str, v.value)) if isinstance(v.value, list) else str(v.value)
         table.add_row(v.key, words.replace("True", "true").replace("False", "false"), v.how.value, v.source)
     console.print(table, markup=False)
-    for note in made.notes:
+    for note in imported.notes:
         console.print(f"note: {note}", markup=False, highlight=False, soft_wrap=True)

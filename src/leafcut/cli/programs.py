@@ -95,8 +95,8 @@ def optimize(
         raise OptionError("--dry-run writes no program; leave -o out")
     if output == DASH and as_json:
         raise OptionError("--json and -o - both write to standard output; leave one out")
-    own = {"process": asked, "options_file": options_file, "defaults_file": defaults_given(no_defaults)}
-    given: dict[str, Any] = own | given_options(options)
+    general = {"process": asked, "options_file": options_file, "defaults_file": defaults_given(no_defaults)}
+    given: dict[str, Any] = general | given_options(options)
     words = [*map(dashed, sources)]
     if watch:
         _check_one_file(given, "a folder has many programs")
@@ -105,9 +105,9 @@ def optimize(
         return _watch(words, output, given, every or "2s", executor, workers, quiet=quiet)
     if every is not None:
         raise OptionError("--every is used with --watch only; leave it out")
-    found = inputs_of(words)
-    inputs, each = expanded(found, command, folder=output, joins=asked in ("auto", "drill"))
-    if each or found != words:
+    inputs_found = inputs_of(words)
+    inputs, each = expanded(inputs_found, command, folder=output, joins=asked in ("auto", "drill"))
+    if each or inputs_found != words:
         return _optimize_each(
             inputs, output, report, given, executor, workers, dry_run=dry_run, as_json=as_json, quiet=quiet
         )
@@ -224,7 +224,10 @@ def _print_results(results: Sequence[BatchResult], folder: str | None, *, as_jso
     from leafcut.report.several import print_programs, several_as_json
 
     rows = [result.as_json() for result in results]
-    status = next((one for one in (REFUSED, INCOMPLETE) if any(row["status"] == one for row in rows)), DONE)
+    status = next(
+        (worst_status for worst_status in (REFUSED, INCOMPLETE) if any(row["status"] == worst_status for row in rows)),
+        DONE,
+    )
     if as_json:
         print_json(several_as_json(rows, status))
     elif quiet:

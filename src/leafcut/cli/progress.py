@@ -45,10 +45,10 @@ class Reporter:
         now = time.perf_counter()
         if self.origin is None or not 0.0 < self.origin[1] <= share:
             self.origin = (now, share)
-        began, before = self.origin
-        if share <= before:
+        start_time, start_share = self.origin
+        if share <= start_share:
             return ""
-        seconds = (now - began) * (1.0 - share) / (share - before)
+        seconds = (now - start_time) * (1.0 - share) / (share - start_share)
         return f"{seconds:.0f} s left" if seconds < 90 else f"{seconds / 60:.0f} min left"
 
     def _say(self, line: str) -> None:

@@ -111,7 +111,7 @@ def send(
     if more:
         raise OptionError(f"send takes one program, not {1 + len(more)}; send them one by one")
     _check_wishes(program, from_hole, from_line, check=check, dry_run=dry_run, yes=yes)
-    check_output(log, [program, *[one for one in (machine, dialect) if one and one.endswith(".toml")]])
+    check_output(log, [program, *[file for file in (machine, dialect) if file and file.endswith(".toml")]])
     accepted = accepted_codes(accept or "")
     job = read_job(program, machine, dialect_name=dialect, units=units, accept=accepted)
     speaker = speaker_of(job.machine, machine)
@@ -134,7 +134,7 @@ def send(
             facts, job = _ready(talk, job, unhomed=unhomed or zero_here, quiet=quiet)
             steps = _steps(job, facts, from_hole, from_line, quiet=quiet or as_json)
             if dry_run:
-                _tell(f"{program}: can be sent to {port}; nothing was sent", quiet=quiet or as_json)
+                _print_unless_quiet(f"{program}: can be sent to {port}; nothing was sent", quiet=quiet or as_json)
                 ending = None
             else:
                 ending = _run(talk, facts, job, steps, check=check, unhomed=unhomed or zero_here, yes=yes, quiet=quiet)
@@ -181,7 +181,7 @@ def _steps(
     line, steps, tool = rest_of(job, facts, from_hole, from_line)
     put = "" if tool is None else f"; tool T{tool} must be in the spindle"
     if line:
-        _tell(f"goes on from line {line} '{job.text(line)}'{put}", quiet=quiet)
+        _print_unless_quiet(f"goes on from line {line} '{job.text(line)}'{put}", quiet=quiet)
     return steps
 
 
@@ -203,12 +203,12 @@ def _run(
     run.observe = shown.show
     keys = Keys(lambda key: _press(run, key))
     if keys.terminal and not check:
-        run.prompt = lambda pause, said: shown.ask(keys, pause, said)
+        run.prompt = lambda pause, messages: shown.ask(keys, pause, messages)
     if not check and not yes:
-        fed, other = job.seconds
+        feed_s, other_s = job.seconds
         from leafcut.units import format_time
 
-        print(f"{job.file}: {format_time(float(fed.sum() + other.sum()))} on {job.machine.name}", file=sys.stderr)
+        print(f"{job.file}: {format_time(float(feed_s.sum() + other_s.sum()))} on {job.machine.name}", file=sys.stderr)
         print("Enter starts, q ends: ", end="", file=sys.stderr, flush=True)
         if sys.stdin.readline().strip():
             raise SendError("not started; nothing was sent")
@@ -223,7 +223,7 @@ def _run(
 def _press(run: SendRun, key: str) -> None:
     from leafcut.sender.run import Request
 
-    meant = {
+    requests = {
         " ": Request.HOLD,
         "!": Request.HOLD,
         "~": Request.RESUME,
@@ -236,8 +236,8 @@ def _press(run: SendRun, key: str) -> None:
         "<": Request.LITTLE_SLOWER,
         "=": Request.NORMAL,
     }
-    if key in meant:
-        run.ask(meant[key])
+    if key in requests:
+        run.ask(requests[key])
 
 
 class _Shown:
@@ -264,10 +264,10 @@ class _Shown:
             print(file=sys.stderr)
             self.width = 0
 
-    def ask(self, keys: Keys, pause: Pause, said: Sequence[str]) -> str | None:
+    def ask(self, keys: Keys, pause: Pause, messages: Sequence[str]) -> str | None:
         """Ask the operator at a pause."""
         self.clear()
-        for line in said:
+        for line in messages:
             print(line, file=sys.stderr)
         with keys.lines():
             words = "Enter goes on, q stops, a line such as G10 L20 P0 Z0 or $J=G91 Z5 F500 goes to the controller: "
@@ -287,7 +287,7 @@ def _finish(ending: Ending | None, job: SendJob, port: str, *, as_json: bool, qu
     if as_json:
         print_json({"port": port, "machine": job.machine.name, **ending_as_json(ending, job)})
     elif ending.complete:
-        _tell(words, quiet=quiet)
+        _print_unless_quiet(words, quiet=quiet)
     if not ending.complete:
         stopped = SendError(words)
         stopped.answered = as_json
@@ -295,7 +295,7 @@ def _finish(ending: Ending | None, job: SendJob, port: str, *, as_json: bool, qu
     return 0
 
 
-def _tell(line: str, *, quiet: bool) -> None:
+def _print_unless_quiet(line: str, *, quiet: bool) -> None:
     if not quiet:
         print(line)
 
@@ -312,11 +312,11 @@ def _logging(name: str | None) -> Iterator[Any]:
         raise OptionError(f"--log {name}: cannot be written ({problem.strerror})") from None
     with file:
 
-        def add(way: str, text: str) -> None:
+        def add(direction: str, text: str) -> None:
             now = time.time()
             stamp = f"{time.strftime('%Y-%m-%d %H:%M:%S', time.localtime(now))}.{int(now % 1 * 1000):03d}"
             with suppress(OSError, ValueError):
-                file.write(f"{stamp} {way} {text}\n")
+                file.write(f"{stamp} {direction} {text}\n")
                 file.flush()
 
         yield add
@@ -332,7 +332,7 @@ def _terminating() -> Iterator[None]:
     def interrupt(_number: int, _frame: object) -> None:
         raise KeyboardInterrupt
 
-    names = [one for one in ("SIGTERM", "SIGHUP") if hasattr(signal, one)]
+    names = [name for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
     before = {name: signal.signal(getattr(signal, name), interrupt) for name in names}
     if hasattr(signal, "SIGTSTP"):  # a suspended program cannot hold the machine
         before["SIGTSTP"] = signal.signal(signal.SIGTSTP, signal.SIG_IGN)

@@ -32,22 +32,22 @@ def inputs_of(words: Iterable[str]) -> list[str]:
     OptionError
         A folder has no input, a list cannot be read, or there are too many inputs.
     """
-    found: list[str] = []
+    inputs: list[str] = []
     for word in words:
         path = Path(word)
         if path.is_dir():
-            inside = sorted(one for one in path.iterdir() if one.is_file() and not one.name.startswith("."))
-            files = [str(one) for one in inside if one.name not in (TABLE, PAGE) and _is_input(one)]
+            inside = sorted(file for file in path.iterdir() if file.is_file() and not file.name.startswith("."))
+            files = [str(file) for file in inside if file.name not in (TABLE, PAGE) and _is_input(file)]
             if not files:
                 raise OptionError(f"{word}: this folder has no drawing and no program")
-            found += files
+            inputs += files
         elif path.suffix.lower() == LIST:
-            found += _listed(path)
+            inputs += _listed(path)
         else:
-            found.append(word)
-    if len(found) > MOST_INPUTS:
-        raise OptionError(f"{count_of(len(found), 'input')}; at most {MOST_INPUTS:,} are possible")
-    return found
+            inputs.append(word)
+    if len(inputs) > MOST_INPUTS:
+        raise OptionError(f"{count_of(len(inputs), 'input')}; at most {MOST_INPUTS:,} are possible")
+    return inputs
 
 
 def _is_input(path: Path) -> bool:
@@ -93,10 +93,10 @@ def expanded(
         if not glob.has_magic(word) or Path(word).exists():
             inputs.append(word)
             continue
-        found = sorted(name for name in glob.glob(word) if Path(name).is_file())  # noqa: PTH207  # as it is typed
-        if not found:
+        matches = sorted(name for name in glob.glob(word) if Path(name).is_file())  # noqa: PTH207  # as it is typed
+        if not matches:
             raise ReadError(word, "no file matches")
-        inputs, pattern = [*inputs, *found], True
+        inputs, pattern = [*inputs, *matches], True
     if not inputs:
         raise OptionError(f"{command} needs an INPUT (see leafcut {command} --help)")
     if len(inputs) > 1 and _DASH in inputs:
@@ -110,13 +110,13 @@ def all_drill_files(inputs: Iterable[str]) -> bool:
     """Return whether all inputs are drill files, which may belong to one board."""
     from leafcut.read.registry import format_name
 
-    return all(format_name(one) == "excellon" for one in inputs)
+    return all(format_name(source) == "excellon" for source in inputs)
 
 
-def places_beside(inputs: Sequence[str], names: Sequence[str], every: Iterable[str]) -> list[str]:
+def places_beside(inputs: Sequence[str], names: Sequence[str], all_inputs: Iterable[str]) -> list[str]:
     """Return the program file of each input: in its folder, or in the working folder for a built-in input.
 
-    A program that would replace one of `every` input gets ``.leafcut`` in its name.
+    A program that would replace one of `all_inputs` input gets ``.leafcut`` in its name.
 
     Raises
     ------
@@ -126,10 +126,10 @@ def places_beside(inputs: Sequence[str], names: Sequence[str], every: Iterable[s
         A file cannot be written.
     """
     targets = []
-    known = [Path(one) for one in every]
+    known = [Path(source) for source in all_inputs]
     for source, name in zip(inputs, names, strict=True):
         path = (Path(source).parent if Path(source).is_file() else Path()) / name
-        if any(same_file(path, one) for one in known):
+        if any(same_file(path, source) for source in known):
             path = path.with_name(f"{path.stem}.leafcut{path.suffix}")
         targets.append(str(path))
     _check_names(inputs, targets)
@@ -150,7 +150,9 @@ def check_own(target: str | None, inputs: Sequence[str]) -> None:
     if target is None or not path.is_file():
         return
     data = path.read_bytes()
-    if is_unchanged(decoded(data)[0]) or any(Path(one).is_file() and Path(one).read_bytes() == data for one in inputs):
+    if is_unchanged(decoded(data)[0]) or any(
+        Path(source).is_file() and Path(source).read_bytes() == data for source in inputs
+    ):
         return
     raise OutputError(
         f"{target}: exists, and leafcut did not write it or it was changed since; name it with -o to replace it"

@@ -57,16 +57,16 @@ def print_issues(issues: Iterable[Any], place: str = "") -> None:
     """Print issues that matter even without a summary: missing holes, assumed depths."""
     from leafcut.model.issue import LIMITS
 
-    told = sorted((i for i in issues if i.severity != "note"), key=lambda i: _WORST_FIRST.index(i.severity))
-    lines = {f"{place}{issue.severity}: {issue}": issue.code in LIMITS for issue in told}
-    most = MOST_WARNINGS
+    worst_first = sorted((i for i in issues if i.severity != "note"), key=lambda i: _WORST_FIRST.index(i.severity))
+    lines = {f"{place}{issue.severity}: {issue}": issue.code in LIMITS for issue in worst_first}
+    n_left = MOST_WARNINGS
     for line, is_limit in lines.items():
         # Never shorten assumptions.
-        if is_limit or most > 0:
+        if is_limit or n_left > 0:
             print_line(line, DONE)
-        most -= not is_limit
-    if most < 0:
-        print_line(f"warning: {-most} more", DONE)
+        n_left -= not is_limit
+    if n_left < 0:
+        print_line(f"warning: {-n_left} more", DONE)
 
 
 def print_line(line: str, status: int) -> int:
@@ -104,7 +104,7 @@ def each_of(
             answer, status = do(number, source)
         except KeyboardInterrupt:
             print_line(f"interrupted; {number} of {len(inputs)} inputs were done", REFUSED)
-            rows += [{noun: one, "error": "interrupted", "status": REFUSED} for one in inputs[number:]]
+            rows += [{noun: unfinished, "error": "interrupted", "status": REFUSED} for unfinished in inputs[number:]]
             break
         except BrokenPipeError:
             raise
@@ -121,10 +121,10 @@ def with_source(source: str, line: str) -> str:
     return line if source in line or str(Path(source)) in line else f"{source}: {line}"
 
 
-def print_defaults(told: Sequence[str]) -> None:
+def print_defaults(options: Sequence[str]) -> None:
     """Print the options that came from the user's defaults file."""
-    if told:
-        print(f"from your defaults file: {', '.join(told)}")
+    if options:
+        print(f"from your defaults file: {', '.join(options)}")
 
 
 def given_options(options: dict[str, Any]) -> dict[str, Any]:

@@ -71,21 +71,21 @@ def shop_defaults(command: str | None, options_file: Path | None, defaults_file:
         The command does not exist or has no options; or a file cannot be read, or has an unknown option or an invalid
         value, reported with its line.
     """
-    said: dict[str, tuple[PlacedOption, Path]] = {}
+    from_files: dict[str, tuple[PlacedOption, Path]] = {}
     for file in filter(None, (defaults_file, options_file)):
-        said.update({one.name: (one, file) for one in placed_options(file)})
+        from_files.update({option.name: (option, file) for option in placed_options(file)})
     if command is None:
-        return [_said(one, file) for one, file in said.values()]
-    work = _works(command)
+        return [_file_row(option, file) for option, file in from_files.values()]
+    work = _work_of(command)
     settings = collect({}, options_file, defaults_file)
     usual = registry.usual(work.name, settings)
     rows = []
     for group, name, spec in used_by(work):
         value = getattr(usual.of(group), name)
-        ours = value == group.defaults()[name]
-        source = "leafcut" if ours else f"leafcut, for {work.title}"
-        if name in said:
-            source = _place(*said[name])
+        is_default = value == group.defaults()[name]
+        source = "leafcut" if is_default else f"leafcut, for {work.title}"
+        if name in from_files:
+            source = _source_of(*from_files[name])
         rows.append(DefaultRow(flag_name(name), _typed(group, name, spec, value), source))
     return sorted(rows, key=lambda row: row.source.startswith("leafcut"))  # options from files first
 
@@ -95,15 +95,17 @@ def as_answer(rows: list[DefaultRow], file: Path | None) -> Mapping[str, Any]:
     return {"file": str(file or ""), "options": [asdict(row) for row in rows]}
 
 
-def _said(one: PlacedOption, file: Path) -> DefaultRow:
-    spec = one.group.specs()[one.name]
-    value = getattr(one.group(**one.group.as_typed({one.name: one.value})), one.name)
-    uses = ", ".join(command for command, work in _commands() if one.name in work.used())
-    return DefaultRow(flag_name(one.name), _typed(one.group, one.name, spec, value), _place(one, file), uses)
+def _file_row(option: PlacedOption, file: Path) -> DefaultRow:
+    spec = option.group.specs()[option.name]
+    value = getattr(option.group(**option.group.as_typed({option.name: option.value})), option.name)
+    uses = ", ".join(command for command, work in _commands() if option.name in work.used())
+    return DefaultRow(
+        flag_name(option.name), _typed(option.group, option.name, spec, value), _source_of(option, file), uses
+    )
 
 
-def _place(one: PlacedOption, file: Path) -> str:
-    return f"{file}:{one.line}" if one.line else str(file)
+def _source_of(option: PlacedOption, file: Path) -> str:
+    return f"{file}:{option.line}" if option.line else str(file)
 
 
 def _typed(group: type[OptionGroup], name: str, spec: OptionSpec, value: Any) -> str:
@@ -120,13 +122,13 @@ def _commands() -> Iterator[tuple[str, Work]]:
         yield getattr(work, "command", work.name), work
 
 
-def _works(command: str) -> Work:
-    works = dict(_commands())
+def _work_of(command: str) -> Work:
+    kinds = dict(_commands())
     if command in _OF_ALL_KINDS:
-        words = ", ".join(one.command for one in registry.processes() if one.reads)
+        words = ", ".join(process.command for process in registry.processes() if process.reads)
         raise OptionError(f"{command} does several kinds of work; name one of {words}")
-    if command not in works and command in registry.OTHER_COMMANDS and command != "auto":
+    if command not in kinds and command in registry.OTHER_COMMANDS and command != "auto":
         raise OptionError(f"{command} takes nothing from your defaults; leafcut {command} --help tells its options")
-    if command not in works:
-        raise OptionError(f"unknown command '{command}'{nearest(command, works)}")
-    return works[command]
+    if command not in kinds:
+        raise OptionError(f"unknown command '{command}'{nearest(command, kinds)}")
+    return kinds[command]

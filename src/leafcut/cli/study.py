@@ -63,9 +63,9 @@ def solve(
             defaults_file=defaults_given(no_defaults),
             **given_options(options),
         )
-    part, found = solved.part, solved.solution
+    part, solution = solved.part, solved.solution
     if tour:
-        write_whole(tour, tour_text(part.name, found.nodes, every=part.grouping is None))
+        write_whole(tour, tour_text(part.name, solution.nodes, every=part.grouping is None))
     if save_map:
         write_whole(save_map, points_text(part))
     if as_json:
@@ -74,11 +74,11 @@ def solve(
         print_json(solved_as_json(solved))
         return DONE
     sets = "" if part.grouping is None else f" in {count(part.grouping.n_clusters, 'set')}"
-    print(f"{part.name}: {count(len(part.holes), 'point')}{sets}, {found.algorithm}, seed {found.seed}")
-    print(f"length {found.cost:,.10g}, {count(found.iterations, 'iteration')} in {found.seconds:.2f} s")
-    if found.stopped_early and options.get("time_limit") is None:
+    print(f"{part.name}: {count(len(part.holes), 'point')}{sets}, {solution.algorithm}, seed {solution.seed}")
+    print(f"length {solution.cost:,.10g}, {count(solution.iterations, 'iteration')} in {solution.seconds:.2f} s")
+    if solution.stopped_early and options.get("time_limit") is None:
         print("stopped early; this is the best tour so far")
-    for line in gap_lines(found.cost, part.optimum, found.lower_bound):
+    for line in gap_lines(solution.cost, part.optimum, solution.lower_bound):
         print(line)
     print_defaults(solved.defaults)
     for issue in part.issues[:MOST_WARNINGS]:

@@ -51,7 +51,7 @@ def tool_speeds(
     check_file_name("--plot", plot)
     source = StandardInput.read() if dashed(drawing) == DASH else drawing
     with nothing_new_in(save), Reporter(quiet=as_json) as reporter:
-        found = api.tool_speeds(
+        result = api.tool_speeds(
             source,
             objective=objective,
             save=save,
@@ -61,10 +61,10 @@ def tool_speeds(
             **given_options(options),
         )
     if as_json:
-        print_json(cutting_data_as_json(found, save, plot))
+        print_json(cutting_data_as_json(result, save, plot))
     else:
         from rich.console import Console
 
-        print_cutting_data(found, save, plot, Console())
-        print_defaults(found.defaults)
+        print_cutting_data(result, save, plot, Console())
+        print_defaults(result.defaults)
     return DONE

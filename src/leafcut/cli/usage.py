@@ -53,16 +53,16 @@ DASH, HELD = "-", "\0"
 WhyUnused = Callable[[str, str], str]
 
 
-def refuse_dash(what: str, *words: str | None) -> None:
+def refuse_dash(flag: str, *words: str | None) -> None:
     """Refuse standard input if only files are accepted.
 
     Raises
     ------
     OptionError
-        One of the words is ``-``; `what` is its argument or flag.
+        One of the words is ``-``; `flag` is its argument or flag.
     """
     if any(word in (DASH, HELD) for word in words):
-        raise OptionError(f"{what} -: not taken from standard input; name a file")
+        raise OptionError(f"{flag} -: not taken from standard input; name a file")
 
 
 def command_in(arguments: Sequence[str]) -> str:
@@ -75,8 +75,12 @@ def _commands_of(group: str) -> Iterable[str]:
     return GROUPS[group][1] if group in GROUPS else ()
 
 
-def told(
-    problem: CycloptsError, command: str, commands: Iterable[str], options: Mapping[str, OptionSpec], why: WhyUnused
+def usage_message(
+    problem: CycloptsError,
+    command: str,
+    commands: Iterable[str],
+    options: Mapping[str, OptionSpec],
+    reason_unused: WhyUnused,
 ) -> str:
     """Return the message for a command line that the parser refuses.
 
@@ -108,7 +112,7 @@ def told(
                 return f"unknown command '{command} {shown(word)}'{nearest(word, _commands_of(command))}"
             return _unknown_command(word, command, commands)
         case UnknownOptionError():
-            return _unknown_option(problem, options, why, help_of)
+            return _unknown_option(problem, options, reason_unused, help_of)
         case UnusedCliTokensError():
             words = ", ".join(shown(word) for word in problem.unused_tokens or ())
             return f"{command} takes no input, but was given {words}; leave it out"
@@ -135,20 +139,20 @@ def _unknown_command(word: str, command: str, commands: Iterable[str]) -> str:
 
 
 def _unknown_option(
-    problem: UnknownOptionError, options: Mapping[str, OptionSpec], why: WhyUnused, help_of: str
+    problem: UnknownOptionError, options: Mapping[str, OptionSpec], reason_unused: WhyUnused, help_of: str
 ) -> str:
     """Return the message for a flag that the command lacks, though another may have it."""
     flag = (problem.token.keyword or problem.token.value).partition("=")[0]
     name = flag.removeprefix("--").replace("-", "_")
     positive = name.removeprefix("no_")
     if positive in options and (name == positive or options[positive].kind == "flag"):
-        reason = why(flag, positive)
+        reason = reason_unused(flag, positive)
         if reason:
             return reason
-    if gone := why_removed(name):
-        return gone
+    if message := why_removed(name):
+        return message
     # Without the dashes, which all flags share.
-    names = [one for argument in problem.argument_collection for one in argument.names if one.startswith("-")]
-    known = {one.lstrip("-"): one for one in names}
-    near = close_to(flag.lstrip("-"), known)
-    return f"unknown option '{shown(flag)}'" + (f"; did you mean '{known[near]}'?" if near else f" {help_of}")
+    names = [entry for argument in problem.argument_collection for entry in argument.names if entry.startswith("-")]
+    known = {entry.lstrip("-"): entry for entry in names}
+    closest = close_to(flag.lstrip("-"), known)
+    return f"unknown option '{shown(flag)}'" + (f"; did you mean '{known[closest]}'?" if closest else f" {help_of}")

@@ -41,9 +41,9 @@ M30
 """
 
 
-def warm_all(tell: Callable[[str], None] = lambda _: None) -> Compilations:
-    """Compile every kernel that is not cached on disk; `tell` is called once if there is any."""
-    with announced(tell) as compilations:
+def warm_all(on_compile: Callable[[str], None] = lambda _: None) -> Compilations:
+    """Compile every kernel that is not cached on disk; `on_compile` is called once if there is any."""
+    with announced(on_compile) as compilations:
         _order()
         _follow_programs()
         _look_at_surfaces()
@@ -94,6 +94,6 @@ def _look_at_surfaces() -> None:
 def _measure_a_path() -> None:
     rules = PocketRules(tool_diameter=4.0, step_over=2.0)
     path = PocketPath("warm", (PocketPiece(Polyline.of_points([(0.0, 0.0), (9.0, 0.0), (9.0, 2.0), (0.0, 2.0)])),))
-    way, _ = engaged_way(path, rules)
-    widest_gaps(way, shapely.box(0.0, 0.0, 9.0, 2.0), rules)
-    pieces_near(way.xy[:-1], way.xy[1:], way.xy, np.ones(len(way)))
+    path_cut, _ = engaged_way(path, rules)
+    widest_gaps(path_cut, shapely.box(0.0, 0.0, 9.0, 2.0), rules)
+    pieces_near(path_cut.xy[:-1], path_cut.xy[1:], path_cut.xy, np.ones(len(path_cut)))

@@ -44,7 +44,7 @@ class _Seen:
 
 
 @dataclass
-class FolderLook:
+class FolderPoll:
     """Finds new or changed files in a folder that are complete."""
 
     folder: Path
@@ -58,19 +58,19 @@ class FolderLook:
         OSError
             The folder cannot be read.
         """
-        found = dict(self._files())
-        self.seen = {path: one for path, one in self.seen.items() if path in found}
+        signatures = dict(self._files())
+        self.seen = {path: known for path, known in self.seen.items() if path in signatures}
         ready = []
-        for path, signature in sorted(found.items()):
-            one = self.seen.get(path)
-            if one is None:
+        for path, signature in sorted(signatures.items()):
+            seen_file = self.seen.get(path)
+            if seen_file is None:
                 self.seen[path] = _Seen(signature)
-            elif one.signature != signature:
-                one.signature, one.looks = signature, 1
-            elif one.done != signature:
-                one.looks += 1
-                if one.looks >= (_LOOKS if _ends(path) else _LOOKS_WITHOUT_END):
-                    one.done = signature
+            elif seen_file.signature != signature:
+                seen_file.signature, seen_file.looks = signature, 1
+            elif seen_file.done != signature:
+                seen_file.looks += 1
+                if seen_file.looks >= (_LOOKS if _ends(path) else _LOOKS_WITHOUT_END):
+                    seen_file.done = signature
                     if format_name(path):
                         ready.append(path)
         return ready
@@ -143,9 +143,9 @@ class FolderWatch:
         OptionError, OutputError
             Names the problem.
         """
-        for what, folder in (("the folder to watch", self.folder), ("-o", self.output)):
+        for role, folder in (("the folder to watch", self.folder), ("-o", self.output)):
             if not folder.is_dir():
-                raise OutputError(f"{folder}: not a folder; {what} must be there, create it first")
+                raise OutputError(f"{folder}: not a folder; {role} must be there, create it first")
         if self.folder.samefile(self.output):
             raise OptionError(f"-o {self.output}: programs would be watched as well; name another folder")
         check_output(self.output / TABLE, ())
@@ -160,30 +160,30 @@ class FolderWatch:
         ExecutorError
             A cluster is lost.
         """
-        look = FolderLook(self.folder)
+        poll = FolderPoll(self.folder)
         while True:
-            self.step(look)
+            self.step(poll)
             sleep(seconds)
 
-    def step(self, look: FolderLook) -> None:
+    def step(self, poll: FolderPoll) -> None:
         """Poll once, and process the files that are ready."""
         if not self.output.is_dir():
             self._hinder(f"{self.output}: the folder for programs is not there; it is tried again")
             return
-        before = set(look.seen)
+        before = set(poll.seen)
         try:
-            ready = look.ready()
+            ready = poll.ready()
         except OSError as problem:
             self._hinder(f"{self.folder}: cannot be read ({problem.strerror}); it is looked at again")
             return
-        if before - set(look.seen):
+        if before - set(poll.seen):
             # Another file may have been refused because a removed file had its program name.
             for name in [name for name, row in self.rows.items() if not row.program]:
-                look.again(Path(name))
-        inputs = [str(path) for path in ready if self._is_possible(path, look)]
+                poll.again(Path(name))
+        inputs = [str(path) for path in ready if self._is_possible(path, poll)]
         if not inputs:
             return
-        present = [row for name, row in self.rows.items() if Path(name) in look.seen]
+        present = [row for name, row in self.rows.items() if Path(name) in poll.seen]
         try:
             targets = [str(self.output / self.rows[name].program) for name in inputs]
             results = run_batch(
@@ -200,7 +200,7 @@ class FolderWatch:
         except LeafcutError as problem:
             self._hinder(f"{problem}; it is tried again")
             for name in inputs:
-                look.again(Path(name))
+                poll.again(Path(name))
             return
         self.hindered = ""
         for result in results:
@@ -212,14 +212,18 @@ class FolderWatch:
             self.hindered = line
             self.refused(line)
 
-    def _is_possible(self, path: Path, look: FolderLook) -> bool:
+    def _is_possible(self, path: Path, poll: FolderPoll) -> bool:
         """Return whether the program of a file has a unique name; otherwise refuse the file."""
         try:
             name = api.output_name(str(path), **self.given)
-            for other, row in self.rows.items():
-                if other != str(path) and Path(other) in look.seen and row.program.casefold() == name.casefold():
-                    raise OptionError(f"{path} and {other} would both be written as {name}; rename one of them")
-            check_output(self.output / name, [path, *look.seen])
+            for other_input, row in self.rows.items():
+                if (
+                    other_input != str(path)
+                    and Path(other_input) in poll.seen
+                    and row.program.casefold() == name.casefold()
+                ):
+                    raise OptionError(f"{path} and {other_input} would both be written as {name}; rename one of them")
+            check_output(self.output / name, [path, *poll.seen])
         except LeafcutError as problem:
             self.refused(with_source(str(path), str(problem)))
             self._keep(BatchRow(str(path), "", REFUSED, line=str(problem)))
