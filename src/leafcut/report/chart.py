@@ -25,7 +25,7 @@ _WORDS = 110.0
 _EMPTY = 1e-9
 #: Vertical margins as a share of the range; the label of the lower bound is below its line.
 _MARGIN = 0.08
-_ROOM_UNDER_BOUND = 0.14
+_SPACE_UNDER_BOUND = 0.14
 
 #: Kinds of time in stacking order, with their names.
 TIME_KINDS = {
@@ -67,7 +67,7 @@ def convergence(solution: Solution, nearest: float | None, words: str) -> str:
     history = sorted(_thinned(history))
     levels = {"nearest neighbour": nearest, "lower bound": solution.lower_bound}
     known = {name: level for name, level in levels.items() if level is not None and math.isfinite(level)}
-    under = _ROOM_UNDER_BOUND if "lower bound" in known else _MARGIN
+    under = _SPACE_UNDER_BOUND if "lower bound" in known else _MARGIN
     axes = _axes(history, [*known.values(), *(c for _, c in history)], solution.seconds, under)
     factor, unit = _shown_unit(solution.unit, axes.costs[1])
     lines = [_level(axes, name, level) for name, level in known.items()]
@@ -94,12 +94,12 @@ def _thinned(history: list[tuple[float, float]]) -> list[tuple[float, float]]:
 def _axes(history: list[tuple[float, float]], costs: list[float], total: float, under: float) -> _Axes:
     end = max(history[-1][0], total if math.isfinite(total) else 0.0)
     end = end if end > 0 else 1.0
-    begin = min((s for s, _ in history if s > 0), default=end)
-    log = end / begin > _LOG_FROM
+    start = min((s for s, _ in history if s > 0), default=end)
+    log = end / start > _LOG_FROM
     low, high = min(costs), max(costs)
     margin = high - low if high > low else max(abs(high), 10.0)
     foot = low - under * margin
-    return _Axes((begin if log else 0.0, end), (max(0.0, foot) if low >= 0 else foot, high + _MARGIN * margin), log)
+    return _Axes((start if log else 0.0, end), (max(0.0, foot) if low >= 0 else foot, high + _MARGIN * margin), log)
 
 
 def _shown_unit(unit: str, largest: float) -> tuple[float, str]:

@@ -18,37 +18,37 @@ _MM_PER_M = 1000.0
 _BEST = {"time": "quickest", "cost": "cheapest", "life": "longest life"}
 
 
-def cutting_data_as_json(found: CuttingData, save: str | None = None, plot: str | None = None) -> dict[str, Any]:
+def cutting_data_as_json(data: CuttingData, save: str | None = None, plot: str | None = None) -> dict[str, Any]:
     """Return the answer of `leafcut tools speeds --json`: mm, s, kW, N·m, N, m/min for speeds, mm/min for feeds."""
     return {
-        **({"input": found.source} if found.source else {}),
-        "machine": found.machine.name,
-        "material": found.material.name,
-        "objective": found.objective,
-        "shop_rate_per_hour": found.shop_rate,
-        "time_s": found.time,
-        "cost": found.cost,
-        "tools": [_tool_as_json(one) for one in found.tools],
-        "issues": issues_as_json(found.issues),
+        **({"input": data.source} if data.source else {}),
+        "machine": data.machine.name,
+        "material": data.material.name,
+        "objective": data.objective,
+        "shop_rate_per_hour": data.shop_rate,
+        "time_s": data.time,
+        "cost": data.cost,
+        "tools": [_tool_as_json(tool) for tool in data.tools],
+        "issues": issues_as_json(data.issues),
         **({"output": save} if save else {}),
         **({"plot": plot} if plot else {}),
-        **({"defaults": list(found.defaults)} if found.defaults else {}),
+        **({"defaults": list(data.defaults)} if data.defaults else {}),
     }
 
 
-def _tool_as_json(one: ToolFront) -> dict[str, Any]:
+def _tool_as_json(front: ToolFront) -> dict[str, Any]:
     return {
-        "number": one.tool.number,
-        "kind": one.tool.kind.value,
-        "diameter": one.tool.diameter,
-        "material": one.tool_material.value,
-        "holes": one.holes,
-        "candidates": one.candidates,
-        "allowed": one.allowed,
-        "sources": list(one.sources),
-        "chosen": _point_as_json(one.best),
-        **({"given": _point_as_json(one.given)} if one.given else {}),
-        "front": [_point_as_json(point) for point in one.points],
+        "number": front.tool.number,
+        "kind": front.tool.kind.value,
+        "diameter": front.tool.diameter,
+        "material": front.tool_material.value,
+        "holes": front.holes,
+        "candidates": front.candidates,
+        "allowed": front.allowed,
+        "sources": list(front.sources),
+        "chosen": _point_as_json(front.best),
+        **({"given": _point_as_json(front.given)} if front.given else {}),
+        "front": [_point_as_json(point) for point in front.points],
     }
 
 
@@ -68,56 +68,56 @@ def _point_as_json(point: CuttingPoint) -> dict[str, float]:
     }
 
 
-def print_cutting_data(found: CuttingData, save: str | None, plot: str | None, console: Console) -> None:
+def print_cutting_data(data: CuttingData, save: str | None, plot: str | None, console: Console) -> None:
     """Print for each tool the quickest, cheapest and longest-lived speed and feed, and the library's own."""
     from rich.table import Table
 
-    def say(words: str, style: str = "") -> None:
+    def show(words: str, style: str = "") -> None:
         console.print(clean(words), style=style, markup=False, highlight=False, soft_wrap=True)
 
-    say(f"{found.material.name} on {found.machine.name}, chosen for {found.objective}", "bold")
-    for one in found.tools:
-        work = count(one.holes, "hole") if one.holes else "milling"
-        say("")
-        say(f"{one.tool.label}, {one.tool_material.value}: {work}")
-        rows = _shown(one)
+    show(f"{data.material.name} on {data.machine.name}, chosen for {data.objective}", "bold")
+    for front in data.tools:
+        work = count(front.holes, "hole") if front.holes else "milling"
+        show("")
+        show(f"{front.tool.label}, {front.tool_material.value}: {work}")
+        rows = _points_to_show(front)
         table = Table(box=None, pad_edge=False, header_style="bold")
         table.add_column("")
         for name in rows:
-            chosen = name == _BEST[found.objective]
+            chosen = name == _BEST[data.objective]
             table.add_column(f"→ {name}" if chosen else name, justify="right", style="bold" if chosen else "")
         for name, cells in zip(_NAMES, zip(*map(_cells, rows.values()), strict=True), strict=True):
             table.add_row(name, *cells)
         console.print(table)
-        say(
-            f"{count(len(one.points), 'point')} on the front, of {one.allowed:,} within the limits and "
-            f"{one.candidates:,} tried",
+        show(
+            f"{count(len(front.points), 'point')} on the front, of {front.allowed:,} within the limits and "
+            f"{front.candidates:,} tried",
             "dim",
         )
-        life = f"the tool life of {one.tool_material.value} in {found.material.name}"
-        if any(source.startswith("estimate") for source in one.sources):
-            say(f"estimate: {life} has no measured source")
-        elif any("from memory" in source for source in one.sources):
-            say(f"from memory: some constants of {life} were not seen in print")
-    say("")
-    if len(found.tools) > 1:
-        say(f"all tools: {format_time(found.time)} and {found.cost:.2f} for one part")
-    for issue in found.issues:
-        say(f"{issue.severity}: {issue}")
-    for file, what in ((save, "tool library"), (plot, "picture")):
+        life = f"the tool life of {front.tool_material.value} in {data.material.name}"
+        if any(source.startswith("estimate") for source in front.sources):
+            show(f"estimate: {life} has no measured source")
+        elif any("from memory" in source for source in front.sources):
+            show(f"from memory: some constants of {life} were not seen in print")
+    show("")
+    if len(data.tools) > 1:
+        show(f"all tools: {format_time(data.time)} and {data.cost:.2f} for one part")
+    for issue in data.issues:
+        show(f"{issue.severity}: {issue}")
+    for file, kind in ((save, "tool library"), (plot, "picture")):
         if file:
-            say(f"{what} written: {file}")
+            show(f"{kind} written: {file}")
 
 
-def _shown(one: ToolFront) -> dict[str, CuttingPoint]:
+def _points_to_show(front: ToolFront) -> dict[str, CuttingPoint]:
     """Return the points of a front to show, quickest first, and the library's own point."""
-    points = one.points
+    points = front.points
     shown = {
         "quickest": min(points, key=lambda p: (p.time, p.cost)),
         "cheapest": min(points, key=lambda p: (p.cost, p.time)),
         "longest life": min(points, key=lambda p: (-p.life, p.cost)),
     }
-    return shown | ({"as given": one.given} if one.given else {})
+    return shown | ({"as given": front.given} if front.given else {})
 
 
 #: Row names of a tool's table.

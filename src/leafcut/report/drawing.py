@@ -40,7 +40,7 @@ _RING = 1.1
 _MOST_GROUPS = 64
 #: Stops of cuts are numbered up to this number, or with this spacing, user units.
 _FEW_NUMBERS = 24
-_ROOM_FOR_NUMBERS = 20.0
+_SPACE_FOR_NUMBERS = 20.0
 #: Rapids are shown up to this distance beyond the work, as a share of its size; a far park position stays outside.
 _BEYOND = 0.3
 
@@ -102,7 +102,7 @@ def build_scene(outcome: Outcome) -> Scene:
             diameters[order] = np.where(diameters[order] > 0, diameters[order], operation.tool.diameter)
     numbered = max(len(before.stops), len(after.stops)) <= MOST_NUMBERS
     if len(after.cuts) and len(after.stops) > _FEW_NUMBERS:
-        numbered = numbered and _apart(frame.place(np.unique(after.stops, axis=0))) >= _ROOM_FOR_NUMBERS
+        numbered = numbered and _apart(frame.place(np.unique(after.stops, axis=0))) >= _SPACE_FOR_NUMBERS
     smallest = _SMALLEST_OF_FEW if numbered else _SMALLEST_HOLE
     true_sizes, sized = diameters * frame.scale, diameters > 0.0
     sizes = np.where(sized, np.maximum(true_sizes, smallest), _size_of_unsized(frame, len(diameters), smallest))
@@ -181,7 +181,7 @@ def drawing(scene: Scene, which: Which, words: str, *, holes: str = "", size: bo
     frame, path = scene.frame, scene.before if which == "before" else scene.after
     drawn = element("use", href=holes) if holes.startswith("#") else _holes(scene, holes.removeprefix("="))
     window = f"window-{which}"
-    ways = (_rapids(scene, path), _cuts(scene, path), arrow_heads(frame.place(path.rapids)))
+    paths = (_rapids(scene, path), _cuts(scene, path), arrow_heads(frame.place(path.rapids)))
     if len(scene.edge):
         drawn = (
             element(
@@ -190,7 +190,7 @@ def drawing(scene: Scene, which: Which, words: str, *, holes: str = "", size: bo
             + drawn
         )
     drawn += missing_drawing(frame, scene.missing)
-    inside = (drawn, element("g", *ways, clip_path=f"url(#{window})"), *_ends(scene, path))
+    inside = (drawn, element("g", *paths, clip_path=f"url(#{window})"), *_ends(scene, path))
     return frame.drawing(words, window, inside, "drawing" if scene.numbered else "drawing ramped", size)
 
 
@@ -245,10 +245,10 @@ def _cuts(scene: Scene, path: Trace) -> str:
     width = float(np.clip(0.25 * scene.frame.width * scene.frame.height / max(length, 1.0), 0.9, 2.6)) * STEPS
     lines = []
     for number in [*colours, None]:
-        mine = path.cut_tool == number if number is not None else ~np.isin(path.cut_tool, list(colours))
-        if mine.any():
-            of_tool = f"cut tool {tool_class(scene, colours[number])}" if number is not None else "cut"
-            lines.append(element("path", d=lines_data(segments[mine]), class_=of_tool, stroke_width=width))
+        selected = path.cut_tool == number if number is not None else ~np.isin(path.cut_tool, list(colours))
+        if selected.any():
+            css_class = f"cut tool {tool_class(scene, colours[number])}" if number is not None else "cut"
+            lines.append(element("path", d=lines_data(segments[selected]), class_=css_class, stroke_width=width))
     return in_steps(*lines)
 
 

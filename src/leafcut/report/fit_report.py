@@ -16,26 +16,26 @@ if TYPE_CHECKING:
     from leafcut.timing.fitting import Fitted
 
 #: Share of tool changes in a program from which they are reported: their time, from the profile, may be wrong.
-_MUCH = 0.1
+_LARGE_SHARE = 0.1
 
 
-def print_fit(fitted: Fitted, found: Sequence[Simulation], measured: Sequence[float], console: Console) -> None:
+def print_fit(fitted: Fitted, simulations: Sequence[Simulation], measured: Sequence[float], console: Console) -> None:
     """Print the times of all programs, and the fitted values."""
     is_fitted = fitted.acceleration is not None or fitted.corner is not None
     table = Table("Program", box=None, pad_edge=False)
     for head in ("Measured", "leafcut", "Off", *(("Fitted", "Off") if is_fitted else ())):
         table.add_column(head, justify="right")
-    for row, one in enumerate(found):
+    for row, simulation in enumerate(simulations):
         before, after = float(fitted.before[row]), float(fitted.after[row])
-        cells = [format_time(measured[row]), format_time(before), _off(before, measured[row])]
-        cells += [format_time(after), _off(after, measured[row])] if is_fitted else []
-        table.add_row(one.program, *cells)
+        cells = [format_time(measured[row]), format_time(before), _deviation_text(before, measured[row])]
+        cells += [format_time(after), _deviation_text(after, measured[row])] if is_fitted else []
+        table.add_row(simulation.program, *cells)
     console.print(table, markup=False)
-    for line in fit_lines(fitted, found, measured):
+    for line in fit_lines(fitted, simulations, measured):
         console.print(line, markup=False, highlight=False, soft_wrap=True)
 
 
-def fit_lines(fitted: Fitted, found: Sequence[Simulation], measured: Sequence[float]) -> list[str]:
+def fit_lines(fitted: Fitted, simulations: Sequence[Simulation], measured: Sequence[float]) -> list[str]:
     """Return the lines below the table of a fit."""
     lines = []
     if len(measured) > 1:
@@ -50,27 +50,29 @@ def fit_lines(fitted: Fitted, found: Sequence[Simulation], measured: Sequence[fl
         lines.append(f"corner value: {fitted.corner:.3g} mm (± {100.0 * fitted.error['corner']:.0f} %)")
     if fitted.acceleration is not None and fitted.corner is not None:
         lines.append(f"the programs distinguish the two: condition {fitted.condition:.1f}")
-    if sum(one is not None for one in (fitted.acceleration, fitted.corner)) == len(measured):
+    if sum(simulation is not None for simulation in (fitted.acceleration, fitted.corner)) == len(measured):
         lines.append(
             "as many values as programs: the fit is exact by itself; measure one more to see how well it holds"
         )
     titles = {"acceleration": "accelerations", "corner": "corner value"}
-    lines += [f"{titles[name]} kept: {why}" for name, why in fitted.held.items()]
-    for one, seconds in zip(found, measured, strict=True):
-        change = one.measure.by_kind.get("tool_change", 0.0)
-        if change > _MUCH * seconds:
-            lines.append(f"{one.program}: {format_time(change)} of it are tool changes, as the profile has them")
+    lines += [f"{titles[name]} kept: {reason}" for name, reason in fitted.held.items()]
+    for simulation, seconds in zip(simulations, measured, strict=True):
+        change = simulation.measure.by_kind.get("tool_change", 0.0)
+        if change > _LARGE_SHARE * seconds:
+            lines.append(f"{simulation.program}: {format_time(change)} of it are tool changes, as the profile has them")
     return lines
 
 
-def fit_as_json(fitted: Fitted, found: Sequence[Simulation], measured: Sequence[float], written: str) -> dict[str, Any]:
+def fit_as_json(
+    fitted: Fitted, simulations: Sequence[Simulation], measured: Sequence[float], written: str
+) -> dict[str, Any]:
     """Return the fit as JSON data."""
     programs = [
-        {"program": one.program, "measured_s": seconds, "before_s": float(before), "after_s": float(after)}
-        for one, seconds, before, after in zip(found, measured, fitted.before, fitted.after, strict=True)
+        {"program": simulation.program, "measured_s": seconds, "before_s": float(before), "after_s": float(after)}
+        for simulation, seconds, before, after in zip(simulations, measured, fitted.before, fitted.after, strict=True)
     ]
     return {
-        "machine": found[0].machine.name,
+        "machine": simulations[0].machine.name,
         "programs": programs,
         "rms_before_s": _rms(fitted.before, measured),
         "rms_after_s": _rms(fitted.after, measured),
@@ -83,7 +85,7 @@ def fit_as_json(fitted: Fitted, found: Sequence[Simulation], measured: Sequence[
     }
 
 
-def _off(seconds: float, measured: float) -> str:
+def _deviation_text(seconds: float, measured: float) -> str:
     return f"{100.0 * (seconds / measured - 1.0):+.1f} %"
 
 

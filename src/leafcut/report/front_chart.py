@@ -26,7 +26,7 @@ _FOOT = 58.0
 _MARGIN = 0.07
 _MOST_POINTS = 600
 #: Points farther from the front than this multiple of its range are not drawn.
-_FAR = 2.0
+_MAX_DISTANCE = 2.0
 #: Positions of labels beside their marks, best first (on the right or not, vertical shift); distance and letter width.
 _BESIDE = tuple((right, float(up)) for up in (0, -13, 13, -26, 26) for right in (True, False))
 _OFF, _LETTER = 11.0, 6.3
@@ -79,19 +79,19 @@ class _Axis:
 
     low: float
     high: float
-    begin: float
+    start: float
     end: float
 
     @classmethod
-    def over(cls, values: Sequence[float], begin: float, end: float) -> _Axis:
+    def over(cls, values: Sequence[float], start: float, end: float) -> _Axis:
         """Return an axis with a margin around some non-negative values."""
         low, high = min(values), max(values)
-        room = _MARGIN * ((high - low) or abs(high) or 1.0)
-        return cls(max(low - room, 0.0), high + room, begin, end)
+        margin = _MARGIN * ((high - low) or abs(high) or 1.0)
+        return cls(max(low - margin, 0.0), high + margin, start, end)
 
     def at(self, value: float) -> float:
         """Return the position of a number."""
-        return self.begin + (value - self.low) / (self.high - self.low) * (self.end - self.begin)
+        return self.start + (value - self.low) / (self.high - self.low) * (self.end - self.start)
 
     def marks(self) -> list[tuple[float, str]]:
         """Return round numbers on the axis with their labels."""
@@ -99,20 +99,20 @@ class _Axis:
         return [(value, tick_words(value, step)) for value in ticks(self.low, self.high, step)]
 
 
-def front_svg(found: CuttingData) -> str:
+def front_svg(data: CuttingData) -> str:
     """Return the fronts of all tools as a stand-alone SVG, two panels for each.
 
     On the left the cost of one part over its time; on the right the spindle speeds and feed rates. The colour is the
     tool's life, violet for the shortest and teal for the longest.
     """
-    lives = [point.life for one in found.tools for point in one.points]
+    lives = [point.life for tool in data.tools for point in tool.points]
     shade = _shade(min(lives), max(lives))
-    width, each = 2 * _WIDE, _HEAD + _HIGH
-    rows = [element("g", _tool(one, found, shade), transform=f"translate(0 {short(k * each)})")
-            for k, one in enumerate(found.tools)]  # fmt: skip
-    bottom = len(rows) * each
+    width, row_height = 2 * _WIDE, _HEAD + _HIGH
+    rows = [element("g", _tool(tool, data, shade), transform=f"translate(0 {short(k * row_height)})")
+            for k, tool in enumerate(data.tools)]  # fmt: skip
+    bottom = len(rows) * row_height
     height = bottom + _FOOT
-    words = f"Speeds and feeds for {found.material.name} on {found.machine.name}"
+    words = f"Speeds and feeds for {data.material.name} on {data.machine.name}"
     return (
         element(
             "svg",
@@ -120,7 +120,7 @@ def front_svg(found: CuttingData) -> str:
             element("style", drawing_css() + _STYLE),
             element("rect", x=0.0, y=0.0, width=width, height=height, fill="var(--page)"),
             *rows,
-            _legend(min(lives), max(lives), bottom, any(map(_own, found.tools))),
+            _legend(min(lives), max(lives), bottom, any(map(_given_point, data.tools))),
             xmlns="http://www.w3.org/2000/svg",
             viewBox=f"0 0 {short(width)} {short(height)}",
             width=width,
@@ -138,20 +138,20 @@ def _shade(shortest: float, longest: float) -> Callable[[float], int]:
     return lambda life: round((RAMP - 1) * math.log(life / shortest) / span)
 
 
-def _tool(one: ToolFront, found: CuttingData, shade: Callable[[float], int]) -> str:
-    made = f"{one.holes} hole{'s' * (one.holes != 1)}" if one.holes else "milling"
-    head = text(one.tool.label, 16, 30, class_="name")
-    about = f"{one.tool_material.value} · {made} · {found.material.name} on {found.machine.name}"
-    if one.given is not None:
-        about += f" · as given {format_time(one.given.time)}, {one.given.cost:.2f}"
-    beside = text(about, 2 * _WIDE - 16, 30, text_anchor="end")
-    points = _thinned(one.points, one.chosen)
+def _tool(front: ToolFront, data: CuttingData, shade: Callable[[float], int]) -> str:
+    holes = f"{front.holes} hole{'s' * (front.holes != 1)}" if front.holes else "milling"
+    head = text(front.tool.label, 16, 30, class_="name")
+    description = f"{front.tool_material.value} · {holes} · {data.material.name} on {data.machine.name}"
+    if front.given is not None:
+        description += f" · as given {format_time(front.given.time)}, {front.given.cost:.2f}"
+    beside = text(description, 2 * _WIDE - 16, 30, text_anchor="end")
+    points = _thinned(front.points, front.chosen)
     left = _panel(
-        one, points, shade, 0.0, lambda p: p.time / _unit(points)[0], lambda p: p.cost,
+        front, points, shade, 0.0, lambda p: p.time / _unit(points)[0], lambda p: p.cost,
         (f"time of one part, {_unit(points)[1]}", "cost of one part"),
     )  # fmt: skip
     right = _panel(
-        one, points, shade, _WIDE, lambda p: p.rpm, lambda p: p.feed * SECONDS_PER_MINUTE,
+        front, points, shade, _WIDE, lambda p: p.rpm, lambda p: p.feed * SECONDS_PER_MINUTE,
         ("spindle speed, rpm", "feed rate, mm/min"),
     )  # fmt: skip
     return head + beside + left + right
@@ -173,53 +173,53 @@ def _thinned(points: tuple[CuttingPoint, ...], chosen: int) -> list[CuttingPoint
 
 
 def _panel(
-    one: ToolFront, points: list[CuttingPoint], shade: Callable[[float], int], left: float,
-    across: Callable[[CuttingPoint], float], up: Callable[[CuttingPoint], float], names: tuple[str, str],
+    front: ToolFront, points: list[CuttingPoint], shade: Callable[[float], int], left: float,
+    x_of: Callable[[CuttingPoint], float], y_of: Callable[[CuttingPoint], float], names: tuple[str, str],
 ) -> str:  # fmt: skip
     """Return one panel: axes, front, best point of each objective, and the given point."""
-    begin, end = left + _LEFT, left + _WIDE - _RIGHT
+    start, end = left + _LEFT, left + _WIDE - _RIGHT
     bottom, top = _HEAD + _HIGH - _BOTTOM, _HEAD + _TOP
-    own = _own(one)
-    shown = points if own is None else [*points, own]
-    x = _Axis.over([across(point) for point in shown], begin, end)
-    y = _Axis.over([up(point) for point in shown], bottom, top)
-    card = element("rect", x=begin, y=top, width=end - begin, height=bottom - top, class_="card")
+    given = _given_point(front)
+    shown = points if given is None else [*points, given]
+    x = _Axis.over([x_of(point) for point in shown], start, end)
+    y = _Axis.over([y_of(point) for point in shown], bottom, top)
+    card = element("rect", x=start, y=top, width=end - start, height=bottom - top, class_="card")
     grid, numbers = [], []
     for value, words in y.marks():
-        grid.append(f"M{short(begin)} {short(y.at(value))}H{short(end)}")
-        numbers.append(text(words, begin - 7, y.at(value), text_anchor="end", dy="0.34em"))
+        grid.append(f"M{short(start)} {short(y.at(value))}H{short(end)}")
+        numbers.append(text(words, start - 7, y.at(value), text_anchor="end", dy="0.34em"))
     for value, words in x.marks():
         grid.append(f"M{short(x.at(value))} {short(top)}V{short(bottom)}")
         numbers.append(text_within(words, x.at(value), bottom + 16, left + _WIDE))
     middle = (top + bottom) / 2
-    axes = text(names[0], (begin + end) / 2, bottom + 34, text_anchor="middle") + text(
+    axes = text(names[0], (start + end) / 2, bottom + 34, text_anchor="middle") + text(
         names[1], left + 16, middle, text_anchor="middle", transform=f"rotate(-90 {short(left + 16)} {short(middle)})"
     )
 
     def place(point: CuttingPoint) -> Point:
-        return x.at(across(point)), y.at(up(point))
+        return x.at(x_of(point)), y.at(y_of(point))
 
-    frame = _Frame(begin, end, top, bottom)
+    frame = _Frame(start, end, top, bottom)
     return (
         card
         + element("path", d="".join(grid), class_="gridline")
         + "".join(numbers)
         + axes
         + _dots(points, place, shade)
-        + _marks(one, [place(point) for point in points], place, frame)
+        + _marks(front, [place(point) for point in points], place, frame)
     )
 
 
-def _own(one: ToolFront) -> CuttingPoint | None:
+def _given_point(front: ToolFront) -> CuttingPoint | None:
     """Return the given point, unless it is so far away that the front would be squeezed."""
-    if one.given is None:
+    if front.given is None:
         return None
-    for of in _SHOWN:
-        values = [of(point) for point in one.points]
-        room = _FAR * ((max(values) - min(values)) or max(values))
-        if not min(values) - room <= of(one.given) <= max(values) + room:
+    for value_of in _SHOWN:
+        values = [value_of(point) for point in front.points]
+        reach = _MAX_DISTANCE * ((max(values) - min(values)) or max(values))
+        if not min(values) - reach <= value_of(front.given) <= max(values) + reach:
             return None
-    return one.given
+    return front.given
 
 
 def _dots(points: list[CuttingPoint], place: Callable[[CuttingPoint], Point], shade: Callable[[float], int]) -> str:
@@ -244,27 +244,27 @@ class _Frame:
         return box[0] < self.left or box[2] > self.right or box[1] < self.top or box[3] > self.bottom
 
 
-def _marks(one: ToolFront, dots: list[Point], place: Callable[[CuttingPoint], Point], frame: _Frame) -> str:
+def _marks(front: ToolFront, dots: list[Point], place: Callable[[CuttingPoint], Point], frame: _Frame) -> str:
     """Return the quickest, cheapest and longest-lived point, and the given point, with labels."""
-    points = one.points
-    named = {
+    points = front.points
+    place_of = {
         "quickest": place(min(points, key=lambda p: (p.time, p.cost))),
         "cheapest": place(min(points, key=lambda p: (p.cost, p.time))),
         "longest life": place(min(points, key=lambda p: (-p.life, p.cost))),
     }
-    own = _own(one)
-    if own is not None:
-        named["as given"] = place(own)
+    given = _given_point(front)
+    if given is not None:
+        place_of["as given"] = place(given)
     places: dict[Point, list[str]] = {}
-    for name, where in named.items():
-        places.setdefault(where, []).append(name)
-    chosen = place(one.best)
+    for name, position in place_of.items():
+        places.setdefault(position, []).append(name)
+    chosen = place(front.best)
     drawn, labels, boxes = list[str](), list[str](), list[_Box]()
     for (x, y), names in sorted(places.items(), key=lambda item: item[0][1]):
         kind = "chosen" if (x, y) == chosen else "own" if names == ["as given"] else "ring"
         drawn.append(_diamond(x, y) if kind == "own" else element("circle", cx=x, cy=y, r=5.0, class_=kind))
         words = ", ".join(names)
-        box, label = _label(words, (x, y), dots, [*boxes, *(_around(other) for other in places)], frame)
+        box, label = _label(words, (x, y), dots, [*boxes, *(_around(corner) for corner in places)], frame)
         boxes.append(box)
         labels.append(label)
     if chosen not in places:
@@ -297,22 +297,22 @@ def _diamond(x: float, y: float) -> str:
     return element("path", d=f"M{short(x)} {short(y - 6)}l6 6l-6 6l-6 -6z", class_="own")
 
 
-def _legend(shortest: float, longest: float, top: float, own: bool) -> str:
-    begin, wide = 16.0 + 110.0, 180.0
+def _legend(shortest: float, longest: float, top: float, has_given: bool) -> str:
+    start, wide = 16.0 + 110.0, 180.0
     y = top + 20
     step = wide / (RAMP - 1)
-    places = [f"M{short(begin + i * step)} {short(y)}h{short(step)}" for i in range(RAMP - 1)]
+    places = [f"M{short(start + i * step)} {short(y)}h{short(step)}" for i in range(RAMP - 1)]
     steps = [element("path", d=place, class_=f"swatch r{i}") for i, place in enumerate(places)]
     words = (
         text("tool life in the cut", 16, y + 4)
-        + text(format_time(shortest), begin, y + 21, text_anchor="start")
-        + text(format_time(longest), begin + wide, y + 21, text_anchor="end")
+        + text(format_time(shortest), start, y + 21, text_anchor="start")
+        + text(format_time(longest), start + wide, y + 21, text_anchor="end")
     )
-    x = begin + wide + 40
+    x = start + wide + 40
     marks = element("circle", cx=x, cy=y, r=5.0, class_="chosen") + text("chosen", x + 12, y + 4)
     x += 82
     marks += element("circle", cx=x, cy=y, r=5.0, class_="ring") + text("best for one objective", x + 12, y + 4)
-    if own:
+    if has_given:
         x += 168
         marks += _diamond(x, y) + text("as given", x + 12, y + 4)
     return "".join(steps) + words + marks

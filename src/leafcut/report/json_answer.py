@@ -96,19 +96,19 @@ def solved_as_json(solved: Solved) -> dict[str, Any]:
     }
 
 
-def simulation_as_json(found: Simulation) -> dict[str, Any]:
+def simulation_as_json(simulation: Simulation) -> dict[str, Any]:
     """Return the answer of `leafcut simulate --json`: lengths in mm, times in s."""
-    low, high = found.path.extents
+    low, high = simulation.path.extents
     return {
-        "program": found.program,
-        "machine": found.machine.name,
-        "time_s": found.measure.time_s,
-        "rapid_mm": found.measure.travel_mm,
-        "feed_mm": found.measure.cut_mm,
-        "by_kind": found.measure.by_kind,
+        "program": simulation.program,
+        "machine": simulation.machine.name,
+        "time_s": simulation.measure.time_s,
+        "rapid_mm": simulation.measure.travel_mm,
+        "feed_mm": simulation.measure.cut_mm,
+        "by_kind": simulation.measure.by_kind,
         "extents": {axis: [low[k], high[k]] for k, axis in enumerate("xyz")},
-        "issues": issues_as_json(found.issues),
-        **_defaults(found.defaults),
+        "issues": issues_as_json(simulation.issues),
+        **_defaults(simulation.defaults),
     }
 
 
@@ -158,9 +158,9 @@ def missing_as_json(issues: Iterable[Issue]) -> list[dict[str, Any]]:
     ]
 
 
-def _defaults(told: tuple[str, ...]) -> dict[str, list[str]]:
+def _defaults(options: tuple[str, ...]) -> dict[str, list[str]]:
     """Return the user's defaults that were used; empty if there are none."""
-    return {"defaults": list(told)} if told else {}
+    return {"defaults": list(options)} if options else {}
 
 
 def _measure(measure: Measure) -> dict[str, float | None]:

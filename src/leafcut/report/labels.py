@@ -75,13 +75,13 @@ def _candidates(
 def _costs(
     candidates: NDArray[np.float64],
     half: NDArray[np.float64],
-    own: tuple[float, float],
+    own_place: tuple[float, float],
     around: Surroundings,
     placed: list[NDArray[np.float64]],
 ) -> NDArray[np.float64]:
     costs = np.arange(len(candidates), dtype=np.float64) * 0.1
     inside = len(candidates) > len(_DIRECTIONS)
-    others = np.abs(around.holes[:, :2] - own).sum(axis=1) > 1e-6
+    other_holes = np.abs(around.holes[:, :2] - own_place).sum(axis=1) > 1e-6
     for number, centre in enumerate(candidates):
         low, high = centre - half, centre + half
         if (low < 0).any() or (high > around.size).any():
@@ -91,7 +91,7 @@ def _costs(
             costs[number] += _ON_NUMBER * ((boxes[:, :2] < high) & (boxes[:, 2:] > low)).all(axis=1).sum()
         nearest = np.clip(around.holes[:, :2], low, high)
         covered = np.hypot(*(around.holes[:, :2] - nearest).T) < around.holes[:, 2] + 0.5
-        costs[number] += _ON_HOLE * (covered & others).sum()
+        costs[number] += _ON_HOLE * (covered & other_holes).sum()
         if number or not inside:
             costs[number] += _ON_LINE * crossing(around.lines, low, high).sum()
     return costs

@@ -23,12 +23,12 @@ def written_lines(planned: Toolpath, written: Toolpath) -> NDArray[np.int32]:
     program (a torch that descends and pierces) get the line of the next row.
     """
     written = expand(written)
-    ours, theirs = _moving(planned), _moving(written)
-    a, b = (_marks(path, rows) for path, rows in ((planned, ours), (written, theirs)))
-    found = _aligned(a, b)
+    plan_rows, written_rows = _moving(planned), _moving(written)
+    a, b = (_marks(path, rows) for path, rows in ((planned, plan_rows), (written, written_rows)))
+    matches = _aligned(a, b)
     line = np.zeros(len(planned), dtype=np.int32)
-    known = found >= 0
-    line[ours[known]] = written.line[theirs[found[known]]]
+    known = matches >= 0
+    line[plan_rows[known]] = written.line[written_rows[matches[known]]]
     return _filled(line)
 
 
@@ -37,8 +37,8 @@ def _moving(path: Toolpath) -> NDArray[np.int64]:
     before = path.before
     moves = (path.kind <= Kind.ARC_CCW) | (path.kind == Kind.MACHINE)
     # A row that gives an axis its first position also counts.
-    same = (np.abs(path.end - before) <= _SMALLEST_MOVE) | np.isnan(path.end)
-    return np.flatnonzero(moves & ~same.all(axis=1))
+    unmoved = (np.abs(path.end - before) <= _SMALLEST_MOVE) | np.isnan(path.end)
+    return np.flatnonzero(moves & ~unmoved.all(axis=1))
 
 
 def _marks(path: Toolpath, rows: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -56,14 +56,14 @@ def _aligned(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.int64
     """Return for every row of `a` its row of `b`, in order, -1 for none."""
     if len(a) == len(b) and _equal(a, b).all():
         return np.arange(len(a))
-    found = np.full(len(a), -1, dtype=np.int64)
-    at = 0
+    matches = np.full(len(a), -1, dtype=np.int64)
+    start = 0
     for row in range(len(a)):
-        same = np.flatnonzero(_equal(a[row], b[at : at + _AHEAD]))
-        if len(same):
-            found[row] = at + same[0]
-            at += int(same[0]) + 1
-    return found
+        equal = np.flatnonzero(_equal(a[row], b[start : start + _AHEAD]))
+        if len(equal):
+            matches[row] = start + equal[0]
+            start += int(equal[0]) + 1
+    return matches
 
 
 def _filled(line: NDArray[np.int32]) -> NDArray[np.int32]:

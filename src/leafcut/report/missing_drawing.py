@@ -42,8 +42,8 @@ def missing_drawing(frame: Frame, issues: Iterable[Issue]) -> str:
     return "".join(_of_work(frame, issue.missing, issue.message) for issue in issues if issue.missing is not None)
 
 
-def _of_work(frame: Frame, work: MissingWork, why: str) -> str:
-    words = title(f"missing: {clean(why)}")
+def _of_work(frame: Frame, work: MissingWork, reason: str) -> str:
+    words = title(f"missing: {clean(reason)}")
     if work.outlines:
         rings = [frame.place(path.flattened(_CHORDS / frame.scale)) for path in work.outlines[:_MOST]]
         edges = "".join(f"{lines_data(np.stack([ring[:-1], ring[1:]], axis=1))}z" for ring in rings)
@@ -51,9 +51,9 @@ def _of_work(frame: Frame, work: MissingWork, why: str) -> str:
         return element("g", words, in_steps(element("path", d=edges)), element("path", d=hatch), class_="missing")
     if not work.where:
         return ""
-    far = short(2.0 * _CROSS)
+    size = short(2.0 * _CROSS)
     crosses = "".join(
-        f"M{short(x - _CROSS)} {short(y - _CROSS)}l{far} {far}m0 -{far}l-{far} {far}"
+        f"M{short(x - _CROSS)} {short(y - _CROSS)}l{size} {size}m0 -{size}l-{size} {size}"
         for x, y in frame.place(np.array(work.where[:_MOST])).tolist()
     )
     return element("g", words, element("path", d=crosses), class_="missing")
@@ -66,6 +66,6 @@ def _hatch(ring: Points) -> str:
     first = _HATCH * math.ceil((x0 + y0) / _HATCH)
     sums = np.arange(first, x1 + y1, _HATCH)[:_MOST_LINES]
     lines = shapely.linestrings([[(s - y1, y1), (s - y0, y0)] for s in sums.tolist()])
-    pieces = shapely.get_parts(shapely.intersection(lines, area))
-    ends = [shapely.get_coordinates(piece)[[0, -1]].ravel().tolist() for piece in pieces if piece.length > 0.0]
+    parts = shapely.get_parts(shapely.intersection(lines, area))
+    ends = [shapely.get_coordinates(part)[[0, -1]].ravel().tolist() for part in parts if part.length > 0.0]
     return "".join(f"M{short(a)} {short(b)}L{short(c)} {short(d)}" for a, b, c, d in ends)

@@ -48,11 +48,11 @@ def pace_facts(pace: PaceChange | None) -> list[Fact]:
 
 def _tool_words(tool: ToolPace) -> str:
     """Return how the feeds of a tool have changed, and its thickest chip."""
-    before, after = (_feed_words(*one) for one in (tool.feed_before, tool.feed_after))
-    whose = "by its own feed and speed" if tool.limit_stated else "the program's own thickest"
+    before, after = (_feed_words(*feeds) for feeds in (tool.feed_before, tool.feed_after))
+    origin = "by its own feed and speed" if tool.limit_stated else "the program's own thickest"
     return (
         f"{clean(tool.label)}: {before} → {after} mm/min; thickest chip {tool.chip_before:.3g} → "
-        f"{tool.chip_after:.3g} mm a revolution, at most {tool.chip_limit:.3g} ({whose})"
+        f"{tool.chip_after:.3g} mm a revolution, at most {tool.chip_limit:.3g} ({origin})"
         + "".join(f"; {_limit_words(limit)}" for limit in tool.limits)
     )
 
@@ -60,10 +60,10 @@ def _tool_words(tool: ToolPace) -> str:
 def _limit_words(limit: FeedLimit) -> str:
     """Return the value of a limit before and after: "power 1.2 → 0.9 kW, at most 0.9"."""
     words, unit, scale = _LIMITS[limit.name]
-    before, after, most = (f"{scale * value:.3g}" for value in limit[1:])
-    return f"{words} {before} → {after} {unit}, at most {most}"
+    before, after, limit_text = (f"{scale * value:.3g}" for value in limit[1:])
+    return f"{words} {before} → {after} {unit}, at most {limit_text}"
 
 
 def _feed_words(low: float, high: float) -> str:
-    one, other = (f"{SECONDS_PER_MINUTE * value:.4g}" for value in (low, high))
-    return one if one == other else f"{one} to {other}"
+    low_text, high_text = (f"{SECONDS_PER_MINUTE * value:.4g}" for value in (low, high))
+    return low_text if low_text == high_text else f"{low_text} to {high_text}"

@@ -111,12 +111,12 @@ def stock_pictures(report: PathReport[Any]) -> dict[str, Any] | None:
     try:
         if report.came_in != "program":
             solid = solid_of(outcome.path_after, stock)
-            return {"pictures": [_picture("After: leafcut", solid, ways=stock.surface is not None)], "same": ""}
+            return {"pictures": [_picture("After: leafcut", solid, with_travel=stock.surface is not None)], "same": ""}
         before = solid_of(outcome.path_before, stock)
         after = solid_of(outcome.path_after, replace(stock, block=(before.block.low, before.block.high)))
     except LeafcutError:
         return None
-    wrong = sum(one.cells for one in stock_differences(before.after, after.after, _TOLERANCE))
+    wrong = sum(difference.cells for difference in stock_differences(before.after, after.after, _TOLERANCE))
     cells = f"{after.after.heights.size:,} cells of {after.after.cell:.3g} mm"
     return {
         "pictures": [_picture("Before: the program’s order", before), _picture("After: leafcut", after)],
@@ -124,7 +124,7 @@ def stock_pictures(report: PathReport[Any]) -> dict[str, Any] | None:
     }
 
 
-def _picture(title: str, solid: Solid, *, ways: bool = False) -> tuple[str, str, str]:
+def _picture(title: str, solid: Solid, *, with_travel: bool = False) -> tuple[str, str, str]:
     """Return title, data URL and size of a picture, optionally with the travel moves."""
     from PIL import Image
 
@@ -133,13 +133,13 @@ def _picture(title: str, solid: Solid, *, ways: bool = False) -> tuple[str, str,
     x, y = solid.origin
     field = replace(solid.after, x=solid.after.x + x, y=solid.after.y + y)  # in program coordinates, for the axes
     over = None
-    if ways:
+    if with_travel:
         lines = solid.moves.ends[solid.moves.rapid][:, [0, 1, 3, 4]] + (x, y, x, y)
         over = OverStock(lines, solid.before.heights <= solid.before.floor, solid.held)
     drawn = Image.open(io.BytesIO(stock_png(field, solid.block.high[2], over)))
     out = io.BytesIO()
     drawn.quantize(_COLOURS).save(out, "PNG", optimize=True)
     size = " × ".join(f"{b - a:.1f}" for a, b in zip(solid.block.low, solid.block.high, strict=True))
-    if ways:
+    if with_travel:
         title = f"{title}, its paths in red{', fixtures in grey' if solid.held.any() else ''}"
     return title, f"data:image/png;base64,{base64.b64encode(out.getvalue()).decode()}", f"{size} mm"

@@ -223,8 +223,8 @@ class PathReport(Generic[D]):
         return f"Path of {clean(self.outcome.part.name)} in {order}"
 
     def _travel_words(self, measure: Measure) -> str:
-        off = "with the beam off" if self.outcome.process in BEAMS else "travel"
-        return f"{length_words(measure.travel_mm)} {off}"
+        kind = "with the beam off" if self.outcome.process in BEAMS else "travel"
+        return f"{length_words(measure.travel_mm)} {kind}"
 
 
 def _legend(outcome: Outcome, scene: Scene) -> dict[str, Any]:
@@ -251,5 +251,5 @@ def _legend(outcome: Outcome, scene: Scene) -> dict[str, Any]:
 
 def _tool_words(outcome: Outcome, number: int) -> str:
     """Return ``T1 drill Ø6.35, 70 holes and 2 slots``, all operations of a tool combined."""
-    mine = [o for o in outcome.operations if o.tool.number == number]
-    return f"{views.tool_words(mine[0].tool)}, {' and '.join(views.work_words(o) for o in mine[:3])}"
+    operations = [o for o in outcome.operations if o.tool.number == number]
+    return f"{views.tool_words(operations[0].tool)}, {' and '.join(views.work_words(o) for o in operations[:3])}"

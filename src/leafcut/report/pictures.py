@@ -29,10 +29,10 @@ _APART = 0.06
 _NO_LINES = np.zeros((0, 2, 2))
 
 
-def simulation_picture(found: Simulation) -> str:
+def simulation_picture(simulation: Simulation) -> str:
     """Return the path of a program from above, as a stand-alone SVG."""
-    seen = trace(found.path)
-    return _picture(f"Path of {found.program}", {"rapid": seen.rapids, "cut": seen.cuts})
+    view = trace(simulation.path)
+    return _picture(f"Path of {simulation.program}", {"rapid": view.rapids, "cut": view.cuts})
 
 
 def tour_picture(solved: Solved) -> str:
@@ -56,18 +56,18 @@ def nest_picture(outcome: NestOutcome) -> str:
     return _picture(words, {"plate": np.concatenate(edges), "cut": np.concatenate(parts)})
 
 
-def stock_picture(found: StockCut) -> str:
+def stock_picture(stock_cut: StockCut) -> str:
     """Return the remaining stock from above, coloured by depth, as a stand-alone SVG with an embedded PNG."""
     from PIL import Image
 
     from leafcut.report.stock_picture import stock_png
 
-    data = stock_png(found.field, found.block.high[2])
+    data = stock_png(stock_cut.field, stock_cut.block.high[2])
     width, height = Image.open(io.BytesIO(data)).size
     address = f"data:image/png;base64,{base64.b64encode(data).decode()}"
     return element(
         "svg",
-        title(clean(f"Stock after {found.program}")),
+        title(clean(f"Stock after {stock_cut.program}")),
         element("image", href=address, width=float(width), height=float(height)),
         xmlns="http://www.w3.org/2000/svg",
         viewBox=f"0 0 {short(width)} {short(height)}",

@@ -94,13 +94,13 @@ def _arc_segments(path: Toolpath, row: int) -> NDArray[np.float64]:
     """Return an arc as short straight segments seen from above, float64[n, 2, 2], mm."""
     arc = path.arcs[int(path.ref[row])]
     first, second, normal = plane_axes(arc.plane)
-    radius, begin, sweep = arc_sweep(path, row)
+    radius, start, sweep = arc_sweep(path, row)
     if abs(sweep) > math.tau:  # the turns of a helix overlap: draw one full turn and the remainder
         sweep = math.fmod(sweep, math.tau) + math.copysign(math.tau, sweep)
     parts = np.linspace(0.0, 1.0, 1 + max(2, math.ceil(abs(sweep) / math.tau * _STEPS_PER_TURN)))
     points = np.empty((len(parts), 3))
-    points[:, first] = arc.center[first] + radius * np.cos(begin + sweep * parts)
-    points[:, second] = arc.center[second] + radius * np.sin(begin + sweep * parts)
+    points[:, first] = arc.center[first] + radius * np.cos(start + sweep * parts)
+    points[:, second] = arc.center[second] + radius * np.sin(start + sweep * parts)
     low, high = position_before(path, row)[normal], path.end[row, normal]
     points[:, normal] = low + (high - low) * parts
     points = points[np.isfinite(points[:, :2]).all(axis=1)][:, :2]

@@ -173,9 +173,9 @@ def _arcs(path: Toolpath, before: NDArray[np.float64]) -> tuple[NDArray[np.int64
     flat = (turns.plane == 0) & (turns.length > 0.0)
     row = turns.row[flat]
     centre = np.array([path.arcs[i].center[:2] for i in path.ref[row].tolist()]).reshape(-1, 2)
-    begin = before[row, :2] - centre
+    start = before[row, :2] - centre
     sweep = turns.turn.sweep[flat] * np.where(path.kind[row] == Kind.ARC_CCW, 1.0, -1.0)
-    return row, np.column_stack([centre, turns.turn.radius[flat], np.arctan2(begin[:, 1], begin[:, 0]), sweep])
+    return row, np.column_stack([centre, turns.turn.radius[flat], np.arctan2(start[:, 1], start[:, 0]), sweep])
 
 
 def _with_chords(whole: Playback, path: Toolpath, before: NDArray[np.float64]) -> Playback:
@@ -191,14 +191,14 @@ def _with_chords(whole: Playback, path: Toolpath, before: NDArray[np.float64]) -
     doing, place = whole.doing[source], whole.place[source]
     share = np.arange(1, _CHORDS + 1) / _CHORDS
     for row in upright.tolist():
-        here = slice(int(first[row]), int(first[row]) + _CHORDS)
-        doing[here] = Doing.DARK if whole.doing[row] == Doing.DARK else Doing.CUT
+        chord_rows = slice(int(first[row]), int(first[row]) + _CHORDS)
+        doing[chord_rows] = Doing.DARK if whole.doing[row] == Doing.DARK else Doing.CUT
         centre, (u, v, w) = path.arcs[int(path.ref[row])], plane_axes(path.arcs[int(path.ref[row])].plane)
         radius, angle, sweep = arc_sweep(path, row)
-        place[here, u] = centre.center[u] + radius * np.cos(angle + sweep * share)
-        place[here, v] = centre.center[v] + radius * np.sin(angle + sweep * share)
-        place[here, w] = before[row, w] + (path.end[row, w] - before[row, w]) * share
-        place[here.stop - 1] = whole.place[row]
+        place[chord_rows, u] = centre.center[u] + radius * np.cos(angle + sweep * share)
+        place[chord_rows, v] = centre.center[v] + radius * np.sin(angle + sweep * share)
+        place[chord_rows, w] = before[row, w] + (path.end[row, w] - before[row, w]) * share
+        place[chord_rows.stop - 1] = whole.place[row]
     return Playback(
         doing=doing,
         place=place,

@@ -85,8 +85,8 @@ def print_simulated(rows: Sequence[dict[str, Any]], console: Console) -> None:
 
 def _defaults(done: Sequence[dict[str, Any]]) -> list[str]:
     """Return the user's defaults that were used, each once: inputs of different kinds use different ones."""
-    told = dict.fromkeys(words for row in done for words in row.get("defaults", ()))
-    return [f"defaults  {', '.join(told)}"] if told else []
+    options = dict.fromkeys(words for row in done for words in row.get("defaults", ()))
+    return [f"defaults  {', '.join(options)}"] if options else []
 
 
 def _table(first: str, *columns: str) -> Table:
@@ -118,13 +118,13 @@ def _worst(issues: Iterable[dict[str, str]], missing: int = 0) -> str:
     return count(kinds.count(worst), worst) if worst else ""
 
 
-def _print(table: Table, lines: Sequence[str], rows: Sequence[dict[str, Any]], console: Console, noun: str) -> None:
+def _print(table: Table, lines: Sequence[str], rows: Sequence[dict[str, Any]], console: Console, key: str) -> None:
     """Print dangers and missing work, then the table, then the rest."""
     from rich.text import Text
 
     console.print("")
     worst = [
-        f"{severity}: {row[noun]}: {issue['code']} {issue['message']}"
+        f"{severity}: {row[key]}: {issue['code']} {issue['message']}"
         + (f" ({issue['place']})" if issue["place"] else "")
         for severity in _SEVERITIES[:2]
         for row in rows
@@ -138,10 +138,10 @@ def _print(table: Table, lines: Sequence[str], rows: Sequence[dict[str, Any]], c
     console.print(table)
     console.print("")
     failed = sum("error" in row for row in rows)
-    told = [f"refused   {count(failed, 'input')}, as told above", *lines] if failed else lines
-    for line in told:
+    footer = [f"refused   {count(failed, 'input')}, as told above", *lines] if failed else lines
+    for line in footer:
         console.print(Text(clean(line), overflow="fold"))
-    if told:
+    if footer:
         console.print("")
 
 

@@ -27,8 +27,8 @@ def stock_stl(field: HeightField) -> tuple[bytes, int]:
         step += 1
     heights = np.maximum(field.heights[::step, ::step].astype(np.float64), field.floor)
     y, x = (
-        _corners(start, field.cell, step, cells, many)
-        for start, cells, many in zip((field.y, field.x), field.heights.shape, heights.shape, strict=True)
+        _corners(start, field.cell, step, cells, count)
+        for start, cells, count in zip((field.y, field.x), field.heights.shape, heights.shape, strict=True)
     )
     # A ring of vertices on the floor forms the walls.
     top = np.pad(np.pad(heights, 1, mode="edge"), 1, constant_values=field.floor)
@@ -36,8 +36,8 @@ def stock_stl(field: HeightField) -> tuple[bytes, int]:
     upper = _triangles(corners)
     lower = _triangles(np.concatenate([corners[..., :2], np.full_like(top, field.floor)[..., None]], axis=-1))
     # Triangles entirely on the floor are dropped: through cuts, or the foot of a wall.
-    there = (upper[..., 2] > field.floor).any(axis=1)
-    triangles = np.concatenate([upper[there], lower[there][:, ::-1]])
+    raised = (upper[..., 2] > field.floor).any(axis=1)
+    triangles = np.concatenate([upper[raised], lower[raised][:, ::-1]])
     span = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     area = np.linalg.norm(span, axis=1)
     triangles, span, area = triangles[area > 0], span[area > 0], area[area > 0]
@@ -47,9 +47,9 @@ def stock_stl(field: HeightField) -> tuple[bytes, int]:
     return head + len(table).to_bytes(4, "little") + table.tobytes(), step
 
 
-def _corners(start: float, cell: float, step: int, cells: int, many: int) -> NDArray[np.float64]:
+def _corners(start: float, cell: float, step: int, cells: int, count: int) -> NDArray[np.float64]:
     """Return the vertex positions along an axis, mm: the centre of every `step`-th cell, and twice at each side."""
-    places = start + step * cell * np.arange(many, dtype=np.float64)
+    places = start + step * cell * np.arange(count, dtype=np.float64)
     low, high = start - 0.5 * cell, start + (cells - 0.5) * cell
     return np.concatenate([[low, low], places, [high, high]])
 

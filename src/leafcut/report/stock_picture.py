@@ -88,13 +88,13 @@ def stock_png(field: HeightField, top: float, over: OverStock | None = None) -> 
         "RGB", (width + LEFT + RIGHT, max(height, _LEAST_SCALE + 40 * bool(through.any())) + TOP + BOTTOM), _PAPER
     )
     if over is not None:
-        _draw_ways(picture, field, over.ways)
+        _draw_paths(picture, field, over.ways)
     page.paste(picture, (LEFT, TOP))
     draw, font = ImageDraw.Draw(page), ImageFont.load_default(_SIZE)
     draw.rectangle((LEFT - 1, TOP - 1, LEFT + width, TOP + height), outline=_EDGE)
     _draw_axes(draw, font, field, (width, height))
-    room = page.size[1] - TOP - BOTTOM - (40 if through.any() else 0)
-    _draw_scale(draw, font, (LEFT + width + 36, TOP), min(room, _SCALE), top, bottom, bool(through.any()))
+    scale_height = page.size[1] - TOP - BOTTOM - (40 if through.any() else 0)
+    _draw_scale(draw, font, (LEFT + width + 36, TOP), min(scale_height, _SCALE), top, bottom, bool(through.any()))
     out = io.BytesIO()
     page.save(out, "PNG", optimize=True)
     return out.getvalue()
@@ -155,13 +155,13 @@ def _mean(values: NDArray[np.float32], near: int, axis: int) -> NDArray[np.float
     return np.asarray((last - np.take(sums, range(length), axis=axis)) / count, dtype=np.float32)
 
 
-def _draw_ways(picture: Picture, field: HeightField, ways: NDArray[np.float64]) -> None:
+def _draw_paths(picture: Picture, field: HeightField, paths: NDArray[np.float64]) -> None:
     """Draw lines over the picture of a field, each with a light edge: they cross dark colours and light ones."""
     from PIL import ImageDraw
 
     (width, height), (rows, columns) = picture.size, field.heights.shape
     low = np.array([field.x, field.y]) - 0.5 * field.cell
-    share = (ways.reshape(-1, 2, 2) - low) / (field.cell * np.array([columns, rows]))
+    share = (paths.reshape(-1, 2, 2) - low) / (field.cell * np.array([columns, rows]))
     places = np.stack([share[..., 0] * width, (1.0 - share[..., 1]) * height], axis=-1)
     draw = ImageDraw.Draw(picture)
     for colour, wide in ((_PAPER, 6), (WAY, 3)):

@@ -35,110 +35,111 @@ def check_name(output: str | None) -> None:
         raise OptionError(f"--output: '{Path(output).name}' is neither a picture (.png) nor a solid (.stl)")
 
 
-def as_file(found: StockCut, output: str) -> bytes:
+def as_file(stock_cut: StockCut, output: str) -> bytes:
     """Return the remaining stock in the format of the file's extension."""
     if output.lower().endswith(".png"):
         from leafcut.report.stock_picture import stock_png
 
-        return stock_png(found.field, found.block.high[2])
+        return stock_png(stock_cut.field, stock_cut.block.high[2])
     from leafcut.report.stock_mesh import stock_stl
 
-    return stock_stl(found.field)[0]
+    return stock_stl(stock_cut.field)[0]
 
 
-def stock_as_json(found: StockCut, output: str | None = None) -> dict[str, Any]:
+def stock_as_json(stock_cut: StockCut, output: str | None = None) -> dict[str, Any]:
     """Return the answer of `leafcut stock --json`: lengths in mm, times in s."""
     return {
-        "program": found.program,
-        "machine": found.machine.name,
+        "program": stock_cut.program,
+        "machine": stock_cut.machine.name,
         "stock": {
-            "low": list(found.block.low),
-            "high": list(found.block.high),
-            "derived": found.derived,
-            **({"part": found.part} if found.part else {}),
-            "cell": found.field.cell,
-            "cells": found.field.heights.size,
-            "bytes": found.field.heights.nbytes,
+            "low": list(stock_cut.block.low),
+            "high": list(stock_cut.block.high),
+            "derived": stock_cut.derived,
+            **({"part": stock_cut.part} if stock_cut.part else {}),
+            "cell": stock_cut.field.cell,
+            "cells": stock_cut.field.heights.size,
+            "bytes": stock_cut.field.heights.nbytes,
         },
-        "removed_mm3": found.removed_mm3,
-        "left_mm3": found.field.volume,
+        "removed_mm3": stock_cut.removed_mm3,
+        "left_mm3": stock_cut.field.volume,
         "tools": [
             {
-                "number": one.tool.number,
-                "kind": one.tool.kind.value,
-                "diameter": one.tool.diameter,
-                "removed_mm3": one.removed_mm3,
-                "cut_s": one.cut_s,
-                "air_s": one.air_s,
-                "deepest_mm": one.deepest_mm,
-                "widest_mm": one.widest_mm,
+                "number": item.tool.number,
+                "kind": item.tool.kind.value,
+                "diameter": item.tool.diameter,
+                "removed_mm3": item.removed_mm3,
+                "cut_s": item.cut_s,
+                "air_s": item.air_s,
+                "deepest_mm": item.deepest_mm,
+                "widest_mm": item.widest_mm,
             }
-            for one in found.tools
+            for item in stock_cut.tools
         ],
-        "rapids": [{"line": one.line, "depth_mm": one.depth_mm} for one in found.rapids],
+        "rapids": [{"line": item.line, "depth_mm": item.depth_mm} for item in stock_cut.rapids],
         "collisions": [
-            {"line": one.line, "tool": one.tool, "part": one.body.value, "depth_mm": one.depth_mm}
-            for one in found.collisions
+            {"line": item.line, "tool": item.tool, "part": item.body.value, "depth_mm": item.depth_mm}
+            for item in stock_cut.collisions
         ],
-        **({"same_as": found.same_as, "same": not found.differences} if found.same_as else {}),
-        "differences": [one._asdict() for one in found.differences],
-        "issues": issues_as_json(found.issues),
+        **({"same_as": stock_cut.same_as, "same": not stock_cut.differences} if stock_cut.same_as else {}),
+        "differences": [item._asdict() for item in stock_cut.differences],
+        "issues": issues_as_json(stock_cut.issues),
         **({"output": output} if output else {}),
-        **({"defaults": list(found.defaults)} if found.defaults else {}),
+        **({"defaults": list(stock_cut.defaults)} if stock_cut.defaults else {}),
     }
 
 
-def print_stock(found: StockCut, output: str | None, console: Console) -> None:
+def print_stock(stock_cut: StockCut, output: str | None, console: Console) -> None:
     """Print the material removed by each tool, its time in the air, and dangers."""
     from rich.table import Table
 
-    for issue in found.issues:
+    for issue in stock_cut.issues:
         if issue.severity == "danger":
             console.print(f"danger: {issue}", style="bold red", markup=False, highlight=False, soft_wrap=True)
-    sides = " × ".join(f"{b - a:.1f}" for a, b in zip(found.block.low, found.block.high, strict=True))
-    whence = "a block around the cuts" if found.derived else found.part or "a block"
+    sides = " × ".join(f"{b - a:.1f}" for a, b in zip(stock_cut.block.low, stock_cut.block.high, strict=True))
+    origin = "a block around the cuts" if stock_cut.derived else stock_cut.part or "a block"
     console.print(
-        f"{found.program}: {found.removed_mm3 / _MM3_PER_CM3:.2f} cm³ off {whence} of {sides} mm, in cells of "
-        f"{found.field.cell:g} mm ({found.field.heights.size:,} of them, "
-        f"{max(found.field.heights.nbytes / _BYTES_PER_MB, 0.1):.1f} MB)",
+        f"{stock_cut.program}: {stock_cut.removed_mm3 / _MM3_PER_CM3:.2f} cm³ off {origin} of {sides} mm, in cells of "
+        f"{stock_cut.field.cell:g} mm ({stock_cut.field.heights.size:,} of them, "
+        f"{max(stock_cut.field.heights.nbytes / _BYTES_PER_MB, 0.1):.1f} MB)",
         markup=False, highlight=False, soft_wrap=True,
     )  # fmt: skip
     table = Table(box=None, pad_edge=False, header_style="bold")
     table.add_column("tool")
     for name in ("removed", "in the stock", "in the air", "deepest", "widest"):
         table.add_column(name, justify="right")
-    for one in found.tools:
+    for tool in stock_cut.tools:
         table.add_row(
-            one.tool.label,
-            f"{one.removed_mm3 / _MM3_PER_CM3:.2f} cm³",
-            format_time(one.cut_s),
-            format_time(one.air_s),
-            f"{one.deepest_mm:.2f} mm",
-            f"{one.widest_mm:.2f} mm" if one.widest_mm else NO_VALUE,
+            tool.tool.label,
+            f"{tool.removed_mm3 / _MM3_PER_CM3:.2f} cm³",
+            format_time(tool.cut_s),
+            format_time(tool.air_s),
+            f"{tool.deepest_mm:.2f} mm",
+            f"{tool.widest_mm:.2f} mm" if tool.widest_mm else NO_VALUE,
         )
     console.print(table)
-    for issue in found.issues:
+    for issue in stock_cut.issues:
         if issue.severity != "danger":
             console.print(f"{issue.severity}: {issue}", markup=False, highlight=False, soft_wrap=True)
-    for line in _compared(found):
+    for line in _compared(stock_cut):
         console.print(line, markup=False, highlight=False, soft_wrap=True)
     if output:
         console.print(f"wrote {output}", markup=False, highlight=False, soft_wrap=True)
 
 
-def _compared(found: StockCut) -> list[str]:
-    if found.same_as is None:
+def _compared(stock_cut: StockCut) -> list[str]:
+    if stock_cut.same_as is None:
         return []
-    if not found.differences:
-        return [f"{found.same_as} leaves the same, in {found.field.heights.size:,} cells"]
+    if not stock_cut.differences:
+        return [f"{stock_cut.same_as} leaves the same, in {stock_cut.field.heights.size:,} cells"]
     lines = [
-        f"at X{fixed(one.x, 2)} Y{fixed(one.y, 2)}: Z{fixed(one.before, 3)} there, Z{fixed(one.after, 3)} here "
-        f"({count(one.cells, 'cell')})"
-        for one in found.differences[:_MOST_PLACES]
+        f"at X{fixed(difference.x, 2)} Y{fixed(difference.y, 2)}: Z{fixed(difference.before, 3)} there, "
+        f"Z{fixed(difference.after, 3)} here "
+        f"({count(difference.cells, 'cell')})"
+        for difference in stock_cut.differences[:_MOST_PLACES]
     ]
-    more = len(found.differences) - _MOST_PLACES
+    n_more = len(stock_cut.differences) - _MOST_PLACES
     return [
-        f"{found.same_as} does not leave the same:",
+        f"{stock_cut.same_as} does not leave the same:",
         *lines,
-        *([f"and {count(more, 'more place')}"] if more > 0 else []),
+        *([f"and {count(n_more, 'more place')}"] if n_more > 0 else []),
     ]

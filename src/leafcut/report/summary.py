@@ -32,7 +32,7 @@ def summary(report: PathReport[Any]) -> RenderableType:
 
     outcome = report.outcome
     parts: list[RenderableType] = [*_worst(outcome), _title(report), "", _table(report), "", _facts(report)]
-    if any(issue.code not in LIMITS for issue in _others(outcome)):
+    if any(issue.code not in LIMITS for issue in _other_issues(outcome)):
         parts += ["", _issues(outcome)]
     return Group("", *parts, "")
 
@@ -46,12 +46,12 @@ def _worst(outcome: Outcome) -> list[RenderableType]:
     """Return dangers and missing work, which come first."""
     from rich.text import Text
 
-    found = [issue for severity in _WORST for issue in outcome.issues if issue.severity is severity]
-    lines = [Text(f"{i.severity}: {clean(str(i))}", "bold red", overflow="fold") for i in found]
+    issues = [issue for severity in _WORST for issue in outcome.issues if issue.severity is severity]
+    lines = [Text(f"{i.severity}: {clean(str(i))}", "bold red", overflow="fold") for i in issues]
     return [*lines, ""] if lines else []
 
 
-def _others(outcome: Outcome) -> list[Issue]:
+def _other_issues(outcome: Outcome) -> list[Issue]:
     return [issue for issue in outcome.issues if issue.severity not in _WORST]
 
 
@@ -69,13 +69,13 @@ def _table(report: PathReport[Any]) -> Table:
     from rich.text import Text
 
     (titles, _), *rows = report.table()
-    many = len(titles) > _FEW_COLUMNS
-    table = Table(box=None, padding=(0, 2 if many else 3, 0, 0), header_style="dim", pad_edge=False)
-    table.add_column(titles[0], no_wrap=many)
+    has_many = len(titles) > _FEW_COLUMNS
+    table = Table(box=None, padding=(0, 2 if has_many else 3, 0, 0), header_style="dim", pad_edge=False)
+    table.add_column(titles[0], no_wrap=has_many)
     for title in titles[1:]:
         table.add_column(title, justify="right", no_wrap=True)
-    for cells, ours in rows:
-        table.add_row(*(Text(cell, "bold green" if ours else "") for cell in cells))
+    for cells, is_leafcut in rows:
+        table.add_row(*(Text(cell, "bold green" if is_leafcut else "") for cell in cells))
     return table
 
 
@@ -88,7 +88,7 @@ def _facts(report: PathReport[Any]) -> Table:
     if outcome.missing:
         verified.append(f"; missing: {clean(missing_words(outcome.issues))}", "bold red")
     facts: list[tuple[str, Text]] = [("verified", verified)]
-    facts += [(name, Text(words, "yellow")) for name, words in limits(_others(outcome))]
+    facts += [(name, Text(words, "yellow")) for name, words in limits(_other_issues(outcome))]
     facts += [(heading(fact.name), Text(clean(line(fact)))) for fact in report.facts if fact.name]
     facts += [(name, Text(words)) for name, words in (outcome.part.zero.facts() if outcome.part.zero else [])]
     facts += [
@@ -115,7 +115,7 @@ def _issues(outcome: Outcome) -> Table:
     table = Table.grid(padding=(0, 2, 0, 0))
     table.add_column(no_wrap=True, min_width=4)
     table.add_column(overflow="fold")
-    groups = group_issues((i for i in _others(outcome) if i.code not in LIMITS), by_message=True)
+    groups = group_issues((i for i in _other_issues(outcome) if i.code not in LIMITS), by_message=True)
     folded = [g for g in groups[MOST_ISSUES:] if not g.code.startswith(MOTION)]
     for group in (g for g in groups if g not in folded):
         style = "yellow" if group.severity is Severity.WARNING else "dim"
