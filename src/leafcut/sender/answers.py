@@ -100,7 +100,7 @@ ControllerAnswer = Accepted | Refused | Alarm | Greeting | Status | Report | Str
 def numbers_in(text: str) -> tuple[float, ...] | None:
     """Return comma-separated numbers; None if the text is anything else."""
     try:
-        return tuple(float(one) for one in text.split(",")) if text else None
+        return tuple(float(number) for number in text.split(",")) if text else None
     except ValueError:
         return None
 

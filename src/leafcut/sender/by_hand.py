@@ -29,7 +29,7 @@ _PROBE_SECONDS = 600.0
 #: Retract height above the plate after probing, mm.
 _BACK = 2.0
 #: Tolerance for rounded positions, mm.
-_ROOM = 0.005
+_TOLERANCE = 0.005
 _AXES = "XYZ"
 
 
@@ -81,8 +81,8 @@ def check_jog(facts: Facts, place: XYZ | None, moves: dict[str, float]) -> None:
     low, high = facts.travel()
     for axis, move in moves.items():
         k = _AXES.index(axis)
-        to = place[k] + move
-        if (to > high[k] + _ROOM and move > 0.0) or (to < low[k] - _ROOM and move < 0.0):
+        target = place[k] + move
+        if (target > high[k] + _TOLERANCE and move > 0.0) or (target < low[k] - _TOLERANCE and move < 0.0):
             raise SendError(f"{axis} goes from {low[k]:g} to {high[k]:g} mm: {error_in_words(15)}")
 
 
@@ -112,7 +112,7 @@ def probe_z(talk: GrblConversation, facts: Facts, plate: float, feed: float, tra
         raise OptionError("the probe needs a feed and a limit of its way above 0")
     place = facts.machine_place(talk.fresh_status())
     lowest = facts.travel()[0][2]
-    if facts.knows_place and place is not None and place[2] - travel < lowest - _ROOM:
+    if facts.knows_place and place is not None and place[2] - travel < lowest - _TOLERANCE:
         raise SendError(
             f"the probe may go down {max(place[2] - lowest, 0.0):.3f} mm here, then the machine's travel ends; "
             f"its limit is {travel:g} mm"
@@ -123,15 +123,17 @@ def probe_z(talk: GrblConversation, facts: Facts, plate: float, feed: float, tra
         talk.hear_out(ALARM_SECONDS)
         raise
     talk.ask("G90")
-    said = next((one.text for one in answers if isinstance(one, Report) and one.name == "PRB"), "")
-    place_said, _, touched = said.partition(":")
-    contact = place_in(place_said)
-    now = facts.machine_place(talk.fresh_status())
-    if contact is None or touched.strip() != "1" or now is None:
+    contact_report = next(
+        (answer.text for answer in answers if isinstance(answer, Report) and answer.name == "PRB"), ""
+    )
+    contact_text, _, touched = contact_report.partition(":")
+    contact = place_in(contact_text)
+    place_now = facts.machine_place(talk.fresh_status())
+    if contact is None or touched.strip() != "1" or place_now is None:
         raise SendError("the controller does not say where the probe touched")
     # The tool comes to rest slightly below the contact point.
     talk.ask("G54")
-    talk.ask(f"G10 L20 P1 Z{number_in_mm(plate + now[2] - contact[2] * facts.unit)}")
+    talk.ask(f"G10 L20 P1 Z{number_in_mm(plate + place_now[2] - contact[2] * facts.unit)}")
     talk.ask(jog_line({"Z": _BACK}, max(feed, 100.0)))
 
 

@@ -20,9 +20,9 @@ from leafcut.sender.facts import Facts
 from leafcut.sender.job import SendJob
 
 #: Tolerance for rounded positions, mm.
-_ROOM = 0.005
+_TOLERANCE = 0.005
 #: Relative difference of speeds and travels that is reported.
-_APART = 0.01
+_MAX_DIFFERENCE = 0.01
 
 
 #: Rules of `height_checks`, with the code that accepts a violation.
@@ -51,16 +51,16 @@ def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family:
     SendError
         States what the machine is doing and what to do.
     """
-    does = state_in_words(facts.status, family)
+    state = state_in_words(facts.status, family)
     if facts.status.state == "Alarm":
-        how = "home it with --home" if facts.homing else "free it with --unlock"
-        raise SendError(f"the machine is {does}; {how}")
+        advice = "home it with --home" if facts.homing else "free it with --unlock"
+        raise SendError(f"the machine is {state}; {advice}")
     if facts.status.state in LOCKED:
-        how = "; wake it with --unlock" if facts.status.state == "Sleep" else ""
-        raise SendError(f"the machine is {does}{how}")
+        advice = "; wake it with --unlock" if facts.status.state == "Sleep" else ""
+        raise SendError(f"the machine is {state}{advice}")
     if facts.status.state != "Idle":
-        how = "" if facts.status.state in _STANDING else "wait until it stands, or "
-        raise SendError(f"the machine is {does}; {how}reset it with --unlock")
+        advice = "" if facts.status.state in _STANDING else "wait until it stands, or "
+        raise SendError(f"the machine is {state}; {advice}reset it with --unlock")
     if facts.status.pins and set(facts.status.pins) & set("XYZ"):
         raise SendError(f"a limit switch is pressed ({facts.status.pins}); move the machine away from it")
     if not facts.homing and not unhomed:
@@ -69,8 +69,8 @@ def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family:
             "its travel; set its zero by hand and add --unhomed, or turn homing on"
         )
     if facts.homing and not facts.homed and not unhomed:
-        says = "the controller reports that it was not homed" if facts.homed is False else _UNSURE
-        raise SendError(f"{says}: add --home; or set its zero by hand and add --unhomed")
+        reason = "the controller reports that it was not homed" if facts.homed is False else _UNSURE
+        raise SendError(f"{reason}: add --home; or set its zero by hand and add --unhomed")
     if not facts.knows_place and restarted:
         raise SendError(
             "the board restarted when its port was opened, and lost its position: move the tool to the program's "
@@ -90,9 +90,9 @@ def check_program(job: SendJob, facts: Facts, *, unhomed: bool, begun: bool = Fa
     """
     if job.laser != facts.laser_mode:
         name = facts.names.laser
-        mode, other = (f"off ({name}=0)", "laser") if job.laser else (f"on ({name}=1)", "spindle")
+        mode, head_kind = (f"off ({name}=0)", "laser") if job.laser else (f"on ({name}=1)", "spindle")
         raise SendError(
-            f"laser mode is {mode}, but the program is for a {other}; set {name}, or name the right --machine"
+            f"laser mode is {mode}, but the program is for a {head_kind}; set {name}, or name the right --machine"
         )
     arcs = np.flatnonzero(np.isin(job.program.path.kind, (Kind.ARC_CW, Kind.ARC_CCW)))
     if len(arcs) and not facts.arcs:
@@ -116,8 +116,8 @@ def _check_speeds(job: SendJob, facts: Facts) -> None:
     if len(rows):
         row = int(rows[0])
         limit = f"{facts.names.fastest}={facts.fastest:g}"
-        what = f"S{abs(path.value[row]):g} in line {int(path.line[row])} is above the controller's {limit}"
-        raise SendError(f"{what}; is this the program of another machine?")
+        problem = f"S{abs(path.value[row]):g} in line {int(path.line[row])} is above the controller's {limit}"
+        raise SendError(f"{problem}; is this the program of another machine?")
     if not job.laser and _speed_now(facts) == 0.0:
         _check_spindle(job)
 
@@ -194,8 +194,8 @@ def _machine_end(job: SendJob, facts: Facts, path: Toolpath, row: int) -> Floats
             f"line {line} goes to the place that is stored for {name}, and the controller does not say where that is "
             "($#); take the line out"
         )
-    found: Floats = np.where(np.isfinite(place), np.array(facts.places[name]), place)
-    return found
+    end: Floats = np.where(np.isfinite(place), np.array(facts.places[name]), place)
+    return end
 
 
 def path_on_machine(job: SendJob, facts: Facts) -> Toolpath:
@@ -242,25 +242,25 @@ def _check_heights(job: SendJob, facts: Facts, path: Toolpath) -> None:
     SendError
         Names the line, the height, and the stored position or work zero that causes it.
     """
-    was = expand(job.program.path)
-    moved = was.kind == Kind.MACHINE
+    original = expand(job.program.path)
+    moved = original.kind == Kind.MACHINE
     if not moved.any():
         return
     before = path.before
-    unseen = moved | (np.isnan(was.before[:, 2]) & np.isfinite(before[:, 2]))
+    unseen = moved | (np.isnan(original.before[:, 2]) & np.isfinite(before[:, 2]))
     checks = height_checks(path, before, 0.0, LEAST_CLEARANCE, -np.inf, milled=False)
     low = [
         (int(row), code)
-        for what, mask, _ in checks
-        if (code := _CODES.get(what)) is not None and code not in job.accept
+        for danger, mask, _ in checks
+        if (code := _CODES.get(danger)) is not None and code not in job.accept
         for row in np.flatnonzero(mask & unseen)[:1]
     ]
     if low:
         row, code = min(low)
-        line, height = int(was.line[row]), float(np.fmin(before[row, 2], path.end[row, 2]))
+        line, height = int(original.line[row]), float(np.fmin(before[row, 2], path.end[row, 2]))
         raise SendError(
             f"line {line} '{job.text(line)}' is a rapid at Z{height:.3f}, below the surface of the part: "
-            f"{_cause(job, facts, was, row)}; if that is right, add --accept {code}"
+            f"{_cause(job, facts, original, row)}; if that is right, add --accept {code}"
         )
 
 
@@ -269,12 +269,12 @@ def _cause(job: SendJob, facts: Facts, path: Toolpath, row: int) -> str:
     at = int(np.flatnonzero(path.kind[: row + 1] == Kind.MACHINE)[-1])
     line = int(path.line[at])
     zero = facts.origin(int(path.latest(Kind.FRAME, path.ref, 540)[at]))[2]
-    where = "" if at == row else f"line {line} left the tool there, "
+    origin = "" if at == row else f"line {line} left the tool there, "
     name = _stored_name(job, line)
     if name is None:
-        return f"{where}the work zero is at Z{zero:.3f} in machine coordinates; go to a higher place"
+        return f"{origin}the work zero is at Z{zero:.3f} in machine coordinates; go to a higher place"
     return (
-        f"{where}the place stored for {name} is Z{facts.places[name][2]:.3f} in machine coordinates ($#), the work "
+        f"{origin}the place stored for {name} is Z{facts.places[name][2]:.3f} in machine coordinates ($#), the work "
         f"zero is at Z{zero:.3f}; store a place above the part ({name}.1), or take line {line} out"
     )
 
@@ -296,16 +296,16 @@ def _check_travel(job: SendJob, facts: Facts, *, unhomed: bool) -> None:
         known = np.isfinite(values)
         if not known.any():
             continue
-        least, most = float(values[known].min()), float(values[known].max())
+        lowest, highest = float(values[known].min()), float(values[known].max())
         if unhomed:
-            if most - least > high[axis] - low[axis] + _ROOM:
+            if highest - lowest > high[axis] - low[axis] + _TOLERANCE:
                 raise SendError(
-                    f"the program needs {most - least:.3f} mm in {name}, but the machine's travel is "
+                    f"the program needs {highest - lowest:.3f} mm in {name}, but the machine's travel is "
                     f"{high[axis] - low[axis]:.3f} mm ({facts.names.travel[axis]}); is this the "
                     "program of another machine?"
                 )
             continue
-        outside = known & ((values < low[axis] - _ROOM) | (values > high[axis] + _ROOM))
+        outside = known & ((values < low[axis] - _TOLERANCE) | (values > high[axis] + _TOLERANCE))
         if outside.any():
             first = np.flatnonzero(outside)[np.argmin(lines[outside])]
             zero = facts.origin(540)[axis]
@@ -319,19 +319,19 @@ def _check_travel(job: SendJob, facts: Facts, *, unhomed: bool) -> None:
 def _check_start(job: SendJob, facts: Facts, path: Toolpath) -> None:
     """Refuse a first move in X or Y below the program's greatest height if no Z is given before it."""
     place = facts.machine_place()
-    own = expand(job.program.path)
-    heights = own.end[np.isin(own.kind, (Kind.RAPID, Kind.FEED)), 2]
+    program_path = expand(job.program.path)
+    heights = program_path.end[np.isin(program_path.kind, (Kind.RAPID, Kind.FEED)), 2]
     known = heights[np.isfinite(heights)]
     if not len(known) or place is None:
         return
     # G28 moves all axes at once, starting at the current height of the tool.
-    unknown = np.isnan(path.end[:, 2]) | (np.isnan(path.before[:, 2]) & (own.kind == Kind.MACHINE))
+    unknown = np.isnan(path.end[:, 2]) | (np.isnan(path.before[:, 2]) & (program_path.kind == Kind.MACHINE))
     sideways = (path.kind <= Kind.ARC_CCW) & np.isfinite(path.end[:, :2]).any(axis=1) & unknown
     rows = np.flatnonzero(sideways)
     if not len(rows):
         return
     z = place[2] - facts.origin(540)[2]
-    if z < float(known.max()) - _ROOM:
+    if z < float(known.max()) - _TOLERANCE:
         raise SendError(
             f"line {int(path.line[rows[0]])} moves in X or Y before the program sets a height, and the tool is at "
             f"Z{z:.3f}, below the program's highest, Z{float(known.max()):.3f}; raise it first, or add --accept L805"
@@ -339,17 +339,21 @@ def _check_start(job: SendJob, facts: Facts, path: Toolpath) -> None:
 
 
 def _differences(job: SendJob, facts: Facts) -> list[Issue]:
-    mine, its = job.machine, facts.timed(job.machine)
+    profile, timed = job.machine, facts.timed(job.machine)
     low, high = facts.travel()
     names = facts.names
-    pairs = [(mine.rapid_velocity[k] * 60.0, its.rapid_velocity[k] * 60.0, names.rates[k]) for k in range(3)]
-    pairs += [(mine.acceleration[k], its.acceleration[k], names.accelerations[k]) for k in range(3)]
-    pairs += [(mine.reach(k), high[k] - low[k], names.travel[k]) for k in range(3) if np.isfinite(mine.reach(k))]
-    wrong = [f"{name}={has:g} ({said:g})" for said, has, name in pairs if abs(has - said) > _APART * said]
+    pairs = [(profile.rapid_velocity[k] * 60.0, timed.rapid_velocity[k] * 60.0, names.rates[k]) for k in range(3)]
+    pairs += [(profile.acceleration[k], timed.acceleration[k], names.accelerations[k]) for k in range(3)]
+    pairs += [(profile.reach(k), high[k] - low[k], names.travel[k]) for k in range(3) if np.isfinite(profile.reach(k))]
+    wrong = [
+        f"{name}={actual:g} ({expected:g})"
+        for expected, actual, name in pairs
+        if abs(actual - expected) > _MAX_DIFFERENCE * expected
+    ]
     if not wrong:
         return []
     message = (
-        f"the controller is not set as the profile of {mine.name} says: {', '.join(wrong)}; times and limits are "
+        f"the controller is not set as the profile of {profile.name} says: {', '.join(wrong)}; times and limits are "
         "the controller's; leafcut machine import makes a profile of it"
     )
     return [Issue("L820", message, severity=Severity.WARNING)]

@@ -45,7 +45,7 @@ class Interrupted(Exception):
 #: Called with each line of traffic: direction ("<" or ">") and text.
 Log = Callable[[str, str], None]
 #: Called with each answer that arrives while waiting for another one.
-Heard = Callable[[ControllerAnswer], None]
+OnAnswer = Callable[[ControllerAnswer], None]
 
 
 def unheard(_answer: ControllerAnswer) -> None:
@@ -133,8 +133,8 @@ class Conversation(ABC):
         """Continue after a hold."""
 
     @abstractmethod
-    def step_feed(self, now: int, wanted: int) -> None:
-        """Change the feed override by one step towards `wanted`, percent."""
+    def step_feed(self, current: int, target: int) -> None:
+        """Change the feed override by one step towards `target`, percent."""
 
     @abstractmethod
     def home_lines(self) -> str:
@@ -149,15 +149,15 @@ class Conversation(ABC):
         """Bring the machine to rest without homing; return whether it was locked."""
 
     @abstractmethod
-    def stop(self, heard: Heard = unheard) -> Status:
+    def stop(self, on_answer: OnAnswer = unheard) -> Status:
         """Stop machine, spindle and coolant, discard all queued lines, and return the status."""
 
     @abstractmethod
-    def reset(self, heard: Heard = unheard) -> Status:
+    def reset(self, on_answer: OnAnswer = unheard) -> Status:
         """Reset to the state after start-up, as far as possible; return the status."""
 
     @abstractmethod
-    def halt(self, heard: Heard = unheard) -> Status:
+    def halt(self, on_answer: OnAnswer = unheard) -> Status:
         """Clean up after the machine has stopped with an alarm; return the status."""
 
     @abstractmethod
@@ -224,11 +224,11 @@ class Conversation(ABC):
         The first query is immediate, or after the first interval if `later` is set. The caller may stop iterating
         early.
         """
-        until, again = self._until(seconds), self.clock() + (every or 0.0) * later
+        until, next_query = self._until(seconds), self.clock() + (every or 0.0) * later
         while self.clock() < until:
-            if every is not None and self.clock() >= again:
+            if every is not None and self.clock() >= next_query:
                 (ask or self.ask_status)()
-                again = self.clock() + every
+                next_query = self.clock() + every
             yield from self.listen()
 
     def facts(self) -> Facts:
@@ -239,8 +239,8 @@ class Conversation(ABC):
         SendError
             The machine is moving, or another firmware answers.
         """
-        if doing := self._moving():
-            raise SendError(f"the machine is {doing}; wait until it stands, or use --unlock")
+        if movement := self._moving():
+            raise SendError(f"the machine is {movement}; wait until it stands, or use --unlock")
         return self.gather()
 
     def settings(self) -> tuple[str, str]:
@@ -251,8 +251,8 @@ class Conversation(ABC):
         SendError
             The machine is moving, does not report its settings, or another firmware answers.
         """
-        if doing := self._moving():
-            raise SendError(f"the machine is {doing}; wait until it stands")
+        if movement := self._moving():
+            raise SendError(f"the machine is {movement}; wait until it stands")
         return self.gather_settings()
 
     def _moving(self) -> str:
@@ -269,11 +269,11 @@ class Conversation(ABC):
             The line is refused, an alarm or a reset occurs, the answer is garbled, or none arrives.
         """
         self.send(text)
-        found: list[ControllerAnswer] = []
+        answers: list[ControllerAnswer] = []
         for answer in self.heard(seconds, 2 * AGAIN if seconds > ANSWER_SECONDS else None, later=True):
             match answer:
                 case Accepted():
-                    return found
+                    return answers
                 case Refused():
                     raise SendError(f"'{text}' was refused: {self.explained(answer)}")
                 case Alarm():
@@ -285,7 +285,7 @@ class Conversation(ABC):
                 case Strange(words):
                     raise SendError(f"the answer to '{text}' makes no sense: '{words}'")
                 case _:
-                    found.append(answer)
+                    answers.append(answer)
         raise SendError(f"the controller does not answer to '{text}'")
 
     def fresh_status(self, seconds: float = ANSWER_SECONDS) -> Status:
@@ -346,7 +346,7 @@ class Conversation(ABC):
 
     def hear_out(self, seconds: float) -> bool:
         """Wait for the message or greeting that follows an alarm; return whether it arrived in time."""
-        return any(isinstance(one, Report | Greeting) for one in self.heard(seconds))
+        return any(isinstance(answer, Report | Greeting) for answer in self.heard(seconds))
 
     def pass_time(self, seconds: float) -> None:
         """Read and drop answers for a given time."""
@@ -363,13 +363,13 @@ class NotThisFirmware(SendError):
         self.heard = heard
 
 
-def what_answers(port: str, heard: list[str], wanted: str) -> NotThisFirmware:
+def what_answers(port: str, heard: list[str], firmware: str) -> NotThisFirmware:
     """Return the error for a port at which another firmware, or none, answers."""
     if not heard:
         words = f"nothing answers on {port}; is the machine on, and is this its port and its --baud?"
     else:
         text = shown(heard[-1], 40)
-        words = f"what answers on {port} is not {wanted} ('{text}')"
+        words = f"what answers on {port} is not {firmware} ('{text}')"
         if sum(not ("\x20" <= c <= "\x7e") for c in text) > len(text) // 4:
             words = f"what comes from {port} makes no sense ('{text}'); is it another --baud, or a bad cable?"
     return NotThisFirmware(words, heard)

@@ -214,9 +214,9 @@ def alarm_in_words(code: int, family: str = "") -> str:
     return f"alarm {code}: {_meaning(code, _ALARMS_OF.get(family, {}), _ALARMS, family)}"
 
 
-def _meaning(code: int, own: dict[int, str], common: dict[int, str], family: str) -> str:
+def _meaning(code: int, by_family: dict[int, str], common: dict[int, str], family: str) -> str:
     unknown = f"not in the list of {family or 'GRBL'}; see the manual of your controller"
-    return own.get(code, common.get(code, unknown))
+    return by_family.get(code, common.get(code, unknown))
 
 
 def state_in_words(status: Status, family: str = "") -> str:

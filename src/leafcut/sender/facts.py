@@ -131,9 +131,9 @@ class Facts:
 
     def origin(self, frame: int) -> XYZ:
         """Return the zero of a work offset (540 for G54) in machine coordinates, mm, including G92 and tool length."""
-        own = self.places.get(f"G{frame / 10:g}", _ZERO)
+        offset = self.places.get(f"G{frame / 10:g}", _ZERO)
         shift, length = self.places.get("G92", _ZERO), self.places.get("TLO", _ZERO)
-        return (own[0] + shift[0], own[1] + shift[1], own[2] + shift[2] + length[2])
+        return (offset[0] + shift[0], offset[1] + shift[1], offset[2] + shift[2] + length[2])
 
     @property
     def frame(self) -> int:
@@ -171,7 +171,7 @@ def scaled(place: XYZ, unit: float) -> XYZ:
     return (place[0] * unit, place[1] * unit, place[2] * unit)
 
 
-def moving(values: XYZ, what: tuple[str, str, str]) -> XYZ:
+def moving(values: XYZ, names: tuple[str, str, str]) -> XYZ:
     """Return rates, accelerations or steps of the axes.
 
     Raises
@@ -179,6 +179,6 @@ def moving(values: XYZ, what: tuple[str, str, str]) -> XYZ:
     SendError
         A value is 0, so that the axis cannot move.
     """
-    if not all(one > 0.0 for one in values):
-        raise SendError(f"the controller has 0 in one of {', '.join(what)}: it cannot move")
+    if not all(value > 0.0 for value in values):
+        raise SendError(f"the controller has 0 in one of {', '.join(names)}: it cannot move")
     return values

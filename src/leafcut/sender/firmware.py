@@ -28,14 +28,14 @@ def speaker_of(machine: Machine, name: str) -> type[Conversation]:
     OptionError
         Programs cannot be sent to this controller.
     """
-    found = _SPEAKERS.get(machine.control)
-    if found is None:
+    speaker = _SPEAKERS.get(machine.control)
+    if speaker is None:
         raise OptionError(
             f"--machine {name}: its controller is {machine.control}; only GRBL and Marlin boards can be sent to"
         )
-    if found is MarlinConversation and machine.head is Head.LASER:
+    if speaker is MarlinConversation and machine.head is Head.LASER:
         raise OptionError(f"--machine {name}: a laser on Marlin cannot be sent to; only mills, drills and plotters can")
-    return found
+    return speaker
 
 
 #: Kinds of settings (`leafcut.read.controllers.importing.KINDS`) that can be read from a port.

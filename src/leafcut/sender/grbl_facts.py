@@ -69,10 +69,10 @@ def gathered(answers: list[ControllerAnswer], status: Status, *, homed: bool, co
     SendError
         The controller is not GRBL 1.1 or newer (no version or no settings), or its settings are invalid.
     """
-    reports = [one for one in answers if isinstance(one, Report)]
-    build = next((one for one in reports if one.name == "VER"), None)
-    options = next((one for one in reports if one.name == "OPT"), None)
-    settings = _Settings({one.name: one.text for one in reports if one.name.startswith("$")})
+    reports = [report for report in answers if isinstance(report, Report)]
+    build = next((report for report in reports if report.name == "VER"), None)
+    options = next((report for report in reports if report.name == "OPT"), None)
+    settings = _Settings({report.name: report.text for report in reports if report.name.startswith("$")})
     if build is None or options is None or not settings:
         raise SendError("what answers there is not GRBL 1.1, grblHAL or FluidNC (no version, or no settings)")
     letters, *counts = options.text.split(",")
@@ -81,12 +81,12 @@ def gathered(answers: list[ControllerAnswer], status: Status, *, homed: bool, co
         buffer = int(counts[1])
     elif not configuration:
         raise SendError(f"the controller does not say how much its buffer holds ([OPT:{options.text}])")
-    modes = next((tuple(one.text.split()) for one in reports if one.name == "GC"), ())
+    modes = next((tuple(report.text.split()) for report in reports if report.name == "GC"), ())
     facts = _by_numbers(settings, letters, Facts(build.text.partition(":")[0], buffer, status, *_NOWHERE, _GRBL_NAMES))
     facts = replace(facts, modes=modes, places=_places(reports, facts.unit))
     if configuration:
         return _by_configuration(facts, configuration, homed=homed)
-    return replace(facts, homed=True if homed else _says_homed(reports, letters))
+    return replace(facts, homed=True if homed else _reports_homed(reports, letters))
 
 
 _NOWHERE: tuple[XYZ, XYZ] = ((-math.inf,) * 3, (math.inf,) * 3)
@@ -144,12 +144,12 @@ def _by_numbers(settings: _Settings, letters: str, facts: Facts) -> Facts:
     )
 
 
-def _says_homed(reports: list[Report], letters: str) -> bool | None:
+def _reports_homed(reports: list[Report], letters: str) -> bool | None:
     """Return whether the machine was homed; None if unknown.
 
     grblHAL reports it per axis. GRBL is locked until homed, unless it reports the opposite.
     """
-    home = next((one.text.rpartition(":")[2] for one in reports if one.name == "HOME"), "")
+    home = next((report.text.rpartition(":")[2] for report in reports if report.name == "HOME"), "")
     if home.isdecimal():
         return int(home) & 7 == 7
     return None if _NO_LOCK in letters else True
@@ -158,33 +158,33 @@ def _says_homed(reports: list[Report], letters: str) -> bool | None:
 def _by_configuration(facts: Facts, text: str, *, homed: bool) -> Facts:
     """Return the facts with FluidNC's configuration; without ``must_home``, whether it was homed is unknown."""
     try:
-        found: FluidConfiguration = configuration_of(text, "$CD")
+        configuration: FluidConfiguration = configuration_of(text, "$CD")
     except ReadError as problem:
         raise SendError(f"the controller's configuration cannot be used: {problem}") from None
     return replace(
         facts,
         names=_FLUIDNC_NAMES,
-        low=found.low,
-        high=found.high,
-        homing=found.homing,
-        homed=True if homed or found.must_home else None,
-        soft_limits=found.soft_limits,
-        fastest=found.fastest,
+        low=configuration.low,
+        high=configuration.high,
+        homing=configuration.homing,
+        homed=True if homed or configuration.must_home else None,
+        soft_limits=configuration.soft_limits,
+        fastest=configuration.fastest,
         clock=Clock(
-            moving(found.rates, _FLUIDNC_NAMES.rates),
-            moving(found.accelerations, _FLUIDNC_NAMES.accelerations),
-            moving(found.steps, _of_axes("steps_per_mm")),
-            found.deviation,
-            found.arc_tolerance,
+            moving(configuration.rates, _FLUIDNC_NAMES.rates),
+            moving(configuration.accelerations, _FLUIDNC_NAMES.accelerations),
+            moving(configuration.steps, _of_axes("steps_per_mm")),
+            configuration.deviation,
+            configuration.arc_tolerance,
         ),
     )
 
 
 def _places(reports: list[Report], unit: float) -> dict[str, XYZ]:
-    found: dict[str, XYZ] = {}
-    for one in reports:
-        values = one.numbers if one.name in _PLACES else None
+    places: dict[str, XYZ] = {}
+    for report in reports:
+        values = report.numbers if report.name in _PLACES else None
         if values:
             x, y, z = values[:3] if len(values) >= 3 else (0.0, 0.0, values[-1])
-            found[one.name] = scaled((x, y, z), unit)
-    return found
+            places[report.name] = scaled((x, y, z), unit)
+    return places

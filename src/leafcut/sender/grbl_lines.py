@@ -36,17 +36,17 @@ def parse(line: str) -> ControllerAnswer:
     line = line.strip()
     if line == "ok":
         return Accepted()
-    if found := _NUMBERED.fullmatch(line):
-        return (Refused if found[1].lower() == "error" else Alarm)(int(found[2]))
+    if match := _NUMBERED.fullmatch(line):
+        return (Refused if match[1].lower() == "error" else Alarm)(int(match[2]))
     if line.startswith("<") and line.endswith(">"):
         return _status(line[1:-1]) or Strange(shown(line))
     if line.startswith("[") and line.endswith("]"):
         name, colon, rest = line[1:-1].partition(":")
         return Report(name, _plain(rest)) if colon else Report("", shown(name, 120))
-    if found := _GREETING.match(line):
-        return Greeting(found[1], found[2] or "")
-    if found := _SETTING.match(line):
-        return Report(f"${found[1]}", _plain(_REMARK.sub("", found[2]).strip()))
+    if match := _GREETING.match(line):
+        return Greeting(match[1], match[2] or "")
+    if match := _SETTING.match(line):
+        return Report(f"${match[1]}", _plain(_REMARK.sub("", match[2]).strip()))
     # Start-up lines as they are executed, and additional output of grblHAL and FluidNC.
     if line.startswith((">", "$N")):
         return Report("", shown(line))
@@ -62,20 +62,20 @@ def _status(text: str) -> Status | None:
     state, _, detail = state.partition(":")
     if not state.isalpha():
         return None
-    said = {name: value for name, _, value in (field.partition(":") for field in fields)}
-    free = numbers_in(said.get("Bf", "")) or ()
-    moving = numbers_in(said.get("FS", said.get("F", ""))) or ()
-    overrides = numbers_in(said.get("Ov", "")) or ()
+    values = {name: value for name, _, value in (field.partition(":") for field in fields)}
+    free = numbers_in(values.get("Bf", "")) or ()
+    moving = numbers_in(values.get("FS", values.get("F", ""))) or ()
+    overrides = numbers_in(values.get("Ov", "")) or ()
     return Status(
         state=state,
         detail=int(detail) if detail.isdecimal() else None,
-        machine=place_in(said.get("MPos")),
-        work=place_in(said.get("WPos")),
-        offset=place_in(said.get("WCO")),
+        machine=place_in(values.get("MPos")),
+        work=place_in(values.get("WPos")),
+        offset=place_in(values.get("WCO")),
         free_blocks=int(free[0]) if len(free) == 2 else None,
         free_bytes=int(free[1]) if len(free) == 2 else None,
         feed=moving[0] if moving else None,
         speed=moving[1] if len(moving) > 1 else None,
         overrides=(int(overrides[0]), int(overrides[1]), int(overrides[2])) if len(overrides) == 3 else None,
-        pins=said.get("Pn", ""),
+        pins=values.get("Pn", ""),
     )

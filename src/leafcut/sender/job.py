@@ -92,14 +92,14 @@ class SendJob:
         from leafcut.timing.toolpath import clock
 
         timed = clock(self.program.path, self.machine, sent_lines(self.program.lines))
-        fed = (timed.path.kind >= Kind.FEED) & (timed.path.kind <= Kind.ARC_CCW)
+        at_feed = (timed.path.kind >= Kind.FEED) & (timed.path.kind <= Kind.ARC_CCW)
         lines = np.clip(timed.path.line, 0, len(self.program.lines))
         count = len(self.program.lines) + 1
-        each = [
-            np.bincount(lines, weights=np.where(which, timed.seconds, 0.0), minlength=count).astype(np.float64)
-            for which in (fed, ~fed)
+        per_line = [
+            np.bincount(lines, weights=np.where(rows, timed.seconds, 0.0), minlength=count).astype(np.float64)
+            for rows in (at_feed, ~at_feed)
         ]
-        return each[0], each[1]
+        return per_line[0], per_line[1]
 
     def on(self, machine: Machine) -> SendJob:
         """Return the same program with the times of another machine."""
@@ -107,12 +107,12 @@ class SendJob:
 
     def hole_at(self, line: int) -> DrilledHole | None:
         """Return the hole drilled in a line, or the last hole started before it."""
-        found = None
+        latest = None
         for hole in self.holes:
             if hole.first > line:
                 break
-            found = hole
-        return found
+            latest = hole
+        return latest
 
     def text(self, line: int) -> str:
         """Return a line of the program, shortened for a message."""
@@ -157,8 +157,8 @@ def program_text(file: str | Path, name: str) -> str:
         It cannot be read, or is not G-code.
     """
     text = read_program(file)
-    if what := other_language(text):
-        raise ReadError(name, what)
+    if problem := other_language(text):
+        raise ReadError(name, problem)
     return text
 
 
@@ -170,7 +170,7 @@ def accepted_codes(words: str) -> tuple[str, ...]:
     OptionError
         A code does not exist.
     """
-    codes = tuple(one.strip().upper() for one in words.split(",") if one.strip())
+    codes = tuple(code_.strip().upper() for code_ in words.split(",") if code_.strip())
     for code in codes:
         if code not in CODES:
             raise OptionError(f"--accept: '{code}' is no code of an issue, such as L801")
@@ -201,22 +201,22 @@ def _opening(program: Program, words: Dialect, units: str) -> list[SentLine]:
     """Return the lines that set the state in which the program was read, whatever modes the controller is in."""
     if not spoken(words, _UNITS[units]):
         raise OptionError(f"{words.name} has no {_UNITS[units]}: a program for it must be in millimetres")
-    said = [_AT_FIRST, "G54", _UNITS[units]]
+    blocks = [_AT_FIRST, "G54", _UNITS[units]]
     # If the program never starts the spindle, it was started by hand.
     if ((program.path.kind == Kind.SPINDLE) & (program.path.value != 0.0)).any():
-        said += ["M5", "M9"]
-    return [SentLine(text) for text in spoken(words, *said)]
+        blocks += ["M5", "M9"]
+    return [SentLine(text) for text in spoken(words, *blocks)]
 
 
 def _check_known(program: Program, file: str) -> None:
     path = program.path
-    for kind, what in _LOST.items():
+    for kind, reason in _LOST.items():
         rows = np.flatnonzero(path.kind == kind)
         if len(rows):
             line = int(path.line[rows[0]])
             block = int(np.searchsorted(program.first, rows[0], side="right")) - 1
-            why = program.fixed.get(block, "") or f"'{program.lines[line - 1].strip()}' {what}"
-            raise ReadError(file, f"{why}; take it out, and send it again", line)
+            explanation = program.fixed.get(block, "") or f"'{program.lines[line - 1].strip()}' {reason}"
+            raise ReadError(file, f"{explanation}; take it out, and send it again", line)
 
 
 def _holes(program: Program) -> list[DrilledHole]:
@@ -226,21 +226,21 @@ def _holes(program: Program) -> list[DrilledHole]:
     sideways: NDArray[np.bool_] = (path.kind <= Kind.ARC_CCW) & ~(
         (np.abs(path.end[:, :2] - before[:, :2]) < _SAME).all(axis=1)
     )
-    found: list[DrilledHole] = []
+    holes: list[DrilledHole] = []
     travel, cut = -1, False
     for row in np.flatnonzero(down | sideways).tolist():
         line = int(path.line[row])
         if sideways[row]:
             if cut and path.kind[row] != Kind.RAPID:
-                found.pop()  # a cut sideways follows: milling, not a hole
+                holes.pop()  # a cut sideways follows: milling, not a hole
             travel, cut = (row if path.kind[row] == Kind.RAPID else -1), False
         elif cut:
-            found[-1] = replace(found[-1], last=line)
+            holes[-1] = replace(holes[-1], last=line)
         elif travel >= 0:
             x, y, _ = path.end[row].tolist()
-            found.append(DrilledHole(len(found) + 1, x, y, int(path.line[travel]), line))
+            holes.append(DrilledHole(len(holes) + 1, x, y, int(path.line[travel]), line))
             cut = True
-    return found
+    return holes
 
 
 def tools_of(job: SendJob, line: int = 0) -> list[str | None]:

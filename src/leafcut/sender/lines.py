@@ -39,8 +39,8 @@ class Pause:
     def __str__(self) -> str:
         if self.hole:
             return f"line {self.number}: before hole {self.hole}"
-        what = "pause" if not self.change else "change the tool" if self.tool is None else f"put in tool T{self.tool}"
-        return f"line {self.number}: {what}" + (f" ({self.remark})" if self.remark else "")
+        action = "pause" if not self.change else "change the tool" if self.tool is None else f"put in tool T{self.tool}"
+        return f"line {self.number}: {action}" + (f" ({self.remark})" if self.remark else "")
 
 
 SentStep = SentLine | Pause
@@ -79,8 +79,8 @@ def dwell(words: Dialect, seconds: float) -> str:
     return f"G4 P{seconds / _DWELL_UNITS[words.dwell_unit]:g}"
 
 
-def _joined(words: Dialect, found: Sequence[str]) -> str:
-    return (" " if words.one_command else "").join(found)
+def _joined(words: Dialect, parts: Sequence[str]) -> str:
+    return (" " if words.one_command else "").join(parts)
 
 
 class HoleLines(Protocol):
@@ -98,14 +98,14 @@ class HoleLines(Protocol):
 def pauses_at_holes(steps: Sequence[SentStep], holes: Sequence[HoleLines]) -> list[SentStep]:
     """Return the steps with a pause before the first line of each hole."""
     waiting = deque(holes)
-    made: list[SentStep] = []
+    with_pauses: list[SentStep] = []
     for step in steps:
         while waiting and step.number >= waiting[0].first:
             hole = waiting.popleft()
             if step.number == hole.first:
-                made.append(Pause(hole.first, hole=hole.number))
-        made.append(step)
-    return made
+                with_pauses.append(Pause(hole.first, hole=hole.number))
+        with_pauses.append(step)
+    return with_pauses
 
 
 def steps_of(lines: Sequence[str], words: Dialect, file: str, first: int = 1) -> list[SentStep]:
@@ -121,11 +121,11 @@ def steps_of(lines: Sequence[str], words: Dialect, file: str, first: int = 1) ->
     steps: list[SentStep] = []
     for number, line in enumerate(lines, 1):
         try:
-            found = reader.read(line, number)
+            line_steps = reader.read(line, number)
         except BlockError as problem:
             raise ReadError(file, str(problem), number) from None
         if number >= first:
-            steps += found
+            steps += line_steps
         if reader.ended:
             break
     return steps
@@ -148,17 +148,17 @@ class _LineReader:
         if body.startswith("%"):
             self.ended = self.begun
             return []
-        found = words_of(body.removeprefix("/"))
-        self._check(found)
+        words = words_of(body.removeprefix("/"))
+        self._check(words)
         if comments:
             self.remark, self.remarked = shown(comments[-1]), number
-        for word in found:
+        for word in words:
             if word.letter == "T":
                 self.tool, self.chosen = int(word.value), number
-        self.begun |= bool(found)
-        codes = {int(word.value) for word in found if word.letter == "M"}
+        self.begun |= bool(words)
+        codes = {int(word.value) for word in words if word.letter == "M"}
         self.ended = bool(codes & {2, 30})
-        text = _joined(self.words, [_written(word) for word in found if not _is_ours(word)])
+        text = _joined(self.words, [_written(word) for word in words if not _is_for_sender(word)])
         if self.words.one_command and codes & {*self.stops, 6}:
             text = ""  # text after M0 is for the operator
         if len(text) > LONGEST_LINE:
@@ -177,22 +177,22 @@ class _LineReader:
         remark = self.remark if number - self.remarked <= _REACH else ""
         return Pause(number, change, self.tool if change else None, remark)
 
-    def _check(self, found: Sequence[Word]) -> None:
+    def _check(self, words: Sequence[Word]) -> None:
         """Refuse words that this controller lacks, whatever the interpreter makes of them."""
-        for word in found:
+        for word in words:
             known = word.letter in _LETTERS or word.letter == "N"
             if word.letter == "G":
                 known = round(word.value * 10) in self.words.g_codes
             elif word.letter == "M":
                 known = word.value in self.words.m_codes or word.value == 6
             elif word.letter == "T" and self.words.one_command:
-                known = found[0].letter == "M" and found[0].value in (0, 6)
+                known = words[0].letter == "M" and words[0].value in (0, 6)
             if not known:
-                how = "post the program for this controller, or name its --dialect"
-                raise BlockError(f"{word} is not a word of {self.words.name}; {how}")
+                advice = "post the program for this controller, or name its --dialect"
+                raise BlockError(f"{word} is not a word of {self.words.name}; {advice}")
 
 
-def _is_ours(word: Word) -> bool:
+def _is_for_sender(word: Word) -> bool:
     return word.letter == "N" or (word.letter == "M" and word.value in (0, 6))
 
 

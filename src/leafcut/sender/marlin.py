@@ -49,8 +49,8 @@ from leafcut.sender.conversation import (
     ANSWER_SECONDS,
     STOPPED_SHORT,
     Conversation,
-    Heard,
     Log,
+    OnAnswer,
     unheard,
     what_answers,
 )
@@ -100,7 +100,7 @@ class NumberedLine:
 
     number: int
     text: str
-    ours: bool = False
+    is_query: bool = False
 
     @property
     def data(self) -> bytes:
@@ -133,7 +133,7 @@ class MarlinConversation(Conversation):
         self._answered_last: NumberedLine | None = None
         self._next: NumberedLine | None = None
         #: Internal lines that wait until no line is unanswered.
-        self._ours: deque[str] = deque()
+        self._queries: deque[str] = deque()
         #: Time until which an ``ok`` answers no line, and the number of the requested line.
         self._wanted: tuple[float, int] | None = None
         #: Answers that may still arrive to lines without a number; the error of the unanswered line.
@@ -153,16 +153,16 @@ class MarlinConversation(Conversation):
 
     def listen(self, seconds: float = 0.02) -> list[ControllerAnswer]:
         """Return the answers received, waiting at most `seconds`; repeats are handled here."""
-        found = self._take_turn()
+        answers = self._take_turn()
         for answer in super().listen(seconds):
             if answer != _WAITS:
                 self._heard_at = self.clock()
-            found += self._digest(answer)
+            answers += self._digest(answer)
             if self._asked:
                 # Marlin has no status report: while lines are unanswered, any message shows that it runs.
                 self._asked = False
-                found.append(self._told(self._doing("Run")))
-        return found
+                answers.append(self._keep_status(self._inferred_status("Run")))
+        return answers
 
     def _take_turn(self) -> list[ControllerAnswer]:
         """Repeat a line or send the next internal line when it is due."""
@@ -182,8 +182,8 @@ class MarlinConversation(Conversation):
                 self._times += 1
                 self._put(flying)
                 self._heard_at = now
-        elif self._ours:
-            self._fly(self._ours.popleft(), ours=True)
+        elif self._queries:
+            self._fly(self._queries.popleft(), is_query=True)
         return []
 
     def _digest(self, answer: ControllerAnswer) -> list[ControllerAnswer]:
@@ -204,7 +204,7 @@ class MarlinConversation(Conversation):
             case Report(name, text) if name == HOME_FIRST:
                 self._wrong = f"homing of {text} is needed first"
             case Report(name, _) if name == BUSY:
-                return [self._told(self._doing("Run"))]
+                return [self._keep_status(self._inferred_status("Run"))]
             case Report(name, text) if name == PLACE:
                 self._place = place_in(text)
             case Report(name, text) if name == ACTION:
@@ -244,14 +244,14 @@ class MarlinConversation(Conversation):
             self._number = self._flying.number
             self._put(self._flying)
             return [Strange(f"line {line.number}: {wrong}")] if wrong else []
-        if not line.ours:
+        if not line.is_query:
             return [Refused(wrong) if wrong else Accepted()]
         if line.text == "M114":
             self._moved = False
-            return [self._told(self._doing("Idle", self._place))]
+            return [self._keep_status(self._inferred_status("Idle", self._place))]
         if line.text.startswith("M220"):
             self._percent = int(line.text.rpartition("S")[2])
-            return [self._told(self._doing("Run"))]
+            return [self._keep_status(self._inferred_status("Run"))]
         return []
 
     def _asked_again(self, number: int) -> list[ControllerAnswer]:
@@ -270,12 +270,12 @@ class MarlinConversation(Conversation):
         self._wrong = ""
         return []
 
-    def _doing(self, state: str, place: XYZ | None = None) -> Status:
+    def _inferred_status(self, state: str, place: XYZ | None = None) -> Status:
         state = "Hold" if self._held and state == "Idle" else state
         percent = (self._percent, self._percent, 100)
         return Status(state, 0 if state == "Hold" else None, machine=place, work=place, overrides=percent)
 
-    def _told(self, status: Status) -> Status:
+    def _keep_status(self, status: Status) -> Status:
         self.keep(status)
         return status
 
@@ -285,18 +285,18 @@ class MarlinConversation(Conversation):
         self.write(line.data)
         self._heard_at = self.clock()
 
-    def _fly(self, text: str, *, ours: bool = False) -> None:
+    def _fly(self, text: str, *, is_query: bool = False) -> None:
         self._number += 1
-        self._moved |= not ours
+        self._moved |= not is_query
         self._place = None if text == "M114" else self._place
-        self._flying = NumberedLine(self._number, text, ours)
+        self._flying = NumberedLine(self._number, text, is_query)
         self._put(self._flying)
 
     def _forget(self) -> None:
         """Start again: no line is unanswered, and the next number is 1."""
         self._flying, self._wanted, self._number, self._times, self._wrong = None, None, 0, 0, ""
         self._answered_last = self._next = None
-        self._ours.clear()
+        self._queries.clear()
 
     @property
     def takes_lines(self) -> bool:
@@ -305,7 +305,7 @@ class MarlinConversation(Conversation):
 
     @property
     def _free(self) -> bool:
-        return self._flying is None and self._wanted is None and not self._ours
+        return self._flying is None and self._wanted is None and not self._queries
 
     def send(self, text: str) -> None:
         """Send a line when no other is unanswered.
@@ -317,7 +317,7 @@ class MarlinConversation(Conversation):
         """
         until = self._until(PLANNED_SECONDS)
         while not self._free:
-            if any(isinstance(one, Status) for one in self.listen()):
+            if any(isinstance(answer, Status) for answer in self.listen()):
                 until = self._until(PLANNED_SECONDS)
             if self.clock() > until:
                 raise SendError(f"nothing answers on {self.port.name} any more")
@@ -325,10 +325,10 @@ class MarlinConversation(Conversation):
 
     def ask_status(self, *, more: bool = False) -> None:
         """Query position and rest if no line is unanswered or follows; otherwise infer the status."""
-        if (more and not self._held) or (self._flying is not None and not self._flying.ours):
+        if (more and not self._held) or (self._flying is not None and not self._flying.is_query):
             self._asked = True
         elif self._free:
-            self._ours.extend(("M400", "M114"))
+            self._queries.extend(("M400", "M114"))
 
     # Commands.
 
@@ -380,15 +380,15 @@ class MarlinConversation(Conversation):
         SendError
             It is not Marlin 2.
         """
-        said = [one for one in self.ask("M115") if isinstance(one, Report)]
-        name = next((one.text for one in said if one.name == FIRMWARE), "")
+        reports = [report for report in self.ask("M115") if isinstance(report, Report)]
+        name = next((report.text for report in reports if report.name == FIRMWARE), "")
         version = _VERSION.match(name)
         if version is None:
             raise what_answers(self.port.name, [name or "ok"], "Marlin")
         if int(version[1]) < 2:
             raise SendError(f"what answers on {self.port.name} is {shown(version[0], 40)}; Marlin 2 is needed")
-        pairs = [one.text.rpartition(":") for one in said if one.name == CAPABILITY]
-        return version[0], {name: on.strip() == "1" for name, _, on in pairs}
+        pairs = [report.text.rpartition(":") for report in reports if report.name == CAPABILITY]
+        return version[0], {name: value.strip() == "1" for name, _, value in pairs}
 
     def gather(self) -> Facts:
         """Return the facts that the controller reports.
@@ -402,7 +402,7 @@ class MarlinConversation(Conversation):
         if not re.search(r"M113 S[12]\b", self._words("M113", _NO_BUSY)):
             raise SendError(_NO_BUSY)
         settings = self._words("M503", _NO_SETTINGS)
-        on, low, high = _soft_endstops(self._words("M211", _NO_TRAVEL))
+        soft_limits_on, low, high = _soft_endstops(self._words("M211", _NO_TRAVEL))
         try:
             machine = imported(settings, "M503", "marlin").machine
         except ReadError as problem:
@@ -420,7 +420,7 @@ class MarlinConversation(Conversation):
             high=high,
             names=_NAMES,
             homed=True if self.homed else None,
-            soft_limits=on,
+            soft_limits=soft_limits_on,
             arcs=abilities.get("ARCS", True),
             clock=Clock(machine.rapid_velocity, machine.acceleration, None, machine.corner_deviation),
         )
@@ -446,7 +446,9 @@ class MarlinConversation(Conversation):
             if self._flying is not None:  # not answered at all
                 raise
             raise NotBuiltIn(lacking) from None
-        return "\n".join(one.text for one in answers if isinstance(one, Report) and one.name != PLACE) + "\n"
+        return (
+            "\n".join(answer.text for answer in answers if isinstance(answer, Report) and answer.name != PLACE) + "\n"
+        )
 
     def begin(self) -> None:
         """Keep the motors on: otherwise a tool change would release them and lose the position (M84 S0)."""
@@ -460,9 +462,9 @@ class MarlinConversation(Conversation):
         """Continue sending."""
         self._held = False
 
-    def step_feed(self, now: int, wanted: int) -> None:
+    def step_feed(self, current: int, target: int) -> None:
         """Set the feed override, rapids included, for moves that are planned from now on."""
-        self._ours.append(f"M220 S{wanted}")
+        self._queries.append(f"M220 S{target}")
 
     def home_lines(self) -> str:
         """Return the homing command."""
@@ -489,7 +491,7 @@ class MarlinConversation(Conversation):
         self.ask("M999 S1")  # without S1 it would request lines again
         return False
 
-    def stop(self, heard: Heard = unheard) -> Status:
+    def stop(self, on_answer: OnAnswer = unheard) -> Status:
         """Stop the spindle if the machine has not moved; otherwise stop the motors at once.
 
         Raises
@@ -497,26 +499,26 @@ class MarlinConversation(Conversation):
         SendError
             The controller no longer answers.
         """
-        standing, self._held, self._resetting = not self._moved, False, True
+        unmoved, self._held, self._resetting = not self._moved, False, True
         try:
-            if standing:
+            if unmoved:
                 self.ask("M5")
                 return self._rested()
-            return self._stop_at_once(heard)
+            return self._stop_at_once(on_answer)
         finally:
             self._resetting = self._interrupted = False
 
-    def _stop_at_once(self, heard: Heard) -> Status:
+    def _stop_at_once(self, on_answer: OnAnswer) -> Status:
         self.homed = False
-        self._ours.clear()
+        self._queries.clear()
         # Without a number, so that it acts before its turn.
         self.write(b"M410\n")
         self._stray += 1
         for answer in self.heard(DROPPED_SECONDS / self.patience):
-            heard(answer)
+            on_answer(answer)
         self._forget()
         self._stray = 0  # its answer may have been counted for a line that had none
-        if not any(isinstance(one, Accepted) for one in self.heard(ANSWER_SECONDS, KNOCK_SECONDS, self._knock)):
+        if not any(isinstance(answer, Accepted) for answer in self.heard(ANSWER_SECONDS, KNOCK_SECONDS, self._knock)):
             self.write(b"M112\n")
             raise SendError("it does not answer to M410; M112 (emergency stop) was sent")
         self._synchronise()
@@ -524,8 +526,8 @@ class MarlinConversation(Conversation):
         status = replace(self._rested(), state=STOPPED_SHORT)
         if self._anew:
             status = replace(status, machine=None, work=None)
-        heard(status)
-        return self._told(status)
+        on_answer(status)
+        return self._keep_status(status)
 
     def _rested(self) -> Status:
         """Return the status once the machine is at rest."""
@@ -534,15 +536,15 @@ class MarlinConversation(Conversation):
             status = self.fresh_status(PLANNED_SECONDS)
         return status
 
-    def reset(self, heard: Heard = unheard) -> Status:
+    def reset(self, on_answer: OnAnswer = unheard) -> Status:
         """Stop the machine: Marlin has no reset over the serial line."""
-        return self.stop(heard)
+        return self.stop(on_answer)
 
-    def halt(self, heard: Heard = unheard) -> Status:
+    def halt(self, on_answer: OnAnswer = unheard) -> Status:
         """Stop remaining motion after an error; a halted firmware receives nothing."""
         if self._killed:
-            return self._told(Status("Alarm"))
-        return self.stop(heard)
+            return self._keep_status(Status("Alarm"))
+        return self.stop(on_answer)
 
     def stop_unheard(self) -> str:
         """Send the emergency stop in case the machine still receives."""
@@ -558,10 +560,10 @@ def _soft_endstops(text: str) -> tuple[bool, XYZ, XYZ]:
     SendError
         The firmware has no soft end stops, so the travel is unknown.
     """
-    ends = {found[1].lower(): found for found in _ENDS.finditer(text)}
+    ends = {match[1].lower(): match for match in _ENDS.finditer(text)}
     if "min" not in ends or "max" not in ends:
         raise SendError(_NO_TRAVEL)
-    low, high = ((float(found[2]), float(found[3]), float(found[4])) for found in (ends["min"], ends["max"]))
+    low, high = ((float(match[2]), float(match[3]), float(match[4])) for match in (ends["min"], ends["max"]))
     word = _M211_WORD.search(text)
-    on = word[1] == "1" if word else re.search(r"endstops:\s*ON", text, re.IGNORECASE) is not None
-    return on, low, high
+    is_on = word[1] == "1" if word else re.search(r"endstops:\s*ON", text, re.IGNORECASE) is not None
+    return is_on, low, high

@@ -52,22 +52,22 @@ def parse(line: str) -> ControllerAnswer:
         return Greeting("", "Marlin")
     if _OK.fullmatch(line):
         return Accepted()
-    if found := _RESEND.match(line):
-        return Report(RESEND, found[1])
+    if match := _RESEND.match(line):
+        return Report(RESEND, match[1])
     if line.startswith(("Error:", "!!")):
         return _error(line.partition(":")[2].strip() or line)
     if "endstops hit" in line:
         return Alarm(f"an end stop was hit where none should be ({shown(line.rpartition('hit:')[2].strip(), 40)})")
-    if found := _UNKNOWN.match(line):
-        return Report(UNKNOWN, found[1].strip())
-    if found := _HOME_FIRST.match(line):
-        return Report(HOME_FIRST, found[1].replace(" ", ""))
+    if match := _UNKNOWN.match(line):
+        return Report(UNKNOWN, match[1].strip())
+    if match := _HOME_FIRST.match(line):
+        return Report(HOME_FIRST, match[1].replace(" ", ""))
     if line.startswith("echo:busy:"):
         return Report(BUSY, line.rpartition(":")[2].strip())
-    if found := _PLACE.match(line):
-        return Report(PLACE, f"{found[1]},{found[2]},{found[3]}")
-    if found := _NAMED.match(line):
-        return Report(found[1], found[2].strip())
+    if match := _PLACE.match(line):
+        return Report(PLACE, f"{match[1]},{match[2]},{match[3]}")
+    if match := _NAMED.match(line):
+        return Report(match[1], match[2].strip())
     if line.startswith("//action:"):
         return Report(ACTION, line.partition(":")[2].strip())
     return Report("", line[:300])

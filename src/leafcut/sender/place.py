@@ -12,19 +12,19 @@ from leafcut.model.machine import XYZ
 from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, plane_axes
 
 #: Maximum chord error of an arc, mm; maximum number of chords.
-_SAGITTA, _MOST_PIECES = 0.02, 360
+_SAGITTA, _MAX_CHORDS = 0.02, 360
 #: A position farther than this from every move, mm, is still before the first of them.
-_OFF = 0.25
+_MAX_DISTANCE = 0.25
 #: Moves this close to a position, mm, are equally near. The first counts, so that no move is skipped on resuming.
-_NEAR = 0.02
+_TIE_TOLERANCE = 0.02
 
 
 class Tracker:
     """Finds the current line within a range of possible lines."""
 
     def __init__(self, path: Toolpath) -> None:
-        begins, ends, rows = _pieces(path)
-        self._begins, self._ends = begins, ends
+        starts, ends, rows = _chords(path)
+        self._starts, self._ends = starts, ends
         self._lines = path.line[rows].astype(np.int64)
 
     def line_at(self, place: XYZ, first: int, last: int) -> int:
@@ -32,22 +32,22 @@ class Tracker:
         low, high = np.searchsorted(self._lines, [first, last + 1])
         if low >= high:
             return first
-        begins, ends = self._begins[low:high], self._ends[low:high]
-        along = ends - begins
+        starts, ends = self._starts[low:high], self._ends[low:high]
+        along = ends - starts
         length = np.maximum((along**2).sum(axis=1), 1e-18)
-        at = np.array(place) - begins
-        share = np.clip((at * along).sum(axis=1) / length, 0.0, 1.0)
-        away = np.sqrt(((at - share[:, None] * along) ** 2).sum(axis=1))
-        nearest = float(away.min())
-        if not nearest <= _OFF:
+        offset = np.array(place) - starts
+        share = np.clip((offset * along).sum(axis=1) / length, 0.0, 1.0)
+        distance = np.sqrt(((offset - share[:, None] * along) ** 2).sum(axis=1))
+        nearest = float(distance.min())
+        if not nearest <= _MAX_DISTANCE:
             return first
-        return int(self._lines[low:high][int(np.argmax(away <= nearest + _NEAR))])
+        return int(self._lines[low:high][int(np.argmax(distance <= nearest + _TIE_TOLERANCE))])
 
 
-def _pieces(path: Toolpath) -> tuple[Floats, Floats, NDArray[np.int64]]:
+def _chords(path: Toolpath) -> tuple[Floats, Floats, NDArray[np.int64]]:
     """Return chords of all moves with known ends: starts and ends, float64[k, 3], and their rows."""
     before = path.before
-    begins: list[Floats] = []
+    starts: list[Floats] = []
     ends: list[Floats] = []
     rows: list[int] = []
     moving = (path.kind <= Kind.ARC_CCW) & np.isfinite(path.end).all(axis=1) & np.isfinite(before).all(axis=1)
@@ -55,10 +55,10 @@ def _pieces(path: Toolpath) -> tuple[Floats, Floats, NDArray[np.int64]]:
         points = [before[row], path.end[row]]
         if path.kind[row] in (Kind.ARC_CW, Kind.ARC_CCW):
             points = _arc_points(path, row)
-        begins += points[:-1]
+        starts += points[:-1]
         ends += points[1:]
         rows += [row] * (len(points) - 1)
-    return np.reshape(begins, (-1, 3)), np.reshape(ends, (-1, 3)), np.array(rows, dtype=np.int64)
+    return np.reshape(starts, (-1, 3)), np.reshape(ends, (-1, 3)), np.array(rows, dtype=np.int64)
 
 
 def _arc_points(path: Toolpath, row: int) -> list[Floats]:
@@ -66,7 +66,7 @@ def _arc_points(path: Toolpath, row: int) -> list[Floats]:
     first, second, normal = plane_axes(arc.plane)
     radius, start, sweep = arc_sweep(path, row)
     angle = 2.0 * math.acos(max(1.0 - _SAGITTA / radius, 0.0)) if radius > 0.0 else math.pi
-    count = min(max(1, math.ceil(abs(sweep) / angle)), _MOST_PIECES)
+    count = min(max(1, math.ceil(abs(sweep) / angle)), _MAX_CHORDS)
     points = []
     for share in np.linspace(0.0, 1.0, count + 1).tolist():
         point = np.zeros(3)

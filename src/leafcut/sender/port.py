@@ -52,7 +52,7 @@ class SerialPort:
         """
         serial = _pyserial()
         if baud not in BAUDS:
-            raise OptionError(f"--baud {baud}: {nearest(str(baud), [str(one) for one in BAUDS])[2:]}")
+            raise OptionError(f"--baud {baud}: {nearest(str(baud), [str(rate) for rate in BAUDS])[2:]}")
         self.name = name
         if os.name == "posix" and not os.path.exists(name):  # noqa: PTH110 - a device, and no path of ours
             raise OptionError(f"--port {name}: there is no such port; {ports_in_words()}")
@@ -121,10 +121,10 @@ def ports() -> list[tuple[str, str]]:
     _pyserial()
     from serial.tools.list_ports import comports
 
-    return sorted((str(one.device), str(one.description)) for one in comports())
+    return sorted((str(port.device), str(port.description)) for port in comports())
 
 
 def ports_in_words() -> str:
     """Return the list of ports as the end of a message."""
-    found = [name for name, _ in ports()]
-    return f"there are {', '.join(found)}" if found else "no serial port was found; is the machine plugged in?"
+    names = [name for name, _ in ports()]
+    return f"there are {', '.join(names)}" if names else "no serial port was found; is the machine plugged in?"

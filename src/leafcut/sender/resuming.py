@@ -27,7 +27,7 @@ _DECIMALS = 4
 _SPINDLE = {1: "M3", -1: "M4"}
 _COOLANT = {0: [], 1: ["M7"], 2: ["M8"], 3: ["M7", "M8"]}
 #: Tolerance for rounded output, mm.
-_ROOM = 2e-4
+_TOLERANCE = 2e-4
 
 
 def line_of_hole(job: SendJob, number: int) -> int:
@@ -115,15 +115,15 @@ def _place_before(job: SendJob, row: int, line: int) -> XYZ:
     if row >= len(path):
         raise OptionError(f"--from-line {line}: nothing is left to be done there")
     x, y, z = path.before[row].tolist()
-    never = not np.isfinite(path.end[path.kind <= Kind.ARC_CCW, 2]).any()
-    if never:
+    never_moves_z = not np.isfinite(path.end[path.kind <= Kind.ARC_CCW, 2]).any()
+    if never_moves_z:
         z = 0.0
-    if not all(math.isfinite(one) for one in (x, y, z)):
+    if not all(math.isfinite(v) for v in (x, y, z)):
         hole = next((hole for hole in job.holes if hole.first > line), None)
-        instead = (
+        advice = (
             f"; go on from line {hole.first} (--from-hole {hole.number})" if hole else "; start from the first line"
         )
-        raise OptionError(f"--from-line {line}: where the tool is before it is not known{instead}")
+        raise OptionError(f"--from-line {line}: where the tool is before it is not known{advice}")
     return x, y, z
 
 
@@ -227,10 +227,10 @@ def spindle_words(job: SendJob, line: int) -> list[SentLine]:
     modal = _modal_before(job, line)
     if not modal.spindle:
         return []
-    said = [f"{_SPINDLE[modal.spindle]} S{modal.rpm:g}"]
+    blocks = [f"{_SPINDLE[modal.spindle]} S{modal.rpm:g}"]
     if job.machine.spindle_start_s:
-        said.append(dwell(job.words, job.machine.spindle_start_s))
-    return [SentLine(text) for text in spoken(job.words, *said)]
+        blocks.append(dwell(job.words, job.machine.spindle_start_s))
+    return [SentLine(text) for text in spoken(job.words, *blocks)]
 
 
 def _modal_before(job: SendJob, line: int) -> Modal:
@@ -269,16 +269,20 @@ def _prove(job: SendJob, lead: list[str], rest: list[SentStep], row: int, line: 
         The moves differ.
     """
     texts = [*lead, *(step.text for step in rest if isinstance(step, SentLine))]
-    again = job_of("\n".join(texts) + "\n", job.file, job.machine, job.words, None, _EVERY)
-    was, now = job.program.path, again.program.path
-    keep = [k for k in range(row, len(was)) if was.kind[k] not in (Kind.PAUSE, Kind.TOOL)]
-    mine = [k for k in range(len(now)) if now.kind[k] not in (Kind.PAUSE, Kind.TOOL)][-len(keep) :] if keep else []
-    same = len(mine) == len(keep) and all(
-        was.kind[a] == now.kind[b]
-        and np.allclose(was.end[a], now.end[b], atol=_ROOM, rtol=0.0, equal_nan=True)
-        and abs(was.value[a] - now.value[b]) <= 1e-6 * max(1.0, abs(was.value[a]))
-        and np.allclose(was.before[a], now.before[b], atol=_ROOM, rtol=0.0, equal_nan=True)
-        for a, b in zip(keep, mine, strict=True)
+    resumed = job_of("\n".join(texts) + "\n", job.file, job.machine, job.words, None, _EVERY)
+    original_path, resumed_path = job.program.path, resumed.program.path
+    kept_rows = [k for k in range(row, len(original_path)) if original_path.kind[k] not in (Kind.PAUSE, Kind.TOOL)]
+    resumed_rows = (
+        [k for k in range(len(resumed_path)) if resumed_path.kind[k] not in (Kind.PAUSE, Kind.TOOL)][-len(kept_rows) :]
+        if kept_rows
+        else []
+    )
+    same = len(resumed_rows) == len(kept_rows) and all(
+        original_path.kind[a] == resumed_path.kind[b]
+        and np.allclose(original_path.end[a], resumed_path.end[b], atol=_TOLERANCE, rtol=0.0, equal_nan=True)
+        and abs(original_path.value[a] - resumed_path.value[b]) <= 1e-6 * max(1.0, abs(original_path.value[a]))
+        and np.allclose(original_path.before[a], resumed_path.before[b], atol=_TOLERANCE, rtol=0.0, equal_nan=True)
+        for a, b in zip(kept_rows, resumed_rows, strict=True)
     )
     if not same:
         raise OptionError(f"--from-line {line}: the program cannot be resumed there exactly; choose an earlier line")

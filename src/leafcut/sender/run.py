@@ -200,8 +200,8 @@ class SendRun:
         self.left: deque[SentStep] = deque(self._stepping_holes(self.steps))
         self.path = self.job.program.path
         self._tracker = Tracker(self.path)
-        fed, other = self.job.seconds
-        self._fed, self._other = np.cumsum(fed), np.cumsum(other)
+        feed_s, other_s = self.job.seconds
+        self._fed, self._other = np.cumsum(feed_s), np.cumsum(other_s)
         numbers = [step.number for step in self.steps if isinstance(step, SentLine) and step.number]
         self._first = min(numbers, default=1)
         self.taken = self.sent = self._first - 1
@@ -280,7 +280,7 @@ class SendRun:
                 self._hear(answer)
             if not self.left and not self.counter.waiting and self._rests >= 2:
                 return
-            self._look()
+            self._check_connection()
 
     def _obey(self) -> None:
         while self.requests:
@@ -333,7 +333,7 @@ class SendRun:
             self.sent = max(self.sent, step.number)
             self._rests = 0
 
-    def _look(self) -> None:
+    def _check_connection(self) -> None:
         """Query the status when it is due; detect a lost connection and lost answers."""
         now = self.talk.clock()
         if now - self._asked_at >= STATUS_SECONDS:
@@ -363,7 +363,7 @@ class SendRun:
             case Refused():
                 self._take(self.talk.explained(answer))
             case Alarm():
-                raise _Alarmed(f"{self._where()}: {self.talk.explained(answer)}")
+                raise _Alarmed(f"{self._place_text()}: {self.talk.explained(answer)}")
             case Greeting():
                 raise _Ended(f"the controller was reset{self._while_in()}")
             case Strange(words):
@@ -385,17 +385,17 @@ class SendRun:
         if not wrong:
             return
         text = self.job.text(line.number) or line.text
-        what = f"line {line.number} '{text}': {wrong}" if line.number else f"'{text}': {wrong}"
+        problem = f"line {line.number} '{text}': {wrong}" if line.number else f"'{text}': {wrong}"
         if not self.check or not line.number:
-            raise _Ended(what)
-        self._errors.append((line.number, what))
+            raise _Ended(problem)
+        self._errors.append((line.number, problem))
         if len(self._errors) >= _MOST_ERRORS:
-            raise _Ended(f"{what}; {_MOST_ERRORS} errors, the rest was not looked at")
+            raise _Ended(f"{problem}; {_MOST_ERRORS} errors, the rest was not looked at")
 
     def _see(self, status: Status) -> None:
         """Process a status: position of the machine, and whether it is at rest."""
         if status.state in LOCKED:
-            raise _Ended(f"{self._where()}: the machine is {state_in_words(status, self.talk.family)}")
+            raise _Ended(f"{self._place_text()}: the machine is {state_in_words(status, self.talk.family)}")
         used = None if status.free_bytes is None else self.facts.buffer - status.free_bytes
         if self.facts.buffer == GRBL_BUFFER and used is not None and used > self.counter.bytes + SPARED:
             raise _Ended("there is more in the controller's buffer than was sent: is another program speaking to it?")
@@ -436,7 +436,7 @@ class SendRun:
         line = self.taken if self.check else max(self.line - 1, 0)
         line = min(line, len(self._fed) - 1)
         feed, rapid = max(self._overrides[0], 1), max(self._overrides[1], 1)
-        fed, other = self._fed[-1] - self._fed[line], self._other[-1] - self._other[line]
+        feed_left, other_left = self._fed[-1] - self._fed[line], self._other[-1] - self._other[line]
         hole = self.job.hole_at(self.line)
         return RunView(
             state=status.state,
@@ -447,7 +447,7 @@ class SendRun:
             feed=(status.feed or 0.0) * self.facts.unit,
             override=self._overrides[0],
             done_s=float(self._fed[line] + self._other[line]),
-            left_s=float(100.0 * fed / feed + 100.0 * other / rapid),
+            left_s=float(100.0 * feed_left / feed + 100.0 * other_left / rapid),
         )
 
     def _pause(self, pause: Pause) -> None:
@@ -458,15 +458,15 @@ class SendRun:
         assert self.prompt is not None
         if pause.change and not self.job.laser:
             self.talk.ask("M5")
-        said: list[str] = []
+        replies: list[str] = []
         changed = False
         while True:
-            answer = self.prompt(pause, said)
+            answer = self.prompt(pause, replies)
             if answer is None:
                 raise _Asked
             if not answer.strip():
                 break
-            said, changed = self._obey_line(answer.strip()), True
+            replies, changed = self._obey_line(answer.strip()), True
         self._heard_at = self.talk.clock()
         following = next((step.number for step in self.left if isinstance(step, SentLine)), 0)
         if not following:
@@ -483,8 +483,8 @@ class SendRun:
             data = text.upper() if text.isascii() and text.isprintable() else ""
             if not data or len(data) > 79 or set(data) & set("!?~"):
                 return ["that is no line for a controller"]
-            said = [str(getattr(one, "text", one)) for one in self.talk.ask(data, 600.0)]
-            return [*said, "ok"]
+            replies = [str(getattr(answer, "text", answer)) for answer in self.talk.ask(data, 600.0)]
+            return [*replies, "ok"]
         except PortLost:
             raise
         except SendError as problem:
@@ -510,7 +510,7 @@ class SendRun:
             while self.talk.fresh_status().state not in ("Idle", *LOCKED):
                 pass
 
-    def _where(self) -> str:
+    def _place_text(self) -> str:
         """Return the current line in words, as far as it is known."""
         if self.taken < self._first:
             return "before the program"
