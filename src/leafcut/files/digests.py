@@ -18,9 +18,9 @@ def signed(text: str) -> str:
     place = _PLACE.search(text, 0, _HEADER)
     if place is None:
         return text
-    begin, end = place.span(2)
-    empty = f"{text[:begin]}{'0' * _DIGITS}{text[end:]}"
-    return f"{text[:begin]}{_digest(empty)}{text[end:]}"
+    start, end = place.span(2)
+    empty = f"{text[:start]}{'0' * _DIGITS}{text[end:]}"
+    return f"{text[:start]}{_digest(empty)}{text[end:]}"
 
 
 def is_unchanged(text: str) -> bool:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 #: Prefix of the groups of all kinds.
-_OURS = "leafcut."
+_GROUP_PREFIX = "leafcut."
 
 
 @dataclass(frozen=True)
@@ -67,9 +67,9 @@ class PluginKind(Generic[T]):
 
     def names(self) -> tuple[str, ...]:
         """Return the available names in order, without importing the packages."""
-        named = entry_names(self.group)
-        own = self.built_in() if named else ()
-        return tuple(name for name in named if name not in own)
+        entry_point_names = entry_names(self.group)
+        built_in_names = self.built_in() if entry_point_names else ()
+        return tuple(name for name in entry_point_names if name not in built_in_names)
 
     def load(self, name: str) -> T:
         """Return the object of a plug-in; the name is from `names`.
@@ -92,8 +92,8 @@ class PluginKind(Generic[T]):
     def listed(self) -> list[tuple[str, str]]:
         """Return every plug-in: its name, and its line with the package, or the reason why it cannot be used."""
         return [
-            (one.name, one.told if one.adds is None else f"{self.line(one.adds)} (of {one.package})")
-            for one in self.plugins()
+            (plugin.name, plugin.told if plugin.adds is None else f"{self.line(plugin.adds)} (of {plugin.package})")
+            for plugin in self.plugins()
         ]
 
     def _named(self, name: str) -> tuple[Plugin[T], ...]:
@@ -103,32 +103,38 @@ class PluginKind(Generic[T]):
 @cache
 def _plugins(kind: PluginKind[T], name: str, path: tuple[str, ...]) -> tuple[Plugin[T], ...]:
     """Return the plug-ins of a name; if another plug-in has one of its unique names, it has an error."""
-    found, claims = _by_name(kind, name, path), kind.claims
-    if claims is None or len(found) != 1 or found[0].adds is None:
-        return found
-    mine, claimed = found[0], claims(found[0].adds)
+    plugins, claims = _by_name(kind, name, path), kind.claims
+    if claims is None or len(plugins) != 1 or plugins[0].adds is None:
+        return plugins
+    plugin, claimed = plugins[0], claims(plugins[0].adds)
     for entry in _entries(path):
         if entry.group != kind.group or entry.name == name:
             continue
-        for other in _by_name(kind, entry.name, path):
-            shared = [] if other.adds is None else [one for one in claimed if one in claims(other.adds)]
+        for other_plugin in _by_name(kind, entry.name, path):
+            shared = (
+                [] if other_plugin.adds is None else [claim for claim in claimed if claim in claims(other_plugin.adds)]
+            )
             if shared:
-                packages = " and ".join(dict.fromkeys(sorted((mine.package, other.package))))
-                why = f"'{name}' and '{other.name}' of {packages} both have {shared[0]}; uninstall one of them"
-                return (Plugin(name, mine.package, None, why),)
-    return found
+                packages = " and ".join(dict.fromkeys(sorted((plugin.package, other_plugin.package))))
+                reason = (
+                    f"'{name}' and '{other_plugin.name}' of {packages} both have {shared[0]}; uninstall one of them"
+                )
+                return (Plugin(name, plugin.package, None, reason),)
+    return plugins
 
 
 @cache
 def _by_name(kind: PluginKind[T], name: str, path: tuple[str, ...]) -> tuple[Plugin[T], ...]:
     """Return the plug-ins of a name, without comparing them with others. No package is imported twice."""
-    entries = [one for one in _entries(path) if one.group == kind.group and one.name == name]
+    entries = [entry for entry in _entries(path) if entry.group == kind.group and entry.name == name]
     packages = [_package(entry) for entry in entries]
     if name in kind.built_in():
-        return tuple(Plugin(name, one, None, f"leafcut already has a {kind.noun} of this name") for one in packages)
+        return tuple(
+            Plugin(name, package, None, f"leafcut already has a {kind.noun} of this name") for package in packages
+        )
     if len(entries) > 1:
-        why = f"{' and '.join(packages)} both have a {kind.noun} of this name; uninstall one of them"
-        return tuple(Plugin(name, one, None, why) for one in packages)
+        reason = f"{' and '.join(packages)} both have a {kind.noun} of this name; uninstall one of them"
+        return tuple(Plugin(name, package, None, reason) for package in packages)
     return tuple(_loaded(kind, entry) for entry in entries)
 
 
@@ -141,8 +147,8 @@ def _loaded(kind: PluginKind[T], entry: EntryPoint) -> Plugin[T]:
 
 def entry_names(group: str) -> tuple[str, ...]:
     """Return the names of the entry points of a group in order; none for an empty group."""
-    found = _entries(tuple(sys.path)) if group else ()
-    return tuple(dict.fromkeys(entry.name for entry in found if entry.group == group))
+    entries = _entries(tuple(sys.path)) if group else ()
+    return tuple(dict.fromkeys(entry.name for entry in entries if entry.group == group))
 
 
 def reason(problem: BaseException) -> str:
@@ -153,7 +159,7 @@ def reason(problem: BaseException) -> str:
     return f"{type(problem).__name__}: {words}" if words else type(problem).__name__
 
 
-def file_of(name: str, found: Any) -> Path:
+def file_of(name: str, loaded: Any) -> Path:
     """Return the TOML file of an entry point.
 
     A package or a module has the file ``NAME.toml`` in its folder; a path is the file; a function returns its path.
@@ -163,11 +169,11 @@ def file_of(name: str, found: Any) -> Path:
     TypeError
         The entry point names something else.
     """
-    if isinstance(found, ModuleType):
+    if isinstance(loaded, ModuleType):
         from importlib.resources import files
 
-        return Path(str(files(found))) / f"{name}.toml"
-    path = found() if callable(found) else found
+        return Path(str(files(loaded))) / f"{name}.toml"
+    path = loaded() if callable(loaded) else loaded
     if isinstance(path, str) or hasattr(path, "joinpath"):  # a resource of a package resembles a path
         return Path(str(path))
     raise TypeError(f"a path was expected, not {type(path).__name__}")
@@ -183,24 +189,31 @@ def _entries(path: tuple[str, ...]) -> tuple[EntryPoint, ...]:
 
     If a package occurs twice, the first counts, as in an import.
     """
-    if not any(_names_ours(folder) for folder in path):
+    if not any(_names_own_group(folder) for folder in path):
         return ()  # importing their reader takes longer than most commands
     from importlib.metadata import distributions
 
-    found: dict[str, list[EntryPoint]] = {}
+    by_package: dict[str, list[EntryPoint]] = {}
     for package in distributions(path=list(path)):
         try:
-            ours = [entry for entry in package.entry_points if entry.group.startswith(_OURS)]
-            if ours:
-                found.setdefault(package.name, ours)
+            own_entries = [entry for entry in package.entry_points if entry.group.startswith(_GROUP_PREFIX)]
+            if own_entries:
+                by_package.setdefault(package.name, own_entries)
         except Exception:  # unreadable metadata
             continue
-    return tuple(sorted((one for ours in found.values() for one in ours), key=lambda one: (one.group, one.name)))
+    return tuple(
+        sorted(
+            (entry for own_entries in by_package.values() for entry in own_entries),
+            key=lambda entry: (entry.group, entry.name),
+        )
+    )
 
 
-def _names_ours(folder: str) -> bool:
+def _names_own_group(folder: str) -> bool:
     """Return whether a package in a folder of the search path may have an entry point of our groups."""
-    return any(f"[{_OURS}".encode() in _content(told) for told in Path(folder).glob("*-info/entry_points.txt"))
+    return any(
+        f"[{_GROUP_PREFIX}".encode() in _content(listing) for listing in Path(folder).glob("*-info/entry_points.txt")
+    )
 
 
 def _content(file: Path) -> bytes:

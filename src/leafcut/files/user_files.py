@@ -53,29 +53,29 @@ def has_defaults() -> bool:
         return True
 
 
-def first_time(what: str) -> bool:
+def first_time(hint: str) -> bool:
     """Return whether a hint is shown for the first time, and record it if possible."""
     folder = _folder("XDG_STATE_HOME", ".local/state", "LOCALAPPDATA", "Local")
     if folder is None:
         return True
     file = folder / "told.json"
-    told = _told(file)
-    if what in told:
+    shown = _recorded_hints(file)
+    if hint in shown:
         return False
     with suppress(OSError, LeafcutError):
         folder.mkdir(parents=True, exist_ok=True)
-        write_whole(file, json.dumps([*told, what][-_MOST_REMEMBERED:], indent=0))
+        write_whole(file, json.dumps([*shown, hint][-_MOST_REMEMBERED:], indent=0))
     return True
 
 
-def _told(file: Path) -> list[str]:
+def _recorded_hints(file: Path) -> list[str]:
     """Return the recorded hints; none if the file is unreadable or invalid."""
     try:
         with file.open("rb") as stream:
-            found = json.loads(stream.read(_LARGEST))
+            hints = json.loads(stream.read(_LARGEST))
     except (OSError, ValueError, RecursionError):
         return []
-    return [one for one in found if isinstance(one, str)] if isinstance(found, list) else []
+    return [hint for hint in hints if isinstance(hint, str)] if isinstance(hints, list) else []
 
 
 def _folder(variable: str, usual: str, windows: str, windows_usual: str) -> Path | None:

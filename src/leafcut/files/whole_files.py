@@ -126,14 +126,14 @@ def check_is_there(flag: str, path: Path | None) -> None:
         Names the option and the file.
     """
     try:
-        found = path is None or path.exists()
+        exists = path is None or path.exists()
     except OSError:
         return  # the reader reports other problems
-    if path is not None and (not found or path.is_dir()):
+    if path is not None and (not exists or path.is_dir()):
         if str(path) == "-":
             raise OptionError(f"{flag} -: not taken from standard input; name a file")
-        why = "this is a folder; name a file in it" if found else "file not found"
-        raise OptionError(f"{flag} {path}: {why}")
+        reason = "this is a folder; name a file in it" if exists else "file not found"
+        raise OptionError(f"{flag} {path}: {reason}")
 
 
 def read_toml(path: Path, schema: Schema) -> dict[str, Any]:
@@ -201,18 +201,20 @@ def line_of(toml: str, section: str, name: str = "") -> int | None:
 
     Uses a simple line scan; None if not found.
     """
-    here = ""
+    current_section = ""
     for number, line in enumerate(toml.splitlines(), 1):
         words = line.partition("#")[0].strip()
         if words.startswith("["):
-            here = words.strip("[] \t").strip("\"'")
-            if not name and here == section:
+            current_section = words.strip("[] \t").strip("\"'")
+            if not name and current_section == section:
                 return number
         key = ".".join(part.strip().strip("\"'") for part in words.partition("=")[0].split("."))
         if (
             name
             and "=" in words
-            and ((here == section and key == name) or f"{section}.{name}" in (key, f"{here}.{key}"))
+            and (
+                (current_section == section and key == name) or f"{section}.{name}" in (key, f"{current_section}.{key}")
+            )
         ):
             return number
     return None
@@ -242,8 +244,8 @@ def check_output(target: str | Path | None, inputs: Iterable[str | Path | None])
         raise OutputError(f"{path}: no folder '{path.parent}'; create it first")
     if not os.access(path.parent, os.W_OK) or (path.exists() and not os.access(path, os.W_OK)):
         raise OutputError(f"{path}: no permission to write; choose another place")
-    for other in inputs:
-        if other is not None and same_file(path, Path(other)):
+    for source in inputs:
+        if source is not None and same_file(path, Path(source)):
             raise OutputError(
                 f"{path}: is an input or another output of this run and is never overwritten; choose another name"
             )
@@ -319,7 +321,7 @@ def write_together(
             temporary[path].chmod(_mode(path))
         for path in temporary if len(temporary) > 1 else ():
             target = str(path)
-            before[path] = _kept(path)
+            before[path] = _backup_of(path)
         for path in list(before)[1:]:
             target = str(path)
             path.unlink(missing_ok=True)
@@ -373,16 +375,16 @@ def _runs(process: int) -> bool:
     return True
 
 
-def _kept(path: Path) -> Path | None:
+def _backup_of(path: Path) -> Path | None:
     """Return another name of the file's current content, for restoring it; None if the file does not exist."""
     if not path.exists():
         return None
-    other = path.with_name(f"{_own_prefix(path)}before-{os.urandom(4).hex()}")
+    backup = path.with_name(f"{_own_prefix(path)}before-{os.urandom(4).hex()}")
     try:
-        os.link(path, other)
+        os.link(path, backup)
     except OSError:  # not every file system has links
-        other.write_bytes(path.read_bytes())
-    return other
+        backup.write_bytes(path.read_bytes())
+    return backup
 
 
 def _take_back(before: Mapping[Path, Path | None]) -> None:

@@ -261,10 +261,10 @@ class Cut:
     def seconds(self) -> float:
         """Time of the path at its speeds, s, without the pierce and without acceleration."""
         edges = [*(at for at, _ in self.speeds[1:]), self.path.length]
-        begin, total = 0.0, 0.0
+        start, total = 0.0, 0.0
         for end, (_, feed) in zip(edges, self.speeds, strict=True):
-            total += max(end - begin, 0.0) / feed
-            begin = max(begin, end)
+            total += max(end - start, 0.0) / feed
+            start = max(start, end)
         return total
 
 

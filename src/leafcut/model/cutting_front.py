@@ -120,9 +120,9 @@ class CuttingData:
     @property
     def time(self) -> float:
         """Time per part with all these tools, s, without tool changes."""
-        return sum(one.best.time for one in self.tools)
+        return sum(tool.best.time for tool in self.tools)
 
     @property
     def cost(self) -> float:
         """Cost per part with all these tools, in the user's currency."""
-        return sum(one.best.cost for one in self.tools)
+        return sum(tool.best.cost for tool in self.tools)

@@ -118,8 +118,8 @@ def approach_of(path: Toolpath, drills: NDArray[np.int64], height: NDArray[np.fl
     r_plane = np.array([c.r_plane for c in path.cycles], dtype=np.float64)[ref]
     slant, sink = (np.array([c.approach == name for c in path.cycles], dtype=bool)[ref] for name in ("slant", "sink"))
     upright = sink | ((height < r_plane) & ~slant)
-    begin = np.where(upright, r_plane, height)
-    return Approach(upright, begin, np.where(slant, path.end[drills, 2], begin))
+    start = np.where(upright, r_plane, height)
+    return Approach(upright, start, np.where(slant, path.end[drills, 2], start))
 
 
 def expand(path: Toolpath, keep: Collection[str] = ()) -> Toolpath:
@@ -133,9 +133,9 @@ def expand(path: Toolpath, keep: Collection[str] = ()) -> Toolpath:
     PlanError
         There are unreasonably many pecks.
     """
-    written_out = np.array([c.name not in keep for c in path.cycles], dtype=bool)
+    expanded = np.array([c.name not in keep for c in path.cycles], dtype=bool)
     drills = np.flatnonzero(path.kind == Kind.DRILL)
-    drills = drills[written_out[path.ref[drills]]]
+    drills = drills[expanded[path.ref[drills]]]
     if not len(drills):
         return path
     ref = path.ref[drills]
@@ -144,31 +144,31 @@ def expand(path: Toolpath, keep: Collection[str] = ()) -> Toolpath:
     n_steps = np.array([len(s) for s in steps])[ref]
     drilled = np.array([s[-1].z for s in steps])[ref]
     before = path.before[drills]
-    lift, _, level = approach_of(path, drills, before[:, 2])
-    down = level != r_plane
-    rise = drilled != path.end[drills, 2]
+    lifts, _, level = approach_of(path, drills, before[:, 2])
+    descends = level != r_plane
+    rises = drilled != path.end[drills, 2]
     count = np.ones(len(path), dtype=np.int64)
-    count[drills] = lift + 1 + down + n_steps + rise
+    count[drills] = lifts + 1 + descends + n_steps + rises
     first = (np.cumsum(count) - count)[drills]
 
     source = np.repeat(np.arange(len(path)), count)
     kind, end, value = path.kind[source], path.end[source], path.value[source]
     from_cycle = np.isin(source, drills)
     kind[from_cycle], value[from_cycle] = Kind.RAPID, 0.0
-    end[first[lift], :2] = before[lift, :2]
-    end[first[lift], 2] = r_plane[lift]
-    over = first + lift
-    end[over, 2] = level
-    end[over[down] + 1, 2] = r_plane[down]
-    row = np.repeat(over + 1 + down, n_steps) + _counted(n_steps)
+    end[first[lifts], :2] = before[lifts, :2]
+    end[first[lifts], 2] = r_plane[lifts]
+    approach_row = first + lifts
+    end[approach_row, 2] = level
+    end[approach_row[descends] + 1, 2] = r_plane[descends]
+    row = np.repeat(approach_row + 1 + descends, n_steps) + _counted(n_steps)
     flat = [step for s in steps for step in s]
-    begin = np.cumsum([0] + [len(s) for s in steps])[:-1]
-    which = np.repeat(begin[ref], n_steps) + _counted(n_steps)
-    kind[row] = np.array([int(s.kind) for s in flat])[which]
-    end[row, 2] = np.array([s.z for s in flat])[which]
+    first_step = np.cumsum([0] + [len(s) for s in steps])[:-1]
+    step_index = np.repeat(first_step[ref], n_steps) + _counted(n_steps)
+    kind[row] = np.array([int(s.kind) for s in flat])[step_index]
+    end[row, 2] = np.array([s.z for s in flat])[step_index]
     feeds, dwells = kind[row] == Kind.FEED, kind[row] == Kind.DWELL
     value[row[feeds]] = np.repeat(path.value[drills], n_steps)[feeds]
-    value[row[dwells]] = np.array([s.dwell for s in flat])[which][dwells]
+    value[row[dwells]] = np.array([s.dwell for s in flat])[step_index][dwells]
     end[row[dwells]] = math.nan
     return Toolpath(
         kind,

@@ -29,8 +29,8 @@ class Difference:
 
     def __str__(self) -> str:
         old, new = ([line for line in side if line] for side in zip((self.original, self.new), *self.also, strict=True))
-        where = ", ".join(_lines(word, lines) for word, lines in (("original ", old), ("", new)) if lines)
-        return f"{self.what}: {self.text}" + (f" ({where})" if where else "")
+        lines_text = ", ".join(_lines(word, lines) for word, lines in (("original ", old), ("", new)) if lines)
+        return f"{self.what}: {self.text}" + (f" ({lines_text})" if lines_text else "")
 
 
 def _lines(word: str, lines: list[int]) -> str:

@@ -66,39 +66,39 @@ class Heartbeat(Protocol):
 
 
 #: Minimum interval between two reports of a running step, s.
-_TOLD_AGAIN = 0.1
+_REPORT_INTERVAL = 0.1
 
 
 def unseen(_: float = 0.0, /) -> None:
     """Ignore the report."""
 
 
-def looking_for(progress: OnProgress | None, what: str) -> Heartbeat:
+def looking_for(progress: OnProgress | None, step: str) -> Heartbeat:
     """Report the start of a step; return a heartbeat that reports it again while it runs."""
     if progress is None:
         return unseen
-    progress(Progress(what))
-    told = time.monotonic()
+    progress(Progress(step))
+    last_report = time.monotonic()
 
-    def look(share: float = 0.0, /) -> None:
-        nonlocal told
+    def report(share: float = 0.0, /) -> None:
+        nonlocal last_report
         now = time.monotonic()
-        if now - told >= _TOLD_AGAIN:
-            told = now
-            progress(Progress(what, share))
+        if now - last_report >= _REPORT_INTERVAL:
+            last_report = now
+            progress(Progress(step, share))
 
-    return look
+    return report
 
 
-def passing_on(progress: OnProgress | None, what: str, left: float = 1.0, part: float = 1.0) -> OnProgress | None:
-    """Return the progress callback of a search, reported as the step `what`.
+def passing_on(progress: OnProgress | None, step: str, left: float = 1.0, part: float = 1.0) -> OnProgress | None:
+    """Return the progress callback of a search, reported as the step `step`.
 
     The search does `part` of the whole work; `left` is the remaining share at its start. Both are fractions.
     """
     if progress is None:
         return None
 
-    def tell(now: Progress) -> None:
-        progress(replace(now, step=what, share=1.0 - left + part * now.share))
+    def report(current: Progress) -> None:
+        progress(replace(current, step=step, share=1.0 - left + part * current.share))
 
-    return tell
+    return report

@@ -18,22 +18,22 @@ _MOST_NAMED = 4
 class HeightCount:
     """Number of objects at each height, and the position of the first: height → (number, x, y), mm."""
 
-    found: dict[float, tuple[int, float, float]] = field(default_factory=dict)
+    heights: dict[float, tuple[int, float, float]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, places: Iterable[tuple[float, float, float]]) -> HeightCount:
         """Return the heights of points (x, y, z), mm."""
-        found: dict[float, tuple[int, float, float]] = {}
+        heights: dict[float, tuple[int, float, float]] = {}
         for x, y, z in places:
             level = round(z / SAME_HEIGHT) * SAME_HEIGHT + 0.0
-            number, x0, y0 = found.get(level, (0, x, y))
-            found[level] = (number + 1, x0, y0)
-        return cls(found)
+            number, x0, y0 = heights.get(level, (0, x, y))
+            heights[level] = (number + 1, x0, y0)
+        return cls(heights)
 
     @property
     def differ(self) -> bool:
         """Whether there are several heights."""
-        return len(self.found) > 1
+        return len(self.heights) > 1
 
     def notes(self, noun: str) -> list[Issue]:
         """Return a note if all objects lie at one height other than Z0; `noun` names the objects."""
@@ -45,10 +45,10 @@ class HeightCount:
     @property
     def common(self) -> float:
         """The common height of all objects; 0 without one."""
-        return next(iter(self.found)) if len(self.found) == 1 else 0.0
+        return next(iter(self.heights)) if len(self.heights) == 1 else 0.0
 
     def __str__(self) -> str:
-        rows = sorted(self.found.items(), key=lambda row: -row[0])
-        said = [f"{n} at Z{z:g} (the first at {x:g}, {y:g})" for z, (n, x, y) in rows[:_MOST_NAMED]]
-        more = f", and {count_of(len(rows) - _MOST_NAMED, 'more height')}" if len(rows) > _MOST_NAMED else ""
-        return ", ".join(said) + more
+        rows = sorted(self.heights.items(), key=lambda row: -row[0])
+        parts = [f"{n} at Z{z:g} (the first at {x:g}, {y:g})" for z, (n, x, y) in rows[:_MOST_NAMED]]
+        rest = f", and {count_of(len(rows) - _MOST_NAMED, 'more height')}" if len(rows) > _MOST_NAMED else ""
+        return ", ".join(parts) + rest

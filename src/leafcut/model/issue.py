@@ -218,4 +218,4 @@ def missing_words(issues: Iterable[Issue]) -> str:
     for issue in issues:
         if issue.missing is not None:
             numbers[issue.missing.what] = numbers.get(issue.missing.what, 0) + issue.missing.count
-    return ", ".join(count_of(number, what) for what, number in numbers.items())
+    return ", ".join(count_of(number, kind) for kind, number in numbers.items())

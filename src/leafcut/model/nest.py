@@ -277,9 +277,9 @@ class NestOutcome:
 
         Several sheets are numbered, ``sheet_1.dxf``, and so are several variants: ``sheet_v1_1.dxf``.
         """
-        output, found = Path(output), []
-        for number, one in enumerate(self.nests if all_variants else self.nests[:1], 1):
+        output, names = Path(output), []
+        for number, nest in enumerate(self.nests if all_variants else self.nests[:1], 1):
             stem = output.stem + (f"_v{number}" if all_variants else "")
-            ends = [f"_{k}" for k in range(1, len(one.layouts) + 1)] if len(one.layouts) > 1 else [""]
-            found.append(tuple(str(output.with_name(f"{stem}{end}.dxf")) for end in ends))
-        return tuple(found)
+            ends = [f"_{k}" for k in range(1, len(nest.layouts) + 1)] if len(nest.layouts) > 1 else [""]
+            names.append(tuple(str(output.with_name(f"{stem}{end}.dxf")) for end in ends))
+        return tuple(names)

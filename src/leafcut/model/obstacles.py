@@ -64,11 +64,11 @@ class Obstacles:
         unknown = any(map(math.isnan, a))
         if unknown and math.isfinite(self.height):
             return self.height
-        begin = b if unknown else a
+        start = b if unknown else a
         zones = self.of_tool(tool)
-        if not touches_any_zone([begin], [b], zones, dogleg=self.dogleg)[0]:
+        if not touches_any_zone([start], [b], zones, dogleg=self.dogleg)[0]:
             return -math.inf
-        touched = [touches_any_zone([begin], [b], zones[[k]], dogleg=self.dogleg)[0] for k in range(len(zones))]
+        touched = [touches_any_zone([start], [b], zones[[k]], dogleg=self.dogleg)[0] for k in range(len(zones))]
         return float(self.heights[touched].max())
 
     def round(self, a: Point, b: Point, tool: int | None) -> list[Point] | None:

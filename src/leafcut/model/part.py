@@ -144,20 +144,22 @@ class ProgramZero:
     def facts(self, scale: float = 1.0) -> list[tuple[str, str]]:
         """Return name and text of the zero in X and Y, and of Z0 of a solid; `scale` is the number of mm per unit."""
 
-        def said(value: float) -> str:
+        def coordinate(value: float) -> str:
             return f"{round(value / scale, 4) + 0.0:.4f}".rstrip("0").rstrip(".")
 
-        turned = f", turned with {self.up.upper()} up" if self.up not in ("", "z") else ""
-        whose = f"the {'solid' if self.up else 'drawing'}{turned}"
-        where = f"X{said(self.x)} Y{said(self.y)} of {whose}"
-        flat = ("zero", f"{self.place}, {where}" if self.place else where)
+        orientation = f", turned with {self.up.upper()} up" if self.up not in ("", "z") else ""
+        owner = f"the {'solid' if self.up else 'drawing'}{orientation}"
+        position = f"X{coordinate(self.x)} Y{coordinate(self.y)} of {owner}"
+        flat = ("zero", f"{self.place}, {position}" if self.place else position)
         if not self.level:
             return [flat]
         if self.level in ("surface", "holes"):
-            file, most = ("surface file", "its top") if self.level == "surface" else ("drawing", "the highest hole")
-            return [flat, ("Z0", f"Z0 of the {file}, {most} is at Z{said(self.z)}")]
+            file, reference = (
+                ("surface file", "its top") if self.level == "surface" else ("drawing", "the highest hole")
+            )
+            return [flat, ("Z0", f"Z0 of the {file}, {reference} is at Z{coordinate(self.z)}")]
         level = "" if self.level == "drawn" else f"{self.level} of the part, "
-        return [flat, ("Z0", f"{level}Z{said(self.z)} of {whose}")]
+        return [flat, ("Z0", f"{level}Z{coordinate(self.z)} of {owner}")]
 
 
 @dataclass(frozen=True)

@@ -172,8 +172,8 @@ class PocketPath:
     @property
     def gaps(self) -> tuple[float, ...]:
         """Distance from the end of every section to the start of the next, mm; 0 where the tool continues."""
-        ways = (math.dist(a.path.end, b.path.start) for a, b in zip(self.pieces, self.pieces[1:], strict=False))
-        return tuple(0.0 if way <= SAME_PLACE else way for way in ways)
+        gaps = (math.dist(a.path.end, b.path.start) for a, b in zip(self.pieces, self.pieces[1:], strict=False))
+        return tuple(0.0 if gap <= SAME_PLACE else gap for gap in gaps)
 
     @property
     def feed_mm(self) -> float:

@@ -15,9 +15,9 @@ import numpy as np
 T = TypeVar("T")
 
 
-def to_json(noun: Any) -> str:
+def to_json(value: Any) -> str:
     """Return an object as JSON; NaN is written as null, infinity as the text "inf"."""
-    return json.dumps(plain(noun), allow_nan=False)
+    return json.dumps(plain(value), allow_nan=False)
 
 
 def from_json(kind: type[T], text: str) -> T:
@@ -28,8 +28,8 @@ def from_json(kind: type[T], text: str) -> T:
     ValueError, TypeError, KeyError
         The text is not such an object.
     """
-    noun: T = _restore(kind, json.loads(text))
-    return noun
+    value: T = _restore(kind, json.loads(text))
+    return value
 
 
 def plain(value: Any) -> Any:
@@ -68,14 +68,14 @@ def _restore(kind: Any, data: Any) -> Any:
         return tuple(_restore(k, v) for k, v in zip(inner, data, strict=True))
     if origin is dict:
         return {k: _restore(args[1], v) for k, v in data.items()}
-    made: Any = origin or kind
-    if isinstance(made, type) and dataclasses.is_dataclass(made):
+    class_: Any = origin or kind
+    if isinstance(class_, type) and dataclasses.is_dataclass(class_):
         if not isinstance(data, dict):
-            raise TypeError(f"a {made.__name__} is a JSON object")
+            raise TypeError(f"a {class_.__name__} is a JSON object")
         # Replace the type variables of a generic class by its arguments, as in `Outcome[SheetDetail]`.
-        bound = dict(zip(getattr(made, "__parameters__", ()), args, strict=False))
-        hints = {name: bound.get(hint, hint) for name, hint in _hints(made).items()}
-        return made(**{name: _restore(hints[name], value) for name, value in data.items()})
+        bound = dict(zip(getattr(class_, "__parameters__", ()), args, strict=False))
+        hints = {name: bound.get(hint, hint) for name, hint in _hints(class_).items()}
+        return class_(**{name: _restore(hints[name], value) for name, value in data.items()})
     if isinstance(kind, type) and issubclass(kind, Enum):
         return kind(data)
     if kind is float:

@@ -95,7 +95,7 @@ class _Kept:
         self.rows.append(row)
         if len(self.rows) > MOST_KEPT:
             self.every *= 2
-            self.rows = [one for one in self.rows if (one.number - 1) % self.every == 0]
+            self.rows = [kept_row for kept_row in self.rows if (kept_row.number - 1) % self.every == 0]
 
     def all(self) -> list[Iteration]:
         last = [] if self.newest is None or (self.rows and self.rows[-1] is self.newest) else [self.newest]

@@ -188,8 +188,8 @@ def arc_sweep(path: Toolpath, row: int) -> tuple[float, float, float]:
     """
     arc = path.arcs[int(path.ref[row])]
     first, second, _ = plane_axes(arc.plane)
-    begin, end = position_before(path, row), path.end[row]
-    u0, v0 = begin[first] - arc.center[first], begin[second] - arc.center[second]
+    before, end = position_before(path, row), path.end[row]
+    u0, v0 = before[first] - arc.center[first], before[second] - arc.center[second]
     u1, v1 = end[first] - arc.center[first], end[second] - arc.center[second]
     start, stop = math.atan2(v0, u0), math.atan2(v1, u1)
     sweep = (stop - start) % math.tau if path.kind[row] == Kind.ARC_CCW else -((start - stop) % math.tau)
@@ -228,9 +228,9 @@ def position_before(path: Toolpath, row: int) -> NDArray[np.float64]:
     return np.full(3, UNKNOWN)
 
 
-def last_rows(which: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Return for every row the index of the last row up to it, inclusive, with `which`; -1 before the first."""
-    return np.maximum.accumulate(np.where(which, np.arange(len(which)), -1))
+def last_rows(mask: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Return for every row the index of the last row up to it, inclusive, with `mask`; -1 before the first."""
+    return np.maximum.accumulate(np.where(mask, np.arange(len(mask)), -1))
 
 
 @dataclass
@@ -322,13 +322,13 @@ class ToolpathBuilder:
         """Set radius compensation: 40 off, 41 left, 42 right."""
         self._command(Kind.RADIUS, register, mode, line)
 
-    def torch(self, on: bool, line: int = 0) -> None:
+    def torch(self, is_on: bool, line: int = 0) -> None:
         """Switch the torch on or off while moving."""
-        self._command(Kind.TORCH, float(on), 0, line)
+        self._command(Kind.TORCH, float(is_on), 0, line)
 
-    def height_control(self, on: bool, line: int = 0) -> None:
+    def height_control(self, is_on: bool, line: int = 0) -> None:
         """Switch torch height control on or off."""
-        self._command(Kind.HEIGHT, float(on), 0, line)
+        self._command(Kind.HEIGHT, float(is_on), 0, line)
 
     def probe(self, z: float, *, feed: float, line: int = 0) -> None:
         """Add a probe move down at `feed` mm/s, to `z` at most; a following SHIFT may set the new position."""

@@ -101,4 +101,4 @@ class WorkMaterial:
 
     def lives_of(self, work: CuttingWork, tool_material: ToolMaterial) -> tuple[ToolLife, ...]:
         """Return the tool life data of an operation and tool material, by feed; empty if unknown."""
-        return tuple(one for one in self.lives if one.work is work and one.tool_material is tool_material)
+        return tuple(life for life in self.lives if life.work is work and life.tool_material is tool_material)
