@@ -1,8 +1,8 @@
 """Many inputs with the same options: one after another, in threads, in processes or on a cluster.
 
 Programs in a folder come with a table (CSV) and a report. The table has a row for each input, written as soon as the
-input is finished. With the table an interrupted run is resumed: an input is skipped if the input, the options and the
-version of leafcut are the same and its program is unchanged.
+input is finished. With the table an interrupted run is resumed. An input is skipped if input, options and version of
+leafcut are the same and its program is unchanged.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Convert a closed line of noisy points to the fewest lines and arcs that explain it, with sharp corners.
 
-The division into pieces is optimised globally: every run of points costs its squared distances from its best line or
+The division into pieces is optimised globally. Every run of points costs its squared distances from its best line or
 circle, in units of the noise, plus a fee per piece. Dynamic programming finds the cheapest division (Perez and Vidal,
 "Optimum polygonal approximation of digitized curves", Pattern Recognition Letters 15 (1994), for lines). Neighbouring
 pieces end where their lines or circles meet.

@@ -25,7 +25,7 @@ def offset(path: Polyline, distance: float, tolerance: float = 0.01) -> list[Pol
     """Return the edges of the area inside a closed path after growing it by `distance` mm on all sides.
 
     Outward corners become arcs about the corner: the edge of the area swept by a round tool of that radius. Lines stay
-    lines and arcs stay arcs if every element of the path has a parallel; otherwise the edge is found with chords
+    lines and arcs stay arcs if every element of the path has a parallel. Otherwise the edge is found with chords
     (shapely's buffer), and arcs are fitted to them. Both are checked: every point of the result is at the distance from
     the path, within `tolerance`.
 

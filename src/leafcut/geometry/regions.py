@@ -47,8 +47,8 @@ def shrunk(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
 def tool_centres(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
     """Return the allowed centres of a tool that keeps a distance, mm, from the edge of a polygon.
 
-    Where the shape is as wide as the tool, within the tolerance, this is its centre line: a strip half a tolerance wide
-    on either side, on which the tool touches both walls.
+    Where the shape is as wide as the tool, within the tolerance, this is its centre line. It is a strip half a
+    tolerance wide on either side, on which the tool touches both walls.
     """
     room = shrunk(shape, distance, tolerance)
     slack = 0.5 * tolerance

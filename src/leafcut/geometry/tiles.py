@@ -1,6 +1,6 @@
 """Large shapes split into small tiles, for fast distance queries.
 
-The distance to a shape is the distance to its nearest tile, which an index of bounding boxes finds at once: a part with
+The distance to a shape is the distance to its nearest tile, which an index of bounding boxes finds at once. A part with
 a thousand holes costs no more than the few holes near the point.
 """
 

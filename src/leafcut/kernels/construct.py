@@ -125,9 +125,9 @@ def choose_next(
 ) -> int:
     """Return the index in the candidate list of i of the edge that an ant takes, or -1 if all are visited.
 
-    With probability q0 the edge of maximum weight, otherwise a random edge with probability proportional to its weight
-    (pseudorandom proportional rule; q0 = 0 is the random proportional rule). If no edge has pheromone, the nearness
-    alone decides, as it does if all trails are equal.
+    With probability q0, it is the edge of maximum weight, otherwise a random edge with probability proportional to its
+    weight. This is the pseudorandom proportional rule; q0 = 0 is the random proportional rule. If no edge has
+    pheromone, the nearness alone decides, as it does if all trails are equal.
     Changes: words[ant].
     Source: Dorigo and Stützle, Ant Colony Optimization, MIT Press 2004, equations 3.2 and 3.10.
     """

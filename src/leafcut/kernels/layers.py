@@ -1,8 +1,8 @@
 """Order of clusters with a chosen node per cluster: the data structure of `insertion` and `annealing`.
 
 A path is an array of nodes, one per cluster. The cluster of each node is known, so the array also is the order of the
-clusters. It is a ring: the first place follows the last. An open path has an additional cluster, its anchor, which
-stays at place 0; leaving it costs the travel from the start, returning to it the travel to the end.
+clusters. It is a ring: the first place follows the last. An open path has an additional cluster, its anchor, at place
+0. Leaving it costs the travel from the start, returning to it the travel to the end.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Sequential exchanges of up to five edges, found depth first along candidate edges (Lin and Kernighan's idea).
 
 A move removes k edges and adds k: t0–t1 is removed, t1–t2 added, t2–t3 removed, … and t(2k-1)–t0 closes the tour. The
-search does not change the tour: the sorted places of the 2k nodes determine whether the move yields a single tour, so
-intermediate steps may split the tour. Only improving moves are made: all pieces except the longest are rewritten, and
-the overwritten entries are logged for undo.
+search does not change the tour. The sorted places of the 2k nodes determine whether the move yields a single tour, so
+intermediate steps may split it. Only improving moves are made: all pieces except the longest are rewritten, and the
+overwritten entries are logged for undo.
 
 Source: S. Lin and B. W. Kernighan, Operations Research 21 (1973); K. Helsgaun, European J. Operational Research 126
 (2000), section 5 (sequential 5-opt moves as basis), and Mathematical Programming Computation 1 (2009), section 3

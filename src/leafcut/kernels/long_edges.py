@@ -1,8 +1,8 @@
 """Repair of long edges: one end stays, the other walks towards it along candidate edges.
 
-Where fragments of a greedy tour end far apart, a long edge remains that no exchange of five edges shortens, because the
+Where fragments of a greedy tour end far apart, a long edge remains. No exchange of five edges shortens it, because the
 tour would first get longer on the way out of a cluster. Therefore one end takes many steps. Each step adds the edge to
-a candidate of the walking end, and removes the edge before that candidate; the node that loses it is the new end. The
+a candidate of the walking end, and removes the edge before that candidate. The node that loses it is the new end. The
 steps after the best position are undone.
 
 Source: S. Lin and B. W. Kernighan, Operations Research 21 (1973), section 1 (the step, the gain criterion, and that an

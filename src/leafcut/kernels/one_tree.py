@@ -258,7 +258,7 @@ def climb(
 ) -> float:
     """Take the steps first … last - 1 of `steps` from `penalty`, keep the best penalties, and return their value.
 
-    A step follows the excess of the minimum 1-tree, as far as would close the gap to `upper`, the cost of a tour, if
+    A step follows the excess of the minimum 1-tree. Its length would close the gap to `upper`, the cost of a tour, if
     the value rose linearly; the steps shrink to zero.
     Changes: penalty, best (float64[n] each), work.
     Source: M. Held, P. Wolfe and H. P. Crowder, Validation of subgradient optimization, Mathematical Programming 6

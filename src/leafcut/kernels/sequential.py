@@ -5,8 +5,8 @@ Exchanges of two or three edges are found along candidate lists. With the pieces
     A C B D,   A B' D,   A C B' D,   A C' B D   or   A B' C' D   (' reversed).
 
 The first keeps all directions; alone it is the path-preserving exchange of the literature. Precedence is checked last,
-for exchanges with a gain. All functions are written for one direction and used for both: a reversed path is a path as
-well, in which the coordinate of a node is its distance from the anchor against the direction.
+for exchanges with a gain. All functions are written for one direction and used for both, because a reversed path is a
+path as well. There, the coordinate of a node is its distance from the anchor against the direction.
 
 Source: L. M. Gambardella and M. Dorigo, INFORMS J. Computing 12 (2000) (path-preserving exchanges of three edges, with
 precedence). Differs: candidate lists and gains along the exchange instead of labels in a search over all places; pieces

@@ -161,8 +161,8 @@ def _name(up: NDArray, i: int) -> int:
 def join_parts(apart: int, parts: ForestParts, a: NDArray, b: NDArray, have: int) -> int:
     """Merge the parts along the edges that leave them; return the number of edges.
 
-    Edges of equal cost are harmless: of two that would close a cycle, the second is dropped, and it costs no less than
-    the edge by which its part was merged.
+    Edges of equal cost are harmless. Of two that would close a cycle, the second is dropped. It costs no less than the
+    edge by which its part was merged.
     Changes: parts.up, part; a, b int32[n-2] from `have` on.
     Source: O. Borůvka, Práce Moravské přírodovědecké společnosti 3 (1926).
     """

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
 
-#: Relative step of Newton's method, per corner radius, at which the minimum of a round corner on a slope is found; the
-#: next step would be about its square. A few steps suffice; each at least halves the error, which bounds their number.
+#: Newton's method for the minimum of a round corner on a slope: final step per corner radius (the next would be about
+#: its square), and maximum number of steps. A few steps suffice; each at least halves the error, which bounds their
+#: number.
 _CLOSE, _MOST_STEPS = 1e-7, 40
 
 

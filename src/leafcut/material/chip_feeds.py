@@ -63,8 +63,8 @@ def allowed_feed(engaged: Engaged, limits: FeedLimits) -> Floats:
 def power_on_ramp(limits: FeedLimits, across: float, down: float, depth: float) -> float:
     """Return the maximum power of a ramp or a helix, W; 0 without a limit.
 
-    The side is assumed to cut a slot of the full level depth throughout, although only the end of a ramp is that deep,
-    and a helix only as deep as the pitch. The end cuts over the whole area of the tool.
+    The side is assumed to cut a slot of the full level depth throughout. In fact only the end of a ramp is that deep,
+    and a helix only as deep as its pitch. The end cuts over the whole area of the tool.
 
     Parameters
     ----------

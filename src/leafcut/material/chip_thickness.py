@@ -15,8 +15,8 @@ def chip_share(removed: Removed, radius: Floats, cell: float) -> Floats:
     """Return the maximum chip thickness of every move as a share of the feed per tooth; 0 without a cut.
 
     At a distance d beside the path of a tool of radius R, a tooth takes a chip of √(1 − (d/R)²) times the feed per
-    tooth; the thickest is at the smallest d. For a one-sided cut of width a < R, this is the chip thinning formula 2
-    √(a/D (1 − a/D)) (Altintas, Manufacturing Automation, 2nd ed., section 2.6: h = c sin φ).
+    tooth. The thickest chip is at the smallest d. For a one-sided cut of width a < R, this is the chip thinning formula
+    2 √(a/D (1 − a/D)) (Altintas, Manufacturing Automation, 2nd ed., section 2.6: h = c sin φ).
 
     Parameters
     ----------

@@ -4,10 +4,10 @@ At a point p, the tool has removed the area swept by its disc so far. The engage
 front half of the circle, outside this area. The swept area is represented by discs one step apart. Each covers one
 interval of angles around p, and their union is found by sorting: no raster, no polygon.
 
-Two circles of equal radius touch all the time (the edge has just been there), so material is searched a tolerance
-inside the edge: a film thinner than the tolerance does not count. The disc at the tool position then covers exactly the
-rear half. Near discs of the same run are reduced by the tolerance too; otherwise the fresh edge would
-seem to be cut by the previous step.
+Two circles of equal radius touch all the time, because the edge has just been there. Therefore material is searched a
+tolerance inside the edge: a thinner film does not count. The disc at the tool position then covers exactly the rear
+half. Near discs of the same run are reduced by the tolerance too; otherwise the fresh edge would seem to be cut by the
+previous step.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def engagement(way: ToolWay, rules: PocketRules, entry: NDArray[np.bool_] | None
     """Return the engagement at every point of a path.
 
     Exact at the points, except for the effect of the tolerance t on the width of material: an angle φ is accurate to t
-    / (r sin φ), which is 0.1 degrees at 90 for a tool of 10 mm and 0.01 mm; cuts of less than 2t may give 0. Positions
+    / (r sin φ). That is 0.1 degrees at 90 for a tool of 10 mm and 0.01 mm. Cuts of less than 2t may give 0. Positions
     in between are not evaluated: an edge met head-on within a step shows at its end.
 
     Parameters

@@ -45,9 +45,9 @@ class Removal:
 def removal(pocket: Pocket, path: PocketPath, rules: PocketRules) -> Removal:
     """Sweep a disc of the tool's diameter along all feed moves of a path.
 
-    Every chord (accurate to an eighth of the tolerance) is swept separately and the capsules are united, because a
-    buffer of the whole line would round its concave corners. Gouges are decided by the distance of the path from the
-    walls, which is exact: a path that keeps its distance gouges by 0, not by a sliver.
+    Every chord (accurate to an eighth of the tolerance) is swept separately and the capsules are united. A buffer of
+    the whole line would round its concave corners. Gouges are decided by the distance of the path from the walls, which
+    is exact: a path that keeps its distance gouges by 0, not by a sliver.
 
     Raises
     ------

@@ -27,7 +27,7 @@ def stock_differences(before: HeightField, after: HeightField, tolerance: float)
     """Return the differences of two height fields with the same cells, largest places first.
 
     A cell differs if its height is more than `tolerance`, mm, outside the range of the other field in the cell and its
-    eight neighbours, so that a wall moved by less than a cell counts as equal. Nearby cells are one place.
+    eight neighbours. A wall moved by less than a cell therefore counts as equal. Nearby cells are one place.
 
     Raises
     ------

@@ -40,11 +40,11 @@ def widest_gaps(way: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[
     """Return the largest distances between neighbouring passes, mm; 0 if no pass has a neighbour.
 
     At every point of the path, on both sides, the largest empty disc that touches the pass there is constructed. The
-    next point that it touches is the neighbour, and its height above the tangent of the pass is the gap, as a machinist
+    next point that it touches is the neighbour. Its height above the tangent of the pass is the gap, as a machinist
     measures it perpendicular to the pass. If the disc touches a corner of the neighbour, the gap is measured from the
     sides of that corner.
 
-    The step-over is the maximum over all points of the gap on the nearer side: the pass was planned next to that
+    The step-over is the maximum, over all points, of the gap on the nearer side. The pass was planned next to that
     neighbour, or next to the wall, which has no gap. The gap on the farther side is where two fronts meet: the two
     sides of a last ring, or passes along the walls of a narrow channel. Below two step-overs, no additional full pass
     fits in; such a gap is reported as `core`, and is at most as wide as the tool if everything is cleared. Wider gaps
@@ -53,13 +53,12 @@ def widest_gaps(way: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[
 
     Between straight lines the gap is their distance, between offset rings their offset, along a spiral its pitch,
     independent of the kind of path. The diagonal between the corners of two rings is longer (1.41 times at a right
-    angle), as in all offset pockets, but the corner of one ring is at the offset from both sides of the other, and this
-    distance counts. A corner that is rounded without coming closer counts more. The two sides of a corner of one pass
-    are not neighbours: sides that diverge by more than `SIDE_BY_SIDE` are on average half as far apart as at their
-    widest.
+    angle), as in all offset pockets. It does not count, because the corner of one ring is at the offset from both sides
+    of the other. A corner that is rounded without coming closer counts more. The two sides of a corner of one pass are
+    not neighbours. Sides that diverge by more than `SIDE_BY_SIDE` are on average half as far apart as at their widest.
 
-    No gaps are: distances to a wall, on one side of the path only (too large a distance shows as uncovered area); and
-    discs whose centre, or the line to it, lies outside the allowed tool centres: passes on both sides of an island are
+    A distance to a wall, on one side of the path only, is no gap; too large a distance shows as uncovered area. Nor is
+    a disc whose centre, or the line to it, lies outside the allowed tool centres: passes on both sides of an island are
     not neighbours. Passes more than `FARTHEST` diameters apart have uncovered area between them.
 
     Accurate within the chords of arcs and the steps of the path: some hundredths of a percent.

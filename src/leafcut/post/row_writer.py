@@ -266,7 +266,7 @@ class Writer:
     def _can_return(self, cycle: DrillCycle, height: float) -> bool:
         """Return whether the tool will be at `height` after the cycle; starts a new series if that helps.
 
-        After G99 in the same series, the initial plane of G98 is still the height before the first hole, and LinuxCNC's
+        After G99 in the same series, the initial plane of G98 is still the height before the first hole. LinuxCNC's
         move to the next hole depends on it (`DrillCycle.approach_in_series`). A hole that it would not approach at the
         current height starts a new series, or is expanded.
         """

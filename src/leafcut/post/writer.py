@@ -2,8 +2,8 @@
 
     write_program(toolpath, dialect("haas"), PostOptions(), header=["plate.dxf"])
 
-It writes the rows of the toolpath one after the other, and adds no motion. It refuses dangerous motion: a move in X or
-Y while the tool height is unknown, which is before the first move in Z and after every tool change.
+It writes the rows of the toolpath one after the other, and adds no motion. It refuses a move in X or Y while the tool
+height is unknown: before the first move in Z, and after every tool change.
 """
 
 from __future__ import annotations

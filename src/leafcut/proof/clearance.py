@@ -45,9 +45,9 @@ def check_clearance(
        y; a feed move above the sheet with the torch off is harmless.
 
     Drilling cycles are checked as the moves that they make. If holes start at different heights, `tops` has their
-    positions and heights, float64[n, 3]: the highest is the surface of the first rule, and of the second everywhere
-    except above a hole. If the surface is not `level`, `proof.surface` checks the height of rapids in x or y; the first
-    rule then only requires that the height is known.
+    positions and heights, float64[n, 3]. The highest is the surface of the first rule, and of the second except above a
+    hole. If the surface is not `level`, `proof.surface` checks the height of rapids in x or y; the first rule then only
+    requires that the height is known.
     """
     path = expand(path)
     before = path.before
@@ -175,7 +175,7 @@ def _returns(path: Toolpath, before: NDArray[np.float64]) -> Mask:
     """Return the motions that end no deeper than a feed at this x, y since the tool arrived.
 
     A stop, a change of tool or length offset, and a block that is not understood start a new stay. The running minimum
-    is computed per stay: each stay is shifted down by more than the whole range of heights, so that a minimum from an
+    is computed per stay. Each stay is shifted down by more than the whole range of heights, so a minimum from an
     earlier stay is recognised because it is too high.
     """
     arrives = _moves_across(path, before) | (path.kind == Kind.MACHINE)

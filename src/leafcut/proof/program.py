@@ -81,14 +81,15 @@ def check_program(
 ) -> list[Difference]:
     """Return all errors of a program that was `read_back`; an empty list is the proof.
 
-    It must match the planned toolpath, with cycles expanded that the controller lacks, inside the machine's travel,
-    above the work and over the keep-out zones, each at its `zone_height` (mm, one for all or float64[k]) or higher.
-    `units` are those of the program, mm or inch: positions may differ by half of the last decimal.
+    It must match the planned toolpath, with cycles expanded that the controller lacks. It must stay inside the
+    machine's travel, above the work and over the keep-out zones, each at its `zone_height` (mm, one for all or
+    float64[k]) or higher. `units` are those of the program, mm or inch: positions may differ by half of the last
+    decimal.
 
     For a `milled` program, `processes.pocket.proof.pocket` checks the rapids below the surface. `tops` has the
     positions and heights of holes that start at different heights, float64[n, 3]. `surface` has the triangles of an
-    uneven surface, float64[n, 3, 3]: every rapid, and for every move the parts of the tool above the flutes (`bodies`),
-    must be clear of them (`check_surface`). `bodies` must also stay out of the zones. `surface_z` is the height of a
+    uneven surface, float64[n, 3, 3]. Every rapid must be clear of them, and the parts of the tool above the flutes
+    (`bodies`) in every move (`check_surface`). `bodies` must also stay out of the zones. `surface_z` is the height of a
     flat surface, mm.
     """
     differences = compare_motion(

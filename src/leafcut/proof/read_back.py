@@ -39,7 +39,7 @@ def compare_motion(
 
     Positions must agree within `tolerance_mm` per axis, feeds within 0.5 % or `feed_rounding` mm/s, and dwells, speeds,
     tools, coolant and pauses exactly up to rounding. With `cycles`, drilling cycles are compared as cycles (name, R
-    plane, bottom, retract, peck, dwell, feed); without, the written program has none, and both are compared move by
+    plane, bottom, retract, peck, dwell, feed). Without, the written program has none, and both are compared move by
     move. Length offsets are not part of a plan; with `offsets`, every tool must have its own active before it works or
     z moves. Straight moves of length 0 are ignored, because a post may omit them.
 

@@ -175,8 +175,8 @@ def tool_class(scene: Scene, tool: int) -> str:
 def drawing(scene: Scene, which: Which, words: str, *, holes: str = "", size: bool = False) -> str:
     """Return the drawing of the path ``before`` or ``after`` as an SVG element with `words` as its title.
 
-    `holes` given as ``"=name"`` draws the holes in this SVG with that id; ``"#name"`` takes them from another SVG of
-    the page, so that a page holds a hundred thousand holes once. `size` adds width and height.
+    `holes` given as ``"=name"`` draws the holes in this SVG with that id. ``"#name"`` takes them from another SVG of
+    the page, so that a hundred thousand holes are stored once. `size` adds width and height.
     """
     frame, path = scene.frame, scene.before if which == "before" else scene.after
     drawn = element("use", href=holes) if holes.startswith("#") else _holes(scene, holes.removeprefix("="))

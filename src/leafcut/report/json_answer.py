@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 def as_json(report: PathReport[Any]) -> dict[str, Any]:
     """Return the outcome as a dict of lists, dicts, texts and finite numbers; unknown values are None.
 
-    Lengths are in mm, times in s, feeds in mm/min. `lower_bound` is in the unit of the objective, s or mm, for the
-    travel between holes: the sum over the operations, each starting at the end of the previous one. `gap_percent` is
-    the maximum excess of the travel over it.
+    Lengths are in mm, times in s, feeds in mm/min. `lower_bound` applies to the travel between holes, in the unit of
+    the objective, s or mm. It is the sum over the operations, each starting at the end of the previous one.
+    `gap_percent` is the maximum excess of the travel over it.
     """
     outcome = report.outcome
     gap = plain_number(outcome.gap)

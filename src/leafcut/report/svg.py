@@ -78,8 +78,8 @@ def lines_data(segments: NDArray[np.float64]) -> str:
 def dots_data(points: NDArray[np.float64]) -> str:
     """Return path data of one dot per point, float64[n, 2] in user units, in `STEPS`.
 
-    A dot is a line of length 0 (``h0``): with round caps and the right stroke width it is a disc, in ten characters
-    instead of fifty for a circle element.
+    A dot is a line of length 0 (``h0``) with round caps, drawn as a disc. It takes ten characters instead of fifty for
+    a circle element.
     """
     rows = np.rint(points * STEPS).astype(np.int64)
     moves = np.diff(rows, axis=0, prepend=np.zeros((1, 2), dtype=np.int64))

@@ -1,8 +1,8 @@
 """Resume a program at a line after a break, in the state that it has there, approaching from above.
 
-The tool rises to the program's greatest height and moves over the position, the spindle starts, and the tool descends:
-as a rapid only if the program itself uses a rapid at that height, otherwise at the program's feed. The lines to send
-are read again and must produce the same moves as the program does from there on.
+The tool rises to the program's greatest height and moves over the position, the spindle starts, and the tool descends.
+The descent is a rapid only if the program itself uses a rapid at that height, otherwise it is at the program's feed.
+The lines to send are read again and must produce the same moves as the program does from there on.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Fit a machine profile to measured times of programs.
 
-Two parameters are seldom known and determine most of the time that is not feed: the accelerations (one factor for all
-axes here) and the corner value (`Machine.corner_deviation`; LinuxCNC's corners have none). Both are positive, so their
-logarithms are fitted, by weighted least squares of the times with the Levenberg–Marquardt method.
+Two parameters are seldom known and determine most of the time besides feed. These are the accelerations (one factor for
+all axes here) and the corner value (`Machine.corner_deviation`; LinuxCNC's corners have none). Both are positive, so
+their logarithms are fitted, by weighted least squares of the times with the Levenberg–Marquardt method.
 Source: J. J. Moré, "The Levenberg-Marquardt algorithm: implementation and theory" (1978); standard errors from the
 inverse of JᵀJ: G. A. F. Seber and C. J. Wild, "Nonlinear regression" (1989), section 2.1.
 """
@@ -27,8 +27,8 @@ HAND_S, MODEL_SHARE = 0.3, 0.005
 _WIDEST = 20.0
 #: Search range of the corner value, mm.
 _CORNERS = (1e-4, 2.0)
-#: Maximum standard errors of the logarithms for a determined parameter. At 95 % confidence the accelerations are then
-#: within a third, and the corner value, whose order of magnitude is all that profiles know, within a factor of 2.
+#: Maximum standard errors of the logarithms for a determined parameter. At 95 % confidence, the accelerations are then
+#: within a third, and the corner value within a factor of 2. Profiles know only the latter's order of magnitude.
 _KNOWN = {"acceleration": 0.15, "corner": 0.35}
 #: Step of the logarithms for derivatives: far above the rounding of the model, small against its changes.
 _STEP = 0.01

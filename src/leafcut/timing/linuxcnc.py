@@ -5,10 +5,10 @@ blendmath.c, tc.c of the 2.9 branch), restated as formulas; checked against the 
 (`python -m benchmarks machine_time`).
 
 A bend from unit vector u to w needs, in one servo cycle, the acceleration (w - u) v / cycle. If this is at most the
-kink ratio (0.1) for every axis, the bend is tangent: it is passed at full speed, and both moves reserve that share of
-their acceleration. A sharper bend may be passed at the speed that just satisfies this limit. Under G64, a corner may
-also be rounded by an arc within the tolerance, or the next move starts while this one decelerates, each with half the
-acceleration. The fastest of the three is used. Between rapid and feed the machine stops.
+kink ratio (0.1) for every axis, the bend counts as tangent. It is passed at full speed, and both moves reserve that
+share of their acceleration. A sharper bend may be passed at the speed that just satisfies this limit. Under G64, a
+corner may also be rounded by an arc within the tolerance. Or the next move starts while the previous one decelerates,
+each with half the acceleration. The fastest of the three is used. Between rapid and feed the machine stops.
 """
 
 from __future__ import annotations

@@ -4,8 +4,8 @@ Every corner has a maximum speed (`timing.corners`). In the backward pass, each 
 which the tool can still slow down for the following moves within the look-ahead. In the forward pass, it is limited to
 the speed that the tool can reach. Between two corners the velocity is a trapezoid.
 
-Both passes are running minima. With S, the cumulative sum of 2 a d up to each corner, the condition v² ≤ w² + 2 a d
-between corners means: v² + S is the minimum of w² + S over the corners ahead, and v² - S the minimum of w² - S over the
+Both passes are running minima. Let S be the cumulative sum of 2 a d up to each corner. With v² ≤ w² + 2 a d between
+corners, v² + S is the minimum of w² + S over the corners ahead. Likewise, v² - S is the minimum of w² - S over the
 corners before.
 """
 

@@ -1,7 +1,7 @@
 """The time of a single move from rest to rest with constant acceleration.
 
 Derivation. A move of length d with maximum velocity v and acceleration a needs v/a seconds and v²/2a millimetres to
-reach v, and the same to stop. If d ≥ v²/a, the velocity is reached: d/v seconds at v for the whole length, plus v/a
+reach v, and the same to stop. If d ≥ v²/a, the velocity is reached. The time is d/v for the whole length at v, plus v/a
 because the mean velocity of the two ramps is v/2: t = d/v + v/a. Otherwise the move switches from acceleration to
 deceleration half way: d/2 = a (t/2)²/2, hence t = 2 √(d/a). Both are equal at d = v²/a.
 
@@ -54,7 +54,7 @@ def move_time(
     """Return the seconds of straight moves by `delta` (float64[..., 3], mm) from rest to rest.
 
     Without `feed`, the move is a rapid in the machine's style: ``linear`` moves keep every axis within its velocity and
-    acceleration; on a ``dogleg`` machine each axis moves independently and the slowest decides. With `feed` (mm/s,
+    acceleration. On a ``dogleg`` machine, each axis moves independently and the slowest decides. With `feed` (mm/s,
     along the path), the move is straight and limited by the axes and by `max_feed`; a feed that is not positive counts
     as `max_feed`. `Machine.acceleration_factor` applies to all. An unknown delta (NaN) costs nothing.
     """

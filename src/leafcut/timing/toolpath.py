@@ -74,9 +74,9 @@ def measure(
     before the first move, (x, y) in mm, if the path does not state it.
 
     Canned cycles are expanded. Moves are joined as the controller joins them (`timing.lookahead`), and the machine
-    stops at every other command. A laser under GRBL is assumed to be in laser mode ($32=1), in which an S in the block
-    of a move changes the power without a stop. A program without a path mode (G61, G61.1, G64) is assumed to run in
-    G64, the power-on state; a planned path in G61, as our posts write it.
+    stops at every other command. A laser under GRBL is assumed to be in laser mode ($32=1): an S in the block of a move
+    changes the power without a stop. A program without a path mode (G61, G61.1, G64) is assumed to run in G64, the
+    power-on state; a planned path in G61, as our posts write it.
 
     A tool change costs `tool_change_s`, including the first; changing to the tool in the spindle costs nothing. A
     spindle that starts or changes speed costs `spindle_start_s`, or the following dwell if that is longer; both count
@@ -248,9 +248,9 @@ def _displacements(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the displacement of every row per axis, float64[n, 3] mm: the known part, and an estimate otherwise.
 
-    Each axis is tracked separately through the rows that move it, in program or machine coordinates, and the rows that
-    redefine its position (a work offset, G92, a block that is not understood). For the first move of an axis, the first
-    `n_started` axes start at `start`, with z at 0.
+    Each axis is tracked separately, in program or machine coordinates. Some rows redefine its position: a work offset,
+    G92, a block that is not understood. For the first move of an axis, the first `n_started` axes start at `start`,
+    with z at 0.
     """
     delta, estimate = np.zeros((len(path), 3)), np.zeros((len(path), 3))
     in_machine = path.kind == Kind.MACHINE

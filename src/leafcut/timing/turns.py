@@ -24,8 +24,8 @@ _NO_TURN = 1e-9
 class Turn(NamedTuple):
     """The round part of moves; zeros for a straight move.
 
-    `radius` mm, `sweep` rad, not negative, `rise` mm along the axis of a helix, `normal` of the plane so that the turn
-    is counter-clockwise about it, and unit vectors `out` from the centre to the start and `out_end` to the end.
+    `radius` mm; `sweep` rad, not negative; `rise` mm along the axis of a helix. The turn is counter-clockwise about the
+    `normal` of the plane. Unit vectors `out` and `out_end` point from the centre to the start and to the end.
     """
 
     radius: Floats
