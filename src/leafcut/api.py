@@ -166,8 +166,7 @@ def reorder(
 ) -> ProgramResult:
     """Return a program of another CAM with its work in a faster order, verified to do the same work.
 
-    Arguments are as in `drill`. `process` is ``drill``, ``mill``, ``laser`` or ``plasma``; ``auto`` reads it from the
-    program.
+    Arguments are as in `drill`. `process` is ``drill``, ``mill``, ``laser`` or ``plasma``, or ``auto``.
     """
     return optimize(source, output, process="reorder" if process == "auto" else process, **keywords)
 

@@ -236,8 +236,7 @@ class FolderWatch:
     def _keep(self, row: BatchRow) -> None:
         """Store the row of an input.
 
-        If the new state is refused, delete the program of an earlier state, which could be mistaken for the new
-        program.
+        If the new state is refused, delete the program of an earlier state; it could be mistaken for the new one.
         """
         before = self.earlier.get(row.input)
         self.rows[row.input] = row

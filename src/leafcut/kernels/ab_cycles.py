@@ -130,8 +130,7 @@ def find_cycles(a: Assembly, words: NDArray, k: int) -> int:
             walk[length] = v
             a.trail[v, SEEN + (length & 1)] = length
             continue
-        # The walk was here before an edge of the same kind: the part in between is a cycle. It starts with an edge of
-        # A.
+        # The walk was here before an edge of the same kind: the part since then is a cycle, from an edge of A.
         for step in range(length - since):
             at = since + (since & 1) + step
             cycles[filled] = walk[at if at < length else at - length + since]

@@ -268,8 +268,7 @@ def construct_tour_with_decay(
 ) -> None:
     """Let one ant of Ant Colony System build a tour, with local pheromone decay on each edge that it takes.
 
-    As `construct_tour`; each edge taken gets τ ← (1 − ξ)τ + ξτ0 at once, so that it is less attractive for the next
-    ant.
+    As `construct_tour`; each edge taken gets τ ← (1 − ξ)τ + ξτ0 at once, and so attracts the next ant less.
     Changes: edges.pheromone, edges.weights, tour, words[ant], unvisited.
     Source: Dorigo and Stützle 2004, section 3.4.1, equations 3.10 and 3.12.
     Differs: the ants of an iteration run one after another, not step by step.

@@ -27,8 +27,7 @@ def fill_directed_candidates(
     """Fill the list of every query: the nearest goals per quadrant, and the nearest overall, except its own.
 
     Symbols: tree, of m goals, with space for one more point after them; goal int32[m], query int32[n], rows of
-    `CostModel.xy`. Lists hold point numbers of the tree. The cost is that of travel from query to goal, which is
-    symmetric.
+    `CostModel.xy`. Lists hold point numbers of the tree. The cost of travel from query to goal is symmetric.
     Changes: candidates int32[n, k] (sorted by cost; -1 if there are fewer) and lengths float64[n, k]; the last point of
     the tree; nearby.
     """

@@ -47,8 +47,7 @@ def fly(costs: NDArray, tour: NDArray, place: NDArray, moves: int, longest: int,
     """Try `moves` inversions of random runs one after the other; keep those that do not lengthen the tour.
 
     Return the gain. An inversion needs four table lookups, or a single one if its first new edge alone is longer than
-    the two removed edges, which is the usual case. Tours of equal length are accepted, otherwise nothing would move on
-    grids.
+    the two removed edges, which is the usual case. Equal length is accepted, otherwise no move would succeed on grids.
 
     ======= ============= ==================================================================
     costs   float32[h, h] of all edges: half the memory, twice as many inversions per second
@@ -105,8 +104,7 @@ def best_inversion(
     `longest` nodes and does not wrap around the end of the array. A tied edge is kept; if all runs would break it,
     nothing moves.
     Changes: moved int32[h], words[k].
-    Source: G. K. Jati and Suyanto, ICAIS 2011, section 3 (inversion mutation). Differs: `tries` inversions for one new
-    tour.
+    Source: G. K. Jati and Suyanto, ICAIS 2011, section 3 (inversion mutation). Differs: best of `tries`.
     """
     h, best, begin, end = len(tour), np.inf, 0, -1
     for _ in range(tries):

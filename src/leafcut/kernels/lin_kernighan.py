@@ -308,8 +308,7 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
     """
     ends, code, xy, n = move[ENDS], cost.code, cost.xy, len(node)
     free, tied_a, tied_b = cost.free, cost.tied_a, cost.tied_b
-    # A call of `travel` passes the whole cost model: with straight costs, it is only called next to free and tied
-    # nodes.
+    # A call of `travel` passes the whole cost model; straight costs need it only next to free and tied nodes.
     quick = is_straight(cost) and t0 != free and t0 != tied_a and t0 != tied_b
     b1, b2, b3, b4 = breadth[1], breadth[2], breadth[3], breadth[4]
     for direction in range(2):

@@ -169,8 +169,7 @@ def two_spokes(spokes: NDArray, penalty: NDArray, hub: int, tied: int) -> tuple[
 def close_tree(spokes: NDArray, hub: int, tied: int, root: int, penalty: NDArray, work: TreeScratch) -> float:
     """Complete the spanning tree in `work` to a 1-tree, count its degrees, and return the cost to add.
 
-    This is the cost of the hub's two edges, minus the penalties' contribution to every tour. The penalty of the hub is
-    0.
+    This is the cost of the hub's two edges, minus the penalties' share of every tour. The hub has no penalty.
     Changes: work.excess, which is 0 at the hub.
     """
     a, b = two_spokes(spokes, penalty, hub, tied)

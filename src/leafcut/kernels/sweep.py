@@ -98,8 +98,7 @@ def lowest_offset(shape: ToolShape, d: float, grade: float, least: float, most: 
     d            distance of the point from the path of the tool, mm
     grade        descent of the path per mm, > 0
     least, most  range of offsets on the path, mm: the caller clamps the result to it. If the deepest offset lies
-    outside,
-                 any offset on the same side may be returned.
+                 outside, any offset on the same side may be returned.
 
     The height is surface(√(d² + w²)) − grade · w, convex in w, so its only minimum is where the slope is 0.
     """

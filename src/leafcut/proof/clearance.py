@@ -34,15 +34,13 @@ def check_clearance(
     """Return every move that could crash, with its line and position; empty if the program is safe by these rules.
 
     1. A rapid in x or y is nowhere lower than `clearance` mm above `surface_z`, and its z is known. After a move to
-    machine
-       z (G53, G28) at or above `safe_z`, z counts as high. No move to machine x or y starts lower, rising or not.
+       machine z (G53, G28) at or above `safe_z`, z counts as high. A move to machine x or y does not start below the
+       clearance height, whether it rises or not.
     2. A rapid does not descend below `surface_z`, except back into a hole: at a position where a feed has gone at least
-    as
-       deep since the tool arrived. Not checked for `milled` areas, where earlier cuts decide
+       as deep since the tool arrived. Not checked for `milled` areas, where earlier cuts decide
        (`processes.pocket.proof.pocket`).
     3. The spindle turns during every cut. A tool change stops it. For a `torch` instead: it is off in every rapid in x
-    or
-       y; a feed move above the sheet with the torch off is harmless.
+       or y; a feed move above the sheet with the torch off is harmless.
 
     Drilling cycles are checked as the moves that they make. If holes start at different heights, `tops` has their
     positions and heights, float64[n, 3]. The highest is the surface of the first rule, and of the second except above a

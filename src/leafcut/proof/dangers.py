@@ -181,8 +181,7 @@ def _surface_unknown(path: Toolpath) -> Iterator[Issue]:
 def _zero_lowered(program: Program) -> Iterator[Issue]:
     """Report a Z0 that is moved down, or by an unknown height, while the tool height is known (L816).
 
-    Later rapids are compared with the new Z0. A probed height does not count as known, and a Z0 moved up is not
-    dangerous.
+    Later rapids are compared with the new Z0. A probed height counts as unknown; a Z0 moved up is safe.
     """
     path = program.path
     before, after = path.before[:, 2], path.end[:, 2]

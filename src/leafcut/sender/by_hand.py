@@ -68,8 +68,7 @@ def jog(talk: GrblConversation, moves: dict[str, float], feed: float) -> None:
 
 
 def check_jog(facts: Facts, place: XYZ | None, moves: dict[str, float]) -> None:
-    """Refuse a jog that leaves the travel, even if the controller's soft limits are off. A move back into it is
-    allowed.
+    """Refuse a jog that leaves the travel, even with soft limits off; a move back into it is allowed.
 
     Raises
     ------

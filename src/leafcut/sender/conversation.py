@@ -75,8 +75,7 @@ class Conversation(ABC):
     most_lines
         Maximum number of lines without an answer; None if only the buffer limits it.
     most_ahead
-        Maximum number of lines that are accepted but not executed: planner blocks, and lines without motion between
-        them.
+        Maximum number of accepted lines that are not executed yet: planner blocks, and lines without motion.
     check_line
         Command that turns on check mode (read, but do not move); empty if there is none.
     """
@@ -221,8 +220,7 @@ class Conversation(ABC):
     ) -> Iterator[ControllerAnswer]:
         """Yield answers for a given time, and query the status (or call `ask`) at intervals of `every`.
 
-        The first query is immediate, or after the first interval if `later` is set. The caller may stop iterating
-        early.
+        The first query is immediate, or after the first interval with `later`. The caller may stop early.
         """
         until, next_query = self._until(seconds), self.clock() + (every or 0.0) * later
         while self.clock() < until:

@@ -114,8 +114,7 @@ def steps_of(lines: Sequence[str], words: Dialect, file: str, first: int = 1) ->
     Raises
     ------
     ReadError
-        A line has a word or a letter that the controller lacks, is a command of the controller itself ($), or is too
-        long.
+        A line has a word or a letter that the controller lacks, is a controller command ($), or is too long.
     """
     reader = _LineReader(words)
     steps: list[SentStep] = []

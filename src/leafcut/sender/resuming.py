@@ -90,8 +90,7 @@ def resumed(job: SendJob, line: int, height: float | None = None) -> tuple[tuple
     Raises
     ------
     OptionError
-        The program has no block at or after the line, or depends on an unknown state there; the message gives the
-        reason.
+        The program has no block at or after the line, or depends on an unknown state there.
     """
     program = job.program
     blocks = np.flatnonzero(program.line >= line)

@@ -35,8 +35,8 @@ class MovingRows(NamedTuple):
 def joined_steps(steps: MovingRows, turns: Turns) -> MovingRows:
     """Return the moves with straight feed moves merged, and shallow arcs replaced by chords, as G64 allows.
 
-    Source: LinuxCNC documentation, G64 ("naive CAM detector", for arcs in the XY plane too). Merged moves have one
-    feed.
+    Merged moves have one feed.
+    Source: LinuxCNC documentation, G64 ("naive CAM detector", for arcs in the XY plane too).
     """
     from leafcut.kernels.chords import merge_chords
 

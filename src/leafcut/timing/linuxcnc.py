@@ -194,8 +194,7 @@ def round_limits(moves: Moves, acceleration: Floats) -> tuple[Floats, Floats]:
     """
     radius = moves.turn.radius
     is_arc = radius > 0
-    # The planner takes the radius of a helix as r + h²/r with its total rise h; geometry would give the rise per
-    # radian.
+    # The planner takes the radius of a helix as r + h²/r, where h is the total rise, not the rise per radian.
     curvature = radius / (radius * radius + moves.turn.rise * moves.turn.rise + ~is_arc)
     inwards = moves.limit * moves.limit * curvature / acceleration
     tight = inwards > NORMAL

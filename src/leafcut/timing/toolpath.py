@@ -204,8 +204,7 @@ def _touched(path: Toolpath) -> tuple[Toolpath, NDArray[np.bool_]]:
     """Return the path with its probes as feed moves to the contact point, and the rows of these, bool[n].
 
     The contact point is assumed at the program's surface: the height in the SHIFT (G92) after the probe. A probe
-    without one costs nothing, because its length is unknown. In programs of other CAMs, a probe is a FOREIGN row with a
-    feed.
+    without one costs nothing, because its length is unknown. In other CAMs' programs, it is a FOREIGN row with a feed.
     """
     probes = (path.kind == Kind.PROBE) | ((path.kind == Kind.FOREIGN) & (path.value > 0.0))
     if not probes.any():
