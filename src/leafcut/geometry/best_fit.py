@@ -29,12 +29,12 @@ _BLOCK = 48
 #: that costs more than this, in squares of the noise: two parameters fewer, worth about 12 each.
 FILLET_POINTS, FILLET_WORTH = 400, 24.0
 #: Additional cost of a radius, in squares of the noise, up to which it is as likely as the best.
-AS_WELL = 1.0
+EQUALLY_LIKELY = 1.0
 #: A point farther than this from its line or arc, in point distances, requires more pieces at a lower fee, down to this
 #: share of the fees.
-TRUE, LEAST_SHARE = 0.6, 0.1
+MAX_DISTANCE, LEAST_SHARE = 0.6, 0.1
 #: Maximum distance of an intersection from the points at which two pieces meet, in point distances.
-NEAR = 4.0
+MAX_JOINT_DISTANCE = 4.0
 _TINY = 1e-12
 
 
@@ -66,62 +66,62 @@ def best_fit(points: Points, noise: Floats) -> Polyline | None:
     if len(points) < 3:
         return None
     weights = noise**-2.0
-    cuts = _divided(points, weights)
+    cuts = _divide(points, weights)
     # The ring was opened at an arbitrary point: open it at a corner that was found, and divide it again.
     shift = cuts[len(cuts) // 2]
     points, weights = np.roll(points, -shift, axis=0), np.roll(weights, -shift)
-    cuts = _merged(points, weights, _divided(points, weights))
+    cuts = _merge(points, weights, _divide(points, weights))
     pieces = [
         piece
         for a, b in zip(cuts, [*cuts[1:], len(points)], strict=True)
-        for piece in _true_pieces(points, weights, a, b, 1.0)
+        for piece in _accurate_pieces(points, weights, a, b, 1.0)
     ]
     if len(pieces) == 1:
         return _circle(pieces[0])
-    return _polyline(points, _filleted(points, weights, pieces))
+    return _polyline(points, _fillet_corners(points, weights, pieces))
 
 
 # -- division into pieces ----------------------------------------------------------------------------------------------
 
 
-def _true_pieces(points: Points, weights: Floats, first: int, beyond: int, share: float) -> list[_Piece]:
+def _accurate_pieces(points: Points, weights: Floats, first: int, beyond: int, share: float) -> list[_Piece]:
     """Return the line or arc through some points, or several at a `share` of the fees if it is inaccurate."""
-    one = _piece(points, weights, first, beyond)
-    own = points[first:beyond]
-    if len(own) < 6 or share < LEAST_SHARE or float(np.abs(_distances(one, own)).max()) <= TRUE:
-        return [one]
+    whole = _piece(points, weights, first, beyond)
+    run = points[first:beyond]
+    if len(run) < 6 or share < LEAST_SHARE or float(np.abs(_distances(whole, run)).max()) <= MAX_DISTANCE:
+        return [whole]
     share *= 0.5
-    cuts = [first + cut for cut in _divided(own, weights[first:beyond], share)]
+    cuts = [first + cut for cut in _divide(run, weights[first:beyond], share)]
     pairs = zip(cuts, [*cuts[1:], beyond], strict=True)
-    return [piece for a, b in pairs for piece in _true_pieces(points, weights, a, b, share)]
+    return [piece for a, b in pairs for piece in _accurate_pieces(points, weights, a, b, share)]
 
 
-def _divided(points: Points, weights: Floats, share: float = 1.0) -> list[int]:
+def _divide(points: Points, weights: Floats, share: float = 1.0) -> list[int]:
     """Return the first points of the pieces in the cheapest division of an open line, at a share of the fees."""
     n = len(points)
     window = min(WINDOW, n)
     padded = np.concatenate([points, np.repeat(points[-1:], window, axis=0)])
-    heavy = np.concatenate([weights, np.zeros(window)])
+    padded_weights = np.concatenate([weights, np.zeros(window)])
     cost = np.full(n + 1, np.inf)
     cost[0] = 0.0
-    before = np.zeros(n + 1, dtype=np.int64)
-    for begin in range(0, n, _BLOCK):
-        starts = np.arange(begin, min(begin + _BLOCK, n))
-        reach = starts[:, None] + np.arange(window)
-        fees = _fees(padded[reach] - padded[starts][:, None], heavy[reach], share)
+    previous = np.zeros(n + 1, dtype=np.int64)
+    for block in range(0, n, _BLOCK):
+        starts = np.arange(block, min(block + _BLOCK, n))
+        window_rows = starts[:, None] + np.arange(window)
+        fees = _fees(padded[window_rows] - padded[starts][:, None], padded_weights[window_rows], share)
         for row, start in enumerate(starts.tolist()):
             stop = min(start + window, n)
             total = cost[start] + fees[row, : stop - start]
             better = np.flatnonzero(total < cost[start + 1 : stop + 1])
             cost[start + 1 + better] = total[better]
-            before[start + 1 + better] = start
-    cuts = [int(before[n])]
+            previous[start + 1 + better] = start
+    cuts = [int(previous[n])]
     while cuts[-1] > 0:
-        cuts.append(int(before[cuts[-1]]))
+        cuts.append(int(previous[cuts[-1]]))
     return cuts[::-1]
 
 
-def _merged(points: Points, weights: Floats, cuts: list[int]) -> list[int]:
+def _merge(points: Points, weights: Floats, cuts: list[int]) -> list[int]:
     """Return the cuts without those inside a single piece: longer than the window, or across the opening."""
     cuts = list(cuts)
     k = 1
@@ -138,9 +138,9 @@ def _fee(points: Points, weights: Floats, first: int, beyond: int) -> float:
     return float(_fees(points[None, first:beyond] - points[first], weights[None, first:beyond])[0, -1])
 
 
-def _fees(places: Floats, weights: Floats, share: float = 1.0) -> Floats:
+def _fees(points: Floats, weights: Floats, share: float = 1.0) -> Floats:
     """Return the costs of pieces of 1, 2, 3 … points, for every row of float64[rows, points, 2]."""
-    m = moments(places, weights)
+    m = moments(points, weights)
     total = np.cumsum(weights, axis=1)
     straight, off = off_line(m), off_circle(m)[0]
     return np.minimum(total * straight + share * LINE_FEE, total * np.minimum(off, straight) + share * ARC_FEE)
@@ -151,20 +151,20 @@ def _fees(places: Floats, weights: Floats, share: float = 1.0) -> Floats:
 
 def _piece(points: Points, weights: Floats, first: int, beyond: int) -> _Piece:
     """Return the cheaper of line and arc through some points."""
-    origin, own = points[first], points[first:beyond]
-    m = moments(own[None] - origin, weights[None, first:beyond])
+    origin, run = points[first], points[first:beyond]
+    m = moments(run[None] - origin, weights[None, first:beyond])
     total = float(weights[first:beyond].sum())
     off, *circle = (float(t[0, -1]) for t in off_circle(m))
     line = float(off_line(m)[0, -1])
     mx, my = float(m.x[0, -1] + origin[0]), float(m.y[0, -1] + origin[1])
     if total * off + ARC_FEE < total * line + LINE_FEE and np.isfinite(circle).all():
         x, y = circle[0] + mx, circle[1] + my
-        out = own - (x, y)
+        out = run - (x, y)
         turn = float(np.sum(out[:-1, 0] * out[1:, 1] - out[:-1, 1] * out[1:, 0]))
         return _Piece(first, beyond, x, y, math.copysign(circle[2], turn), 0.0, 0.0)
     angle = 0.5 * math.atan2(2.0 * float(m.xy[0, -1]), float(m.xx[0, -1] - m.yy[0, -1]))
     dx, dy = math.cos(angle), math.sin(angle)
-    along = own[-1] - own[0]
+    along = run[-1] - run[0]
     if along[0] * dx + along[1] * dy < 0.0:
         dx, dy = -dx, -dy
     return _Piece(first, beyond, mx, my, 0.0, dx, dy)
@@ -176,56 +176,56 @@ def _circle(piece: _Piece) -> Polyline | None:
     return Polyline.circle(piece.x, piece.y, abs(piece.radius), clockwise=piece.radius < 0.0)
 
 
-def _filleted(points: Points, weights: Floats, pieces: list[_Piece]) -> list[_Piece]:
+def _fillet_corners(points: Points, weights: Floats, pieces: list[_Piece]) -> list[_Piece]:
     """Return the pieces, with those between two lines made tangent to both if that explains the points as well."""
-    found: list[_Piece] = []
+    result: list[_Piece] = []
     for k, piece in enumerate(pieces):
         before, after = pieces[k - 1], pieces[(k + 1) % len(pieces)]
-        few = piece.beyond - piece.first <= FILLET_POINTS and len(pieces) > 2
-        round_one = _fillet(points, weights, piece, before, after) if few else None
-        if round_one is None and len(_joint(points, before, piece)) > 1:
+        short = piece.beyond - piece.first <= FILLET_POINTS and len(pieces) > 2
+        fillet = _fillet(points, weights, piece, before, after) if short else None
+        if fillet is None and len(_joint(points, before, piece)) > 1:
             # A sharp corner would show in the pixels, so it is rounded, by too few points for a piece.
-            nothing = _Piece(piece.first, piece.first, 0.0, 0.0, 0.0, 0.0, 0.0)
-            corner = _fillet(points, weights, nothing, before, piece)
-            found += [corner] if corner is not None else []
-        found.append(round_one or piece)
-    return found
+            empty = _Piece(piece.first, piece.first, 0.0, 0.0, 0.0, 0.0, 0.0)
+            corner = _fillet(points, weights, empty, before, piece)
+            result += [corner] if corner is not None else []
+        result.append(fillet or piece)
+    return result
 
 
 def _fillet(points: Points, weights: Floats, piece: _Piece, before: _Piece, after: _Piece) -> _Piece | None:
     """Return the arc tangent to two lines through the points of a piece, None if they do not lie on one."""
     cross = before.dx * after.dy - before.dy * after.dx
-    corner = [] if before.radius or after.radius else _meetings(before, after)
+    corner = [] if before.radius or after.radius else _intersections(before, after)
     if not corner or abs(cross) < 0.1:
         return None
     # The centre lies on the bisector, at 1/sin of half the angle between the walls from the corner for radius 1.
     half = 0.5 * (math.pi - math.atan2(abs(cross), before.dx * after.dx + before.dy * after.dy))
     bx, by = after.dx - before.dx, after.dy - before.dy
-    reach = 1.0 / (math.hypot(bx, by) * math.sin(half))
+    centre_distance = 1.0 / (math.hypot(bx, by) * math.sin(half))
     # Additional points of both lines, which must lie directly next to the arc.
-    more = FILLET_POINTS // 8 + piece.beyond - piece.first
-    sides = [_last(before, more), (piece.first, piece.beyond), (after.first, min(after.first + more, after.beyond))]
+    extra = FILLET_POINTS // 8 + piece.beyond - piece.first
+    sides = [_last(before, extra), (piece.first, piece.beyond), (after.first, min(after.first + extra, after.beyond))]
     rows = np.concatenate([np.arange(a, b) for a, b in sides])
-    own = points[rows] - corner[0]
-    ahead = np.arange(len(rows)) < len(rows) - (sides[2][1] - sides[2][0]) - (piece.beyond - piece.first) // 2
-    along = np.where(ahead, -(own @ (before.dx, before.dy)), own @ (after.dx, after.dy))
-    beside = np.where(ahead, own @ (before.dy, -before.dx), own @ (after.dy, -after.dx))
+    offsets = points[rows] - corner[0]
+    on_first = np.arange(len(rows)) < len(rows) - (sides[2][1] - sides[2][0]) - (piece.beyond - piece.first) // 2
+    along = np.where(on_first, -(offsets @ (before.dx, before.dy)), offsets @ (after.dx, after.dy))
+    line_distance = np.where(on_first, offsets @ (before.dy, -before.dx), offsets @ (after.dy, -after.dx))
 
     def off(radius: float) -> Floats:
-        out = own - radius * reach * np.array([bx, by])
+        out = offsets - radius * centre_distance * np.array([bx, by])
         round_off = np.hypot(out[:, 0], out[:, 1]) - radius
-        return np.asarray(np.where(along > radius / math.tan(half), beside, round_off))
+        return np.asarray(np.where(along > radius / math.tan(half), line_distance, round_off))
 
-    heavy = weights[rows]
-    longest = min(_length(points, one) for one in (before, after)) + piece.beyond - piece.first
-    radius = _likely(lambda r: float((heavy * off(r) ** 2).sum()), 0.3, max(longest * math.tan(half), 0.6))
-    was = sum(
-        float((weights[a:b] * _distances(one, points[a:b]) ** 2).sum())
-        for one, (a, b) in zip((before, piece, after), sides, strict=True)
+    row_weights = weights[rows]
+    length = min(_length(points, line) for line in (before, after)) + piece.beyond - piece.first
+    radius = _likely_value(lambda r: float((row_weights * off(r) ** 2).sum()), 0.3, max(length * math.tan(half), 0.6))
+    cost_before = sum(
+        float((weights[a:b] * _distances(fitted, points[a:b]) ** 2).sum())
+        for fitted, (a, b) in zip((before, piece, after), sides, strict=True)
     )
-    if np.abs(off(radius)).max() > 1.0 or float((heavy * off(radius) ** 2).sum()) > was + FILLET_WORTH:
+    if np.abs(off(radius)).max() > 1.0 or float((row_weights * off(radius) ** 2).sum()) > cost_before + FILLET_WORTH:
         return None
-    x, y = corner[0][0] + radius * reach * bx, corner[0][1] + radius * reach * by
+    x, y = corner[0][0] + radius * centre_distance * bx, corner[0][1] + radius * centre_distance * by
     return _Piece(piece.first, piece.beyond, x, y, math.copysign(radius, cross), 0.0, 0.0)
 
 
@@ -238,27 +238,27 @@ def _length(points: Points, piece: _Piece) -> float:
     return math.hypot(dx, dy)
 
 
-def _likely(cost: Callable[[float], float], low: float, high: float) -> float:
+def _likely_value(cost: Callable[[float], float], low: float, high: float) -> float:
     """Return the middle of the range that explains the data as well as the best value; cost in squares of the noise.
 
-    The search uses a ladder of 64 steps, then ternary search around the best. Values that cost at most `AS_WELL` more
-    are within one standard deviation; their middle minimises the error.
+    The search uses 64 steps on a logarithmic scale, then ternary search around the best. Values that cost at most
+    `EQUALLY_LIKELY` more are within one standard deviation; their middle minimises the error.
     """
-    ladder: list[float] = np.geomspace(low, high, 64).tolist()
-    costs = [cost(step) for step in ladder]
+    samples: list[float] = np.geomspace(low, high, 64).tolist()
+    costs = [cost(step) for step in samples]
     best = int(np.argmin(costs))
-    a, b = ladder[max(best - 1, 0)], ladder[min(best + 1, 63)]
+    a, b = samples[max(best - 1, 0)], samples[min(best + 1, 63)]
     for _ in range(24):
         c, d = a + (b - a) / 3.0, b - (b - a) / 3.0
         a, b = (a, d) if cost(c) < cost(d) else (c, b)
-    found = 0.5 * (a + b)
-    enough = cost(found) + AS_WELL
-    as_well = [found, *(step for step, has in zip(ladder, costs, strict=True) if has <= enough)]
-    return 0.5 * (min(as_well) + max(as_well))
+    best_value = 0.5 * (a + b)
+    limit = cost(best_value) + EQUALLY_LIKELY
+    likely = [best_value, *(step for step, value in zip(samples, costs, strict=True) if value <= limit)]
+    return 0.5 * (min(likely) + max(likely))
 
 
-def _distances(piece: _Piece, places: Points) -> Floats:
-    out = places - (piece.x, piece.y)
+def _distances(piece: _Piece, points: Points) -> Floats:
+    out = points - (piece.x, piece.y)
     if piece.radius == 0.0:
         return np.asarray(out[:, 0] * piece.dy - out[:, 1] * piece.dx)
     return np.asarray(np.hypot(out[:, 0], out[:, 1]) - abs(piece.radius))
@@ -267,32 +267,32 @@ def _distances(piece: _Piece, places: Points) -> Floats:
 def _polyline(points: Points, pieces: list[_Piece]) -> Polyline:
     rows: list[list[float]] = []
     for k, piece in enumerate(pieces):
-        begin, end = _joint(points, pieces[k - 1], piece), _joint(points, piece, pieces[(k + 1) % len(pieces)])
-        start, stop = begin[-1], end[0]
+        entry, exit_ = _joint(points, pieces[k - 1], piece), _joint(points, piece, pieces[(k + 1) % len(pieces)])
+        start, stop = entry[-1], exit_[0]
         rows.append([*start, _bulge(points, piece, start, stop)])
-        if len(end) > 1:
+        if len(exit_) > 1:
             rows.append([*stop, 0.0])
     return Polyline(np.array(rows), closed=True)
 
 
-def _joint(points: Points, one: _Piece, other: _Piece) -> list[tuple[float, float]]:
+def _joint(points: Points, first: _Piece, second: _Piece) -> list[tuple[float, float]]:
     """Return the transition between two pieces: one point, or two points joined by a line."""
-    a, b = points[one.beyond - 1], points[other.first % len(points)]
+    a, b = points[first.beyond - 1], points[second.first % len(points)]
     middle = 0.5 * (a + b)
-    for line, arc in ((one, other), (other, one)):
+    for line, arc in ((first, second), (second, first)):
         if line.radius == 0.0 != arc.radius and _touches(line, arc):
             return [_nearest(line, np.array([arc.x, arc.y]))]
-    met = _meetings(one, other)
-    if met:
-        place = min(met, key=lambda p: math.dist(p, middle))
-        if math.dist(place, middle) <= NEAR and not _covers_a_middle(a, b, place):
-            return [place]
-    p, q = _nearest(one, middle), _nearest(other, middle)
+    crossings = _intersections(first, second)
+    if crossings:
+        crossing = min(crossings, key=lambda p: math.dist(p, middle))
+        if math.dist(crossing, middle) <= MAX_JOINT_DISTANCE and not _covers_a_pixel_centre(a, b, crossing):
+            return [crossing]
+    p, q = _nearest(first, middle), _nearest(second, middle)
     if math.dist(p, q) <= 1.0:
         # In between, nearer to the piece with more points.
-        share = (other.beyond - other.first) / max(other.beyond - other.first + one.beyond - one.first, 1)
+        share = (second.beyond - second.first) / max(second.beyond - second.first + first.beyond - first.first, 1)
         return [(p[0] + share * (q[0] - p[0]), p[1] + share * (q[1] - p[1]))]
-    return [_nearest(one, a), _nearest(other, b)]
+    return [_nearest(first, a), _nearest(second, b)]
 
 
 def _touches(line: _Piece, arc: _Piece) -> bool:
@@ -300,7 +300,7 @@ def _touches(line: _Piece, arc: _Piece) -> bool:
     return abs(abs(off) - abs(arc.radius)) < 1e-6
 
 
-def _covers_a_middle(a: Points, b: Points, tip: tuple[float, float]) -> bool:
+def _covers_a_pixel_centre(a: Points, b: Points, tip: tuple[float, float]) -> bool:
     """Return whether the triangle of two points and a tip contains a pixel centre, which would have shown it."""
     corners = np.array([a, b, tip])
     low, high = np.ceil(corners.min(axis=0) - 0.5) + 0.5, np.floor(corners.max(axis=0) - 0.5) + 0.5
@@ -308,14 +308,14 @@ def _covers_a_middle(a: Points, b: Points, tip: tuple[float, float]) -> bool:
     if not len(xs) or not len(ys):
         return False
     x, y = (t.ravel() for t in np.meshgrid(xs, ys))
-    after = np.roll(corners, -1, axis=0)
-    side = [(q[0] - p[0]) * (y - p[1]) - (q[1] - p[1]) * (x - p[0]) for p, q in zip(corners, after, strict=True)]
+    successors = np.roll(corners, -1, axis=0)
+    side = [(q[0] - p[0]) * (y - p[1]) - (q[1] - p[1]) * (x - p[0]) for p, q in zip(corners, successors, strict=True)]
     inside = (np.array(side) > _TINY).all(axis=0) | (np.array(side) < -_TINY).all(axis=0)
     return bool(inside.any())
 
 
-def _nearest(piece: _Piece, place: Points) -> tuple[float, float]:
-    dx, dy = float(place[0]) - piece.x, float(place[1]) - piece.y
+def _nearest(piece: _Piece, point: Points) -> tuple[float, float]:
+    dx, dy = float(point[0]) - piece.x, float(point[1]) - piece.y
     if piece.radius == 0.0:
         along = dx * piece.dx + dy * piece.dy
         return (piece.x + along * piece.dx, piece.y + along * piece.dy)
@@ -323,27 +323,27 @@ def _nearest(piece: _Piece, place: Points) -> tuple[float, float]:
     return (piece.x + scale * dx, piece.y + scale * dy)
 
 
-def _meetings(one: _Piece, other: _Piece) -> list[tuple[float, float]]:
-    if one.radius == 0.0 and other.radius == 0.0:
-        cross = one.dx * other.dy - one.dy * other.dx
+def _intersections(first: _Piece, second: _Piece) -> list[tuple[float, float]]:
+    if first.radius == 0.0 and second.radius == 0.0:
+        cross = first.dx * second.dy - first.dy * second.dx
         if abs(cross) < 1e-6:
             return []
-        t = ((other.x - one.x) * other.dy - (other.y - one.y) * other.dx) / cross
-        return [(one.x + t * one.dx, one.y + t * one.dy)]
-    if one.radius != 0.0 and other.radius != 0.0:
-        x, y = other.x - one.x, other.y - one.y
-        apart = math.hypot(x, y)
-        if apart < _TINY:
+        t = ((second.x - first.x) * second.dy - (second.y - first.y) * second.dx) / cross
+        return [(first.x + t * first.dx, first.y + t * first.dy)]
+    if first.radius != 0.0 and second.radius != 0.0:
+        x, y = second.x - first.x, second.y - first.y
+        gap = math.hypot(x, y)
+        if gap < _TINY:
             return []
         # Both circles share the radical line, perpendicular to the line of centres at `along` from the first.
-        along = 0.5 * (apart + (one.radius**2 - other.radius**2) / apart)
-        line = (one.x + along * x / apart, one.y + along * y / apart, -y / apart, x / apart)
-        return _line_meets(one, *line)
-    circle, line_piece = (one, other) if other.radius == 0.0 else (other, one)
-    return _line_meets(circle, line_piece.x, line_piece.y, line_piece.dx, line_piece.dy)
+        along = 0.5 * (gap + (first.radius**2 - second.radius**2) / gap)
+        line = (first.x + along * x / gap, first.y + along * y / gap, -y / gap, x / gap)
+        return _line_intersection(first, *line)
+    circle, line_piece = (first, second) if second.radius == 0.0 else (second, first)
+    return _line_intersection(circle, line_piece.x, line_piece.y, line_piece.dx, line_piece.dy)
 
 
-def _line_meets(circle: _Piece, x: float, y: float, dx: float, dy: float) -> list[tuple[float, float]]:
+def _line_intersection(circle: _Piece, x: float, y: float, dx: float, dy: float) -> list[tuple[float, float]]:
     """Return the intersections of a line through (x, y) with a circle."""
     foot = (circle.x - x) * dx + (circle.y - y) * dy
     px, py = x + foot * dx, y + foot * dy
@@ -362,8 +362,8 @@ def _bulge(points: Points, piece: _Piece, start: tuple[float, float], end: tuple
     angles = [math.atan2(y - piece.y, x - piece.x) for x, y in (start, end)]
     turn = side * (angles[1] - angles[0]) % (2.0 * math.pi)
     out = points[piece.first : piece.beyond] - (piece.x, piece.y)
-    seen = float(np.ptp(np.unwrap(np.arctan2(out[:, 1], out[:, 0])))) if len(out) else 0.0
-    if turn - seen > math.pi:  # the joints are in reverse order: the remaining arc is shorter than a point distance
+    spanned = float(np.ptp(np.unwrap(np.arctan2(out[:, 1], out[:, 0])))) if len(out) else 0.0
+    if turn - spanned > math.pi:  # the joints are in reverse order: the remaining arc is shorter than a point distance
         return 0.0
     # Through the middle of the arc, because the joints may lie beside the circle.
     angle, radius = angles[0] + 0.5 * side * turn, abs(piece.radius)

@@ -26,9 +26,9 @@ class Cells:
         self.low, self.side, self.margin = np.array(bounds[:2]), side, margin
         self.wide = math.ceil((bounds[2] - bounds[0]) / side) + 2 * margin
 
-    def of(self, places: Points) -> Indices:
+    def of(self, points: Points) -> Indices:
         """Return the cells of points, float64[n, 2]: int64[n]."""
-        column, row = (np.floor((places - self.low) / self.side).astype(np.int64) + self.margin).T
+        column, row = (np.floor((points - self.low) / self.side).astype(np.int64) + self.margin).T
         cells: Indices = row * self.wide + column
         return cells
 
@@ -44,10 +44,10 @@ class Cells:
         return cells % self.wide - self.margin, cells // self.wide - self.margin
 
 
-def numbered(places: Points, side: float) -> Indices:
+def numbered(points: Points, side: float) -> Indices:
     """Return a number for every point of float64[n, 2], int64[n]: equal if both round alike to `side`, mm."""
-    if not len(places):
+    if not len(points):
         return np.zeros(0, np.int64)
-    column, row = np.round(places / side).astype(np.int64).T
+    column, row = np.round(points / side).astype(np.int64).T
     numbers: Indices = (column - column.min()) * (row.max() - row.min() + 1) + (row - row.min())
     return numbers

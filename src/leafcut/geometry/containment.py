@@ -52,21 +52,21 @@ def conflicts(shapes: NDArray[Any], same: float = SAME) -> list[Conflict]:
     if not len(first):
         return copies
     inner = np.full(len(shapes), None, dtype=object)
-    met = np.unique(np.concatenate([first, second]))
-    inner[met] = shapely.buffer(shapes[met], -same, join_style="mitre")
+    touching = np.unique(np.concatenate([first, second]))
+    inner[touching] = shapely.buffer(shapes[touching], -same, join_style="mitre")
     area, length = shapely.area(shapes), shapely.length(shapes)
-    apart = ~shapely.intersects(inner[first], inner[second])
+    separate = ~shapely.intersects(inner[first], inner[second])
     inside = shapely.within(inner[first], shapes[second]) | shapely.within(inner[second], shapes[first])
     slack = 2.0 * same * np.maximum(length[first], length[second])
     alike = np.abs(area[first] - area[second]) <= slack
     alike[alike] = (
         shapely.area(shapely.symmetric_difference(shapes[first[alike]], shapes[second[alike]])) <= slack[alike]
     )
-    found = copies
+    result = copies
     for k, (i, j) in enumerate(zip(first.tolist(), second.tolist(), strict=True)):
-        kind = "same" if alike[k] else "touch" if apart[k] or inside[k] else "overlap"
-        found.append(Conflict(i, j, kind, _place(shapes[i], shapes[j], kind)))
-    return found
+        kind = "same" if alike[k] else "touch" if separate[k] or inside[k] else "overlap"
+        result.append(Conflict(i, j, kind, _conflict_point(shapes[i], shapes[j], kind)))
+    return result
 
 
 def _copies(shapes: NDArray[Any]) -> tuple[list[Conflict], NDArray[np.int64]]:
@@ -75,16 +75,16 @@ def _copies(shapes: NDArray[Any]) -> tuple[list[Conflict], NDArray[np.int64]]:
     A drawing exported twice has thousands of copies, and testing all against all would be slow.
     """
     first: dict[bytes, int] = {}
-    found = []
+    copies = []
     for k, outline in enumerate(shapely.to_wkb(shapes).tolist()):
         earlier = first.setdefault(outline, k)
         if earlier != k:
             x, y = shapely.get_coordinates(shapes[k])[0]
-            found.append(Conflict(earlier, k, "same", (float(x), float(y))))
-    return found, np.array(sorted(first.values()), dtype=np.int64)
+            copies.append(Conflict(earlier, k, "same", (float(x), float(y))))
+    return copies, np.array(sorted(first.values()), dtype=np.int64)
 
 
-def _place(a: Any, b: Any, kind: str) -> Point:
+def _conflict_point(a: Any, b: Any, kind: str) -> Point:
     if kind == "overlap":
         point = shapely.point_on_surface(shapely.intersection(a, b))
     else:
@@ -116,14 +116,14 @@ def around(
     depth, parent = np.zeros(len(points), dtype=np.int64), np.full(len(points), -1, dtype=np.int64)
     if not len(shapes) or not len(points):
         return depth, parent
-    size = shapely.area(shapes)
+    shape_areas = shapely.area(shapes)
     pairs = list(query_pairs(np.asarray(points), shapes, "outlines inside each other", "within"))
-    at, outline = (np.concatenate(column) for column in zip(*pairs, strict=True))
+    point_index, outline = (np.concatenate(column) for column in zip(*pairs, strict=True))
     if areas is not None:
-        larger = size[outline] > areas[at]
-        at, outline = at[larger], outline[larger]
-    depth += np.bincount(at, minlength=len(points))
+        larger = shape_areas[outline] > areas[point_index]
+        point_index, outline = point_index[larger], outline[larger]
+    depth += np.bincount(point_index, minlength=len(points))
     # Largest first, so that the smallest is written last.
-    order = np.argsort(-size[outline], kind="stable")
-    parent[at[order]] = outline[order]
+    order = np.argsort(-shape_areas[outline], kind="stable")
+    parent[point_index[order]] = outline[order]
     return depth, parent

@@ -18,7 +18,7 @@ MAX_DEGREE = 25
 #: Maximum number of points of a curve.
 MAX_POINTS = 200_000
 #: Number of chords per knot span in the first pass, and maximum.
-FIRST_LOOK, MOST_CHORDS = 8, 1024
+SAMPLE_CHORDS, MOST_CHORDS = 8, 1024
 
 #: Maximum plausible coordinate, mm; a curve beyond it would take hours.
 FARTHEST = 1e6
@@ -55,35 +55,35 @@ def spline_points(control: Floats, degree: int, knots: Floats, weights: Floats |
     n = len(control)
     if not 1 <= degree <= MAX_DEGREE or n <= degree or len(knots) != n + degree + 1:
         raise PlanError(f"{n} control points, {len(knots)} knots and degree {degree} make no spline")
-    heavy = np.ones(n) if weights is None else np.asarray(weights, dtype=np.float64)
-    if len(heavy) != n or not (heavy > 0.0).all() or not np.isfinite(heavy).all():
+    positive_weights = np.ones(n) if weights is None else np.asarray(weights, dtype=np.float64)
+    if len(positive_weights) != n or not (positive_weights > 0.0).all() or not np.isfinite(positive_weights).all():
         raise PlanError("the weights of a spline must be positive, one per control point")
     if not (np.isfinite(control).all() and np.isfinite(knots).all() and (np.diff(knots) >= 0.0).all()):
         raise PlanError("a spline has a number that is not finite, or knots that fall")
-    homogeneous = np.column_stack([control[:, :2] * heavy[:, None], heavy])
+    homogeneous = np.column_stack([control[:, :2] * positive_weights[:, None], positive_weights])
     spans = np.flatnonzero(np.diff(knots[degree : n + 1]) > 0.0) + degree
     if not len(spans):
         raise PlanError("a spline has no length: all its knots are equal")
-    look = _evaluate(homogeneous, degree, knots, spans, FIRST_LOOK)
-    chords = 1.0 if degree == 1 else _chords_needed(look, tolerance)
+    sample = _evaluate(homogeneous, degree, knots, spans, SAMPLE_CHORDS)
+    chords = 1.0 if degree == 1 else _chords_needed(sample, tolerance)
     counts = np.broadcast_to(chords, len(spans)).astype(np.int64)
     if int(counts.sum()) > MAX_POINTS:
         raise PlanError(f"a spline needs more than {MAX_POINTS:,} points")
     pieces: list[Points] = [np.zeros((0, 2))] * len(spans)
     for count in np.unique(counts):
         chosen = np.flatnonzero(counts == count)
-        for at, points in zip(chosen, _evaluate(homogeneous, degree, knots, spans[chosen], int(count)), strict=True):
-            pieces[at] = points[:-1]
+        for index, points in zip(chosen, _evaluate(homogeneous, degree, knots, spans[chosen], int(count)), strict=True):
+            pieces[index] = points[:-1]
     end = _evaluate(homogeneous, degree, knots, spans[-1:], 1)[0][-1:]
     return np.concatenate([*pieces, end])
 
 
-def _chords_needed(look: Floats, tolerance: float) -> Floats:
+def _chords_needed(sample: Floats, tolerance: float) -> Floats:
     """Return the number of chords of each span: the height of a chord decreases with the square of their number."""
-    middles = 0.5 * (look[:, :-2] + look[:, 2:])
+    middles = 0.5 * (sample[:, :-2] + sample[:, 2:])
     # The height over two steps is four times that over one.
-    height = np.hypot(*np.moveaxis(look[:, 1:-1] - middles, -1, 0)).max(axis=1) / 4.0
-    counts = np.ceil(FIRST_LOOK * np.sqrt(height / tolerance))
+    height = np.hypot(*np.moveaxis(sample[:, 1:-1] - middles, -1, 0)).max(axis=1) / 4.0
+    counts = np.ceil(SAMPLE_CHORDS * np.sqrt(height / tolerance))
     # Powers of two, so that there are few groups of spans.
     powers: Floats = 2.0 ** np.ceil(np.log2(np.clip(counts, 4, MOST_CHORDS)))
     return powers
@@ -91,8 +91,8 @@ def _chords_needed(look: Floats, tolerance: float) -> Floats:
 
 def _evaluate(homogeneous: Floats, degree: int, knots: Floats, spans: NDArray[np.int64], count: int) -> Floats:
     """Return float64[spans, count + 1, 2]: points at equal steps through every span (de Boor's algorithm)."""
-    begin, end = knots[spans], knots[spans + 1]
-    t = begin[:, None] + (end - begin)[:, None] * np.linspace(0.0, 1.0, count + 1)
+    start, end = knots[spans], knots[spans + 1]
+    t = start[:, None] + (end - start)[:, None] * np.linspace(0.0, 1.0, count + 1)
     d = [np.repeat(homogeneous[spans - degree + j][:, None, :], count + 1, axis=1) for j in range(degree + 1)]
     for r in range(1, degree + 1):
         for j in range(degree, r - 1, -1):
@@ -126,20 +126,20 @@ def ellipse_path(
     cross = u[0] * v[1] - u[1] * v[0]
     even, odd = math.hypot(u[0] + v[1], u[1] - v[0]) / 2.0, math.hypot(u[0] - v[1], u[1] + v[0]) / 2.0
     large, small = even + odd, abs(even - odd)
-    whole = abs(abs(sweep) - math.tau) < 1e-9
-    round_ = large - small <= min(max(ROUND, 1e-6 * large), 0.5 * large)
-    if round_:
+    closed = abs(abs(sweep) - math.tau) < 1e-9
+    is_circle = large - small <= min(max(ROUND, 1e-6 * large), 0.5 * large)
+    if is_circle:
         count = max(math.ceil(abs(sweep) / (math.pi * (1.0 + 1e-9))), 1)
     else:
         step = 2.0 * math.acos(max(1.0 - 0.25 * tolerance / max(large, tolerance), 0.0))
         count = min(max(math.ceil(abs(sweep) / step), 8), MAX_POINTS)
     t = start + sweep * np.linspace(0.0, 1.0, count + 1)
     points: Points = np.array(center) + np.outer(np.cos(t), u) + np.outer(np.sin(t), v)
-    if not round_:
-        return fitted(points, tolerance, whole, spend)
+    if not is_circle:
+        return fitted(points, tolerance, closed, spend)
     bulges = np.full(count + 1, math.copysign(math.tan(0.25 * abs(sweep) / count), cross * sweep))
     rows = np.column_stack([points, bulges])
-    if whole:
+    if closed:
         return Polyline(rows[:-1], closed=True)
     rows[-1, 2] = 0.0
     return Polyline(rows)

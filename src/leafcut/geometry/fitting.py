@@ -26,59 +26,59 @@ def fit_arcs(points: Points, tolerance: float, closed: bool = False) -> Polyline
         float64[n, 2], mm, dense in curves; the first is not repeated at the end of a closed line.
     """
     if closed:
-        points = np.roll(points, -_sharpest(points), axis=0)
+        points = np.roll(points, -_sharpest_corner(points), axis=0)
         points = np.concatenate([points, points[:1]])
     rows: list[tuple[float, float, float]] = []
-    at, last = 0, len(points) - 1
-    while at < last:
-        to, bulge = _longest(points, at, tolerance, last - 1 if closed and at == 0 else last)
-        rows.append((float(points[at, 0]), float(points[at, 1]), bulge))
-        at = to
+    start, last = 0, len(points) - 1
+    while start < last:
+        stop, bulge = _longest_segment(points, start, tolerance, last - 1 if closed and start == 0 else last)
+        rows.append((float(points[start, 0]), float(points[start, 1]), bulge))
+        start = stop
     if not closed:
         rows.append((float(points[-1, 0]), float(points[-1, 1]), 0.0))
     return Polyline(np.array(rows), closed)
 
 
-def _sharpest(points: Points) -> int:
+def _sharpest_corner(points: Points) -> int:
     """Return the index of the point of a ring with the largest change of direction."""
-    ahead = np.roll(points, -1, axis=0) - points
-    behind = np.roll(ahead, 1, axis=0)
-    cross = behind[:, 0] * ahead[:, 1] - behind[:, 1] * ahead[:, 0]
-    dot = (behind * ahead).sum(axis=1)
+    forward = np.roll(points, -1, axis=0) - points
+    backward = np.roll(forward, 1, axis=0)
+    cross = backward[:, 0] * forward[:, 1] - backward[:, 1] * forward[:, 0]
+    dot = (backward * forward).sum(axis=1)
     return int(np.argmax(np.abs(np.arctan2(cross, dot)).round(6)))
 
 
-def _longest(points: Points, at: int, tolerance: float, last: int) -> tuple[int, float]:
-    """Return the end of the longest segment from `at` (index ≤ `last`), and its bulge: doubling, then bisection."""
-    good, bulge = at + 1, 0.0
+def _longest_segment(points: Points, start: int, tolerance: float, last: int) -> tuple[int, float]:
+    """Return the end of the longest segment from `start` (index ≤ `last`), and its bulge: doubling, then bisection."""
+    good, bulge = start + 1, 0.0
     step, bad = 2, last + 1
-    while at + step < bad:
-        found = _fitted(points[at : at + step + 1], tolerance)
-        if found is None:
-            bad = at + step
+    while start + step < bad:
+        candidate = _fitted_bulge(points[start : start + step + 1], tolerance)
+        if candidate is None:
+            bad = start + step
         else:
-            good, bulge = at + step, found
-            step = min(2 * step, max(last - at, step + 1))
+            good, bulge = start + step, candidate
+            step = min(2 * step, max(last - start, step + 1))
     while bad - good > 1:
         middle = (good + bad) // 2
-        found = _fitted(points[at : middle + 1], tolerance) if middle - at > 1 else 0.0
-        if found is None:
+        candidate = _fitted_bulge(points[start : middle + 1], tolerance) if middle - start > 1 else 0.0
+        if candidate is None:
             bad = middle
         else:
-            good, bulge = middle, found
+            good, bulge = middle, candidate
     return good, bulge
 
 
-def _fitted(points: Points, tolerance: float) -> float | None:
+def _fitted_bulge(points: Points, tolerance: float) -> float | None:
     """Return the bulge of the line or arc from the first to the last point that fits all points between, or None."""
     start, chord = points[0], points[-1] - points[0]
     length = float(np.hypot(*chord))
     if length <= tolerance:
         return None
-    places = np.concatenate([points, 0.5 * (points[1:] + points[:-1])]) - start
-    along, off = places @ chord / length, (places @ np.array([-chord[1], chord[0]])) / length
+    offsets = np.concatenate([points, 0.5 * (points[1:] + points[:-1])]) - start
+    along, off = offsets @ chord / length, (offsets @ np.array([-chord[1], chord[0]])) / length
     if float(np.abs(off).max()) <= 0.5 * tolerance:
-        return 0.0 if _goes_on(np.diff(along[: len(points)])) else None
+        return 0.0 if _is_monotonic(np.diff(along[: len(points)])) else None
     rise = _rise(along[: len(points)], off[: len(points)], length)
     bulge = -2.0 * rise / length
     if not FLAT < abs(bulge) <= MAX_BULGE:
@@ -89,7 +89,7 @@ def _fitted(points: Points, tolerance: float) -> float | None:
     if float(np.abs(np.hypot(along - 0.5 * length, off - cy) - radius).max()) > tolerance:
         return None
     angles = np.unwrap(np.arctan2(off[: len(points)] - cy, along[: len(points)] - 0.5 * length))
-    return bulge if _goes_on(np.diff(angles) * np.sign(bulge)) else None
+    return bulge if _is_monotonic(np.diff(angles) * np.sign(bulge)) else None
 
 
 def _rise(along: NDArray[np.float64], off: NDArray[np.float64], length: float) -> float:
@@ -104,5 +104,5 @@ def _rise(along: NDArray[np.float64], off: NDArray[np.float64], length: float) -
     return float(c + np.sign(y) * np.hypot(half, c))
 
 
-def _goes_on(steps: NDArray[np.float64]) -> bool:
+def _is_monotonic(steps: NDArray[np.float64]) -> bool:
     return bool((steps >= -1e-12).all())

@@ -15,34 +15,34 @@ from leafcut.geometry.arrays import Indices, Points
 #: Maximum number of pairs in a valid drawing: constant, and per shape.
 MOST_PAIRS, MOST_PER_SHAPE = 500_000, 64
 #: Shapes per query of the index: few in crowded drawings, to detect them early.
-_FEWEST, _MOST = 16, 4096
+_MIN_BATCH, _MAX_BATCH = 16, 4096
 #: Batch sizes of `NearLines`: lines per query, and pairs evaluated at a time.
 _LINES, _PAIRS = 256, 500_000
 #: Relative accuracy of box and point distances; pairs closer to the limit are measured by GEOS.
-_EXACT = 1e-9
+_ACCURACY = 1e-9
 
 
 def query_pairs(
-    shapes: Any, others: Any, what: str, predicate: str, distance: float | None = None
+    shapes: Any, targets: Any, description: str, predicate: str, distance: float | None = None
 ) -> Iterator[tuple[Indices, Indices]]:
-    """Yield pairs (index in `shapes`, index in `others`) that satisfy a shapely predicate, in batches.
+    """Yield pairs (index in `shapes`, index in `targets`) that satisfy a shapely predicate, in batches.
 
     Raises
     ------
     PlanError
-        There are more than in any valid drawing; `what` names them.
+        There are more than in any valid drawing; `description` names them.
     """
-    tree: Any = shapely.STRtree(others)
-    more = {} if distance is None else {"distance": distance}
-    begin, step, total = 0, _FEWEST, 0
-    while begin < len(shapes):
-        first, second = tree.query(shapes[begin : begin + step], predicate=predicate, **more)
+    tree: Any = shapely.STRtree(targets)
+    options = {} if distance is None else {"distance": distance}
+    start, step, total = 0, _MIN_BATCH, 0
+    while start < len(shapes):
+        first, second = tree.query(shapes[start : start + step], predicate=predicate, **options)
         total += len(first)
         if total > MOST_PAIRS + MOST_PER_SHAPE * len(shapes):
-            raise PlanError(f"millions of {what}; clean up the drawing")
-        yield first + begin, second
-        begin += step
-        step = min(2 * step, _MOST) if len(first) <= MOST_PER_SHAPE * step else max(step // 2, _FEWEST)
+            raise PlanError(f"millions of {description}; clean up the drawing")
+        yield first + start, second
+        start += step
+        step = min(2 * step, _MAX_BATCH) if len(first) <= MOST_PER_SHAPE * step else max(step // 2, _MIN_BATCH)
 
 
 def near_pairs(points: Points, distance: float) -> tuple[Indices, Indices, NDArray[np.float64]]:
@@ -53,11 +53,11 @@ def near_pairs(points: Points, distance: float) -> tuple[Indices, Indices, NDArr
     PlanError
         Hundreds of points lie in one place.
     """
-    places = shapely.points(points)
-    found = [np.zeros((2, 0), dtype=np.int64)]
-    for i, j in query_pairs(places, places, f"points within {distance:g} mm of each other", "dwithin", distance):
-        found.append(np.stack([i, j])[:, i < j])
-    first, second = np.concatenate(found, axis=1)
+    shapes = shapely.points(points)
+    batches = [np.zeros((2, 0), dtype=np.int64)]
+    for i, j in query_pairs(shapes, shapes, f"points within {distance:g} mm of each other", "dwithin", distance):
+        batches.append(np.stack([i, j])[:, i < j])
+    first, second = np.concatenate(batches, axis=1)
     return first, second, np.hypot(*(points[first] - points[second]).T)
 
 
@@ -70,51 +70,54 @@ class NearLines:
 
     def __init__(self, lines: NDArray[np.object_]) -> None:
         self.lines, self.boxes = lines, shapely.bounds(lines)
-        coordinates, of = shapely.get_coordinates(lines, return_index=True)
-        first, last = (np.searchsorted(of, np.arange(len(lines)), side=side) for side in ("left", "right"))
-        self.marks = coordinates[np.stack([first, (first + last - 1) // 2, last - 1], axis=1)]
+        coordinates, owner = shapely.get_coordinates(lines, return_index=True)
+        first, last = (np.searchsorted(owner, np.arange(len(lines)), side=side) for side in ("left", "right"))
+        self.samples = coordinates[np.stack([first, (first + last - 1) // 2, last - 1], axis=1)]
         self.tree = shapely.STRtree(lines)
 
     def pairs(
-        self, others: NearLines, reach: float, wanted: Callable[[Indices, Indices], NDArray[np.bool_]] | None = None
+        self,
+        targets: NearLines,
+        reach: float,
+        is_candidate: Callable[[Indices, Indices], NDArray[np.bool_]] | None = None,
     ) -> Iterator[tuple[Indices, Indices]]:
-        """Yield (index here, index in `others`) of lines at most `reach` apart, in batches.
+        """Yield (index here, index in `targets`) of lines at most `reach` apart, in batches.
 
-        `wanted` selects the pairs to test: from int64[k] and int64[k] to bool[k].
+        `is_candidate` selects the pairs to test: from int64[k] and int64[k] to bool[k].
         """
-        for begin in range(0, len(others.lines), _LINES):
-            left, low, right, high = others.boxes[begin : begin + _LINES].T
-            wide = shapely.box(left - reach, low - reach, right + reach, high + reach)
-            found = self.tree.query(wide)
-            for k in range(0, max(found.shape[1], 1), _PAIRS):
-                other, one = found[:, k : k + _PAIRS]
-                other = other + begin
-                if wanted is not None:
-                    chosen = wanted(one, other)
-                    one, other = one[chosen], other[chosen]
-                yield self._near(one, others, other, reach)
+        for start in range(0, len(targets.lines), _LINES):
+            min_x, min_y, max_x, max_y = targets.boxes[start : start + _LINES].T
+            boxes = shapely.box(min_x - reach, min_y - reach, max_x + reach, max_y + reach)
+            candidates = self.tree.query(boxes)
+            for k in range(0, max(candidates.shape[1], 1), _PAIRS):
+                target, line = candidates[:, k : k + _PAIRS]
+                target = target + start
+                if is_candidate is not None:
+                    selected = is_candidate(line, target)
+                    line, target = line[selected], target[selected]
+                yield self._near(line, targets, target, reach)
 
-    def _near(self, one: Indices, others: NearLines, other: Indices, reach: float) -> tuple[Indices, Indices]:
-        a, b = self.boxes[one], others.boxes[other]
-        apart = np.maximum(np.maximum(a[:, :2] - b[:, 2:], b[:, :2] - a[:, 2:]), 0.0)
-        may = np.hypot(*apart.T) <= reach * (1.0 + _EXACT)
-        one, other = one[may], other[may]
-        near = np.zeros(len(one), dtype=bool)
+    def _near(self, line: Indices, targets: NearLines, target: Indices, reach: float) -> tuple[Indices, Indices]:
+        a, b = self.boxes[line], targets.boxes[target]
+        box_gaps = np.maximum(np.maximum(a[:, :2] - b[:, 2:], b[:, :2] - a[:, 2:]), 0.0)
+        possible = np.hypot(*box_gaps.T) <= reach * (1.0 + _ACCURACY)
+        line, target = line[possible], target[possible]
+        near = np.zeros(len(line), dtype=bool)
         for k in range(3):
-            for m in range(3):
-                between = self.marks[one, k] - others.marks[other, m]
-                near |= np.hypot(*between.T) <= reach * (1.0 - _EXACT)
+            for j in range(3):
+                offsets = self.samples[line, k] - targets.samples[target, j]
+                near |= np.hypot(*offsets.T) <= reach * (1.0 - _ACCURACY)
         unsure = np.flatnonzero(~near)
-        near[unsure] = shapely.dwithin(self.lines[one[unsure]], others.lines[other[unsure]], reach)
-        return one[near], other[near]
+        near[unsure] = shapely.dwithin(self.lines[line[unsure]], targets.lines[target[unsure]], reach)
+        return line[near], target[near]
 
 
 def unique_pairs(first: Indices, second: Indices) -> Indices:
     """Return int64[k, 2], the distinct pairs (first, second), in order; both are non-negative."""
-    wide = int(second.max(initial=0)) + 1
-    keys = np.sort(first * wide + second)
+    stride = int(second.max(initial=0)) + 1
+    keys = np.sort(first * stride + second)
     keys = keys[np.diff(keys, prepend=-1) > 0]
-    return np.stack([keys // wide, keys % wide], axis=1)
+    return np.stack([keys // stride, keys % stride], axis=1)
 
 
 def linked(n: int, first: Indices, second: Indices) -> Indices:

@@ -59,32 +59,34 @@ def join(paths: Sequence[Polyline], tolerance: float) -> Joining:
     ends = ends_of(chosen)
     first, second, gaps = near_pairs(ends, tolerance)
     lengths = np.array([p.length for p in chosen])
-    own = first // 2 == second // 2
+    same_path = first // 2 == second // 2
     # A short line is not closed on itself: its ends are close only because it is short.
-    fair = ~own | (lengths[first // 2] > 3.0 * np.maximum(gaps, EXACT)) & (lengths[first // 2] > 2.0 * tolerance)
-    first, second, gaps, own = first[fair], second[fair], gaps[fair], own[fair]
-    mate = _mates(chosen, first, second, gaps, own)
+    allowed = ~same_path | (lengths[first // 2] > 3.0 * np.maximum(gaps, EXACT)) & (
+        lengths[first // 2] > 2.0 * tolerance
+    )
+    first, second, gaps, same_path = first[allowed], second[allowed], gaps[allowed], same_path[allowed]
+    mate = _mates(chosen, first, second, gaps, same_path)
     result.branches = _branches(ends, mate, first, second, gaps)
-    for walk, loop in _walks(mate):
+    for walk, loop in _chains(mate):
         gaps_closed: list[tuple[Point, float]] = []
-        path = _assembled(chosen, walk, loop, gaps_closed)
+        path = _assemble(chosen, walk, loop, gaps_closed)
         result.paths.append(Joined(path, [members[end // 2] for end in walk], gaps_closed))
-    result.paths.sort(key=lambda made: min(made.members))
+    result.paths.sort(key=lambda joined: min(joined.members))
     return result
 
 
 def _mates(
-    paths: Sequence[Polyline], first: Indices, second: Indices, gaps: NDArray[np.float64], own: NDArray[np.bool_]
+    paths: Sequence[Polyline], first: Indices, second: Indices, gaps: NDArray[np.float64], same_path: NDArray[np.bool_]
 ) -> Indices:
     """Return the end that each end is joined to, or -1: nearest first; among ends in one place, by drawing order."""
-    drawn_together = np.where(gaps <= EXACT, 0.0, gaps)
+    distance = np.where(gaps <= EXACT, 0.0, gaps)
     follow = np.abs(first // 2 - second // 2) == 1
     # The end of one line and the start of the next in the drawing: i is even for a start, odd for an end.
     head_to_tail = follow & (second - first == 1)
-    rank = np.select([own, head_to_tail, follow], [0, 1, 2], 3)
-    angle = _angles(paths, first, second, drawn_together == 0.0)
+    rank = np.select([same_path, head_to_tail, follow], [0, 1, 2], 3)
+    angle = _angles(paths, first, second, distance == 0.0)
     rank[angle < DOUBLED_BACK] = 4
-    order = np.lexsort((angle, rank, drawn_together))
+    order = np.lexsort((angle, rank, distance))
     mate = np.full(2 * len(paths), -1, dtype=np.int64)
     for a, b in zip(first[order].tolist(), second[order].tolist(), strict=True):
         if mate[a] < 0 and mate[b] < 0:
@@ -97,15 +99,15 @@ def _angles(
 ) -> NDArray[np.float64]:
     """Return the angle between the paths at pairs of ends where more than two meet, otherwise π; radians."""
     crowded = np.bincount(np.concatenate([first[exact], second[exact]]), minlength=2 * len(paths)) > 1
-    ways = {end: _leaving(paths[end // 2], end % 2 == 1) for end in np.flatnonzero(crowded).tolist()}
+    directions = {end: _inward_direction(paths[end // 2], end % 2 == 1) for end in np.flatnonzero(crowded).tolist()}
     angles = np.full(len(first), np.pi)
     for k in np.flatnonzero(exact & crowded[first] & crowded[second]).tolist():
-        (ux, uy), (vx, vy) = ways[int(first[k])], ways[int(second[k])]
+        (ux, uy), (vx, vy) = directions[int(first[k])], directions[int(second[k])]
         angles[k] = abs(np.arctan2(ux * vy - uy * vx, ux * vx + uy * vy))
     return angles
 
 
-def _leaving(path: Polyline, at_end: bool) -> Point:
+def _inward_direction(path: Polyline, at_end: bool) -> Point:
     """Return the direction from an end into a path."""
     return (path.reversed() if at_end else path).direction_at(0.0)
 
@@ -119,7 +121,7 @@ def _branches(ends: Points, mate: Indices, first: Indices, second: Indices, gaps
     return [(float(x), float(y)) for x, y in np.unique(places.round(3), axis=0)]
 
 
-def _walks(mate: Indices) -> list[tuple[list[int], bool]]:
+def _chains(mate: Indices) -> list[tuple[list[int], bool]]:
     """Return the ends at which paths are entered, and whether each chain closes; end 2i enters path i at its start."""
     table = mate.tolist()
     done = [False] * (len(table) // 2)
@@ -141,7 +143,7 @@ def _walks(mate: Indices) -> list[tuple[list[int], bool]]:
     return walks
 
 
-def _assembled(paths: list[Polyline], walk: list[int], loop: bool, gaps: list[tuple[Point, float]]) -> Polyline:
+def _assemble(paths: list[Polyline], walk: list[int], loop: bool, gaps: list[tuple[Point, float]]) -> Polyline:
     """Return one path from several, each entered at one of its ends; closed gaps are added to `gaps`."""
     pieces = [paths[end // 2].reversed() if end % 2 else paths[end // 2] for end in walk]
     tables = [piece.vertices.copy() for piece in pieces]

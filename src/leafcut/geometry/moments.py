@@ -24,17 +24,17 @@ class Moments(NamedTuple):
     zz: Floats
 
 
-def moments(places: Floats, weights: Floats) -> Moments:
+def moments(points: Floats, weights: Floats) -> Moments:
     """Return the moments of the first 1, 2, 3 … points of every row.
 
     Parameters
     ----------
-    places
+    points
         float64[rows, n, 2], near 0 to keep precision.
     weights
         float64[rows, n].
     """
-    x, y = places[..., 0], places[..., 1]
+    x, y = points[..., 0], points[..., 1]
     z = x * x + y * y
     total = np.maximum(np.cumsum(weights, axis=1), _TINY)
 

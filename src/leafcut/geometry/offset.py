@@ -57,12 +57,12 @@ def offset(path: Polyline, distance: float, tolerance: float = 0.01) -> list[Pol
         exact = parallel(path, distance, fine)
         if exact is not None and check.agrees(exact, rings[0]):
             return [exact]
-    return [_fitted(ring, check, tolerance) for ring in rings]
+    return [_fit_ring(ring, check, tolerance) for ring in rings]
 
 
-def _fitted(ring: Points, check: _Check, tolerance: float) -> Polyline:
+def _fit_ring(ring: Points, check: _Check, tolerance: float) -> Polyline:
     """Return lines and arcs along one ring of chords; the chords themselves if arcs do not fit the path."""
-    moved = check.settled(ring)
+    moved = check.moved_to_distance(ring)
     for points, reach in ((moved, 0.5), (moved, 0.2), (ring, 0.2)):
         candidate = fit_arcs(points, reach * tolerance, closed=True)
         if check.agrees(candidate, ring):
@@ -97,32 +97,32 @@ class _Check:
             raise PlanError("a closed path of fewer than three points encloses nothing")
         self.region = shapely.Polygon(points)
         if not self.region.is_valid:
-            where = shapely.is_valid_reason(self.region).partition("[")[2].rstrip("]").replace(" ", ", ")
-            raise PlanError(f"the path crosses or touches itself at ({where}) and cannot be grown or shrunk")
+            location = shapely.is_valid_reason(self.region).partition("[")[2].rstrip("]").replace(" ", ", ")
+            raise PlanError(f"the path crosses or touches itself at ({location}) and cannot be grown or shrunk")
         self.edge = shapely.LineString(points)
         shapely.prepare(self.edge)
 
-    def agrees(self, answer: Polyline, ring: Points) -> bool:
+    def agrees(self, candidate: Polyline, ring: Points) -> bool:
         """Return whether a result is at the distance from the path everywhere, simple, and complete."""
-        if answer.n_segments < 2:
+        if candidate.n_segments < 2:
             return False
-        points = answer.flattened(FINE * self.tolerance)
-        own = shapely.LinearRing(points)
+        points = candidate.flattened(FINE * self.tolerance)
+        candidate_ring = shapely.LinearRing(points)
         dense = np.concatenate([points, 0.5 * (points[1:] + points[:-1])])
         gaps = shapely.distance(self.edge, shapely.points(dense))
-        if float(np.abs(gaps - self.distance).max()) > self.tolerance or not own.is_simple:
+        if float(np.abs(gaps - self.distance).max()) > self.tolerance or not candidate_ring.is_simple:
             return False
-        shapely.prepare(own)
-        there = np.concatenate([ring, 0.5 * (ring + np.roll(ring, 1, axis=0))])
-        loose = 2.0 * self.tolerance + 2.0 * GEOS_SLACK * self.distance
-        return bool(shapely.dwithin(own, shapely.points(there), loose).all())
+        shapely.prepare(candidate_ring)
+        expected = np.concatenate([ring, 0.5 * (ring + np.roll(ring, 1, axis=0))])
+        max_distance = 2.0 * self.tolerance + 2.0 * GEOS_SLACK * self.distance
+        return bool(shapely.dwithin(candidate_ring, shapely.points(expected), max_distance).all())
 
-    def settled(self, ring: Points) -> Points:
+    def moved_to_distance(self, ring: Points) -> Points:
         """Return the points of a ring, moved to the exact distance from the nearest point of the path."""
         points = shapely.points(ring)
         lines = shapely.shortest_line(self.edge, points)
         feet = shapely.get_coordinates(shapely.get_point(lines, 0))
-        away = ring - feet
-        gaps = np.hypot(away[:, 0], away[:, 1])[:, None]
-        moved: Points = feet + away * (self.distance / np.maximum(gaps, 1e-12))
+        offsets = ring - feet
+        gaps = np.hypot(offsets[:, 0], offsets[:, 1])[:, None]
+        moved: Points = feet + offsets * (self.distance / np.maximum(gaps, 1e-12))
         return moved

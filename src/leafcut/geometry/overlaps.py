@@ -32,13 +32,13 @@ class Uncovered(NamedTuple):
     removed: list[Point]
 
 
-def without_overlaps(paths: Sequence[Polyline], same: float = SAME) -> Uncovered:
+def without_overlaps(paths: Sequence[Polyline], tolerance: float = SAME) -> Uncovered:
     """Return open paths with every repeated line and arc kept once; O(n log n).
 
     Closed paths and open paths without overlap are unchanged; the others are returned in pieces.
     """
     table = _segments(paths)
-    cuts = _cuts(table, same)
+    cuts = _cuts(table, tolerance)
     if not cuts:
         return Uncovered([(p, i) for i, p in enumerate(paths)], [])
     broken = {int(table.path[k]) for k in cuts}
@@ -48,13 +48,13 @@ def without_overlaps(paths: Sequence[Polyline], same: float = SAME) -> Uncovered
         row = Polyline(np.array([[*table.a[k], table.bulge[k]], [*table.b[k], 0.0]]))
         stops = [0.0, *cuts.get(k, ()), row.length]
         pieces += [(row.piece(s, e), source) for s, e in pairwise(stops)]
-    whole = [(p, i) for i, p in enumerate(paths) if i not in broken]
-    extra = _doubles([p for p, _ in pieces], same)
-    back = _missed(pieces, extra, [p for p, _ in whole if not p.closed], same)
-    gone = {k for k in extra if k not in back}
-    kept = [piece for k, piece in enumerate(pieces) if k not in gone]
-    removed = [pieces[k][0].point_at(0.5 * pieces[k][0].length) for k in sorted(gone)]
-    return Uncovered(sorted([*whole, *kept], key=lambda pair: pair[1]), removed)
+    unbroken = [(p, i) for i, p in enumerate(paths) if i not in broken]
+    repeated = _repeated_pieces([p for p, _ in pieces], tolerance)
+    restored = _needed_pieces(pieces, repeated, [p for p, _ in unbroken if not p.closed], tolerance)
+    dropped = {k for k in repeated if k not in restored}
+    kept = [piece for k, piece in enumerate(pieces) if k not in dropped]
+    removed = [pieces[k][0].point_at(0.5 * pieces[k][0].length) for k in sorted(dropped)]
+    return Uncovered(sorted([*unbroken, *kept], key=lambda pair: pair[1]), removed)
 
 
 class _Segments(NamedTuple):
@@ -72,8 +72,8 @@ class _Segments(NamedTuple):
 def _segments(paths: Sequence[Polyline]) -> _Segments:
     chosen = [(i, p) for i, p in enumerate(paths) if not p.closed and p.n_segments]
     if not chosen:
-        none = np.zeros((0, 2))
-        return _Segments(none, none, none[:, 0], none[:, 0], none, none[:, 0], np.zeros(0, dtype=np.int64))
+        empty = np.zeros((0, 2))
+        return _Segments(empty, empty, empty[:, 0], empty[:, 0], empty, empty[:, 0], np.zeros(0, dtype=np.int64))
     a = np.concatenate([p.vertices[:-1, :2] for _, p in chosen])
     b = np.concatenate([p.vertices[1:, :2] for _, p in chosen])
     bulge = np.concatenate([p.bulges for _, p in chosen])
@@ -86,107 +86,108 @@ def _segments(paths: Sequence[Polyline]) -> _Segments:
     return _Segments(a, b, bulge, length, center, np.hypot(*(a - center).T), path)
 
 
-def _cuts(table: _Segments, same: float) -> dict[int, list[float]]:
+def _cuts(table: _Segments, tolerance: float) -> dict[int, list[float]]:
     """Return for every overlapping segment the positions at which to split it, mm along it, in order."""
-    found: dict[int, list[float]] = {}
-    for one, other in (_line_pairs(table, same), _arc_pairs(table, same)):
-        for i, j in ((one, other), (other, one)):
-            begin, end = _reach(table, i, j)
-            for at, length, *stops in zip(
-                i.tolist(), table.length[i].tolist(), begin.tolist(), end.tolist(), strict=True
+    positions: dict[int, list[float]] = {}
+    for first, second in (_line_pairs(table, tolerance), _arc_pairs(table, tolerance)):
+        for i, j in ((first, second), (second, first)):
+            starts, ends = _end_positions(table, i, j)
+            for index, length, *stops in zip(
+                i.tolist(), table.length[i].tolist(), starts.tolist(), ends.tolist(), strict=True
             ):
-                inside = [s for s in stops if same < s < length - same]
-                found.setdefault(at, []).extend(inside)
-    return {k: _apart(sorted(stops), same) for k, stops in found.items()}
+                inside = [s for s in stops if tolerance < s < length - tolerance]
+                positions.setdefault(index, []).extend(inside)
+    return {k: _without_close_stops(sorted(stops), tolerance) for k, stops in positions.items()}
 
 
-def _apart(stops: list[float], same: float) -> list[float]:
+def _without_close_stops(stops: list[float], tolerance: float) -> list[float]:
     kept: list[float] = []
     for stop in stops:
-        if not kept or stop - kept[-1] > same:
+        if not kept or stop - kept[-1] > tolerance:
             kept.append(stop)
     return kept
 
 
-def _line_pairs(table: _Segments, same: float) -> tuple[Indices, Indices]:
+def _line_pairs(table: _Segments, tolerance: float) -> tuple[Indices, Indices]:
     """Return pairs of lines that overlap over some length."""
     lines = np.flatnonzero(table.bulge == 0.0)
     if len(lines) < 2:
         return lines[:0], lines[:0]
     shapes = shapely.linestrings(np.stack([table.a[lines], table.b[lines]], axis=1))
-    found = []
-    for i, j in query_pairs(shapes, shapes, "lines in one place", "dwithin", same):
-        one, other = lines[i[i < j]], lines[j[i < j]]
-        on = _on_each_other(table, one, other, same)
-        found.append(np.stack([one[on], other[on]]))
-    one, other = np.concatenate(found, axis=1)
-    return one, other
+    batches = []
+    for i, j in query_pairs(shapes, shapes, "lines in one place", "dwithin", tolerance):
+        first, second = lines[i[i < j]], lines[j[i < j]]
+        overlapping = _lines_overlap(table, first, second, tolerance)
+        batches.append(np.stack([first[overlapping], second[overlapping]]))
+    first, second = np.concatenate(batches, axis=1)
+    return first, second
 
 
-def _on_each_other(table: _Segments, i: Indices, j: Indices, same: float) -> NDArray[np.bool_]:
-    way = (table.b[i] - table.a[i]) / table.length[i][:, None]
+def _lines_overlap(table: _Segments, i: Indices, j: Indices, tolerance: float) -> NDArray[np.bool_]:
+    direction = (table.b[i] - table.a[i]) / table.length[i][:, None]
     off = [
-        np.abs(way[:, 0] * d[:, 1] - way[:, 1] * d[:, 0]) for d in (table.a[j] - table.a[i], table.b[j] - table.a[i])
+        np.abs(direction[:, 0] * d[:, 1] - direction[:, 1] * d[:, 0])
+        for d in (table.a[j] - table.a[i], table.b[j] - table.a[i])
     ]
-    begin, end = _reach(table, i, j)
-    overlap = np.minimum(np.maximum(begin, end), table.length[i]) - np.maximum(np.minimum(begin, end), 0.0)
-    on: NDArray[np.bool_] = (np.maximum(*off) <= same) & (overlap > same)
-    return on
+    start, end = _end_positions(table, i, j)
+    overlap = np.minimum(np.maximum(start, end), table.length[i]) - np.maximum(np.minimum(start, end), 0.0)
+    overlapping: NDArray[np.bool_] = (np.maximum(*off) <= tolerance) & (overlap > tolerance)
+    return overlapping
 
 
-def _reach(table: _Segments, i: Indices, j: Indices) -> tuple[Floats, Floats]:
+def _end_positions(table: _Segments, i: Indices, j: Indices) -> tuple[Floats, Floats]:
     """Return the positions of the ends of segments j along segments i of the same line or circle, mm along i."""
     line = table.bulge[i] == 0.0
     with np.errstate(invalid="ignore"):
-        way = (table.b[i] - table.a[i]) / table.length[i][:, None]
-        straight = [((p - table.a[i]) * way).sum(axis=1) for p in (table.a[j], table.b[j])]
+        direction = (table.b[i] - table.a[i]) / table.length[i][:, None]
+        on_line = [((p - table.a[i]) * direction).sum(axis=1) for p in (table.a[j], table.b[j])]
         side, radius = np.sign(table.bulge[i]), table.radius[i]
         first = np.arctan2(*(table.a[i] - table.center[i]).T[::-1])
-        round_ = []
+        on_arc = []
         for p in (table.a[j], table.b[j]):
             angle = np.arctan2(*(p - table.center[i]).T[::-1]) - first
             # A point slightly before the start counts as before it, not as nearly a full turn after it.
             turn = np.mod(side * angle + 1e-9, _FULL) - 1e-9
-            round_.append(turn * radius)
-    return np.where(line, straight[0], round_[0]), np.where(line, straight[1], round_[1])
+            on_arc.append(turn * radius)
+    return np.where(line, on_line[0], on_arc[0]), np.where(line, on_line[1], on_arc[1])
 
 
-def _arc_pairs(table: _Segments, same: float) -> tuple[Indices, Indices]:
+def _arc_pairs(table: _Segments, tolerance: float) -> tuple[Indices, Indices]:
     """Return pairs of arcs of one circle that overlap over some length."""
     arcs = np.flatnonzero(table.bulge != 0.0)
     if len(arcs) < 2:
         return arcs[:0], arcs[:0]
     by_radius = arcs[np.argsort(table.radius[arcs], kind="stable")]
-    groups = np.split(by_radius, np.flatnonzero(np.diff(table.radius[by_radius]) > same) + 1)
-    found = [np.zeros((2, 0), dtype=np.int64)]
+    groups = np.split(by_radius, np.flatnonzero(np.diff(table.radius[by_radius]) > tolerance) + 1)
+    batches = [np.zeros((2, 0), dtype=np.int64)]
     for group in groups:
         if len(group) > 1:
-            i, j, _ = near_pairs(table.center[group], same)
-            found.append(np.stack([group[i], group[j]]))
-    one, other = np.concatenate(found, axis=1)
-    one, other = np.minimum(one, other), np.maximum(one, other)
-    on = _arcs_overlap(table, one, other, same)
-    return one[on], other[on]
+            i, j, _ = near_pairs(table.center[group], tolerance)
+            batches.append(np.stack([group[i], group[j]]))
+    first, second = np.concatenate(batches, axis=1)
+    first, second = np.minimum(first, second), np.maximum(first, second)
+    overlapping = _arcs_overlap(table, first, second, tolerance)
+    return first[overlapping], second[overlapping]
 
 
-def _arcs_overlap(table: _Segments, i: Indices, j: Indices, same: float) -> NDArray[np.bool_]:
-    begin, end = _reach(table, i, j)
+def _arcs_overlap(table: _Segments, i: Indices, j: Indices, tolerance: float) -> NDArray[np.bool_]:
+    first_end, second_end = _end_positions(table, i, j)
     opposite = np.sign(table.bulge[i]) != np.sign(table.bulge[j])
-    start = np.where(opposite, end, begin)
+    start = np.where(opposite, second_end, first_end)
     turn = _FULL * table.radius[i]
-    ahead = np.minimum(start + table.length[j], table.length[i]) - np.maximum(start, 0.0)
-    around = np.minimum(start + table.length[j] - turn, table.length[i])
-    alike = np.abs(table.radius[i] - table.radius[j]) <= same
-    over: NDArray[np.bool_] = alike & (np.maximum(ahead, around) > same)
-    return over
+    overlap = np.minimum(start + table.length[j], table.length[i]) - np.maximum(start, 0.0)
+    overlap_across_start = np.minimum(start + table.length[j] - turn, table.length[i])
+    alike = np.abs(table.radius[i] - table.radius[j]) <= tolerance
+    overlapping: NDArray[np.bool_] = alike & (np.maximum(overlap, overlap_across_start) > tolerance)
+    return overlapping
 
 
-def _doubles(pieces: list[Polyline], same: float) -> list[int]:
+def _repeated_pieces(pieces: list[Polyline], tolerance: float) -> list[int]:
     """Return the indices of pieces that equal an earlier one, in either direction."""
     if not pieces:
         return []
     middles = np.array([p.point_at(0.5 * p.length) for p in pieces])
-    first, second, _ = near_pairs(middles, 2.0 * same)
+    first, second, _ = near_pairs(middles, 2.0 * tolerance)
     a, b = np.array([p.start for p in pieces]), np.array([p.end for p in pieces])
 
     def apart(p: Points, q: Points) -> Floats:
@@ -195,50 +196,52 @@ def _doubles(pieces: list[Polyline], same: float) -> list[int]:
 
     straight = np.maximum(apart(a[first], a[second]), apart(b[first], b[second]))
     crossed = np.maximum(apart(a[first], b[second]), apart(b[first], a[second]))
-    return sorted(set(second[np.minimum(straight, crossed) <= 2.0 * same].tolist()))
+    return sorted(set(second[np.minimum(straight, crossed) <= 2.0 * tolerance].tolist()))
 
 
-def _missed(pieces: list[tuple[Polyline, int]], extra: list[int], others: list[Polyline], same: float) -> set[int]:
+def _needed_pieces(
+    pieces: list[tuple[Polyline, int]], repeated: list[int], outlines: list[Polyline], tolerance: float
+) -> set[int]:
     """Return the extra pieces that outlines need, so that no odd number of three or more ends meets.
 
     Along every tree of extra pieces, the odd ends are joined in pairs (a T-join, leaves first).
     """
-    ends = ends_of([*(p for p, _ in pieces), *others])
-    node = _nodes(ends, 2.0 * same)
-    doubles = set(extra)
+    ends = ends_of([*(p for p, _ in pieces), *outlines])
+    node = _nodes(ends, 2.0 * tolerance)
+    doubles = set(repeated)
     present = np.array([k // 2 not in doubles for k in range(len(ends))])
     degree = np.bincount(node[present], minlength=len(ends))
     odd = (degree % 2 == 1) & (degree >= 3)
-    around: dict[int, list[tuple[int, int]]] = {}
-    for k in extra:
+    neighbours: dict[int, list[tuple[int, int]]] = {}
+    for k in repeated:
         u, v = int(node[2 * k]), int(node[2 * k + 1])
-        around.setdefault(u, []).append((v, k))
-        around.setdefault(v, []).append((u, k))
-    back: set[int] = set()
-    seen: set[int] = set()
-    for root in around:
-        if root in seen:
+        neighbours.setdefault(u, []).append((v, k))
+        neighbours.setdefault(v, []).append((u, k))
+    needed: set[int] = set()
+    visited: set[int] = set()
+    for root in neighbours:
+        if root in visited:
             continue
-        seen.add(root)
+        visited.add(root)
         tree: list[tuple[int, int, int]] = []
-        waiting = deque([root])
-        while waiting:
-            u = waiting.popleft()
-            for v, k in around[u]:
-                if v not in seen:
-                    seen.add(v)
+        queue = deque([root])
+        while queue:
+            u = queue.popleft()
+            for v, k in neighbours[u]:
+                if v not in visited:
+                    visited.add(v)
                     tree.append((v, u, k))
-                    waiting.append(v)
+                    queue.append(v)
         if (sum(bool(odd[v]) for v, _, _ in tree) + bool(odd[root])) % 2:
             continue
         for v, u, k in reversed(tree):
             if odd[v]:
-                back.add(k)
+                needed.add(k)
                 odd[v], odd[u] = False, not odd[u]
-    return back
+    return needed
 
 
-def _nodes(ends: Points, same: float) -> Indices:
-    """Return a number for every end, equal for ends linked by distances within `same`."""
-    first, second, _ = near_pairs(ends, same)
+def _nodes(ends: Points, tolerance: float) -> Indices:
+    """Return a number for every end, equal for ends linked by distances within `tolerance`."""
+    first, second, _ = near_pairs(ends, tolerance)
     return linked(len(ends), first, second)

@@ -24,7 +24,7 @@ class Element(NamedTuple):
     radius: float = 0.0
 
 
-def parallel(path: Polyline, distance: float, close: float) -> Polyline | None:
+def parallel(path: Polyline, distance: float, tolerance: float) -> Polyline | None:
     """Return the parallel at `distance` mm to the right of a closed path (negative: to its left), or None.
 
     Gaps at corners are closed by arcs about the corner, overlaps are cut at the intersection. None if an element has no
@@ -33,33 +33,33 @@ def parallel(path: Polyline, distance: float, close: float) -> Polyline | None:
 
     Parameters
     ----------
-    close
+    tolerance
         Distance within which ends are one point, mm.
     """
-    beside = [_beside(s, distance) for s in path.segments() if s.start != s.end]
-    if len(beside) < 2 or any(e is None for e in beside):
+    shifted = [_shifted_element(s, distance) for s in path.segments() if s.start != s.end]
+    if len(shifted) < 2 or any(e is None for e in shifted):
         return None
-    elements: list[Element] = [e for e in beside if e is not None]
+    elements: list[Element] = [e for e in shifted if e is not None]
     corners = [s.end for s in path.segments() if s.start != s.end]
     joints: list[Element | None] = []
     for i, corner in enumerate(corners):
         j = (i + 1) % len(elements)
         first, second = elements[i], elements[j]
-        turn = _turn(_way(first, at_end=True), _way(second, at_end=False))
+        turn = _turn(_direction(first, at_end=True), _direction(second, at_end=False))
         joints.append(None)
-        if math.dist(first.end, second.start) <= close:
-            place = (0.5 * (first.end[0] + second.start[0]), 0.5 * (first.end[1] + second.start[1]))
-            elements[i], elements[j] = first._replace(end=place), second._replace(start=place)
+        if math.dist(first.end, second.start) <= tolerance:
+            joint_point = (0.5 * (first.end[0] + second.start[0]), 0.5 * (first.end[1] + second.start[1]))
+            elements[i], elements[j] = first._replace(end=joint_point), second._replace(start=joint_point)
         elif turn * distance > 0.0:
             joints[-1] = Element(first.end, second.start, turn, corner, abs(distance))
         else:
-            met = _meeting(first, second)
-            if met is None:
+            crossing = _nearest_intersection(first, second)
+            if crossing is None:
                 return None
-            elements[i], elements[j] = first._replace(end=met), second._replace(start=met)
+            elements[i], elements[j] = first._replace(end=crossing), second._replace(start=crossing)
     rows: list[tuple[float, float, float]] = []
     for element, joint in zip(elements, joints, strict=True):
-        bulge = _trimmed(element)
+        bulge = _trimmed_bulge(element)
         if bulge is None:
             return None
         rows.append((*element.start, bulge))
@@ -68,7 +68,7 @@ def parallel(path: Polyline, distance: float, close: float) -> Polyline | None:
     return Polyline(np.array(rows), closed=True)
 
 
-def _beside(s: Segment, distance: float) -> Element | None:
+def _shifted_element(s: Segment, distance: float) -> Element | None:
     if not s.is_arc:
         dx, dy = s.end[0] - s.start[0], s.end[1] - s.start[1]
         length = math.hypot(dx, dy)
@@ -85,7 +85,7 @@ def _beside(s: Segment, distance: float) -> Element | None:
     return Element(start, end, 4.0 * math.atan(s.bulge), s.center, radius)
 
 
-def _way(e: Element, at_end: bool) -> Point:
+def _direction(e: Element, at_end: bool) -> Point:
     """Return the direction of travel at an end of an element, not normalised."""
     if e.turn == 0.0:
         return (e.end[0] - e.start[0], e.end[1] - e.start[1])
@@ -99,22 +99,22 @@ def _turn(a: Point, b: Point) -> float:
     return math.atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1])
 
 
-def _meeting(a: Element, b: Element) -> Point | None:
+def _nearest_intersection(a: Element, b: Element) -> Point | None:
     """Return the intersection of the lines or circles of two elements nearest to their common end; None for none."""
-    near = (0.5 * (a.end[0] + b.start[0]), 0.5 * (a.end[1] + b.start[1]))
+    reference = (0.5 * (a.end[0] + b.start[0]), 0.5 * (a.end[1] + b.start[1]))
     if a.turn == 0.0 and b.turn == 0.0:
-        places = _line_line(a, b)
+        points = _line_line(a, b)
     elif a.turn == 0.0:
-        places = _line_circle(a, b)
+        points = _line_circle(a, b)
     elif b.turn == 0.0:
-        places = _line_circle(b, a)
+        points = _line_circle(b, a)
     else:
-        places = _circle_circle(a, b)
-    return min(places, key=lambda p: math.dist(p, near), default=None)
+        points = _circle_circle(a, b)
+    return min(points, key=lambda p: math.dist(p, reference), default=None)
 
 
 def _line_line(a: Element, b: Element) -> list[Point]:
-    (ux, uy), (vx, vy) = _way(a, True), _way(b, True)
+    (ux, uy), (vx, vy) = _direction(a, True), _direction(b, True)
     cross = ux * vy - uy * vx
     if abs(cross) <= 1e-12 * math.hypot(ux, uy) * math.hypot(vx, vy):
         return []
@@ -123,7 +123,7 @@ def _line_line(a: Element, b: Element) -> list[Point]:
 
 
 def _line_circle(line: Element, arc: Element) -> list[Point]:
-    ux, uy = _way(line, True)
+    ux, uy = _direction(line, True)
     length = math.hypot(ux, uy)
     ux, uy = ux / length, uy / length
     rx, ry = arc.center[0] - line.start[0], arc.center[1] - line.start[1]
@@ -137,18 +137,18 @@ def _line_circle(line: Element, arc: Element) -> list[Point]:
 
 def _circle_circle(a: Element, b: Element) -> list[Point]:
     dx, dy = b.center[0] - a.center[0], b.center[1] - a.center[1]
-    apart = math.hypot(dx, dy)
-    if apart <= 1e-9 * a.radius:
+    gap = math.hypot(dx, dy)
+    if gap <= 1e-9 * a.radius:
         return []
-    along = (apart * apart + a.radius * a.radius - b.radius * b.radius) / (2.0 * apart)
+    along = (gap * gap + a.radius * a.radius - b.radius * b.radius) / (2.0 * gap)
     square = a.radius * a.radius - along * along
     if square < 0.0:
         return []
-    ux, uy, half = dx / apart, dy / apart, math.sqrt(square)
+    ux, uy, half = dx / gap, dy / gap, math.sqrt(square)
     return [(a.center[0] + along * ux - s * half * uy, a.center[1] + along * uy + s * half * ux) for s in (-1.0, 1.0)]
 
 
-def _trimmed(e: Element) -> float | None:
+def _trimmed_bulge(e: Element) -> float | None:
     """Return the bulge of a trimmed element, or None if nothing of it is left.
 
     A line trimmed beyond its own start reverses its direction; the caller's distance check detects that.
@@ -156,9 +156,9 @@ def _trimmed(e: Element) -> float | None:
     if e.turn == 0.0:
         return 0.0
     side = math.copysign(1.0, e.turn)
-    begin = math.atan2(e.start[1] - e.center[1], e.start[0] - e.center[0])
-    finish = math.atan2(e.end[1] - e.center[1], e.end[0] - e.center[0])
-    turn = side * (finish - begin) % math.tau
+    start = math.atan2(e.start[1] - e.center[1], e.start[0] - e.center[0])
+    stop = math.atan2(e.end[1] - e.center[1], e.end[0] - e.center[0])
+    turn = side * (stop - start) % math.tau
     if turn > abs(e.turn) + 1e-9:
         return None
     return side * math.tan(0.25 * turn)

@@ -162,20 +162,20 @@ class Polyline:
     @cached_property
     def extents(self) -> tuple[float, float, float, float]:
         """Minimum x and y, maximum x and y, arcs included, mm."""
-        places = [self.vertices[:, :2]]
+        blocks = [self.vertices[:, :2]]
         arcs = np.flatnonzero(self.bulges).tolist() if self.vertices[:, 2].any() else []
         for s in map(self._segment, arcs):
-            begin = math.atan2(s.start[1] - s.center[1], s.start[0] - s.center[0])
+            start = math.atan2(s.start[1] - s.center[1], s.start[0] - s.center[0])
             turn = 4.0 * math.atan(s.bulge)
             for quarter in range(4):
-                ahead = (quarter * 0.5 * math.pi - begin) * math.copysign(1.0, turn) % (2.0 * math.pi)
-                if ahead <= abs(turn):
+                from_start = (quarter * 0.5 * math.pi - start) * math.copysign(1.0, turn) % (2.0 * math.pi)
+                if from_start <= abs(turn):
                     angle = quarter * 0.5 * math.pi
-                    places.append(
+                    blocks.append(
                         np.array([[s.center[0] + s.radius * math.cos(angle), s.center[1] + s.radius * math.sin(angle)]])
                     )
-        every = np.concatenate(places) if arcs else places[0]
-        low, high = every.min(axis=0), every.max(axis=0)
+        points = np.concatenate(blocks) if arcs else blocks[0]
+        low, high = points.min(axis=0), points.max(axis=0)
         return (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
 
     def flattened(self, tolerance: float = 0.01) -> Points:
@@ -210,16 +210,16 @@ class Polyline:
         return Polyline(np.column_stack([cos * x - sin * y, sin * x + cos * y, bulge]), self.closed)
 
     @cached_property
-    def _reach(self) -> list[float]:
+    def _segment_ends(self) -> list[float]:
         """Distance from the start to the end of every segment, mm."""
         ends: list[float] = np.cumsum(self.lengths).tolist()
         return ends
 
-    def _place(self, distance: float) -> tuple[int, float]:
+    def _locate(self, distance: float) -> tuple[int, float]:
         """Return the segment at a distance from the start, and the share of the segment before that point."""
         if self.closed and self.length > 0.0:
             distance %= self.length
-        ends = self._reach
+        ends = self._segment_ends
         index = min(bisect_right(ends, distance), self.n_segments - 1)
         length = float(self.lengths[index])
         before = ends[index] - length
@@ -227,12 +227,12 @@ class Polyline:
 
     def point_at(self, distance: float) -> tuple[float, float]:
         """Return the point at a distance along it from its start, mm; beyond an end of an open polyline, that end."""
-        index, share = self._place(distance)
+        index, share = self._locate(distance)
         return _along(self.segment(index), share)
 
     def direction_at(self, distance: float) -> tuple[float, float]:
         """Return the unit vector of travel at a distance along it; at a vertex, that of the following segment."""
-        index, share = self._place(distance)
+        index, share = self._locate(distance)
         s = self.segment(index)
         if not s.is_arc:
             length = math.hypot(s.end[0] - s.start[0], s.end[1] - s.start[1])
@@ -253,19 +253,19 @@ class Polyline:
             start, end = start - laps * self.length, end - laps * self.length
         rows: list[tuple[float, float, float]] = []
         last = self.point_at(start)
-        before = 0.0
+        travelled = 0.0
         for _ in range(3 if self.closed else 1):
             for i in range(self.n_segments):
                 length = float(self.lengths[i])
-                begin, finish = max(start - before, 0.0), min(end - before, length)
-                if length > 0.0 and finish > begin:
+                low, high = max(start - travelled, 0.0), min(end - travelled, length)
+                if length > 0.0 and high > low:
                     s = self.segment(i)
-                    share = (finish - begin) / length
+                    share = (high - low) / length
                     bulge = math.tan(share * math.atan(s.bulge)) if share < 1.0 else s.bulge
-                    rows.append((*_along(s, begin / length), bulge))
-                    last = _along(s, finish / length)
-                before += length
-            if before >= end:
+                    rows.append((*_along(s, low / length), bulge))
+                    last = _along(s, high / length)
+                travelled += length
+            if travelled >= end:
                 break
         return Polyline(np.array([*rows, (*last, 0.0)]), closed=False)
 
@@ -300,8 +300,8 @@ def _chords(s: Segment, tolerance: float) -> Points:
     turn = 4.0 * math.atan(s.bulge)
     step = 2.0 * math.acos(max(1.0 - tolerance / s.radius, 0.0)) if s.radius > 0.0 else math.pi
     count = min(max(math.ceil(abs(turn) / max(step, 1e-6)), 1), MAX_CHORDS)
-    begin = math.atan2(s.start[1] - s.center[1], s.start[0] - s.center[0])
-    angles = begin + turn * np.arange(1, count + 1) / count
+    start = math.atan2(s.start[1] - s.center[1], s.start[0] - s.center[0])
+    angles = start + turn * np.arange(1, count + 1) / count
     points = np.column_stack([s.center[0] + s.radius * np.cos(angles), s.center[1] + s.radius * np.sin(angles)])
     points[-1] = s.end
     return points

@@ -31,9 +31,9 @@ def region(outline: Polyline, islands: Sequence[Polyline] = (), tolerance: float
     fine = FINE * tolerance
     shape = shapely.Polygon(outline.flattened(fine), [island.flattened(fine) for island in islands])
     if not shape.is_valid:
-        words, _, place = shapely.is_valid_reason(shape).partition("[")
-        where = f" at ({place.rstrip(']').replace(' ', ', ')})" if place else ""
-        raise PlanError(f"{name}: {words.strip().lower()}{where}; outlines must not cross or touch")
+        problem, _, position = shapely.is_valid_reason(shape).partition("[")
+        location = f" at ({position.rstrip(']').replace(' ', ', ')})" if position else ""
+        raise PlanError(f"{name}: {problem.strip().lower()}{location}; outlines must not cross or touch")
     return shapely.geometry.polygon.orient(shape)
 
 
@@ -50,14 +50,16 @@ def tool_centres(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
     Where the shape is as wide as the tool, within the tolerance, this is its centre line. It is a strip half a
     tolerance wide on either side, on which the tool touches both walls.
     """
-    room = shrunk(shape, distance, tolerance)
+    centres = shrunk(shape, distance, tolerance)
     slack = 0.5 * tolerance
     slim = shrunk(shape, distance - slack, tolerance)
-    slots = [part for part in polygons(slim.difference(room.buffer(2.0 * tolerance))) if _span(part) > LONG * distance]
+    slots = [
+        part for part in polygons(slim.difference(centres.buffer(2.0 * tolerance))) if _span(part) > LONG * distance
+    ]
     if not slots:
-        return room
+        return centres
 
-    return shapely.union_all([room, *(slim.intersection(slot.buffer(3.0 * tolerance)) for slot in slots)])
+    return shapely.union_all([centres, *(slim.intersection(slot.buffer(3.0 * tolerance)) for slot in slots)])
 
 
 def _span(shape: Any) -> float:

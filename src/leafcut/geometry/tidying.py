@@ -43,15 +43,19 @@ def join_advice(number: int, paths: Sequence[Polyline]) -> str:
         Index of the path in `paths`; its own other end counts too.
     """
     ends = ends_of(paths)
-    own = slice(2 * number, 2 * number + 2)
-    away = np.hypot(*(ends[None, :, :] - ends[own, None, :]).transpose(2, 0, 1))
-    away[[0, 1], [2 * number, 2 * number + 1]] = math.inf
-    one, other = np.unravel_index(int(np.argmin(away)), away.shape)
-    gap = float(away[one, other])
-    x, y = ends[other].tolist()
-    wide = math.ceil(gap * 1000.0 + 1e-6) / 1000.0
-    closes = f"--join-tolerance {wide:g} closes it" if wide <= WIDEST_PROPOSED_JOIN else "draw what is missing there"
-    return f" (the nearest end is {gap:.3g} mm away at ({x:g}, {y:g}): {closes})"
+    own_ends = slice(2 * number, 2 * number + 2)
+    distances = np.hypot(*(ends[None, :, :] - ends[own_ends, None, :]).transpose(2, 0, 1))
+    distances[[0, 1], [2 * number, 2 * number + 1]] = math.inf
+    own_end, nearest_end = np.unravel_index(int(np.argmin(distances)), distances.shape)
+    gap = float(distances[own_end, nearest_end])
+    x, y = ends[nearest_end].tolist()
+    join_tolerance = math.ceil(gap * 1000.0 + 1e-6) / 1000.0
+    remedy = (
+        f"--join-tolerance {join_tolerance:g} closes it"
+        if join_tolerance <= WIDEST_PROPOSED_JOIN
+        else "draw what is missing there"
+    )
+    return f" (the nearest end is {gap:.3g} mm away at ({x:g}, {y:g}): {remedy})"
 
 
 def tidy(strokes: Sequence[Polyline], tolerance: float) -> Tidy:
@@ -63,28 +67,30 @@ def tidy(strokes: Sequence[Polyline], tolerance: float) -> Tidy:
         Hundreds of ends or lines lie in one place.
     """
     first = join(strokes, tolerance)
-    sound = [made for made in first.paths if strokes[made.members[0]].closed]
-    loops = [made for made in first.paths if made.path.closed and not strokes[made.members[0]].closed]
-    flaws = _flawed([made.path for made in loops])
+    sound = [joined for joined in first.paths if strokes[joined.members[0]].closed]
+    loops = [joined for joined in first.paths if joined.path.closed and not strokes[joined.members[0]].closed]
+    flaws = _has_flaws([joined.path for joined in loops])
     sound += [loop for loop, flaw in zip(loops, flaws, strict=True) if not flaw]
-    used = {i for made in sound for i in made.members}
-    left = [i for i in range(len(strokes)) if i not in used]
-    if not left:
+    used = {i for joined in sound for i in joined.members}
+    remaining = [i for i in range(len(strokes)) if i not in used]
+    if not remaining:
         return Tidy(first.paths)
-    covered = _covered([strokes[i] for i in left], [made.path for made in sound])
-    under = [i for i, c in zip(left, covered, strict=True) if c]
-    loose = [i for i, c in zip(left, covered, strict=True) if not c]
-    once = without_overlaps([strokes[i] for i in loose])
-    again = join([p for p, _ in once.paths], tolerance)
-    rest = [made._replace(members=_sources(made, once.paths, loose)) for made in again.paths]
-    doubles = [strokes[i].point_at(0.5 * strokes[i].length) for i in under] + once.removed
-    open_ones = any(not made.path.closed for made in rest)
-    branches = sorted({*first.branches, *again.branches}) if open_ones else again.branches
-    return Tidy(sorted([*sound, *rest], key=lambda made: min(made.members)), branches, doubles)
+    covered = _covered([strokes[i] for i in remaining], [joined.path for joined in sound])
+    covered_strokes = [i for i, c in zip(remaining, covered, strict=True) if c]
+    loose = [i for i, c in zip(remaining, covered, strict=True) if not c]
+    unique = without_overlaps([strokes[i] for i in loose])
+    rejoined = join([p for p, _ in unique.paths], tolerance)
+    rejoined_paths = [
+        joined._replace(members=_source_strokes(joined, unique.paths, loose)) for joined in rejoined.paths
+    ]
+    doubles = [strokes[i].point_at(0.5 * strokes[i].length) for i in covered_strokes] + unique.removed
+    open_ones = any(not joined.path.closed for joined in rejoined_paths)
+    branches = sorted({*first.branches, *rejoined.branches}) if open_ones else rejoined.branches
+    return Tidy(sorted([*sound, *rejoined_paths], key=lambda joined: min(joined.members)), branches, doubles)
 
 
-def _sources(made: Joined, pieces: Sequence[tuple[Polyline, int]], loose: Sequence[int]) -> list[int]:
-    return list(dict.fromkeys(loose[pieces[k][1]] for k in made.members))
+def _source_strokes(joined: Joined, pieces: Sequence[tuple[Polyline, int]], loose: Sequence[int]) -> list[int]:
+    return list(dict.fromkeys(loose[pieces[k][1]] for k in joined.members))
 
 
 def polygons(paths: Sequence[Polyline]) -> Any:
@@ -108,7 +114,7 @@ def polygons(paths: Sequence[Polyline]) -> Any:
     return shapely.polygons(shapely.linearrings(np.concatenate(rings), indices=indices))
 
 
-def _flawed(paths: Sequence[Polyline]) -> list[bool]:
+def _has_flaws(paths: Sequence[Polyline]) -> list[bool]:
     """Return whether each closed path crosses itself or encloses nothing."""
     shapes = polygons(paths)
     thin = 2.0 * shapely.area(shapes) <= SAME * shapely.length(shapes)
@@ -126,13 +132,13 @@ def _covered(loose: Sequence[Polyline], outlines: Sequence[Polyline]) -> list[bo
     tree = shapely.STRtree(lines)
     shares = (0.0, 0.25, 0.5, 0.75, 1.0)
     points = np.array([p.point_at(s * p.length) for p in loose for s in shares])
-    at, outline = tree.query(shapely.points(points), predicate="dwithin", distance=SAME)
-    pairs, counts = np.unique(np.stack([at // len(shares), outline]), axis=1, return_counts=True)
-    on = np.zeros(len(loose), dtype=bool)
-    on[pairs[0][counts == len(shares)]] = True
+    point_index, outline = tree.query(shapely.points(points), predicate="dwithin", distance=SAME)
+    pairs, counts = np.unique(np.stack([point_index // len(shares), outline]), axis=1, return_counts=True)
+    on_outline = np.zeros(len(loose), dtype=bool)
+    on_outline[pairs[0][counts == len(shares)]] = True
     # An outline may run along its neighbour's edge: a stroke that others continue belongs to them.
     ends = np.array([end for p in loose for end in (p.start, p.end)])
     first, second, _ = near_pairs(ends, SAME)
     for a, b in ((first, second), (second, first)):
-        on[(a // 2)[~on[b // 2]]] = False
-    return list(on)
+        on_outline[(a // 2)[~on_outline[b // 2]]] = False
+    return list(on_outline)

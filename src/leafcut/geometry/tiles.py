@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 #: Maximum number of points of a tile, unless too many lie in one place.
 MOST_POINTS = 64
 #: Maximum number of halvings of a shape.
-DEEPEST = 24
+MAX_DEPTH = 24
 
 
 class Tiles:
@@ -26,32 +26,32 @@ class Tiles:
     """
 
     def __init__(self, shapes: Sequence[Any]) -> None:
-        made = [(tile, number) for number, shape in enumerate(shapes) for tile in _tiles(shape)]
-        self.shapes = np.array([tile for tile, _ in made], dtype=object)
-        self.owner: NDArray[np.int64] = np.array([number for _, number in made], dtype=np.int64)
+        tiles = [(tile, number) for number, shape in enumerate(shapes) for tile in _tiles(shape)]
+        self.shapes = np.array([tile for tile, _ in tiles], dtype=object)
+        self.owner: NDArray[np.int64] = np.array([number for _, number in tiles], dtype=np.int64)
         self._tree = shapely.STRtree(self.shapes)
 
-    def near(self, places: Any, distance: float) -> NDArray[np.int64]:
+    def near(self, points: Any, distance: float) -> NDArray[np.int64]:
         """Return pairs (point, shape) within `distance`, mm, int64[2, k], each once, sorted."""
         pairs = np.atleast_2d(
-            self._tree.query(np.asarray(places, dtype=object), predicate="dwithin", distance=distance)
+            self._tree.query(np.asarray(points, dtype=object), predicate="dwithin", distance=distance)
         )
-        found: NDArray[np.int64] = np.unique(np.stack([pairs[0], self.owner[pairs[1]]]), axis=1)
-        return found
+        owners: NDArray[np.int64] = np.unique(np.stack([pairs[0], self.owner[pairs[1]]]), axis=1)
+        return owners
 
 
 def _tiles(shape: Any) -> list[Any]:
-    done, halves = [], [(shape, 0)]
-    while halves:
-        one, depth = halves.pop()
-        if shapely.get_num_coordinates(one) <= MOST_POINTS or depth == DEEPEST:
-            done.append(one)
+    tiles, stack = [], [(shape, 0)]
+    while stack:
+        piece, depth = stack.pop()
+        if shapely.get_num_coordinates(piece) <= MOST_POINTS or depth == MAX_DEPTH:
+            tiles.append(piece)
             continue
-        low_x, low_y, high_x, high_y = one.bounds
+        low_x, low_y, high_x, high_y = piece.bounds
         x, y = 0.5 * (low_x + high_x), 0.5 * (low_y + high_y)
         across = high_x - low_x >= high_y - low_y
         first = shapely.box(low_x, low_y, x, high_y) if across else shapely.box(low_x, low_y, high_x, y)
         second = shapely.box(x, low_y, high_x, high_y) if across else shapely.box(low_x, y, high_x, high_y)
-        cut = shapely.get_parts(shapely.intersection(one, [first, second]))
-        halves += [(part, depth + 1) for part in cut if not part.is_empty]
-    return done
+        halves = shapely.get_parts(shapely.intersection(piece, [first, second]))
+        stack += [(part, depth + 1) for part in halves if not part.is_empty]
+    return tiles

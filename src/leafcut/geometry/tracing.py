@@ -19,22 +19,22 @@ from leafcut.geometry.polyline import Polyline
 #: A line with fewer points, around a pixel or two, is used unchanged.
 FEW_POINTS = 10
 #: A crossing this close to the middle between two pixels, pixels, has no shades between dark and bright.
-PLAIN = 0.1
+UNSHADED = 0.1
 #: Standard deviation of the wall from the crossing, pixels: uniform over one pixel without shades; with shades about
 #: that of an anti-aliased edge.
 NOISE_OF_STEPS, NOISE_OF_SHADES = 0.29, 0.1
 #: Maximum distance of accepted lines and arcs from the level line, pixels.
 FARTHEST = 1.0
 #: Maximum share of its points that are off by more than this multiple of their noise.
-FEW, MANY = 0.03, 3.0
+MAX_OUTLIERS, OUTLIER = 0.03, 3.0
 #: Tolerance of arcs fitted to the smoothed line otherwise, pixels.
-FIT = 0.15
+FIT_TOLERANCE = 0.15
 #: Rounds of smoothing and its two weights: Taubin, "A signal processing approach to fair surface design", SIGGRAPH
 #: 1995, section 3: forwards and slightly more backwards, so that stairs vanish and circles keep their size.
 ROUNDS = 40
 FORTH, BACK = 0.5, -0.53
 #: Maximum shift of a level line from its crossings by smoothing, pixels.
-HALF = 0.5
+MAX_SHIFT = 0.5
 
 
 def level_lines(height: NDArray[np.float32]) -> list[Points]:
@@ -47,14 +47,14 @@ def level_lines(height: NDArray[np.float32]) -> list[Points]:
     padded = np.pad(height.astype(np.float64), 1, constant_values=1.0)
     lines = contourpy.contour_generator(z=padded, name="serial", line_type=contourpy.LineType.ChunkCombinedOffset)
     points, offsets = lines.lines(0.0)
-    found = []
+    rings = []
     for chunk, starts in zip(points, offsets, strict=True):
         if chunk is None or starts is None:
             continue
         # The centre of the first pixel is half a pixel from the corner, and one pixel was added.
         moved = chunk - 0.5
-        found += [moved[a : b - 1] for a, b in zip(starts[:-1].tolist(), starts[1:].tolist(), strict=True) if b - a > 3]
-    return found
+        rings += [moved[a : b - 1] for a, b in zip(starts[:-1].tolist(), starts[1:].tolist(), strict=True) if b - a > 3]
+    return rings
 
 
 def fitted_outline(line: Points) -> Polyline:
@@ -64,14 +64,14 @@ def fitted_outline(line: Points) -> Polyline:
     middle = line - 0.5
     # A crossing in the middle between two pixels only shows that the wall is somewhere between them.
     shift = np.abs(np.abs(middle - np.round(middle)) - 0.5).min(axis=1)
-    noise = np.where(shift < PLAIN, NOISE_OF_STEPS, NOISE_OF_SHADES)
+    noise = np.where(shift < UNSHADED, NOISE_OF_STEPS, NOISE_OF_SHADES)
     path = best_fit(line, noise)
     if path is not None:
         ring = shapely.LinearRing(path.flattened(0.01)) if path.n_segments > 1 else None
         if ring is not None and ring.is_simple:
             off = shapely.distance(shapely.points(line), ring)
             # Near corners a level line is rounder than the wall.
-            if off.max() <= FARTHEST and float((off > MANY * noise).mean()) <= FEW:
+            if off.max() <= FARTHEST and float((off > OUTLIER * noise).mean()) <= MAX_OUTLIERS:
                 return path
     return smoothed_outline(line)
 
@@ -80,7 +80,7 @@ def smoothed_outline(line: Points) -> Polyline:
     """Return arcs along a smoothed level line; faster, and rounder at corners."""
     if len(line) < FEW_POINTS:
         return Polyline.of_points(line, closed=True)
-    return fit_arcs(_smoothed(line), FIT, closed=True)
+    return fit_arcs(_smoothed(line), FIT_TOLERANCE, closed=True)
 
 
 def _smoothed(line: Points) -> Points:
@@ -88,10 +88,10 @@ def _smoothed(line: Points) -> Points:
     # A point between two pixels side by side moves in x, between two above each other in y.
     middle = line - 0.5
     in_row = np.abs(middle[:, 1] - np.round(middle[:, 1])) <= np.abs(middle[:, 0] - np.round(middle[:, 0]))
-    free = np.column_stack([in_row, ~in_row])
-    at = line
+    movable = np.column_stack([in_row, ~in_row])
+    moved = line
     for _ in range(ROUNDS):
         for weight in (FORTH, BACK):
-            at = at + weight * free * (0.5 * (np.roll(at, 1, axis=0) + np.roll(at, -1, axis=0)) - at)
-        at = np.clip(at, line - HALF, line + HALF)
-    return at
+            moved = moved + weight * movable * (0.5 * (np.roll(moved, 1, axis=0) + np.roll(moved, -1, axis=0)) - moved)
+        moved = np.clip(moved, line - MAX_SHIFT, line + MAX_SHIFT)
+    return moved
