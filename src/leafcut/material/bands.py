@@ -8,26 +8,26 @@ from leafcut.geometry.arrays import Floats, Indices
 from leafcut.kernels.bands import Bands, near_places
 
 
-def bands_of(places: Floats, side: float) -> Bands:
+def bands_of(points: Floats, side: float) -> Bands:
     """Return points, float64[n, 2], in bands of height `side`, mm; higher if there would be more bands than points."""
-    x, y = places.T
+    x, y = points.T
     low, high = float(y.min()), float(y.max())
-    side = max(side, (high - low) / len(places))
+    side = max(side, (high - low) / len(points))
     band = np.floor((y - low) / side).astype(np.int64)
     order = np.lexsort((x, band))
     first = np.searchsorted(band[order], np.arange(int(band.max()) + 2))
     return Bands(x[order], y[order], order, first, low, side)
 
 
-def pieces_near(begin: Floats, end: Floats, places: Floats, limits: Floats) -> tuple[Indices, Indices]:
+def pieces_near(start: Floats, end: Floats, points: Floats, limits: Floats) -> tuple[Indices, Indices]:
     """Return the pairs (segment, point) whose distance is within the limit of the point, by segment.
 
     Arrays are float64[m, 2], float64[n, 2] and float64[n], mm.
     """
-    count, found = np.zeros(len(begin), np.int64), np.zeros(0, np.int64)
-    if len(begin) and len(places):
-        longest = float(limits.max())
-        bands = bands_of(places, 0.5 * longest)
-        while (total := near_places(bands, limits, longest, begin, end, count, found)) > len(found):
-            found = np.zeros(total, np.int64)
-    return np.repeat(np.arange(len(begin)), count), found
+    count, rows = np.zeros(len(start), np.int64), np.zeros(0, np.int64)
+    if len(start) and len(points):
+        limit = float(limits.max())
+        bands = bands_of(points, 0.5 * limit)
+        while (total := near_places(bands, limits, limit, start, end, count, rows)) > len(rows):
+            rows = np.zeros(total, np.int64)
+    return np.repeat(np.arange(len(start)), count), rows

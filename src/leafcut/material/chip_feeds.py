@@ -51,16 +51,16 @@ def allowed_feed(engaged: Engaged, limits: FeedLimits) -> Floats:
 
     The power of a cut is proportional to f^(1 − mc), because kc is proportional to h^−mc.
     """
-    most = np.full(len(engaged.width), limits.feed)
-    feed = np.minimum(most / np.maximum(engaged.chip, 1e-9), limits.most)
+    chip_limit = np.full(len(engaged.width), limits.feed)
+    feed = np.minimum(chip_limit / np.maximum(engaged.chip, 1e-9), limits.most)
     if limits.material is not None:
         power = power_at(engaged, feed, limits)
-        over = power > limits.power
-        feed[over] *= (limits.power / power[over]) ** (1.0 / (1.0 - limits.material.mc))
+        overloaded = power > limits.power
+        feed[overloaded] *= (limits.power / power[overloaded]) ** (1.0 / (1.0 - limits.material.mc))
     return np.asarray(feed)
 
 
-def power_on_ramp(limits: FeedLimits, across: float, down: float, depth: float) -> float:
+def power_on_ramp(limits: FeedLimits, across: float, sink_rate: float, depth: float) -> float:
     """Return the maximum power of a ramp or a helix, W; 0 without a limit.
 
     The side is assumed to cut a slot of the full level depth throughout. In fact only the end of a ramp is that deep,
@@ -68,30 +68,32 @@ def power_on_ramp(limits: FeedLimits, across: float, down: float, depth: float) 
 
     Parameters
     ----------
-    across, down
+    across, sink_rate
         Horizontal and downward feed, mm/s.
     depth
         From the uncut surface to the end of the ramp, mm.
     """
-    if limits.material is None or not across > 0.0 or not down > 0.0:
+    if limits.material is None or not across > 0.0 or not sink_rate > 0.0:
         return 0.0
     teeth_by_time = limits.rpm * limits.teeth / SECONDS_PER_MINUTE
     side = limits.diameter * max(depth, limits.depth) * across
-    end = 0.25 * math.pi * limits.diameter**2 * down
+    end = 0.25 * math.pi * limits.diameter**2 * sink_rate
     chip = mean_chip(across / teeth_by_time, limits.diameter, limits.diameter)
-    return float(ramp_power(limits.material, side, end, chip, down / teeth_by_time))
+    return float(ramp_power(limits.material, side, end, chip, sink_rate / teeth_by_time))
 
 
-def power_on_plunge(limits: FeedLimits, down: float) -> float:
+def power_on_plunge(limits: FeedLimits, sink_rate: float) -> float:
     """Return the power of a straight plunge at a feed in mm/s, W; 0 without a limit.
 
     The end cuts over the whole area of the tool, with the descent per tooth as chip thickness, like the end of a ramp
     (`material.cutting_force.ramp_power`).
     """
-    if limits.material is None or not down > 0.0:
+    if limits.material is None or not sink_rate > 0.0:
         return 0.0
     teeth_by_time = limits.rpm * limits.teeth / SECONDS_PER_MINUTE
-    return float(milling_power(limits.material, 0.25 * math.pi * limits.diameter**2 * down, down / teeth_by_time))
+    return float(
+        milling_power(limits.material, 0.25 * math.pi * limits.diameter**2 * sink_rate, sink_rate / teeth_by_time)
+    )
 
 
 def plunge_feed(limits: FeedLimits, feed: float) -> float:

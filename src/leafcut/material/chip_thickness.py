@@ -32,6 +32,6 @@ def chip_share(removed: Removed, radius: Floats, cell: float) -> Floats:
 
 def cut_width(removed: Removed, radius: Floats, cell: float) -> Floats:
     """Return the width of cut of every move, mm, perpendicular to its path; at most the tool's diameter."""
-    wide = np.where(removed.cuts, removed.left + removed.right + cell, 0.0)
-    width: Floats = np.minimum(np.maximum(wide, 0.0), 2.0 * radius)
+    swept = np.where(removed.cuts, removed.left + removed.right + cell, 0.0)
+    width: Floats = np.minimum(np.maximum(swept, 0.0), 2.0 * radius)
     return width

@@ -69,11 +69,11 @@ def cut(
     moves: StraightMoves,
     cutters: Mapping[int, Cutter],
     threads: int = 1,
-    look: Heartbeat = unseen,
+    check_cancelled: Heartbeat = unseen,
     *,
     margin: float | None = None,
-    beside: float | None = None,
-    room: HeightField | None = None,
+    surrounding_height: float | None = None,
+    lowered: HeightField | None = None,
     bodies: Mapping[int, Sequence[BodyPart]] | None = None,
 ) -> Removed:
     """Cut material by the moves of a program, in order; changes the field.
@@ -87,9 +87,9 @@ def cut(
         By tool number; contains every tool of the moves.
     margin
         Additional tool radius for `Removed.over`, mm.
-    beside
+    surrounding_height
         Height of material outside the field for `Removed.over`, mm; None: the field's floor.
-    room
+    lowered
         A field with the same cells: where a rapid lowers the material, it gets the new height.
     bodies
         Parts above the flutes, by tool number; unknown for missing tools.
@@ -102,76 +102,80 @@ def cut(
     table = np.zeros((len(moves), 9))
     table[:, 3], table[:, 4], table[:, 5] = math.inf, -math.inf, -math.inf
     if margin is not None:
-        reach = margin + np.array([cutters[number].radius for number in moves.tool.tolist()])
-        outside = ~field.contains(moves.ends, reach)
-        height = field.floor if beside is None else beside
+        distances = margin + np.array([cutters[number].radius for number in moves.tool.tolist()])
+        outside = ~field.contains(moves.ends, distances)
+        height = field.floor if surrounding_height is None else surrounding_height
         table[outside, 5] = height - np.minimum(moves.ends[outside, 2], moves.ends[outside, 5])
     inset = np.where(moves.rapid, RAPID_INSET * field.cell, 0.0)
     wider = -1.0 if margin is None else margin
-    lowered = np.empty((0, 0), dtype=np.float32) if room is None else room.heights
+    lowered_heights = np.empty((0, 0), dtype=np.float32) if lowered is None else lowered.heights
     shapes = {number: ToolShape(*_shape(cutter)) for number, cutter in cutters.items()}
-    above = {number: _rows(parts) for number, parts in (bodies or {}).items()}
-    none, top = np.zeros((0, 8)), float(field.heights.max(initial=-math.inf)) - FILM
+    body_rows = {number: _part_rows(parts) for number, parts in (bodies or {}).items()}
+    no_body, top = np.zeros((0, 8)), float(field.heights.max(initial=-math.inf)) - FILM
     middle = [field.y + 0.5 * (edges[k] + edges[k + 1] - 1) * field.cell for k in range(len(edges) - 1)]
     with ThreadPoolExecutor(max(threads, 1)) as pool:
-        for begin, end, tool in _stretches(moves.tool):
-            look()
-            shape, body = shapes[tool], above.get(tool, none)
-            around = max(shape.radius + max(wider, 0.0), float(body[:, 0].max(initial=0.0)))
-            low = np.minimum(moves.ends[begin:end, 1], moves.ends[begin:end, 4]) - around
-            high = np.maximum(moves.ends[begin:end, 1], moves.ends[begin:end, 4]) + around
+        for start, end, tool in _tool_runs(moves.tool):
+            check_cancelled()
+            shape, body = shapes[tool], body_rows.get(tool, no_body)
+            half_width = max(shape.radius + max(wider, 0.0), float(body[:, 0].max(initial=0.0)))
+            low = np.minimum(moves.ends[start:end, 1], moves.ends[start:end, 4]) - half_width
+            high = np.maximum(moves.ends[start:end, 1], moves.ends[start:end, 4]) + half_width
 
             def strip(
-                number: int, begin: int = begin, shape: ToolShape = shape, body: Floats = body, low: Floats = low,
+                number: int, start: int = start, shape: ToolShape = shape, body: Floats = body, low: Floats = low,
                 high: Floats = high,
             ) -> tuple[NDArray[np.int64], Floats]:  # fmt: skip
                 first, last = int(edges[number]), int(edges[number + 1])
-                reach = 0.5 * (last - first) * field.cell
-                which = begin + np.flatnonzero((low <= middle[number] + reach) & (high >= middle[number] - reach))
-                found = np.empty((len(which), 9))
+                half_height = 0.5 * (last - first) * field.cell
+                selected = start + np.flatnonzero(
+                    (low <= middle[number] + half_height) & (high >= middle[number] - half_height)
+                )
+                result = np.empty((len(selected), 9))
                 sweep(
-                    field.heights, lowered, first, last, grid, shape, moves.ends, which, inset, wider, FILM, top, body,
-                    found,
+                    field.heights, lowered_heights, first, last, grid, shape, moves.ends, selected, inset, wider, FILM,
+                    top, body, result,
                 )  # fmt: skip
-                return which, found
+                return selected, result
 
-            for which, found in pool.map(strip, range(len(middle))):
-                table[which, :2] += found[:, :2]
-                table[which, 3] = np.minimum(table[which, 3], found[:, 3])
+            for selected, result in pool.map(strip, range(len(middle))):
+                table[selected, :2] += result[:, :2]
+                table[selected, 3] = np.minimum(table[selected, 3], result[:, 3])
                 for column in (2, 4, 5, 6, 7):
-                    table[which, column] = np.maximum(table[which, column], found[:, column])
-                table[which, 8] += found[:, 8]
+                    table[selected, column] = np.maximum(table[selected, column], result[:, column])
+                table[selected, 8] += result[:, 8]
     area = field.cell**2
-    shank = np.where(_runs_in(moves, table[:, 8], cutters, field.cell), table[:, 6], 0.0)
+    shank = np.where(_shank_collides(moves, table[:, 8], cutters, field.cell), table[:, 6], 0.0)
     return Removed(
         table[:, 0] * area, table[:, 1] * area, table[:, 2], table[:, 4], -table[:, 3], table[:, 5], shank, table[:, 7]
     )  # fmt: skip
 
 
-def _rows(parts: Sequence[BodyPart]) -> Floats:
+def _part_rows(parts: Sequence[BodyPart]) -> Floats:
     """Return the parts above the flutes as kernel input, float64[b, 8]."""
     rows = [
-        (one.radius, one.flat, 0.0, one.flat, 0.0, 0.0 if math.isinf(one.slope) else one.slope, one.above,
-         float(one.body is Body.HOLDER))
-        for one in parts
+        (part.radius, part.flat, 0.0, part.flat, 0.0, 0.0 if math.isinf(part.slope) else part.slope, part.above,
+         float(part.body is Body.HOLDER))
+        for part in parts
     ]  # fmt: skip
     return np.array(rows, dtype=np.float64).reshape(-1, 8)
 
 
-def _runs_in(moves: StraightMoves, cells: Floats, cutters: Mapping[int, Cutter], cell: float) -> NDArray[np.bool_]:
+def _shank_collides(
+    moves: StraightMoves, cells: Floats, cutters: Mapping[int, Cutter], cell: float
+) -> NDArray[np.bool_]:
     """Return the moves in which a shank collides, from the cells of each: enough successive cells."""
-    met = np.zeros(len(moves), dtype=np.bool_)
+    colliding = np.zeros(len(moves), dtype=np.bool_)
     hits = np.flatnonzero(cells > 0)
     if not len(hits):
-        return met
-    way = np.cumsum(np.hypot(*(moves.ends[:, 3:5] - moves.ends[:, :2]).T))
-    length = np.diff(way, prepend=0.0)[hits]
-    gap = np.diff(way[hits]) - length[1:] > _SHANK_GAP * cell
-    apart = np.concatenate([[True], gap | (np.diff(moves.tool[hits]) != 0)])
-    group = np.cumsum(apart) - 1
-    enough = np.array([_SHANK_CELLS * 2.0 * cutters[number].radius / cell for number in moves.tool[hits].tolist()])
-    met[hits] = np.bincount(group, cells[hits])[group] > enough
-    return met
+        return colliding
+    travelled = np.cumsum(np.hypot(*(moves.ends[:, 3:5] - moves.ends[:, :2]).T))
+    length = np.diff(travelled, prepend=0.0)[hits]
+    gap = np.diff(travelled[hits]) - length[1:] > _SHANK_GAP * cell
+    is_start = np.concatenate([[True], gap | (np.diff(moves.tool[hits]) != 0)])
+    group = np.cumsum(is_start) - 1
+    threshold = np.array([_SHANK_CELLS * 2.0 * cutters[number].radius / cell for number in moves.tool[hits].tolist()])
+    colliding[hits] = np.bincount(group, cells[hits])[group] > threshold
+    return colliding
 
 
 def _shape(cutter: Cutter) -> tuple[float, ...]:
@@ -179,11 +183,11 @@ def _shape(cutter: Cutter) -> tuple[float, ...]:
     return (cutter.radius, cutter.flat, cutter.corner, *cutter.tangent, slope)
 
 
-def _stretches(tool: NDArray[np.int64]) -> Iterable[tuple[int, int, int]]:
+def _tool_runs(tool: NDArray[np.int64]) -> Iterable[tuple[int, int, int]]:
     """Yield runs of moves with the same tool, limited in length: start, end, tool."""
     if not len(tool):
         return
     changes = np.flatnonzero(np.diff(tool)) + 1
     for first, last in zip([0, *changes.tolist()], [*changes.tolist(), len(tool)], strict=True):
-        for begin in range(first, last, _AT_ONCE):
-            yield begin, min(begin + _AT_ONCE, last), int(tool[first])
+        for start in range(first, last, _AT_ONCE):
+            yield start, min(start + _AT_ONCE, last), int(tool[first])

@@ -43,7 +43,7 @@ class Engaged(NamedTuple):
     chip: Floats
 
 
-def engagement(way: ToolWay, rules: PocketRules, entry: NDArray[np.bool_] | None = None) -> Engaged:
+def engagement(path: ToolWay, rules: PocketRules, entry: NDArray[np.bool_] | None = None) -> Engaged:
     """Return the engagement at every point of a path.
 
     Exact at the points, except for the effect of the tolerance t on the width of material: an angle φ is accurate to t
@@ -55,18 +55,18 @@ def engagement(way: ToolWay, rules: PocketRules, entry: NDArray[np.bool_] | None
     entry
         Points on the loop along which the tool descended: they are cleared already, and give 0.
     """
-    n = len(way)
+    n = len(path)
     angle, width, nearest = (np.zeros(n) for _ in range(3))
     if n:
         near = 2.0 * math.sqrt(2.0 * rules.radius * rules.tolerance)
         tool = ToolEdge(rules.radius, rules.radius - rules.tolerance, near, _NOTHING)
-        x, y, ahead_x, ahead_y, back_x, back_y = np.concatenate([way.xy, way.ahead, way.back], axis=1).T.copy()
+        x, y, ahead_x, ahead_y, back_x, back_y = np.concatenate([path.xy, path.ahead, path.back], axis=1).T.copy()
         low, high = np.zeros((2, 2 * n + 2))
         # All earlier points count, including those without engagement: otherwise films thinner than the tolerance that
         # they removed would count as material for later points, and would add up.
         engaged_edges(
-            bands_of(way.xy, rules.radius), x, y, ahead_x, ahead_y, back_x, back_y, way.run, np.cumsum(way.step), tool,
-            low, high, angle, width, nearest,
+            bands_of(path.xy, rules.radius), x, y, ahead_x, ahead_y, back_x, back_y, path.run, np.cumsum(path.step),
+            tool, low, high, angle, width, nearest,
         )  # fmt: skip
     if entry is not None:
         angle[entry] = width[entry] = 0.0

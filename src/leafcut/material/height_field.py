@@ -72,14 +72,14 @@ class HeightField:
         """
         columns, rows = (max(math.ceil((block.high[k] - block.low[k]) / cell - 1e-9), 1) for k in range(2))
         if columns * rows > MOST_CELLS:
-            wide, high = (block.high[k] - block.low[k] for k in range(2))
-            least = math.sqrt(wide * high / MOST_CELLS)
+            width, depth = (block.high[k] - block.low[k] for k in range(2))
+            min_cell = math.sqrt(width * depth / MOST_CELLS)
             # The sides are not multiples of the cell: the last cell of each row and column counts too.
-            while math.ceil(wide / least) * math.ceil(high / least) > MOST_CELLS:
-                least *= 1.01
+            while math.ceil(width / min_cell) * math.ceil(depth / min_cell) > MOST_CELLS:
+                min_cell *= 1.01
             raise PlanError(
                 f"cells of {cell:g} mm: {columns * rows:,} of them are needed, at most {MOST_CELLS:,} fit; use cells "
-                f"of {math.ceil(1000 * least) / 1000:g} mm or a smaller stock"
+                f"of {math.ceil(1000 * min_cell) / 1000:g} mm or a smaller stock"
             )
         heights = np.full((rows, columns), block.high[2], dtype=np.float32)
         return cls(heights, block.low[0] + 0.5 * cell, block.low[1] + 0.5 * cell, cell, block.low[2])
@@ -88,14 +88,14 @@ class HeightField:
         """Return an independent copy of the material."""
         return HeightField(self.heights.copy(), self.x, self.y, self.cell, self.floor)
 
-    def contains(self, ends: Floats, reach: Floats) -> NDArray[np.bool_]:
+    def contains(self, ends: Floats, margins: Floats) -> NDArray[np.bool_]:
         """Return which moves, float64[m, 6], stay within the cells, including everything within a reach of them, mm."""
         half = 0.5 * self.cell
         inside = np.ones(len(ends), dtype=np.bool_)
         for axis, first, count in ((0, self.x, self.heights.shape[1]), (1, self.y, self.heights.shape[0])):
             low, high = first - half, first + (count - 1) * self.cell + half
-            inside &= np.minimum(ends[:, axis], ends[:, axis + 3]) - reach >= low - 1e-9
-            inside &= np.maximum(ends[:, axis], ends[:, axis + 3]) + reach <= high + 1e-9
+            inside &= np.minimum(ends[:, axis], ends[:, axis + 3]) - margins >= low - 1e-9
+            inside &= np.maximum(ends[:, axis], ends[:, axis + 3]) + margins <= high + 1e-9
         return inside
 
     @property
@@ -126,6 +126,6 @@ def usual_cell(
     only if the cells would not fit into memory. In steps of 0.01 mm.
     """
     area = (block.high[0] - block.low[0]) * (block.high[1] - block.low[1])
-    usual = max(share * smallest, math.sqrt(area / cells))
-    most = max(COARSEST * smallest, 1.01 * math.sqrt(area / most_cells))
-    return math.ceil(max(min(usual, most), FINEST) / FINEST - 1e-9) * FINEST
+    preferred = max(share * smallest, math.sqrt(area / cells))
+    coarsest = max(COARSEST * smallest, 1.01 * math.sqrt(area / most_cells))
+    return math.ceil(max(min(preferred, coarsest), FINEST) / FINEST - 1e-9) * FINEST

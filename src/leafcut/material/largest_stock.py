@@ -23,7 +23,7 @@ def largest_stock(
     cell: float,
     dogleg: bool,
     threads: int = 1,
-    look: Heartbeat = unseen,
+    check_cancelled: Heartbeat = unseen,
 ) -> HeightField:
     """Return the maximum material over the cuts of a program that none of its rapids would meet.
 
@@ -46,10 +46,10 @@ def largest_stock(
     field = HeightField.of_block(
         StockBlock((float(low[0]), float(low[1]), bottom), (float(high[0]), float(high[1]), top)), cell
     )
-    believed = moves.ends.copy()
+    assumed_ends = moves.ends.copy()
     if dogleg:
-        bent = moves.rapid & ((believed[:, 3:] != believed[:, :3]).sum(axis=1) > 1)
-        believed[bent, :3] = believed[bent, 3:]
-    room = field.copy()
-    cut(field, replace(moves, ends=believed), cutters, threads, look, room=room)
-    return room
+        dogleg_moves = moves.rapid & ((assumed_ends[:, 3:] != assumed_ends[:, :3]).sum(axis=1) > 1)
+        assumed_ends[dogleg_moves, :3] = assumed_ends[dogleg_moves, 3:]
+    remaining = field.copy()
+    cut(field, replace(moves, ends=assumed_ends), cutters, threads, check_cancelled, lowered=remaining)
+    return remaining

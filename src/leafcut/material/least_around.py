@@ -15,17 +15,20 @@ def least_around(values: Floats, length: Floats, reach: float) -> Floats:
     values, length
         Of every piece, in path order; lengths and `reach` in mm.
     """
-    at = np.cumsum(length) - 0.5 * length
-    first, last = np.searchsorted(at, at - reach, side="left"), np.searchsorted(at, at + reach, side="right")
+    middles = np.cumsum(length) - 0.5 * length
+    first, last = (
+        np.searchsorted(middles, middles - reach, side="left"),
+        np.searchsorted(middles, middles + reach, side="right"),
+    )
     # Minima of 2^k values by doubling; two overlapping ones cover any range.
     table = [values]
     while 2 << len(table) - 1 <= int((last - first).max(initial=1)):
-        half, longer = 1 << len(table) - 1, table[-1].copy()
-        longer[:-half] = np.minimum(longer[:-half], table[-1][half:])
-        table.append(longer)
+        half, doubled = 1 << len(table) - 1, table[-1].copy()
+        doubled[:-half] = np.minimum(doubled[:-half], table[-1][half:])
+        table.append(doubled)
     powers = np.log2(np.maximum(last - first, 1)).astype(np.int64)
-    around = np.empty_like(values)
-    for k, least in enumerate(table):
-        mine = powers == k
-        around[mine] = np.minimum(least[first[mine]], least[last[mine] - (1 << k)])
-    return around
+    result = np.empty_like(values)
+    for k, minima in enumerate(table):
+        same_power = powers == k
+        result[same_power] = np.minimum(minima[first[same_power]], minima[last[same_power] - (1 << k)])
+    return result

@@ -100,8 +100,8 @@ class Loads:
     def down(self) -> Floats:
         """Downward speed of each piece, mm/s; 0 for others."""
         ends = self.moves.ends
-        fall = np.maximum(ends[:, 2] - ends[:, 5], 0.0)
-        return np.divide(self.feed * fall, self.length, out=np.zeros_like(fall), where=self.length > 0)
+        drop = np.maximum(ends[:, 2] - ends[:, 5], 0.0)
+        return np.divide(self.feed * drop, self.length, out=np.zeros_like(drop), where=self.length > 0)
 
     @cached_property
     def length(self) -> Floats:
@@ -122,8 +122,8 @@ class Loads:
     def cuts_of(self, number: int) -> NDArray[np.bool_]:
         """Return the pieces that a tool mills; if it only descends, its ramps and helices, or its plunges."""
         of_tool = self.moves.tool == number
-        ways = (np.asarray(one & of_tool) for one in (self.mills, self.sinks, self.plunges))
-        return next((one for one in ways if one.any()), np.zeros(len(of_tool), dtype=np.bool_))
+        kinds = (np.asarray(pieces & of_tool) for pieces in (self.mills, self.sinks, self.plunges))
+        return next((pieces for pieces in kinds if pieces.any()), np.zeros(len(of_tool), dtype=np.bool_))
 
     def power(self, spindle: SpindleLoad, teeth: int, diameter: float) -> Floats:
         """Return the power of every piece at the tool, W; 0 without a cut.
@@ -169,7 +169,7 @@ def loads_of(
     stock: StockBefore,
     clearance: float,
     threads: int = 1,
-    look: Heartbeat = unseen,
+    check_cancelled: Heartbeat = unseen,
 ) -> Loads:
     """Return the loads of every piece of a path in the stock, which is not changed.
 
@@ -178,20 +178,20 @@ def loads_of(
     PlanError
         There are too many pieces.
     """
-    field_ = stock.field.copy()
+    field = stock.field.copy()
     smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
     numbered = replace(path, line=np.arange(len(path), dtype=np.int32))
-    moves = straight_moves(numbered, 0.05 * field_.cell, max(0.5 * smallest, 2.0 * field_.cell)).of_tools(cutters)
-    margin = clearance + field_.cell
-    removed = cut(field_, moves, cutters, threads, look, margin=margin, beside=stock.beside)
+    moves = straight_moves(numbered, 0.05 * field.cell, max(0.5 * smallest, 2.0 * field.cell)).of_tools(cutters)
+    margin = clearance + field.cell
+    removed = cut(field, moves, cutters, threads, check_cancelled, margin=margin, surrounding_height=stock.beside)
     source = moves.path.line[moves.row].astype(np.int64)
     radius = np.array([cutters[number].radius for number in moves.tool.tolist()])
-    fed = np.where(moves.rapid, 0.0, moves.path.value[moves.row])
+    feed = np.where(moves.rapid, 0.0, moves.path.value[moves.row])
     rpm = np.abs(path.latest(Kind.SPINDLE, path.value))[source]
     length = np.sqrt(((moves.ends[:, 3:] - moves.ends[:, :3]) ** 2).sum(axis=1))
-    rate = np.divide(removed.volume * fed, length, out=np.zeros_like(length), where=length > 0)
-    share, width = chip_share(removed, radius, field_.cell), cut_width(removed, radius, field_.cell)
-    return Loads(moves, removed, fed, rpm, share, width, rate, source)
+    rate = np.divide(removed.volume * feed, length, out=np.zeros_like(length), where=length > 0)
+    share, width = chip_share(removed, radius, field.cell), cut_width(removed, radius, field.cell)
+    return Loads(moves, removed, feed, rpm, share, width, rate, source)
 
 
 def limits_of(loads: Loads, tools: Mapping[int, Tool], rules: PaceRules) -> dict[int, ToolLimits]:
@@ -202,15 +202,15 @@ def limits_of(loads: Loads, tools: Mapping[int, Tool], rules: PaceRules) -> dict
     limits: dict[int, ToolLimits] = {}
     chip = loads.chip
     for number, tool in tools.items():
-        mine = loads.cuts_of(number)
-        if tool.kind not in MILLING or not mine.any() or not (loads.rpm[mine] > 0).all():
+        cutting = loads.cuts_of(number)
+        if tool.kind not in MILLING or not cutting.any() or not (loads.rpm[cutting] > 0).all():
             continue
-        rate = float(loads.rate[mine].max())
-        stated = has_chip(tool)
+        rate = float(loads.rate[cutting].max())
+        has_library_chip = has_chip(tool)
         limits[number] = ToolLimits(
-            SECONDS_PER_MINUTE * tool.feed / tool.spindle_rpm if stated else float(chip[mine].max()),
+            SECONDS_PER_MINUTE * tool.feed / tool.spindle_rpm if has_library_chip else float(chip[cutting].max()),
             rate,
-            stated,
+            has_library_chip,
             tool.plunge_feed or math.inf,
             rules.spindle if rules.spindle is not None and rules.spindle.limited and tool.teeth else None,
             tool.teeth or 1,

@@ -9,7 +9,7 @@ from leafcut.material.height_field import HeightField, StockBlock
 from leafcut.model.mesh import Mesh
 
 #: Maximum sum of cells below all triangles, for a run time of minutes.
-_MOST_LOOKS = 10_000_000_000
+_MAX_VISITS = 10_000_000_000
 #: Tolerance above the lowest point of a solid for its floor, mm.
 _FLAT = 0.01
 
@@ -54,10 +54,10 @@ def raise_by_mesh(field: HeightField, mesh: Mesh) -> None:
 
     cell = field.cell
     size = np.ptp(mesh.triangles[:, :, :2], axis=1) / cell + 1.0
-    looks = float(size.prod(axis=1).sum())
-    if looks > _MOST_LOOKS:
+    n_visits = float(size.prod(axis=1).sum())
+    if n_visits > _MAX_VISITS:
         raise PlanError(
-            f"{mesh.name}: {looks / field.heights.size:,.0f} triangles lie over every cell on average; save it "
+            f"{mesh.name}: {n_visits / field.heights.size:,.0f} triangles lie over every cell on average; save it "
             "coarser, or use larger cells"
         )
     raise_cell_middles(field.heights, field.x, field.y, cell, mesh.triangles)

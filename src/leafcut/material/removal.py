@@ -67,13 +67,13 @@ def removal(pocket: Pocket, path: PocketPath, rules: PocketRules) -> Removal:
 
 def engaged_way(path: PocketPath, rules: PocketRules) -> tuple[ToolWay, Engaged]:
     """Return the tool path in steps and the engagement along it, without engagement during the entry."""
-    way = way_of(path, rules)
-    return way, engagement(way, rules, entered(path, way))
+    tool_path = way_of(path, rules)
+    return tool_path, engagement(tool_path, rules, entered(path, tool_path))
 
 
-def entered(path: PocketPath, way: ToolWay) -> NDArray[np.bool_]:
+def entered(path: PocketPath, tool_path: ToolWay) -> NDArray[np.bool_]:
     """Return the points of a path that lie on the loop along which the tool descends."""
-    entered: NDArray[np.bool_] = np.array([piece.kind == "entry" for piece in path.pieces], dtype=bool)[way.piece]
+    entered: NDArray[np.bool_] = np.array([piece.kind == "entry" for piece in path.pieces], dtype=bool)[tool_path.piece]
     return entered
 
 
@@ -93,8 +93,8 @@ def _steps(path: PocketPath, rules: PocketRules) -> Any:
         points = piece.path.flattened(fine)
         points = np.repeat(points, 2, axis=0) if len(points) == 1 else points
         chords.append(np.stack([points[:-1], points[1:]], axis=1))
-    every = np.concatenate(chords)
-    return np.unique(every, axis=0) if len(every) else every
+    result = np.concatenate(chords)
+    return np.unique(result, axis=0) if len(result) else result
 
 
 def capsules(steps: Any, radius: float, rules: PocketRules) -> Any:
@@ -120,6 +120,6 @@ def _gouges(shape: Any, steps: Any, rules: PocketRules) -> Any:
     if not near.any():
         return shapely.Polygon()
     outside = capsules(steps[near], rules.radius, rules).difference(shape)
-    deep = outside.difference(shape.buffer(rules.tolerance))
+    violating = outside.difference(shape.buffer(rules.tolerance))
     # The shallow part of a gouge belongs to it; films along intact walls do not.
-    return outside.intersection(deep.buffer(2.0 * rules.tolerance))
+    return outside.intersection(violating.buffer(2.0 * rules.tolerance))

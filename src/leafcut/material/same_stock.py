@@ -38,43 +38,45 @@ def stock_differences(before: HeightField, after: HeightField, tolerance: float)
     rows, columns = np.nonzero(wrong)
     if not len(rows):
         return []
-    apart = np.abs(before.heights - after.heights)
-    found = []
+    difference = np.abs(before.heights - after.heights)
+    result = []
     label = (rows // _TILE) * wrong.shape[1] + columns // _TILE
     order = np.argsort(label, kind="stable")
-    for place in np.split(order, np.flatnonzero(np.diff(label[order])) + 1):
-        worst = place[np.argmax(apart[rows[place], columns[place]])]
+    for group in np.split(order, np.flatnonzero(np.diff(label[order])) + 1):
+        worst = group[np.argmax(difference[rows[group], columns[group]])]
         row, column = int(rows[worst]), int(columns[worst])
-        found.append(
+        result.append(
             StockDifference(
                 before.x + column * before.cell,
                 before.y + row * before.cell,
                 float(before.heights[row, column]),
                 float(after.heights[row, column]),
-                len(place),
+                len(group),
             )
         )
-    return sorted(found, key=lambda one: -one.cells)
+    return sorted(result, key=lambda stock_difference: -stock_difference.cells)
 
 
-def regions(cells: NDArray[np.bool_], near: int = 8) -> list[NDArray[np.int64]]:
+def regions(cells: NDArray[np.bool_], size: int = 8) -> list[NDArray[np.int64]]:
     """Return groups of cells, int64[k, 2] rows and columns each, largest first.
 
-    Cells in touching squares of `near` cells are one group.
+    Cells in touching squares of `size` cells are one group.
     """
-    places = np.argwhere(cells)
+    positions = np.argwhere(cells)
     squares: dict[tuple[int, int], list[int]] = {}
-    for at, (row, column) in enumerate((places // near).tolist()):
-        squares.setdefault((row, column), []).append(at)
+    for index, (row, column) in enumerate((positions // size).tolist()):
+        squares.setdefault((row, column), []).append(index)
     groups = []
     while squares:
-        found, waiting = list[int](), [next(iter(squares))]
-        while waiting:
-            row, column = waiting.pop()
-            found += squares.pop((row, column), [])
-            beside = ((row + down, column + across) for down in (-1, 0, 1) for across in (-1, 0, 1))
-            waiting += [square for square in beside if square in squares]
-        groups.append(places[found])
+        members, stack = list[int](), [next(iter(squares))]
+        while stack:
+            row, column = stack.pop()
+            members += squares.pop((row, column), [])
+            neighbours = (
+                (row + row_step, column + column_step) for row_step in (-1, 0, 1) for column_step in (-1, 0, 1)
+            )
+            stack += [square for square in neighbours if square in squares]
+        groups.append(positions[members])
     return sorted(groups, key=lambda group: -len(group))
 
 
@@ -93,16 +95,16 @@ def differing_cells(before: HeightField, after: HeightField, tolerance: float) -
     return _outside(after.heights, before.heights, tolerance) | _outside(before.heights, after.heights, tolerance)
 
 
-def _outside(one: NDArray[np.float32], other: NDArray[np.float32], tolerance: float) -> NDArray[np.bool_]:
+def _outside(field: NDArray[np.float32], reference: NDArray[np.float32], tolerance: float) -> NDArray[np.bool_]:
     """Return the cells of a field that are higher or lower than all nine cells of the other field there."""
-    low, high = other.copy(), other.copy()
+    low, high = reference.copy(), reference.copy()
     for axis in (0, 1):
-        for extreme, wide in ((np.minimum, low), (np.maximum, high)):
-            shifted = wide.copy()
-            ahead, behind = (slice(1, None), slice(None, -1)) if axis == 0 else (
+        for extreme, bound in ((np.minimum, low), (np.maximum, high)):
+            shifted = bound.copy()
+            upper, lower = (slice(1, None), slice(None, -1)) if axis == 0 else (
                 (slice(None), slice(1, None)), (slice(None), slice(None, -1))
             )  # fmt: skip
-            extreme(wide[ahead], shifted[behind], out=wide[ahead])
-            extreme(wide[behind], shifted[ahead], out=wide[behind])
-    outside: NDArray[np.bool_] = (one < low - tolerance) | (one > high + tolerance)
+            extreme(bound[upper], shifted[lower], out=bound[upper])
+            extreme(bound[lower], shifted[upper], out=bound[lower])
+    outside: NDArray[np.bool_] = (field < low - tolerance) | (field > high + tolerance)
     return outside

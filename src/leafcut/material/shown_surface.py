@@ -57,8 +57,8 @@ def field_of_surface(
     field = HeightField.of_block(block, cell)
     # A last cell that extends beyond the block has its centre outside the surface.
     rows, columns = (
-        max(int((edge - begin) / cell + 1e-9) + 1, 1)
-        for edge, begin in ((block.high[1], field.y), (block.high[0], field.x))
+        max(int((edge - start) / cell + 1e-9) + 1, 1)
+        for edge, start in ((block.high[1], field.y), (block.high[0], field.x))
     )
     field.heights = np.full((rows, columns), field.floor, dtype=np.float32)
     raise_by_mesh(field, moved)
@@ -76,32 +76,32 @@ def field_of_surface(
 def _fill_holes(field: HeightField, mesh: Mesh, moves: StraightMoves, cutters: dict[int, Cutter]) -> None:
     """Fill open holes below straight plunges up to the lowest point of the rim."""
     ends = moves.ends
-    down = ~moves.rapid & (ends[:, 0] == ends[:, 3]) & (ends[:, 1] == ends[:, 4]) & (ends[:, 5] < ends[:, 2])
-    if not down.any():
+    plunging = ~moves.rapid & (ends[:, 0] == ends[:, 3]) & (ends[:, 1] == ends[:, 4]) & (ends[:, 5] < ends[:, 2])
+    if not plunging.any():
         return
-    _, first, which = np.unique(np.rint(ends[down, :2] / _SAME), axis=0, return_index=True, return_inverse=True)
-    xy = ends[down, :2][first]
+    _, first, hole = np.unique(np.rint(ends[plunging, :2] / _SAME), axis=0, return_index=True, return_inverse=True)
+    xy = ends[plunging, :2][first]
     radius = np.zeros(len(xy))
-    np.maximum.at(radius, which.ravel(), np.array([cutters[number].radius for number in moves.tool[down].tolist()]))
+    np.maximum.at(radius, hole.ravel(), np.array([cutters[number].radius for number in moves.tool[plunging].tolist()]))
     rims = rims_of(mesh.triangles, xy, radius)
-    for (x, y), reach, top in zip(xy.tolist(), radius.tolist(), rims.lowest.tolist(), strict=True):
+    for (x, y), tool_radius, top in zip(xy.tolist(), radius.tolist(), rims.lowest.tolist(), strict=True):
         if not np.isfinite(top):
             continue
-        wide = reach + 0.5 * field.cell
-        rows, columns = _cells(field, (x - wide, y - wide), (x + wide, y + wide))
+        rim_radius = tool_radius + 0.5 * field.cell
+        rows, columns = _cells(field, (x - rim_radius, y - rim_radius), (x + rim_radius, y + rim_radius))
         part = field.heights[rows, columns]
         across = field.x + field.cell * np.arange(columns.start, columns.stop) - x
         up = field.y + field.cell * np.arange(rows.start, rows.stop) - y
-        inside = across[None, :] ** 2 + up[:, None] ** 2 <= wide**2
+        inside = across[None, :] ** 2 + up[:, None] ** 2 <= rim_radius**2
         part[inside] = np.maximum(part[inside], top)
 
 
 def _cells(field: HeightField, low: tuple[float, float], high: tuple[float, float]) -> tuple[slice, slice]:
     """Return the rows and columns of the cells whose centres lie in a rectangle."""
     spans = []
-    for begin, first, last, most in zip(
+    for start, first, last, size in zip(
         (field.y, field.x), low[::-1], high[::-1], field.heights.shape, strict=True
     ):  # fmt: skip
-        edges = math.ceil((first - begin) / field.cell), math.floor((last - begin) / field.cell) + 1
-        spans.append(slice(*(min(max(edge, 0), most) for edge in edges)))
+        edges = math.ceil((first - start) / field.cell), math.floor((last - start) / field.cell) + 1
+        spans.append(slice(*(min(max(edge, 0), size) for edge in edges)))
     return spans[0], spans[1]

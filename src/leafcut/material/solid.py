@@ -97,10 +97,10 @@ def shown_block(path: Toolpath, stock: ShownStock) -> StockBlock:
     OptionError
         A tool has no diameter.
     """
-    return _begun(path, stock)[1]
+    return _prepare(path, stock)[1]
 
 
-def _begun(path: Toolpath, stock: ShownStock) -> tuple[dict[int, Cutter], StockBlock]:
+def _prepare(path: Toolpath, stock: ShownStock) -> tuple[dict[int, Cutter], StockBlock]:
     """Return the shapes of the tools, and the block."""
     if stock.refused:
         raise PlanError(stock.refused)
@@ -112,10 +112,10 @@ def _begun(path: Toolpath, stock: ShownStock) -> tuple[dict[int, Cutter], StockB
     if stock.block:
         return cutters, StockBlock(*stock.block)
     smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
-    return cutters, _around(straight_moves(path, 0.01 * smallest, np.inf).of_tools(cutters), cutters, stock)
+    return cutters, _block_around_cuts(straight_moves(path, 0.01 * smallest, np.inf).of_tools(cutters), cutters, stock)
 
 
-def solid_of(path: Toolpath, stock: ShownStock, look: Heartbeat = unseen) -> Solid:
+def solid_of(path: Toolpath, stock: ShownStock, check_cancelled: Heartbeat = unseen) -> Solid:
     """Return the stock of a run, cut by a toolpath, in cells for pictures.
 
     Raises
@@ -125,7 +125,7 @@ def solid_of(path: Toolpath, stock: ShownStock, look: Heartbeat = unseen) -> Sol
     OptionError
         A tool has no diameter.
     """
-    cutters, block = _begun(path, stock)
+    cutters, block = _prepare(path, stock)
     tools = dict(stock.tools)
     smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
     sides = [block.high[k] - block.low[k] for k in range(2)]
@@ -147,7 +147,7 @@ def solid_of(path: Toolpath, stock: ShownStock, look: Heartbeat = unseen) -> Sol
         held = np.zeros(before.heights.shape, dtype=np.bool_)
     after = before.copy()
     bodies = {number: body_of(tool) for number, tool in tools.items()}
-    removed = cut(after, moves, cutters, os.cpu_count() or 1, look, bodies=bodies)
+    removed = cut(after, moves, cutters, os.cpu_count() or 1, check_cancelled, bodies=bodies)
     if not removed.cuts.any():
         raise PlanError("the program never touches the stock")
     radius = np.array([cutters[number].radius for number in moves.tool.tolist()])
@@ -164,7 +164,7 @@ def _moved(block: StockBlock, origin: tuple[float, float]) -> StockBlock:
     return StockBlock((x0 - origin[0], y0 - origin[1], z0), (x1 - origin[0], y1 - origin[1], z1))
 
 
-def _around(moves: StraightMoves, cutters: dict[int, Cutter], stock: ShownStock) -> StockBlock:
+def _block_around_cuts(moves: StraightMoves, cutters: dict[int, Cutter], stock: ShownStock) -> StockBlock:
     """Return a block around the cuts below Z0, with a margin.
 
     Raises
@@ -173,16 +173,16 @@ def _around(moves: StraightMoves, cutters: dict[int, Cutter], stock: ShownStock)
         No cut goes below Z0.
     """
     ends = moves.ends
-    deep = ~moves.rapid & (np.minimum(ends[:, 2], ends[:, 5]) < 0.0)
-    if not deep.any():
-        raise PlanError("the program cuts nothing below Z0, so the top of the stock is unknown; give --workpiece")
-    radius = np.array([cutters[number].radius for number in moves.tool[deep].tolist()])[:, None]
-    begin, end = ends[deep, :3], ends[deep, 3:]
-    low = (np.minimum(begin, end)[:, :2] - radius).min(axis=0)
-    high = (np.maximum(begin, end)[:, :2] + radius).max(axis=0)
-    deepest = float(np.minimum(begin, end)[:, 2].min())
-    beside = min(max(_BESIDE * float((high - low).max()), _LEAST_BESIDE), _MOST_BESIDE)
-    low, high = low - beside, high + beside
+    cutting = ~moves.rapid & (np.minimum(ends[:, 2], ends[:, 5]) < 0.0)
+    if not cutting.any():
+        raise PlanError("nothing is cut below Z0, so the top of the stock is not known; give --workpiece")
+    radius = np.array([cutters[number].radius for number in moves.tool[cutting].tolist()])[:, None]
+    start, stop = ends[cutting, :3], ends[cutting, 3:]
+    low = (np.minimum(start, stop)[:, :2] - radius).min(axis=0)
+    high = (np.maximum(start, stop)[:, :2] + radius).max(axis=0)
+    deepest = float(np.minimum(start, stop)[:, 2].min())
+    margin = min(max(_BESIDE * float((high - low).max()), _LEAST_BESIDE), _MOST_BESIDE)
+    low, high = low - margin, high + margin
     if stock.around:
         low, high = np.minimum(low, stock.around[:2]), np.maximum(high, stock.around[2:])
     floor = min(deepest - _BELOW, -_THICK * float((high - low).max()))
@@ -203,23 +203,25 @@ def _collisions(
         Body.SHANK.value: removed.shank,
         Body.HOLDER.value: removed.holder,
     }
-    found = []
+    result = []
     for kind, depth in depths.items():
         deepest: dict[int, int] = {}
-        for at in np.flatnonzero(depth > 0.0).tolist():
-            row = int(moves.row[at])
-            if row not in deepest or depth[at] > depth[deepest[row]]:
-                deepest[row] = at
-        for row, at in deepest.items():
-            x, y, z = _place_in(moves.ends[at], block, origin)
-            above = [part.above for part in bodies.get(int(moves.tool[at]), ()) if part.body == kind]
+        for index in np.flatnonzero(depth > 0.0).tolist():
+            row = int(moves.row[index])
+            if row not in deepest or depth[index] > depth[deepest[row]]:
+                deepest[row] = index
+        for row, index in deepest.items():
+            x, y, z = _position_in_block(moves.ends[index], block, origin)
+            above = [part.above for part in bodies.get(int(moves.tool[index]), ()) if part.body == kind]
             if above:
-                z = float(moves.ends[at, [2, 5]].min()) + min(above)
-            found.append(Collision(kind, row, (x, y, z), float(depth[at])))
-    return tuple(sorted(found, key=lambda one: one.row)[:_MOST_COLLISIONS])
+                z = float(moves.ends[index, [2, 5]].min()) + min(above)
+            result.append(Collision(kind, row, (x, y, z), float(depth[index])))
+    return tuple(sorted(result, key=lambda collision: collision.row)[:_MOST_COLLISIONS])
 
 
-def _place_in(move: NDArray[np.float64], block: StockBlock, origin: tuple[float, float]) -> tuple[float, float, float]:
+def _position_in_block(
+    move: NDArray[np.float64], block: StockBlock, origin: tuple[float, float]
+) -> tuple[float, float, float]:
     """Return the middle of the part of a move inside a block, relative to the origin; otherwise its lower end."""
     share = np.linspace(0.0, 1.0, _PLACES)[:, None]
     places = move[:3] + share * (move[3:] - move[:3])

@@ -36,7 +36,7 @@ class PassGaps(NamedTuple):
     core: float
 
 
-def widest_gaps(way: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None = None) -> PassGaps:
+def widest_gaps(path: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None = None) -> PassGaps:
     """Return the largest distances between neighbouring passes, mm; 0 if no pass has a neighbour.
 
     At every point of the path, on both sides, the largest empty disc that touches the pass there is constructed. The
@@ -70,23 +70,25 @@ def widest_gaps(way: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[
     passes
         Points whose neighbours are searched; None: all.
     """
-    found = _sides(way, centres, rules, passes)
-    if found is None:
+    sides = _sides(path, centres, rules, passes)
+    if sides is None:
         return PassGaps(0.0, 0.0)
-    core, lost = found.discs.widest(found.rows, found.gap, both=False), found.lost
-    nearer = found.discs.widest(found.rows, found.nearer, both=True)
-    return PassGaps(max(nearer, found.discs.widest(found.rows[lost], found.gap[lost], both=False)), core)
+    core, is_lost = sides.discs.widest(sides.rows, sides.gap, both=False), sides.lost
+    nearer = sides.discs.widest(sides.rows, sides.nearer, both=True)
+    return PassGaps(max(nearer, sides.discs.widest(sides.rows[is_lost], sides.gap[is_lost], both=False)), core)
 
 
-def wide_places(way: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None = None) -> Floats:
+def wide_places(path: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None = None) -> Floats:
     """Return the points of a path, float64[n, 2], whose nearer neighbour is farther away than the step-over."""
-    found = _sides(way, centres, rules, passes)
-    if found is None:
+    sides = _sides(path, centres, rules, passes)
+    if sides is None:
         return np.zeros((0, 2))
-    wide = found.rows[(found.nearer > rules.step_over) | found.lost]
-    there = found.discs.fits(wide) & (found.discs.fits(found.discs.other(wide)) | found.lost[np.isin(found.rows, wide)])
-    places: Floats = found.discs.corners[wide[there], 0]
-    return places
+    wide_rows = sides.rows[(sides.nearer > rules.step_over) | sides.lost]
+    fitting = sides.discs.fits(wide_rows) & (
+        sides.discs.fits(sides.discs.opposite(wide_rows)) | sides.lost[np.isin(sides.rows, wide_rows)]
+    )
+    points: Floats = sides.discs.corners[wide_rows[fitting], 0]
+    return points
 
 
 class _Sides(NamedTuple):
@@ -102,22 +104,22 @@ class _Sides(NamedTuple):
     lost: NDArray[np.bool_]
 
 
-def _sides(way: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None) -> _Sides | None:
-    at = np.flatnonzero((way.step > 0.0) & (True if passes is None else passes))
-    if not len(at):
+def _sides(path: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None) -> _Sides | None:
+    moving = np.flatnonzero((path.step > 0.0) & (True if passes is None else passes))
+    if not len(moving):
         return None
     # In the middle of the steps, away from the tangents of corners.
-    xy = way.xy[at] - 0.5 * way.step[at, None] * way.chord[at]
-    normal = np.column_stack([-way.chord[at, 1], way.chord[at, 0]])
+    xy = path.xy[moving] - 0.5 * path.step[moving, None] * path.chord[moving]
+    normal = np.column_stack([-path.chord[moving, 1], path.chord[moving, 0]])
     start, normal = np.concatenate([xy, xy]), np.concatenate([normal, -normal])
-    height, touch, radius = _neighbours(start, normal, way.xy, rules)
+    height, touch, radius = _neighbours(start, normal, path.xy, rules)
     # Contacts an angle a apart, seen from the disc's centre, are r (1 − cos a) above each other's tangents.
-    beside = height >= radius * (1.0 + math.cos(SIDE_BY_SIDE))
-    gap = _from_sides(way, at, np.where(beside, height, 0.0), touch, start, normal)
+    is_side_by_side = height >= radius * (1.0 + math.cos(SIDE_BY_SIDE))
+    gap = _measured_from_sides(path, moving, np.where(is_side_by_side, height, 0.0), touch, start, normal)
     rows = np.flatnonzero(gap > 0.0)
-    discs = _Discs(start, start + radius[:, None] * normal, way.xy[touch], centres, rules)
+    discs = _Discs(start, start + radius[:, None] * normal, path.xy[touch], centres, rules)
     # Any contact on the other side counts there, at any angle; a wall has none.
-    nearer = np.minimum(gap, np.roll(height, len(at)))[rows]
+    nearer = np.minimum(gap, np.roll(height, len(moving)))[rows]
     return _Sides(discs, rows, gap[rows], nearer, gap[rows] >= 2.0 * rules.step_over * (1.0 - _EQUAL))
 
 
@@ -126,68 +128,72 @@ class _Discs:
 
     def __init__(self, start: Floats, middle: Floats, touch: Floats, centres: Any, rules: PocketRules) -> None:
         self.corners = np.stack([start, middle, touch], axis=1)
-        self.room = shapely.buffer(centres, 2.0 * rules.tolerance)
-        shapely.prepare(self.room)
+        self.region = shapely.buffer(centres, 2.0 * rules.tolerance)
+        shapely.prepare(self.region)
 
     def widest(self, rows: Indices, sizes: Floats, both: bool) -> float:
         """Return the largest size whose disc lies in the region; with `both`, also the disc on the other side."""
         order = np.argsort(-sizes)
         rows, sizes = rows[order], sizes[order]
         for first in range(0, len(rows), _AT_ONCE):
-            some = rows[first : first + _AT_ONCE]
-            fits = self.fits(some)
+            batch = rows[first : first + _AT_ONCE]
+            fits = self.fits(batch)
             if both:
-                fits &= self.fits(self.other(some))
+                fits &= self.fits(self.opposite(batch))
             if fits.any():
                 return float(sizes[first + int(np.argmax(fits))])
         return 0.0
 
-    def other(self, rows: Indices) -> Indices:
+    def opposite(self, rows: Indices) -> Indices:
         """Return the rows of the discs on the other side of the same steps."""
         return (rows + len(self.corners) // 2) % len(self.corners)
 
     def fits(self, rows: Indices) -> NDArray[np.bool_]:
         """Return whether discs, and the lines to their centres, lie in the region."""
-        fits: NDArray[np.bool_] = shapely.covers(self.room, shapely.linestrings(self.corners[rows]))
+        fits: NDArray[np.bool_] = shapely.covers(self.region, shapely.linestrings(self.corners[rows]))
         return fits
 
 
-def _from_sides(way: ToolWay, at: Indices, height: Floats, touch: Indices, start: Floats, normal: Floats) -> Floats:
+def _measured_from_sides(
+    path: ToolWay, moving: Indices, height: Floats, touch: Indices, start: Floats, normal: Floats
+) -> Floats:
     """Return the heights, with corner neighbours measured from the sides of the corner if that is less.
 
-    `at` are the rows of the steps; the other arrays hold the left sides of all steps, then the right sides. A height of
-    0 means no parallel neighbour.
+    `moving` are the rows of the steps; the other arrays hold the left sides of all steps, then the right sides. A
+    height of 0 means no parallel neighbour.
     """
-    ends, begins = way.xy[at], way.xy[at] - way.step[at, None] * way.chord[at]
-    steps, place = len(at), numbered(np.concatenate([ends, begins, way.xy]), _SAME)
-    step, corner = np.tile(np.arange(steps), 2), place[: 2 * steps]
+    ends, starts = path.xy[moving], path.xy[moving] - path.step[moving, None] * path.chord[moving]
+    steps, node = len(moving), numbered(np.concatenate([ends, starts, path.xy]), _SAME)
+    step, corner = np.tile(np.arange(steps), 2), node[: 2 * steps]
     order = np.argsort(corner, kind="stable")
     step, corner = step[order], corner[order]
-    turned = _turned(way.chord[at][step], corner)
-    wanted = np.flatnonzero(height > 0.0)
-    spot = place[2 * steps :][touch[wanted]]
-    first, last = np.searchsorted(corner, spot), np.searchsorted(corner, spot, side="right")
-    keep = (last > first) & turned[np.minimum(first, len(turned) - 1)]
-    wanted, first, last = wanted[keep], first[keep], last[keep]
+    is_corner = _changes_direction(path.chord[moving][step], corner)
+    rows_to_check = np.flatnonzero(height > 0.0)
+    corner_of_row = node[2 * steps :][touch[rows_to_check]]
+    first, last = np.searchsorted(corner, corner_of_row), np.searchsorted(corner, corner_of_row, side="right")
+    has_corner = (last > first) & is_corner[np.minimum(first, len(is_corner) - 1)]
+    rows_to_check, first, last = rows_to_check[has_corner], first[has_corner], last[has_corner]
     gap = height.copy()
-    for more in range(int((last - first).max(initial=0))):
-        there = first + more < last
-        rows, other = wanted[there], step[first[there] + more]
-        side = np.where(((start[rows] - start[other]) * normal[other]).sum(axis=1) > 0.0, other, other + steps)
+    for offset in range(int((last - first).max(initial=0))):
+        selected = first + offset < last
+        rows, neighbour = rows_to_check[selected], step[first[selected] + offset]
+        side = np.where(
+            ((start[rows] - start[neighbour]) * normal[neighbour]).sum(axis=1) > 0.0, neighbour, neighbour + steps
+        )
         gap[rows] = np.where(height[side] > 0.0, np.minimum(gap[rows], height[side]), gap[rows])
     return gap
 
 
-def _turned(ahead: Floats, corner: Indices) -> NDArray[np.bool_]:
+def _changes_direction(direction: Floats, corner: Indices) -> NDArray[np.bool_]:
     """Return whether the steps at each point have different directions; the steps of a point are consecutive."""
     new = np.append(True, corner[1:] != corner[:-1])
     group = np.cumsum(new) - 1
-    along = np.abs((ahead * ahead[np.flatnonzero(new)][group]).sum(axis=1))
-    turned: NDArray[np.bool_] = (np.minimum.reduceat(along, np.flatnonzero(new)) < math.cos(STRAIGHT_ON))[group]
-    return turned
+    along = np.abs((direction * direction[np.flatnonzero(new)][group]).sum(axis=1))
+    result: NDArray[np.bool_] = (np.minimum.reduceat(along, np.flatnonzero(new)) < math.cos(STRAIGHT_ON))[group]
+    return result
 
 
-def _neighbours(xy: Floats, normal: Floats, others: Floats, rules: PocketRules) -> tuple[Floats, Indices, Floats]:
+def _neighbours(xy: Floats, normal: Floats, candidates: Floats, rules: PocketRules) -> tuple[Floats, Indices, Floats]:
     """Return the height of the neighbour above the tangent, on the side of the normal of every point (0: none).
 
     Also returns the neighbour's row and the radius of the disc.
@@ -195,5 +201,5 @@ def _neighbours(xy: Floats, normal: Floats, others: Floats, rules: PocketRules) 
     height, row, radius = np.zeros(len(xy)), np.zeros(len(xy), np.int64), np.zeros(len(xy))
     reaches = Reaches(0.255 * rules.step_over, FARTHEST * rules.tool_diameter)
     x, y, nx, ny = np.concatenate([xy, normal], axis=1).T.copy()
-    find_neighbours(bands_of(others, 2.0 * reaches.least), x, y, nx, ny, reaches, _EQUAL, height, row, radius)
+    find_neighbours(bands_of(candidates, 2.0 * reaches.least), x, y, nx, ny, reaches, _EQUAL, height, row, radius)
     return height, row, radius

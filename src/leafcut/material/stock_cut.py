@@ -100,4 +100,4 @@ class StockCut:
     @property
     def removed_mm3(self) -> float:
         """Volume removed by all tools."""
-        return sum(one.removed_mm3 for one in self.tools)
+        return sum(cut.removed_mm3 for cut in self.tools)

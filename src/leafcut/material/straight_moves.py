@@ -53,31 +53,31 @@ class StraightMoves:
 
     def of_tools(self, numbers: Collection[int]) -> StraightMoves:
         """Return the moves of some tools."""
-        mine = np.isin(self.tool, list(numbers))
+        selected = np.isin(self.tool, list(numbers))
         return replace(
-            self, ends=self.ends[mine], row=self.row[mine], rapid=self.rapid[mine], tool=self.tool[mine]
+            self, ends=self.ends[selected], row=self.row[selected], rapid=self.rapid[selected], tool=self.tool[selected]
         )  # fmt: skip
 
-    def extent(self, which: NDArray[np.bool_], cutters: Mapping[int, Cutter]) -> tuple[Floats, Floats]:
+    def extent(self, selected: NDArray[np.bool_], cutters: Mapping[int, Cutter]) -> tuple[Floats, Floats]:
         """Return the lowest and highest corner of the area swept by tools on some moves, at least one, mm.
 
         Z is that of the tip.
         """
-        numbers, mine = np.unique(self.tool[which], return_inverse=True)
-        radius = np.array([[cutters[number].radius] * 2 + [0.0] for number in numbers.tolist()])[mine.ravel()]
-        begin, end = self.ends[which, :3], self.ends[which, 3:]
-        low, high = np.minimum(begin, end) - radius, np.maximum(begin, end) + radius
+        numbers, tool_index = np.unique(self.tool[selected], return_inverse=True)
+        radius = np.array([[cutters[number].radius] * 2 + [0.0] for number in numbers.tolist()])[tool_index.ravel()]
+        start, end = self.ends[selected, :3], self.ends[selected, 3:]
+        low, high = np.minimum(start, end) - radius, np.maximum(start, end) + radius
         return low.min(axis=0), high.max(axis=0)
 
 
-def straight_moves(path: Toolpath, strays: float, longest: float) -> StraightMoves:
+def straight_moves(path: Toolpath, max_deviation: float, max_length: float) -> StraightMoves:
     """Return a toolpath as straight moves.
 
     Parameters
     ----------
-    strays
+    max_deviation
         Maximum chord error of arcs, mm.
-    longest
+    max_length
         Maximum length of the pieces of cuts in the plane, mm; rapids are not split.
 
     Raises
@@ -86,34 +86,34 @@ def straight_moves(path: Toolpath, strays: float, longest: float) -> StraightMov
         There would be more moves than `MOST_MOVES`.
     """
     path = expand(path)
-    moving = np.isin(path.kind, [int(k) for k in (Kind.RAPID, Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)])
-    rows = np.flatnonzero(moving)
+    is_motion = np.isin(path.kind, [int(k) for k in (Kind.RAPID, Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)])
+    rows = np.flatnonzero(is_motion)
     rows = rows[np.isfinite(path.end[rows]).all(axis=1)]
-    begin, end = path.before[rows], path.end[rows]
-    unknown = rows[~np.isfinite(begin).all(axis=1)]
-    begin = np.where(np.isfinite(begin), begin, end)
+    start, end = path.before[rows], path.end[rows]
+    unknown_rows = rows[~np.isfinite(start).all(axis=1)]
+    start = np.where(np.isfinite(start), start, end)
     kind = path.kind[rows]
-    arcs = _Arcs.of(path, rows, begin, end)
+    arcs = _Arcs.of(path, rows, start, end)
     sweep = np.zeros(len(rows))
     radius = np.zeros(len(rows))
     sweep[arcs.at], radius[arcs.at] = arcs.sweep, arcs.radius
     with np.errstate(divide="ignore", invalid="ignore"):
-        turn = np.where(radius > 0, 2.0 * np.arccos(np.clip(1.0 - strays / radius, -1.0, 1.0)), math.inf)
-    length = np.where(sweep != 0.0, np.abs(sweep) * radius, np.hypot(*(end - begin)[:, :2].T))
-    pieces = np.where(kind == Kind.RAPID, 1.0, np.ceil(length / longest - 1e-9))
+        turn = np.where(radius > 0, 2.0 * np.arccos(np.clip(1.0 - max_deviation / radius, -1.0, 1.0)), math.inf)
+    length = np.where(sweep != 0.0, np.abs(sweep) * radius, np.hypot(*(end - start)[:, :2].T))
+    pieces = np.where(kind == Kind.RAPID, 1.0, np.ceil(length / max_length - 1e-9))
     pieces = np.maximum(np.maximum(pieces, np.ceil(np.abs(sweep) / turn - 1e-9)), 1.0)
     if pieces.sum() > MOST_MOVES:
         raise PlanError(f"the program comes to {pieces.sum():,.0f} pieces, more than {MOST_MOVES:,}; use larger cells")
     count = pieces.astype(np.int64)
-    which = np.repeat(np.arange(len(rows)), count)
-    step = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
-    ends = np.empty((len(which), 6))
+    source = np.repeat(np.arange(len(rows)), count)
+    step = np.arange(len(source)) - np.repeat(np.cumsum(count) - count, count)
+    ends = np.empty((len(source), 6))
     for half in (0, 1):
-        share = (step + half) / count[which]
-        place = begin[which] + share[:, None] * (end - begin)[which]
-        arcs.bend(place, which, share)
-        ends[:, 3 * half : 3 * half + 3] = place
-    return StraightMoves(ends, rows[which], kind[which] == Kind.RAPID, path.tool[rows][which], path, unknown)
+        share = (step + half) / count[source]
+        position = start[source] + share[:, None] * (end - start)[source]
+        arcs.bend(position, source, share)
+        ends[:, 3 * half : 3 * half + 3] = position
+    return StraightMoves(ends, rows[source], kind[source] == Kind.RAPID, path.tool[rows][source], path, unknown_rows)
 
 
 class _Arcs(NamedTuple):
@@ -128,36 +128,39 @@ class _Arcs(NamedTuple):
     sweep: NDArray[np.float64]
 
     @classmethod
-    def of(cls, path: Toolpath, rows: NDArray[np.int64], begin: NDArray[np.float64], end: NDArray[np.float64]) -> _Arcs:
+    def of(
+        cls, path: Toolpath, rows: NDArray[np.int64], start: NDArray[np.float64], stop: NDArray[np.float64]
+    ) -> _Arcs:
         counter = path.kind[rows] == Kind.ARC_CCW
-        at = np.flatnonzero(counter | (path.kind[rows] == Kind.ARC_CW))
-        arcs = [path.arcs[k] for k in path.ref[rows[at]].tolist()]
+        index = np.flatnonzero(counter | (path.kind[rows] == Kind.ARC_CW))
+        arcs = [path.arcs[k] for k in path.ref[rows[index]].tolist()]
         axes = np.array([plane_axes(arc.plane) for arc in arcs], dtype=np.int64).reshape(-1, 3)
         middle = np.array([arc.center for arc in arcs], dtype=np.float64).reshape(-1, 3)
-        one = np.arange(len(at))
-        centre = np.column_stack([middle[one, axes[:, 0]], middle[one, axes[:, 1]]])
+        each = np.arange(len(index))
+        centre = np.column_stack([middle[each, axes[:, 0]], middle[each, axes[:, 1]]])
         first, last = (
-            np.column_stack([place[at, axes[:, 0]], place[at, axes[:, 1]]]) - centre for place in (begin, end)
+            np.column_stack([position[index, axes[:, 0]], position[index, axes[:, 1]]]) - centre
+            for position in (start, stop)
         )
-        start, stop = np.arctan2(first[:, 1], first[:, 0]), np.arctan2(last[:, 1], last[:, 0])
-        sign = np.where(counter[at], 1.0, -1.0)
-        turn = (sign * (stop - start)) % math.tau
+        start_angle, stop_angle = np.arctan2(first[:, 1], first[:, 0]), np.arctan2(last[:, 1], last[:, 0])
+        sign = np.where(counter[index], 1.0, -1.0)
+        turn = (sign * (stop_angle - start_angle)) % math.tau
         turn = np.where(turn < 1e-9, math.tau, turn)
         turns = np.array([arc.turns - 1 for arc in arcs], dtype=np.float64)
         return cls(
-            at, axes, centre, np.hypot(*first.T), np.hypot(*last.T), start, sign * (turn + math.tau * turns)
+            index, axes, centre, np.hypot(*first.T), np.hypot(*last.T), start_angle, sign * (turn + math.tau * turns)
         )  # fmt: skip
 
-    def bend(self, place: NDArray[np.float64], which: NDArray[np.int64], share: NDArray[np.float64]) -> None:
+    def bend(self, position: NDArray[np.float64], source: NDArray[np.int64], share: NDArray[np.float64]) -> None:
         """Move points of arcs onto the arcs, by their share of the sweep."""
         if not len(self.at):
             return
-        number = np.full(int(which[-1]) + 1, -1)
+        number = np.full(int(source[-1]) + 1, -1)
         number[self.at] = np.arange(len(self.at))
-        on = np.flatnonzero(number[which] >= 0)
-        arc = number[which[on]]
-        angle = self.start[arc] + share[on] * self.sweep[arc]
+        on_arc = np.flatnonzero(number[source] >= 0)
+        arc = number[source[on_arc]]
+        angle = self.start[arc] + share[on_arc] * self.sweep[arc]
         # If the radii at both ends differ, which controllers allow within limits, interpolate between them.
-        radius = self.radius[arc] + share[on] * (self.end_radius - self.radius)[arc]
-        place[on, self.axes[arc, 0]] = self.centre[arc, 0] + radius * np.cos(angle)
-        place[on, self.axes[arc, 1]] = self.centre[arc, 1] + radius * np.sin(angle)
+        radius = self.radius[arc] + share[on_arc] * (self.end_radius - self.radius)[arc]
+        position[on_arc, self.axes[arc, 0]] = self.centre[arc, 0] + radius * np.cos(angle)
+        position[on_arc, self.axes[arc, 1]] = self.centre[arc, 1] + radius * np.sin(angle)

@@ -59,7 +59,7 @@ def safe_tiles(
     triangles: NDArray[np.float64],
     radius: float,
     above: float,
-    most: int = TILES,
+    max_tiles: int = TILES,
     bodies: Sequence[tuple[float, float]] = (),
 ) -> SafeTiles:
     """Return the minimum height of a tool tip for crossing a surface.
@@ -74,7 +74,7 @@ def safe_tiles(
         Tool radius including lateral clearance, mm.
     above
         Clearance above the surface, mm.
-    most
+    max_tiles
         Tiles along the longer side.
     bodies
         Parts above the flutes: radius, and the height of the tip above the surface that they require, mm; negative if
@@ -84,17 +84,17 @@ def safe_tiles(
 
     low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
     reaches = [(radius, above), *bodies]
-    reach = max(one for one, _ in reaches)
-    side = max(float(max(high[:2] - low[:2])) / most, FINEST_TILE, reach / MOST_IN_REACH)
-    margin = math.ceil(reach / side) + 1
+    largest = max(body_radius for body_radius, _ in reaches)
+    side = max(float(max(high[:2] - low[:2])) / max_tiles, FINEST_TILE, largest / MOST_IN_REACH)
+    margin = math.ceil(largest / side) + 1
     x, y = float(low[0]) - margin * side, float(low[1]) - margin * side
     columns, rows = (math.ceil(float(high[k] - low[k]) / side) + 2 * margin + 1 for k in range(2))
     heights, safe = np.full((rows, columns), -np.inf), np.full((rows, columns), -np.inf)
     raise_whole_cells(np.ascontiguousarray(triangles), x, y, side, heights)
-    for around, over in reaches:
-        widest = np.empty((rows, columns))
-        raise_around(heights, reach_in_cells(around, side), widest)
-        np.maximum(safe, widest + over, out=safe)
+    for body_radius, height in reaches:
+        raised = np.empty((rows, columns))
+        raise_around(heights, reach_in_cells(body_radius, side), raised)
+        np.maximum(safe, raised + height, out=safe)
     return SafeTiles(safe, x, y, side)
 
 

@@ -32,20 +32,20 @@ class TooWide:
     def __init__(self, centres: Any, rules: PocketRules) -> None:
         self.centres, self.rules = centres, rules
         self.cells = Cells(centres.bounds, FARTHEST * rules.tool_diameter, 2 * _REACHES + 4)
-        self.last, self.found = np.zeros((0, 2)), np.zeros((0, 2))
+        self.previous, self.wide = np.zeros((0, 2)), np.zeros((0, 2))
 
-    def __call__(self, path: PocketPath) -> Floats:
+    def __call__(self, pocket_path: PocketPath) -> Floats:
         """Return the points of a path."""
-        way = way_of(path, self.rules)
-        moved = self.cells.of(np.vstack([_not_in(way.xy, self.last), _not_in(self.last, way.xy)]))
-        changed = self.cells.around(moved, _REACHES)
-        looked = np.isin(self.cells.of(way.xy), self.cells.around(changed, 1))
-        new = wide_places(way, self.centres, self.rules, looked)
-        old = self.found[~np.isin(self.cells.of(self.found), changed)]
-        self.last, self.found = way.xy, np.vstack([old, new[np.isin(self.cells.of(new), changed)]])
-        return self.found
+        path = way_of(pocket_path, self.rules)
+        moved_cells = self.cells.of(np.vstack([_without(path.xy, self.previous), _without(self.previous, path.xy)]))
+        changed = self.cells.around(moved_cells, _REACHES)
+        to_check = np.isin(self.cells.of(path.xy), self.cells.around(changed, 1))
+        new = wide_places(path, self.centres, self.rules, to_check)
+        old = self.wide[~np.isin(self.cells.of(self.wide), changed)]
+        self.previous, self.wide = path.xy, np.vstack([old, new[np.isin(self.cells.of(new), changed)]])
+        return self.wide
 
 
-def _not_in(places: Floats, others: Floats) -> Floats:
-    key = numbered(np.vstack([places, others]), _SAME)
-    return places[~np.isin(key[: len(places)], key[len(places) :])]
+def _without(points: Floats, excluded: Floats) -> Floats:
+    key = numbered(np.vstack([points, excluded]), _SAME)
+    return points[~np.isin(key[: len(points)], key[len(points) :])]

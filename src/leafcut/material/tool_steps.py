@@ -68,13 +68,13 @@ def way_of(path: PocketPath, rules: PocketRules) -> ToolWay:
     """Return the path of the tool in steps; all points and tangents on arcs are exact."""
     steps, parts, run, last = step_of(rules), [], -1, None
     for number, piece in enumerate(path.pieces):
-        lifted = last is None or math.dist(last[0], piece.path.start) > SAME_PLACE
-        run += lifted
+        starts_run = last is None or math.dist(last[0], piece.path.start) > SAME_PLACE
+        run += starts_run
         parts.append(
             _steps(
                 _Chords.of(piece.path, steps),
                 steps,
-                None if lifted or last is None else last[1],
+                None if starts_run or last is None else last[1],
                 run,
                 number,
                 piece.path.start,
@@ -82,8 +82,8 @@ def way_of(path: PocketPath, rules: PocketRules) -> ToolWay:
         )
         last = (piece.path.end, parts[-1].back[-1])
     if not parts:
-        none = np.zeros((0, 2))
-        return ToolWay(none, none, none, none, np.zeros(0), np.zeros(0, np.int64), np.zeros(0, np.int64))
+        empty = np.zeros((0, 2))
+        return ToolWay(empty, empty, empty, empty, np.zeros(0), np.zeros(0, np.int64), np.zeros(0, np.int64))
     columns = ("xy", "back", "ahead", "chord", "step", "run", "piece")
     return ToolWay(*(np.concatenate([getattr(part, name) for part in parts]) for name in columns))
 
@@ -92,33 +92,33 @@ def way_of(path: PocketPath, rules: PocketRules) -> ToolWay:
 class _Chords:
     """Chords of a piece, float64[m, 2] each: starts, vectors, and the tangents at both ends."""
 
-    begin: Points
+    start: Points
     vector: Points
     leaves: Points
     arrives: Points
 
     @classmethod
-    def of(cls, path: Polyline, longest: float) -> _Chords:
+    def of(cls, path: Polyline, max_step: float) -> _Chords:
         """Return lines unchanged, and arcs in steps."""
         if not path.bulges.any():
             points = path.flattened()
             vector = np.diff(points, axis=0)
-            there = (vector != 0.0).any(axis=1)
-            begin, vector = points[:-1][there], vector[there]
+            has_length = (vector != 0.0).any(axis=1)
+            start, vector = points[:-1][has_length], vector[has_length]
             unit = vector / np.hypot(vector[:, 0], vector[:, 1])[:, None]
-            return cls(begin, vector, unit, unit)
-        parts = [_arc(s, longest) if s.is_arc else _straight(s) for s in path.segments()]
-        parts = [part for part in parts if len(part.begin)]
+            return cls(start, vector, unit, unit)
+        parts = [_arc(s, max_step) if s.is_arc else _straight(s) for s in path.segments()]
+        parts = [part for part in parts if len(part.start)]
         return cls(*(np.concatenate([getattr(p, name) for p in parts]) for name in vars(parts[0])))
 
 
-def _straight(s: Segment) -> _Chords:
-    return _Chords.of(Polyline.of_points([s.start, s.end]), math.inf)
+def _straight(segment: Segment) -> _Chords:
+    return _Chords.of(Polyline.of_points([segment.start, segment.end]), math.inf)
 
 
-def _arc(s: Segment, longest: float) -> _Chords:
+def _arc(s: Segment, max_step: float) -> _Chords:
     turn = 4.0 * math.atan(s.bulge)
-    count = max(math.ceil(abs(turn) * s.radius / longest), math.ceil(abs(turn) / BEND), 1)
+    count = max(math.ceil(abs(turn) * s.radius / max_step), math.ceil(abs(turn) / BEND), 1)
     angle = math.atan2(s.start[1] - s.center[1], s.start[0] - s.center[0]) + turn * np.linspace(0.0, 1.0, count + 1)
     out = np.column_stack([np.cos(angle), np.sin(angle)])
     points, side = np.array(s.center) + s.radius * out, math.copysign(1.0, s.bulge)
@@ -127,27 +127,27 @@ def _arc(s: Segment, longest: float) -> _Chords:
     return _Chords(points[:-1], np.diff(points, axis=0), tangent[:-1], tangent[1:])
 
 
-def _steps(line: _Chords, longest: float, came: Floats | None, run: int, piece: int, start: Point) -> ToolWay:
-    """Return the steps of one piece; `came` is the direction of arrival, None after a plunge."""
+def _steps(line: _Chords, max_step: float, arrival: Floats | None, run: int, piece: int, start: Point) -> ToolWay:
+    """Return the steps of one piece; `arrival` is the direction of arrival, None after a plunge."""
     length = np.hypot(line.vector[:, 0], line.vector[:, 1])
-    before = np.full((1, 2), np.nan) if came is None else came[None]
+    before = np.full((1, 2), np.nan) if arrival is None else arrival[None]
     if not len(length):
-        still = np.array([[1.0, 0.0]])
-        return ToolWay(np.array([start]), before, still, still, np.zeros(1), np.array([run]), np.array([piece]))
+        direction = np.array([[1.0, 0.0]])
+        return ToolWay(np.array([start]), before, direction, direction, np.zeros(1), np.array([run]), np.array([piece]))
     unit = line.vector / length[:, None]
     arrives = np.concatenate([before, line.arrives[:-1]])
-    turned = ~((arrives * line.leaves).sum(axis=1) >= math.cos(STRAIGHT_ON))  # also true after a plunge
-    count = np.maximum(np.ceil(length / longest - 1e-9).astype(np.int64), 1)
-    rows = np.repeat(np.arange(len(length)), count + turned)
-    first = np.cumsum(count + turned) - (count + turned)
-    share_of = (np.arange(len(rows)) - first[rows] + np.where(turned, 0, 1)[rows]) / count[rows]
-    at_corner, at_end = share_of == 0.0, share_of == 1.0
-    smooth = np.append(~turned[1:], False)
+    is_corner = ~((arrives * line.leaves).sum(axis=1) >= math.cos(STRAIGHT_ON))  # also true after a plunge
+    count = np.maximum(np.ceil(length / max_step - 1e-9).astype(np.int64), 1)
+    rows = np.repeat(np.arange(len(length)), count + is_corner)
+    first = np.cumsum(count + is_corner) - (count + is_corner)
+    share = (np.arange(len(rows)) - first[rows] + np.where(is_corner, 0, 1)[rows]) / count[rows]
+    at_corner, at_end = share == 0.0, share == 1.0
+    smooth = np.append(~is_corner[1:], False)
     tangent = line.arrives + np.where(smooth[:, None], np.append(line.leaves[1:], unit[-1:], axis=0), line.arrives)
     tangent /= np.hypot(tangent[:, 0], tangent[:, 1])[:, None]
     along = np.where(at_end[:, None], tangent[rows], np.where(at_corner[:, None], line.leaves[rows], unit[rows]))
     return ToolWay(
-        xy=line.begin[rows] + share_of[:, None] * line.vector[rows],
+        xy=line.start[rows] + share[:, None] * line.vector[rows],
         back=np.where(at_corner[:, None], arrives[rows], along),
         ahead=along,
         chord=unit[rows],
