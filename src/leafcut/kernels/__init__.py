@@ -40,11 +40,11 @@ def part(function: Function) -> Function:
 def _compiled(function: Function, **flags: Any) -> Function:
     folder = cache_folder()
     # Numba reads the cache folder when it decorates a function. Other packages keep their own.
-    theirs, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder or "")
+    previous, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder or "")
     try:
         return cast(Function, numba.njit(nogil=True, cache=folder is not None, **flags)(function))
     finally:
-        numba.config.CACHE_DIR = theirs
+        numba.config.CACHE_DIR = previous
 
 
 @functools.cache

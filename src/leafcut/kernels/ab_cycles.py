@@ -62,11 +62,11 @@ def _fill_unused(a: Assembly) -> int:
     for v in range(len(a.links)):
         link, trail = a.links[v], a.trail[v]
         for kind in range(2):
-            count, mine, other = 0, 2 * kind, 2 - 2 * kind
+            count, own, partner = 0, 2 * kind, 2 - 2 * kind
             for slot in range(2):
-                w = link[mine + slot]
-                if w != link[other] and w != link[other + 1]:
-                    trail[mine + count] = w
+                w = link[own + slot]
+                if w != link[partner] and w != link[partner + 1]:
+                    trail[own + count] = w
                     count += 1
             trail[LEFT + kind], trail[SEEN + kind] = count, -1
         if trail[LEFT] > 0:
@@ -76,10 +76,10 @@ def _fill_unused(a: Assembly) -> int:
 
 
 @part
-def _step(trail: NDArray, u: int, kind: int, words: NDArray, k: int) -> int:
-    """Follow a random unused edge of a kind (0: A, 1: B) from u; return its other end. Changes: trail, words[k]."""
+def _step(trail: NDArray, u: int, kind: int, states: NDArray, k: int) -> int:
+    """Follow a random unused edge of a kind (0: A, 1: B) from u; return its other end. Changes: trail, states[k]."""
     first = 2 * kind
-    slot = first + (below(words, k, 2) if trail[u, LEFT + kind] == 2 else 0)
+    slot = first + (below(states, k, 2) if trail[u, LEFT + kind] == 2 else 0)
     v = trail[u, slot]
     if slot == first:
         trail[u, first] = trail[u, first + 1]
@@ -91,14 +91,14 @@ def _step(trail: NDArray, u: int, kind: int, words: NDArray, k: int) -> int:
 
 
 @part
-def _some_node(a: Assembly, nodes: int, words: NDArray, k: int) -> int:
+def _some_node(a: Assembly, nodes: int, states: NDArray, k: int) -> int:
     """Move a random node with an unused edge to the end of ORDER; return the number of nodes left, 0 if none.
 
-    Changes: row ORDER of lists, words[k].
+    Changes: row ORDER of lists, states[k].
     """
     order = a.lists[ORDER]
     while nodes > 0:
-        i = below(words, k, nodes)
+        i = below(states, k, nodes)
         order[i], order[nodes - 1] = order[nodes - 1], order[i]
         if a.trail[order[nodes - 1], LEFT] > 0:
             return nodes
@@ -107,23 +107,23 @@ def _some_node(a: Assembly, nodes: int, words: NDArray, k: int) -> int:
 
 
 @part
-def find_cycles(a: Assembly, words: NDArray, k: int) -> int:
+def find_cycles(a: Assembly, states: NDArray, k: int) -> int:
     """Split the difference of the tours into AB-cycles at random; return their number.
 
-    Changes: trail, lists, words[k].
+    Changes: trail, lists, states[k].
     """
-    walk, cycles, begin = a.lists[WALK], a.lists[CYCLES], a.lists[BEGIN]
+    walk, cycles, starts = a.lists[WALK], a.lists[CYCLES], a.lists[BEGIN]
     nodes = _fill_unused(a)
-    count = filled = begin[0] = 0
+    count = filled = starts[0] = 0
     length = 0  # edges in the walk
     while True:
         if length == 0:
-            nodes = _some_node(a, nodes, words, k)
+            nodes = _some_node(a, nodes, states, k)
             if nodes == 0:
                 return count
             walk[0] = a.lists[ORDER, nodes - 1]
             a.trail[walk[0], SEEN] = 0
-        v = _step(a.trail, walk[length], length & 1, words, k)
+        v = _step(a.trail, walk[length], length & 1, states, k)
         length += 1
         since = a.trail[v, SEEN + (length & 1)]
         if since < 0:
@@ -132,13 +132,13 @@ def find_cycles(a: Assembly, words: NDArray, k: int) -> int:
             continue
         # The walk was here before an edge of the same kind: the part since then is a cycle, from an edge of A.
         for step in range(length - since):
-            at = since + (since & 1) + step
-            cycles[filled] = walk[at if at < length else at - length + since]
+            index = since + (since & 1) + step
+            cycles[filled] = walk[index if index < length else index - length + since]
             filled += 1
-        for at in range(since + 1, length):
-            a.trail[walk[at], SEEN + (at & 1)] = -1
+        for index in range(since + 1, length):
+            a.trail[walk[index], SEEN + (index & 1)] = -1
         count += 1
-        begin[count] = filled
+        starts[count] = filled
         length = since
         if length == 0:
             a.trail[v, SEEN] = -1

@@ -28,32 +28,32 @@ REACH = 2
 
 
 @part
-def forget(layers: Clusters, walk: AntPath, words: NDArray, k: int) -> int:
+def forget(layers: Clusters, walk: AntPath, states: NDArray, k: int) -> int:
     """Remove some clusters near each other, in pieces of the path; return their number.
 
-    Changes: place, out, words[k].
+    Changes: place, out, states[k].
     """
-    m = len(walk.trial)
-    want = 1 + below(words, k, MOST)
-    seed = below(words, k, m)
-    have = take_piece(layers, walk, seed, 1 + below(words, k, min(LONGEST, want)), 0, words, k)
+    n_clusters = len(walk.trial)
+    target = 1 + below(states, k, MOST)
+    centre = below(states, k, n_clusters)
+    count = take_piece(layers, walk, centre, 1 + below(states, k, min(LONGEST, target)), 0, states, k)
     for i in range(layers.near.shape[1]):
-        if have >= want:
+        if count >= target:
             break
-        c = layers.near[seed, i]
-        if walk.place[c] >= 0 and uniform(words, k) >= SPARED:
-            have = take_piece(layers, walk, c, 1 + below(words, k, min(LONGEST, want - have)), have, words, k)
-    return have
+        c = layers.near[centre, i]
+        if walk.place[c] >= 0 and uniform(states, k) >= SPARED:
+            count = take_piece(layers, walk, c, 1 + below(states, k, min(LONGEST, target - count)), count, states, k)
+    return count
 
 
 @part
-def find_places(layers: Clusters, walk: AntPath, have: int, out: int, words: NDArray, k: int) -> None:
-    """Reinsert the removed clusters in random order. Changes: trial, place, dirty, out, words[k]."""
-    for i in range(out - 1, 0, -1):
-        j = below(words, k, i + 1)
+def find_places(layers: Clusters, walk: AntPath, count: int, n_removed: int, states: NDArray, k: int) -> None:
+    """Reinsert the removed clusters in random order. Changes: trial, place, dirty, out, states[k]."""
+    for i in range(n_removed - 1, 0, -1):
+        j = below(states, k, i + 1)
         walk.out[i], walk.out[j] = walk.out[j], walk.out[i]
-    for i in range(out):
-        put_back(layers, walk, walk.out[i], have + i, BLINK, words, k)
+    for i in range(n_removed):
+        put_back(layers, walk, walk.out[i], count + i, BLINK, states, k)
 
 
 @part
@@ -71,17 +71,17 @@ def spread_dirty(walk: AntPath) -> None:
 
 
 @part
-def choose_dirty(layers: Clusters, walk: AntPath, words: NDArray, k: int) -> None:
+def choose_dirty(layers: Clusters, walk: AntPath, states: NDArray, k: int) -> None:
     """Choose the nodes at all marked places again; if all are marked, a random one is kept.
 
-    Changes: trial, dirty, sums, links, words[k].
+    Changes: trial, dirty, sums, links, states[k].
     """
     m, dirty = len(walk.trial), walk.dirty
     clean = 0
     while clean < m and dirty[clean] == 1:
         clean += 1
     if clean == m:
-        clean = below(words, k, m)
+        clean = below(states, k, m)
         dirty[clean] = 0
     at, end = clean + 1, clean + m
     while at < end:
@@ -113,27 +113,27 @@ def begin_trial(layers: Clusters, walk: AntPath) -> None:
 
 @kernel
 def anneal(
-    layers: Clusters, walk: AntPath, words: NDArray, k: int, heat: float, cooling: float, steps: int, least: float
+    layers: Clusters, walk: AntPath, states: NDArray, k: int, heat: float, cooling: float, steps: int, min_gain: float
 ) -> float:
     """Ruin and recreate `steps` times; a path longer by x is accepted with probability exp(-x / heat).
 
     `heat` is multiplied by `cooling` at every step, and its final value is returned. The best path changes only by
-    gains above `least`.
-    Changes: walk, words[k].
+    gains above `min_gain`.
+    Changes: walk, states[k].
     """
     costs = walk.costs
     costs[PATH] = ring_length(layers, walk.path)
     for _ in range(steps):
         begin_trial(layers, walk)
-        out = forget(layers, walk, words, k)
-        find_places(layers, walk, close_path(layers, walk), out, words, k)
+        n_removed = forget(layers, walk, states, k)
+        find_places(layers, walk, close_path(layers, walk), n_removed, states, k)
         spread_dirty(walk)
-        choose_dirty(layers, walk, words, k)
+        choose_dirty(layers, walk, states, k)
         length = ring_length(layers, walk.trial)
-        if length < costs[PATH] - heat * math.log(1.0 - uniform(words, k)):
+        if length < costs[PATH] - heat * math.log(1.0 - uniform(states, k)):
             copy_path(walk.trial, walk.path)
             costs[PATH] = length
-            if length < costs[BEST] - least:
+            if length < costs[BEST] - min_gain:
                 copy_path(walk.trial, walk.best)
                 costs[BEST] = length
         heat *= cooling

@@ -104,16 +104,16 @@ def _follows(place: NDArray, u: int, v: int) -> bool:
 
 
 @part
-def _take_edges(cost: CostModel, place: NDArray, a: Assembly, begin: int, stop: int) -> float:
+def _take_edges(cost: CostModel, place: NDArray, a: Assembly, start: int, stop: int) -> float:
     """Replace the edges of A in a cycle by those of B; return the gain.
 
     The log then has two entries for each edge of A. Changes: links, log, row CUT of pieces.
     """
     cycle = a.lists[CYCLES]
     gain, entries = 0.0, 0
-    for i in range(begin, stop, 2):
+    for i in range(start, stop, 2):
         u, v = cycle[i], cycle[i + 1]
-        back, on = cycle[i - 1 if i > begin else stop - 1], cycle[i + 2 if i + 2 < stop else begin]
+        back, on = cycle[i - 1 if i > start else stop - 1], cycle[i + 2 if i + 2 < stop else start]
         gain += travel(cost, u, v) - travel(cost, v, on)
         a.pieces[CUT, entries >> 1] = place[u] if _follows(place, u, v) else place[v]
         entries = _relink(a, entries, u, v, back)
@@ -122,25 +122,25 @@ def _take_edges(cost: CostModel, place: NDArray, a: Assembly, begin: int, stop: 
 
 
 @part
-def _end(a: Assembly, place: NDArray, count: int, v: int, lost: int) -> int:
-    """Return the end of a piece that v is, cut off from `lost`: 2 s at the start of piece s, otherwise 2 s + 1."""
-    return 2 * piece_at(a.pieces[CUT], count, place[v]) + (0 if _follows(place, lost, v) else 1)
+def _end(a: Assembly, place: NDArray, count: int, v: int, removed: int) -> int:
+    """Return the end of a piece that v is, cut off from `removed`: 2 s at the start of piece s, otherwise 2 s + 1."""
+    return 2 * piece_at(a.pieces[CUT], count, place[v]) + (0 if _follows(place, removed, v) else 1)
 
 
 @part
-def _find_subtours(a: Assembly, place: NDArray, begin: int, stop: int) -> int:
+def _find_subtours(a: Assembly, place: NDArray, start: int, stop: int) -> int:
     """Number the subtours that a cycle creates and count their nodes; return their number.
 
     Changes: rows JOINED, SUBTOUR, SIZE of pieces.
     """
-    cycle, count = a.lists[CYCLES], (stop - begin) >> 1
+    cycle, count = a.lists[CYCLES], (stop - start) >> 1
     joined, subtour = a.pieces[JOINED], a.pieces[SUBTOUR]
-    for i in range(begin, stop, 2):
-        after = i + 2 if i + 2 < stop else begin
+    for i in range(start, stop, 2):
+        after = i + 2 if i + 2 < stop else start
         # A piece of one node is both ends; the removed edge of A determines which end is meant.
-        one = _end(a, place, count, cycle[i + 1], cycle[i])
-        two = _end(a, place, count, cycle[after], cycle[after + 1])
-        joined[one], joined[two] = two, one
+        first_end = _end(a, place, count, cycle[i + 1], cycle[i])
+        second_end = _end(a, place, count, cycle[after], cycle[after + 1])
+        joined[first_end], joined[second_end] = second_end, first_end
     for s in range(count):
         subtour[s] = -1
     subtours = 0
@@ -179,14 +179,14 @@ def _join(
             u = node[cut[s] - length + i]  # a negative place counts from the end, where piece 0 starts
             for slot in range(2):
                 v = a.links[u, slot]
-                gone = travel(cost, u, v)
+                removed = travel(cost, u, v)
                 for c in range(min(JOINS, candidates.shape[1])):
                     w = candidates[u, c]
                     if w < 0 or subtour[piece_at(cut, count, place[w])] == small:
                         continue
                     for side in range(2):
                         x = a.links[w, side]
-                        gain = gone - lengths[u, c] + travel(cost, w, x) - travel(cost, v, x)
+                        gain = removed - lengths[u, c] + travel(cost, w, x) - travel(cost, v, x)
                         if gain > best:
                             best, bu, bv, bw, bx = gain, u, v, w, x
     if bu < 0:
@@ -207,28 +207,28 @@ def try_cycle(
     The gain is -inf if the cycle has no gain of its own, or if its subtours could not be joined.
     Changes: links, log, pieces.
     """
-    begin, stop = a.lists[BEGIN, cycle], a.lists[BEGIN, cycle + 1]
-    count = (stop - begin) >> 1
-    gain = _take_edges(cost, place, a, begin, stop)
+    start, stop = a.lists[BEGIN, cycle], a.lists[BEGIN, cycle + 1]
+    count = (stop - start) >> 1
+    gain = _take_edges(cost, place, a, start, stop)
     entries = 2 * count
     if gain <= EPSILON:
         return -math.inf, entries
     sort_few(a.pieces[CUT], count)
-    subtours = _find_subtours(a, place, begin, stop)
+    subtours = _find_subtours(a, place, start, stop)
     size, subtour = a.pieces[SIZE], a.pieces[SUBTOUR]
     for _ in range(subtours - 1):
         small = -1
         for s in range(subtours):
             if size[s] > 0 and (small < 0 or size[s] < size[small]):
                 small = s
-        more, into = _join(cost, node, place, a, candidates, lengths, count, small, entries)
-        if into < 0:
+        added, target = _join(cost, node, place, a, candidates, lengths, count, small, entries)
+        if target < 0:
             return -math.inf, entries
-        gain, entries = gain + more, entries + 4
+        gain, entries = gain + added, entries + 4
         for s in range(count):
             if subtour[s] == small:
-                subtour[s] = into
-        size[into] += size[small]
+                subtour[s] = target
+        size[target] += size[small]
         size[small] = 0
     return gain, entries
 
@@ -271,21 +271,21 @@ def rewrite(tour: Tour, a: Assembly, entries: int) -> bool:
     for s in range(1, count):
         if length_of_piece(cut, count, s, n) > length_of_piece(cut, count, longest, n):
             longest = s
-    most = length_of_piece(cut, count, longest, n)
-    if n - most > len(tour.buffer):
+    longest_length = length_of_piece(cut, count, longest, n)
+    if n - longest_length > len(tour.buffer):
         return False
     v = node[cut[longest]]
-    came = node[cut[longest] - 1] if most > 1 else a.links[v, 0]
+    previous = node[cut[longest] - 1] if longest_length > 1 else a.links[v, 0]
     filled = 0
-    while filled < n - most:
-        w = a.links[v, 1] if a.links[v, 0] == came else a.links[v, 0]
+    while filled < n - longest_length:
+        w = a.links[v, 1] if a.links[v, 0] == previous else a.links[v, 0]
         s = piece_at(cut, count, place[w])
         if s == longest:
             return False
         length = length_of_piece(cut, count, s, n)
         p = place[w]
         step = -1 if p == cut[s] else 1
-        came = v
+        previous = v
         for _ in range(length):
             tour.buffer[filled] = node[p]
             filled += 1
@@ -294,7 +294,7 @@ def rewrite(tour: Tour, a: Assembly, entries: int) -> bool:
                 p = 0
         v = tour.buffer[filled - 1]
         if length > 1:
-            came = tour.buffer[filled - 2]
+            previous = tour.buffer[filled - 2]
     p = cut[longest]
     for i in range(filled):
         p = p + 1 if p + 1 < n else 0
@@ -316,7 +316,7 @@ def _has_edges(a: Assembly, cycle: int) -> bool:
 @kernel
 def assemble(
     cost: CostModel, tour: Tour, a: Assembly, candidates: NDArray, lengths: NDArray, breadth: NDArray,
-    mine: NDArray, other: NDArray, words: NDArray, gains: NDArray, first: int, stop: int,
+    own: NDArray, partner: NDArray, states: NDArray, gains: NDArray, first: int, stop: int,
 ) -> None:  # fmt: skip
     """Improve tours by every improving AB-cycle with a partner tour, in random order, followed by local search.
 
@@ -324,27 +324,27 @@ def assemble(
     candidates int32[n, c]     neighbours of every node, -1 for none
     lengths    float64[n, c]   costs of those edges
     breadth    int64[DEPTH]    candidates tried at each depth of an exchange
-    mine       int32[m, n]     tours A; become the children
-    other      int32[m, n]     tours B
-    words      uint64[m]       random words
+    own        int32[m, n]     tours A; become the children
+    partner    int32[m, n]     tours B
+    states     uint64[m]       random states
     gains      float64[m]      the gain of each pair is added
     first,stop int             range of pairs
     ========== =============== ==================================================
 
-    Changes: mine, words, gains; tour, a.
+    Changes: own, states, gains; tour, a.
     """
-    n, order = mine.shape[1], a.lists[ORDER]
+    n, order = own.shape[1], a.lists[ORDER]
     for pair in range(first, stop):
         for i in range(n):
-            tour.node[i] = mine[pair, i]
-            tour.place[mine[pair, i]] = i
-        fill_links(a.links, mine[pair], 0)
-        fill_links(a.links, other[pair], 2)
-        count = find_cycles(a, words, pair)
+            tour.node[i] = own[pair, i]
+            tour.place[own[pair, i]] = i
+        fill_links(a.links, own[pair], 0)
+        fill_links(a.links, partner[pair], 2)
+        count = find_cycles(a, states, pair)
         for c in range(count):
             order[c] = c
         for c in range(count):
-            pick = c + below(words, pair, count - c)
+            pick = c + below(states, pair, count - c)
             cycle = order[pick]
             order[pick] = order[c]
             if a.lists[BEGIN, cycle + 1] - a.lists[BEGIN, cycle] > 2 * LONGEST_CYCLE or not _has_edges(a, cycle):
@@ -358,4 +358,4 @@ def assemble(
                 undo(a, entries)
         gains[pair] += improve_queued(cost, tour, candidates, lengths, breadth, n * n)
         for i in range(n):
-            mine[pair, i] = tour.node[i]
+            own[pair, i] = tour.node[i]

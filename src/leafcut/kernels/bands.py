@@ -63,30 +63,30 @@ def distance_from(x: float, y: float, ax: float, ay: float, bx: float, by: float
 
 @kernel
 def near_places(
-    places: Bands, limit: NDArray, longest: float, begin: NDArray, end: NDArray, count: NDArray, found: NDArray
+    points: Bands, limit: NDArray, max_limit: float, start: NDArray, end: NDArray, count: NDArray, rows: NDArray
 ) -> int:
     """Count the points within their distance limit of each segment of a path, and list them if there is space.
 
     =========== ============= =======================================================
     limit       float64[n]    maximum distance of each point from a segment, mm
-    longest     float         largest limit, mm
-    begin, end  float64[m, 2] ends of each segment, mm
+    max_limit   float         largest limit, mm
+    start, end  float64[m, 2] ends of each segment, mm
     count       int64[m]      points per segment
-    found       int64[k]      points, segment by segment, in band order
+    rows        int64[k]      points, segment by segment, in band order
     =========== ============= =======================================================
 
-    Changes: count, found. Returns the sum of `count`.
+    Changes: count, rows. Returns the sum of `count`.
     """
     total = 0
-    for i in range(len(begin)):
-        ax, ay, bx, by = begin[i, 0], begin[i, 1], end[i, 0], end[i, 1]
+    for i in range(len(start)):
+        ax, ay, bx, by = start[i, 0], start[i, 1], end[i, 0], end[i, 1]
         first = total
-        for band in range(band_at(places, min(ay, by) - longest), band_at(places, max(ay, by) + longest) + 1):
-            at = from_left(places, band, min(ax, bx) - longest)
-            while at < places.first[band + 1] and places.x[at] <= max(ax, bx) + longest:
-                if distance_from(places.x[at], places.y[at], ax, ay, bx, by) <= limit[places.row[at]]:
-                    if total < len(found):
-                        found[total] = places.row[at]
+        for band in range(band_at(points, min(ay, by) - max_limit), band_at(points, max(ay, by) + max_limit) + 1):
+            at = from_left(points, band, min(ax, bx) - max_limit)
+            while at < points.first[band + 1] and points.x[at] <= max(ax, bx) + max_limit:
+                if distance_from(points.x[at], points.y[at], ax, ay, bx, by) <= limit[points.row[at]]:
+                    if total < len(rows):
+                        rows[total] = points.row[at]
                     total += 1
                 at += 1
         count[i] = total - first

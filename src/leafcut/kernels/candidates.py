@@ -30,11 +30,11 @@ def _choose(found: NDArray, near: NDArray, per_quadrant: int, k: int, chosen: ND
 
     Changes: found, chosen int32[≥k + 4·per_quadrant].
     """
-    have = 0
-    while have < min(k, MOST_TWINS) and found[TWINS, have] >= 0:
-        chosen[have] = found[TWINS, have]
-        have += 1
-    size = have
+    count = 0
+    while count < min(k, MOST_TWINS) and found[TWINS, count] >= 0:
+        chosen[count] = found[TWINS, count]
+        count += 1
+    size = count
     for quadrant in range(4):
         for c in range(per_quadrant):
             if found[quadrant, c] >= 0:
@@ -44,14 +44,14 @@ def _choose(found: NDArray, near: NDArray, per_quadrant: int, k: int, chosen: ND
     for c in range(per_quadrant):
         for quadrant in range(4):
             if found[quadrant, c] >= 0:
-                chosen[have] = found[quadrant, c]
-                have += 1
+                chosen[count] = found[quadrant, c]
+                count += 1
     c = 0
-    while have < k and found[REST, c] >= 0:
-        chosen[have] = found[REST, c]
-        have += 1
+    while count < k and found[REST, c] >= 0:
+        chosen[count] = found[REST, c]
+        count += 1
         c += 1
-    return have
+    return count
 
 
 @kernel
@@ -74,16 +74,16 @@ def fill_candidates(
     k = candidates.shape[1]
     for i in range(first, last):
         find_nearby(tree, i, per_quadrant, k, nearby)
-        have = _choose(nearby.found, nearby.near, per_quadrant, k, nearby.chosen)
-        for f in range(have):
+        count = _choose(nearby.found, nearby.near, per_quadrant, k, nearby.chosen)
+        for f in range(count):
             j = nearby.chosen[f]
             d = travel(cost, i, j)
-            place = f
-            while place > 0 and lengths[i, place - 1] > d:
-                lengths[i, place], candidates[i, place] = lengths[i, place - 1], candidates[i, place - 1]
-                place -= 1
-            lengths[i, place], candidates[i, place] = d, j
-        for c in range(have, k):
+            slot = f
+            while slot > 0 and lengths[i, slot - 1] > d:
+                lengths[i, slot], candidates[i, slot] = lengths[i, slot - 1], candidates[i, slot - 1]
+                slot -= 1
+            lengths[i, slot], candidates[i, slot] = d, j
+        for c in range(count, k):
             candidates[i, c], lengths[i, c] = -1, math.inf
 
 

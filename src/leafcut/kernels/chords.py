@@ -11,28 +11,28 @@ MOST_POINTS = 100
 
 
 @kernel
-def merge_chords(point: NDArray, joins: NDArray, tolerance: NDArray, begins: NDArray) -> int:
+def merge_chords(point: NDArray, joins: NDArray, tolerance: NDArray, starts: NDArray) -> int:
     """Merge straight moves while skipped points stay within a tolerance of the chord; return the number that remain.
 
     point      float64[m + 1, 3]   mm; move i goes from point i to point i + 1
     joins      bool[m]             move i may be merged with the previous move
     tolerance  float64[m]          mm
-    begins     bool[m]             move i is the first of a merged move
+    starts     bool[m]             move i is the first of a merged move
 
-    Changes: begins.
+    Changes: starts.
     Source: LinuxCNC documentation, G64 ("naive CAM detector"): greedy, each chord as long as possible.
     """
     first, count = 0, 0
     for i in range(len(joins)):
-        begins[i] = i == 0 or not joins[i] or i - first > MOST_POINTS
-        if not begins[i]:
+        starts[i] = i == 0 or not joins[i] or i - first > MOST_POINTS
+        if not starts[i]:
             dx = point[i + 1, 0] - point[first, 0]
             dy = point[i + 1, 1] - point[first, 1]
             dz = point[i + 1, 2] - point[first, 2]
             chord2 = dx * dx + dy * dy + dz * dz
-            begins[i] = chord2 == 0.0
+            starts[i] = chord2 == 0.0
             k = first + 1
-            while not begins[i] and k <= i:
+            while not starts[i] and k <= i:
                 px = point[k, 0] - point[first, 0]
                 py = point[k, 1] - point[first, 1]
                 pz = point[k, 2] - point[first, 2]
@@ -40,9 +40,9 @@ def merge_chords(point: NDArray, joins: NDArray, tolerance: NDArray, begins: NDA
                 px -= along * dx
                 py -= along * dy
                 pz -= along * dz
-                begins[i] = px * px + py * py + pz * pz > tolerance[i] * tolerance[i]
+                starts[i] = px * px + py * py + pz * pz > tolerance[i] * tolerance[i]
                 k += 1
-        if begins[i]:
+        if starts[i]:
             first = i
             count += 1
     return count

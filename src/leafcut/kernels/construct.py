@@ -56,7 +56,7 @@ class Decay(NamedTuple):
 
 
 @part
-def _begin(tree: Tree, first: int, second: int, words: NDArray, ant: int, tour: NDArray, unvisited: Unvisited) -> int:
+def _begin(tree: Tree, first: int, second: int, states: NDArray, ant: int, tour: NDArray, unvisited: Unvisited) -> int:
     """Write the one or two first nodes of a tour and return their number; -1: a random node. Changes: the arrays."""
     visited, alive = unvisited.visited, unvisited.alive
     visited[:] = 0
@@ -69,7 +69,7 @@ def _begin(tree: Tree, first: int, second: int, words: NDArray, ant: int, tour: 
         visited[first] = 1
         step = 1
     if step == 0 or second >= 0:
-        node = second if second >= 0 else below(words, ant, n)
+        node = second if second >= 0 else below(states, ant, n)
         tour[step] = node
         visited[node] = 1
         step += 1
@@ -93,16 +93,16 @@ def nearest_neighbour_tour(
     tree: Tree,
     first: int,
     second: int,
-    words: NDArray,
+    states: NDArray,
     tour: NDArray,
     unvisited: Unvisited,
 ) -> None:
     """Build the tour that always goes to the nearest unvisited node.
 
-    Changes: tour int32[n], unvisited, words[0].
+    Changes: tour int32[n], unvisited, states[0].
     """
     n, visited = len(tour), unvisited.visited
-    for step in range(_begin(tree, first, second, words, 0, tour, unvisited), n):
+    for step in range(_begin(tree, first, second, states, 0, tour, unvisited), n):
         last = tour[step - 1]
         # The free node has no position, so all nodes are equally near; take the first.
         node = cheapest_unvisited(cost, visited, last) if last == cost.free else _nearest(cost, tree, unvisited, last)
@@ -120,7 +120,7 @@ def choose_next(
     visited: NDArray,
     i: int,
     greedy_probability: float,
-    words: NDArray,
+    states: NDArray,
     ant: int,
 ) -> int:
     """Return the index in the candidate list of i of the edge that an ant takes, or -1 if all are visited.
@@ -128,7 +128,7 @@ def choose_next(
     With probability q0, it is the edge of maximum weight, otherwise a random edge with probability proportional to its
     weight. This is the pseudorandom proportional rule; q0 = 0 is the random proportional rule. If no edge has
     pheromone, the nearness alone decides, as it does if all trails are equal.
-    Changes: words[ant].
+    Changes: states[ant].
     Source: Dorigo and Stützle, Ant Colony Optimization, MIT Press 2004, equations 3.2 and 3.10.
     """
     total, best, best_weight = 0.0, -1, -1.0
@@ -152,9 +152,9 @@ def choose_next(
                 total += weights[i, c]
                 if weights[i, c] > best_weight:
                     best, best_weight = c, weights[i, c]
-    if best < 0 or (greedy_probability > 0.0 and uniform(words, ant) < greedy_probability):
+    if best < 0 or (greedy_probability > 0.0 and uniform(states, ant) < greedy_probability):
         return best
-    mark = uniform(words, ant) * total
+    remaining = uniform(states, ant) * total
     last = best
     for c in range(k):
         j = candidates[i, c]
@@ -162,17 +162,17 @@ def choose_next(
             break
         if visited[j] == 0:
             last = c
-            mark -= weights[i, c]
-            if mark < 0.0:
+            remaining -= weights[i, c]
+            if remaining < 0.0:
                 return c
     return last
 
 
 @part
-def random_unvisited(visited: NDArray, words: NDArray, ant: int) -> int:
-    """Return a random unvisited node; nearly uniform while few nodes are visited. Changes: words[ant]."""
+def random_unvisited(visited: NDArray, states: NDArray, ant: int) -> int:
+    """Return a random unvisited node; nearly uniform while few nodes are visited. Changes: states[ant]."""
     n = len(visited)
-    node = below(words, ant, n)
+    node = below(states, ant, n)
     while visited[node] == 1:
         node = (node + 1) % n
     return node
@@ -186,17 +186,17 @@ def _next_node(
     weights: NDArray,
     nearness: NDArray,
     greedy_probability: float,
-    words: NDArray,
+    states: NDArray,
     ant: int,
     unvisited: Unvisited,
     last: int,
 ) -> int:
-    """Return the next node of an ant at `last`, and mark it as visited. Changes: words, unvisited."""
+    """Return the next node of an ant at `last`, and mark it as visited. Changes: states, unvisited."""
     visited = unvisited.visited
     if last == cost.free:
-        node = random_unvisited(visited, words, ant)
+        node = random_unvisited(visited, states, ant)
     else:
-        c = choose_next(candidates, weights, nearness, visited, last, greedy_probability, words, ant)
+        c = choose_next(candidates, weights, nearness, visited, last, greedy_probability, states, ant)
         node = candidates[last, c] if c >= 0 else _nearest(cost, tree, unvisited, last)
     visited[node] = 1
     if node < len(tree.x):
@@ -224,7 +224,7 @@ def construct_tour(
     greedy_probability: float,
     first: int,
     second: int,
-    words: NDArray,
+    states: NDArray,
     ant: int,
     tour: NDArray,
     unvisited: Unvisited,
@@ -236,19 +236,19 @@ def construct_tour(
     weights    float64[n, k]   τ^α · η^β of those edges
     nearness   float64[n, k]   η^β of those edges
     first      int             first node, or -1 for a random one; `second` likewise
-    words      uint64[ants]    random state; this ant uses row `ant`
+    states     uint64[ants]    random state; this ant uses row `ant`
     ========== =============== ==========================================================
 
-    Changes: tour int32[n], words[ant], unvisited.
+    Changes: tour int32[n], states[ant], unvisited.
     Source: Dorigo and Stützle 2004, section 3.8.2 (candidate lists).
     Differs: if every candidate is visited, the ant goes to the nearest unvisited node, because pheromone is stored on
     candidate edges only and is therefore equal elsewhere.
     """
     n = len(tour)
-    for step in range(_begin(tree, first, second, words, ant, tour, unvisited), n):
+    for step in range(_begin(tree, first, second, states, ant, tour, unvisited), n):
         last = tour[step - 1]
         tour[step] = _next_node(
-            cost, tree, candidates, weights, nearness, greedy_probability, words, ant, unvisited, last
+            cost, tree, candidates, weights, nearness, greedy_probability, states, ant, unvisited, last
         )
 
 
@@ -261,7 +261,7 @@ def construct_tour_with_decay(
     greedy_probability: float,
     first: int,
     second: int,
-    words: NDArray,
+    states: NDArray,
     ant: int,
     tour: NDArray,
     unvisited: Unvisited,
@@ -269,14 +269,14 @@ def construct_tour_with_decay(
     """Let one ant of Ant Colony System build a tour, with local pheromone decay on each edge that it takes.
 
     As `construct_tour`; each edge taken gets τ ← (1 − ξ)τ + ξτ0 at once, and so attracts the next ant less.
-    Changes: edges.pheromone, edges.weights, tour, words[ant], unvisited.
+    Changes: edges.pheromone, edges.weights, tour, states[ant], unvisited.
     Source: Dorigo and Stützle 2004, section 3.4.1, equations 3.10 and 3.12.
     Differs: the ants of an iteration run one after another, not step by step.
     """
     n, candidates, weights, nearness = len(tour), edges.candidates, edges.weights, edges.nearness
-    for step in range(_begin(tree, first, second, words, ant, tour, unvisited), n):
+    for step in range(_begin(tree, first, second, states, ant, tour, unvisited), n):
         last = tour[step - 1]
-        node = _next_node(cost, tree, candidates, weights, nearness, greedy_probability, words, ant, unvisited, last)
+        node = _next_node(cost, tree, candidates, weights, nearness, greedy_probability, states, ant, unvisited, last)
         _wear(edges, decay, last, node)
         _wear(edges, decay, node, last)
         tour[step] = node

@@ -133,14 +133,14 @@ def crosses(zones: NDArray, k: int, xi: float, yi: float, xj: float, yj: float) 
     """Return whether the segment touches the closed rectangle ``zones[k]`` (Liang–Barsky clipping)."""
     enter, leave = 0.0, 1.0
     for axis in range(2):
-        begin = xi if axis == 0 else yi
+        start = xi if axis == 0 else yi
         step = (xj - xi) if axis == 0 else (yj - yi)
         low, high = zones[k, axis], zones[k, axis + 2]
         if step == 0.0:
-            if begin < low or begin > high:
+            if start < low or start > high:
                 return False
         else:
-            t0, t1 = (low - begin) / step, (high - begin) / step
+            t0, t1 = (low - start) / step, (high - start) / step
             if t0 > t1:
                 t0, t1 = t1, t0
             enter, leave = max(enter, t0), min(leave, t1)
@@ -202,20 +202,20 @@ def highest_of_line(table: NDArray, xi: float, yi: float, xj: float, yj: float) 
     rows, columns = len(table) - above, int(table[0, 6])
     if yj < yi or (yj == yi and xj < xi):
         xi, yi, xj, yj = xj, yj, xi, yi
-    room = 1e-6 * side
-    first_r = max(math.floor((yi - room - y0) / side), 0)
-    last_r = min(math.floor((yj + room - y0) / side), rows - 1)
+    tolerance = 1e-6 * side
+    first_r = max(math.floor((yi - tolerance - y0) / side), 0)
+    last_r = min(math.floor((yj + tolerance - y0) / side), rows - 1)
     best = -math.inf
     for r in range(first_r, last_r + 1):
         left, right = xi, xj
         if yj > yi:
-            low = min(max((y0 + r * side - room - yi) / (yj - yi), 0.0), 1.0)
-            high = min(max((y0 + (r + 1) * side + room - yi) / (yj - yi), 0.0), 1.0)
+            low = min(max((y0 + r * side - tolerance - yi) / (yj - yi), 0.0), 1.0)
+            high = min(max((y0 + (r + 1) * side + tolerance - yi) / (yj - yi), 0.0), 1.0)
             left, right = xi + low * (xj - xi), xi + high * (xj - xi)
         if right < left:
             left, right = right, left
-        first_c = max(math.floor((left - room - x0) / side), 0)
-        last_c = min(math.floor((right + room - x0) / side), columns - 1)
+        first_c = max(math.floor((left - tolerance - x0) / side), 0)
+        last_c = min(math.floor((right + tolerance - x0) / side), columns - 1)
         for c in range(first_c, last_c + 1):
             best = max(best, table[above + r, c])
     return best

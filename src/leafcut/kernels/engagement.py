@@ -46,7 +46,7 @@ def sort_intervals(low: NDArray, high: NDArray, count: int) -> None:
 
 @part
 def uncovered(
-    low: NDArray, high: NDArray, count: int, left: float, right: float, nothing: float
+    low: NDArray, high: NDArray, count: int, left: float, right: float, tolerance: float
 ) -> tuple[float, float, float]:
     """Return the uncovered part of −π/2 … π/2: its angle, the sum of its sines, and its smallest absolute angle.
 
@@ -62,19 +62,19 @@ def uncovered(
     sort_intervals(low, high, count)
     # An interval of width 0 at the end, so that a gap before it is handled like any other.
     low[count], high[count] = _HALF, _HALF
-    covered, sines, least, done = left + _HALF, math.sin(left) + 1.0, _HALF, left
+    covered, sines, nearest, covered_to = left + _HALF, math.sin(left) + 1.0, _HALF, left
     for k in range(count + 1):
         a, b = low[k], high[k]
-        if a - done > nothing:
-            least = min(least, max(done, -a, 0.0))
-        if b > done:
-            a = max(a, done)
+        if a - covered_to > tolerance:
+            nearest = min(nearest, max(covered_to, -a, 0.0))
+        if b > covered_to:
+            a = max(a, covered_to)
             covered += b - a
             sines += math.sin(b) - math.sin(a)
-            done = b
-    if covered >= math.pi - nothing:
+            covered_to = b
+    if covered >= math.pi - tolerance:
         return 0.0, 0.0, _HALF
-    return math.pi - covered, 2.0 - min(sines, 2.0), least
+    return math.pi - covered, 2.0 - min(sines, 2.0), nearest
 
 
 @kernel

@@ -25,12 +25,12 @@ INVERSIONS = 2
 @kernel
 def edges_apart(tour: NDArray, other: NDArray, place: NDArray) -> int:
     """Return the number of edges of a closed tour int32[h] that are not in `other`; `place` int32[h] is its inverse."""
-    h, apart = len(tour), 0
+    h, count = len(tour), 0
     for k in range(h):
-        at, before = place[tour[k]], tour[k - 1]
-        if other[at - 1] != before and other[at + 1 if at + 1 < h else 0] != before:
-            apart += 1
-    return apart
+        index, before = place[tour[k]], tour[k - 1]
+        if other[index - 1] != before and other[index + 1 if index + 1 < h else 0] != before:
+            count += 1
+    return count
 
 
 @part
@@ -43,7 +43,7 @@ def longest_edge(costs: NDArray, tour: NDArray) -> float:
 
 
 @kernel
-def fly(costs: NDArray, tour: NDArray, place: NDArray, moves: int, longest: int, words: NDArray, k: int) -> float:
+def fly(costs: NDArray, tour: NDArray, place: NDArray, moves: int, longest: int, states: NDArray, k: int) -> float:
     """Try `moves` inversions of random runs one after the other; keep those that do not lengthen the tour.
 
     Return the gain. An inversion needs four table lookups, or a single one if its first new edge alone is longer than
@@ -55,9 +55,9 @@ def fly(costs: NDArray, tour: NDArray, place: NDArray, moves: int, longest: int,
     longest int           nodes of the longest run, 2 … h - 2; lengths from 2 on are equally likely
     ======= ============= ==================================================================
 
-    Changes: tour, place, words[k] (one step of `random.uniform` per inversion: its halves give place and length).
+    Changes: tour, place, states[k] (one step of `random.uniform` per inversion: its halves give place and length).
     """
-    h, total, word = len(tour), 0.0, words[k]
+    h, total, word = len(tour), 0.0, states[k]
     places, lengths = np.uint64(h), np.uint64(longest - 1)
     reach = 2.0 * longest_edge(costs, tour)
     for _ in range(moves):
@@ -80,45 +80,45 @@ def fly(costs: NDArray, tour: NDArray, place: NDArray, moves: int, longest: int,
             reverse(tour, place, int(first), int(last))
             total += gain
             reach = max(reach, 2.0 * ac, 2.0 * bd)
-    words[k] = word
+    states[k] = word
     return total
 
 
 @kernel
 def places_apart(tour: NDArray, other: NDArray) -> int:
     """Return the number of places at which two tours int32[h] differ (Hamming distance)."""
-    apart = 0
+    count = 0
     for k in range(len(tour)):
         if tour[k] != other[k]:
-            apart += 1
-    return apart
+            count += 1
+    return count
 
 
 @kernel
 def best_inversion(
-    cost: CostModel, tour: NDArray, tries: int, longest: int, words: NDArray, k: int, moved: NDArray
+    cost: CostModel, tour: NDArray, tries: int, longest: int, states: NDArray, k: int, moved: NDArray
 ) -> float:
     """Write to `moved` the tour with the best of `tries` inversions of random runs; return the added cost.
 
     All inversions are tried on the same tour; the best is applied even if it lengthens the tour. A run has 2 …
     `longest` nodes and does not wrap around the end of the array. A tied edge is kept; if all runs would break it,
     nothing moves.
-    Changes: moved int32[h], words[k].
+    Changes: moved int32[h], states[k].
     Source: G. K. Jati and Suyanto, ICAIS 2011, section 3 (inversion mutation). Differs: best of `tries`.
     """
-    h, best, begin, end = len(tour), np.inf, 0, -1
+    h, best, start, stop = len(tour), np.inf, 0, -1
     for _ in range(tries):
-        length = 2 + below(words, k, longest - 1)
-        first = below(words, k, h - length + 1)
+        length = 2 + below(states, k, longest - 1)
+        first = below(states, k, h - length + 1)
         last = first + length - 1
         a, b = tour[first - 1], tour[first]
         c, d = tour[last], tour[last + 1 if last + 1 < h else 0]
         added = travel(cost, a, c) + travel(cost, b, d) - travel(cost, a, b) - travel(cost, c, d)
         if added < min(best, -0.5 * TIED):
-            best, begin, end = added, first, last
-    for at in range(h):
-        moved[at] = tour[begin + end - at if begin <= at <= end else at]
-    return best if end >= 0 else 0.0
+            best, start, stop = added, first, last
+    for index in range(h):
+        moved[index] = tour[start + stop - index if start <= index <= stop else index]
+    return best if stop >= 0 else 0.0
 
 
 @part
@@ -150,24 +150,24 @@ def fly_and_mend(
     breadth: NDArray,
     moves: int,
     longest: int,
-    words: NDArray,
+    states: NDArray,
     k: int,
 ) -> float:
     """Make `moves` moves, each of `INVERSIONS` nearby inversions and local search at the touched nodes.
 
     A move that lengthens the tour is undone. Return the gain. Symbols: candidates, lengths, breadth as in
     `lin_kernighan.find_move`; longest as in `fly`.
-    Changes: tour, words[k].
+    Changes: tour, states[k].
     """
     h, total = len(tour.node), 0.0
     for _ in range(moves):
         tour.counts[2] = 0
         tour.counts[3] = 0
-        near, worse = below(words, k, h), 0.0
+        centre, added = below(states, k, h), 0.0
         for _ in range(INVERSIONS):
-            first = (near + below(words, k, longest)) % h
-            worse += invert(cost, tour, first, 2 + below(words, k, longest - 1))
-        gained = improve_queued(cost, tour, candidates, lengths, breadth, 1_000_000) - worse
+            first = (centre + below(states, k, longest)) % h
+            added += invert(cost, tour, first, 2 + below(states, k, longest - 1))
+        gained = improve_queued(cost, tour, candidates, lengths, breadth, 1_000_000) - added
         if tour.counts[3] == 1 or gained < -EPSILON:
             while tour.counts[1] > 0:
                 pop(tour)

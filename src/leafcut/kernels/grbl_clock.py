@@ -99,23 +99,23 @@ def _spend(board: Board, seconds: float) -> None:
 
 
 @part
-def _next_room(board: Board) -> float:
+def _next_free_segment(board: Board) -> float:
     """Return the time at which there is space for another segment, s."""
     when: float = board.ends[board.counts[MADE] % SEGMENTS]
     return when
 
 
 @part
-def _run_segment(board: Board, left: float, speed: float, time: float) -> None:
+def _run_segment(board: Board, remaining: float, speed: float, time: float) -> None:
     """Append a segment of the oldest block, rounded to whole steps of equal ticks, to the prepared segments.
 
-    left   float   remaining length of the block after it, mm
-    speed  float   at its end, mm/s
-    time   float   intended duration, s
+    remaining float  remaining length of the block after it, mm
+    speed     float  at its end, mm/s
+    time      float  intended duration, s
     """
     ring, state, count = board.ring, board.state, board.counts
     at = count[DONE] % PLACES
-    exact = ring[at, PER_MM] * left
+    exact = ring[at, PER_MM] * remaining
     whole = math.ceil(exact - 1e-6)
     per_step = (time + state[REST]) / max(state[STEPS] - exact, 1e-6)
     cycles = math.ceil(per_step * CLOCK)
@@ -126,8 +126,8 @@ def _run_segment(board: Board, left: float, speed: float, time: float) -> None:
     state[SPEED], state[STEPS], state[REST] = speed, whole, (whole - exact) * per_step
     board.ends[count[MADE] % SEGMENTS] = state[ENDS]
     count[MADE] += 1
-    ring[at, LEFT] = left
-    if left == 0.0:
+    ring[at, LEFT] = remaining
+    if remaining == 0.0:
         board.done[int(ring[at, OWNER])] = state[ENDS]
         count[DONE] += 1
         count[BEGUN] = 0
@@ -137,47 +137,47 @@ def _run_segment(board: Board, left: float, speed: float, time: float) -> None:
 def _cut_segment(board: Board) -> None:
     ring, state, count = board.ring, board.state, board.counts
     at = count[DONE] % PLACES
-    left, rate, per_mm = ring[at, LEFT], ring[at, RATE], ring[at, PER_MM]
+    remaining, rate, per_mm = ring[at, LEFT], ring[at, RATE], ring[at, PER_MM]
     if not count[BEGUN]:
         count[BEGUN] = 1
-        state[SPEED], state[STEPS], state[REST] = math.sqrt(ring[at, ENTRY2]), math.ceil(per_mm * left - 1e-6), 0.0
+        state[SPEED], state[STEPS], state[REST] = math.sqrt(ring[at, ENTRY2]), math.ceil(per_mm * remaining - 1e-6), 0.0
     speed = state[SPEED]
-    out2 = ring[(at + 1) % PLACES, ENTRY2] if count[DONE] + 1 < count[PLANNED] else 0.0
-    out = math.sqrt(out2)
-    peak = min(ring[at, NOMINAL], math.sqrt(0.5 * (2.0 * rate * left + speed * speed + out2)))
-    peak = max(peak, speed, out)
-    slow_from = 0.5 * (peak * peak - out2) / rate
-    enough = max(left - SEGMENT_STEPS / per_mm, 0.0)
-    time, limit, need = 0.0, SEGMENT_S, 0.0
-    cruise_s = (left - slow_from) / peak - SOON_S
+    exit2 = ring[(at + 1) % PLACES, ENTRY2] if count[DONE] + 1 < count[PLANNED] else 0.0
+    exit_speed = math.sqrt(exit2)
+    peak = min(ring[at, NOMINAL], math.sqrt(0.5 * (2.0 * rate * remaining + speed * speed + exit2)))
+    peak = max(peak, speed, exit_speed)
+    slow_from = 0.5 * (peak * peak - exit2) / rate
+    enough = max(remaining - SEGMENT_STEPS / per_mm, 0.0)
+    time, limit, needed = 0.0, SEGMENT_S, 0.0
+    cruise_s = (remaining - slow_from) / peak - SOON_S
     if cruise_s > SOON_S and speed >= peak * (1.0 - 1e-9):
         limit = math.floor(cruise_s / SEGMENT_S) * SEGMENT_S
-    while left > 0.0:
+    while remaining > 0.0:
         span = limit - time
-        if speed < peak * (1.0 - 1e-9) and left > slow_from:
-            need = min((peak - speed) / rate, 2.0 * left / (peak + speed))
-            if need <= span:
-                left = max(left - 0.5 * (speed + peak) * need, slow_from)
+        if speed < peak * (1.0 - 1e-9) and remaining > slow_from:
+            needed = min((peak - speed) / rate, 2.0 * remaining / (peak + speed))
+            if needed <= span:
+                remaining = max(remaining - 0.5 * (speed + peak) * needed, slow_from)
                 speed = peak
             else:
-                left -= span * (speed + 0.5 * rate * span)
+                remaining -= span * (speed + 0.5 * rate * span)
                 speed += rate * span
-        elif left > slow_from * (1.0 + 1e-9) + 1e-12:
-            need = (left - slow_from) / peak
-            left = slow_from if need <= span else left - peak * span
+        elif remaining > slow_from * (1.0 + 1e-9) + 1e-12:
+            needed = (remaining - slow_from) / peak
+            remaining = slow_from if needed <= span else remaining - peak * span
         else:
-            need = 2.0 * left / (speed + out) if speed + out > 0.0 else 0.0
-            if need <= span:
-                left, speed = 0.0, out
+            needed = 2.0 * remaining / (speed + exit_speed) if speed + exit_speed > 0.0 else 0.0
+            if needed <= span:
+                remaining, speed = 0.0, exit_speed
             else:
-                left -= span * (speed - 0.5 * rate * span)
+                remaining -= span * (speed - 0.5 * rate * span)
                 speed -= rate * span
-        time += min(need, span)
+        time += min(needed, span)
         if time >= limit - 1e-12:
-            if left <= enough:
+            if remaining <= enough:
                 break
             limit += SEGMENT_S
-    _run_segment(board, left if left > 1e-9 else 0.0, speed, time)
+    _run_segment(board, remaining if remaining > 1e-9 else 0.0, speed, time)
 
 
 @part
@@ -188,7 +188,7 @@ def _fill(board: Board) -> None:
         if state[NOW] > state[ENDS]:
             count[RUNNING] = 0
             state[NOW] += board.lock_s
-        elif count[DONE] < count[PLANNED] and _next_room(board) <= state[NOW]:
+        elif count[DONE] < count[PLANNED] and _next_free_segment(board) <= state[NOW]:
             fresh = not count[BEGUN] or count[CHANGED]
             count[CHANGED] = 0
             _cut_segment(board)
@@ -215,20 +215,20 @@ def _run_until(board: Board, until: float) -> None:
     state, count = board.state, board.counts
     _fill(board)
     while count[RUNNING] and state[NOW] < until:
-        room = _next_room(board) if count[DONE] < count[PLANNED] else state[ENDS] + 1e-9
-        state[NOW] = max(state[NOW], min(room, until))
+        next_event = _next_free_segment(board) if count[DONE] < count[PLANNED] else state[ENDS] + 1e-9
+        state[NOW] = max(state[NOW], min(next_event, until))
         _fill(board)
     state[NOW] = max(state[NOW], until)
 
 
 @part
-def _stand(board: Board) -> None:
+def _wait_until_at_rest(board: Board) -> None:
     """Wait until all planned blocks are finished and the machine is at rest."""
     state, count = board.state, board.counts
     while count[DONE] < count[PLANNED]:
         _start(board)
         if count[RUNNING] and count[DONE] < count[PLANNED]:
-            state[NOW] = max(state[NOW], _next_room(board))
+            state[NOW] = max(state[NOW], _next_free_segment(board))
         _fill(board)
     if count[RUNNING]:
         state[NOW] = max(state[NOW], state[ENDS]) + board.lock_s
@@ -236,13 +236,13 @@ def _stand(board: Board) -> None:
 
 
 @part
-def _wait_for_room(board: Board) -> None:
+def _wait_for_free_block(board: Board) -> None:
     state, count = board.state, board.counts
     _fill(board)
     while count[PLANNED] - count[DONE] >= BLOCKS:
         _start(board)
         if count[RUNNING] and count[PLANNED] - count[DONE] >= BLOCKS:
-            state[NOW] = max(state[NOW], _next_room(board))
+            state[NOW] = max(state[NOW], _next_free_segment(board))
         _fill(board)
 
 
@@ -278,11 +278,11 @@ def _plan(board: Board) -> int:
 @part
 def _least_ratio(limits: NDArray, unit: NDArray) -> float:
     """Return the maximum value along a unit vector that keeps every axis within its limit."""
-    least = math.inf
+    result = math.inf
     for axis in range(3):
         if unit[axis] != 0.0:
-            least = min(least, limits[axis] / abs(unit[axis]))
-    return least
+            result = min(result, limits[axis] / abs(unit[axis]))
+    return result
 
 
 @part
@@ -298,13 +298,13 @@ def _corner2(board: Board, acceleration: NDArray, deviation: float) -> float:
     for axis in range(3):
         size += (after[axis] - before[axis]) ** 2
     size = math.sqrt(size)
-    least = math.inf
+    limit = math.inf
     for axis in range(3):
         bend = abs(after[axis] - before[axis])
         if bend > 0.0:
-            least = min(least, acceleration[axis] * size / bend)
+            limit = min(limit, acceleration[axis] * size / bend)
     sine = math.sqrt(0.5 * (1.0 - cosine))
-    return least * deviation * sine / (1.0 - sine)
+    return limit * deviation * sine / (1.0 - sine)
 
 
 @part
@@ -315,15 +315,15 @@ def _add_block(board: Board, end: NDArray, feed: float, limits: NDArray, deviati
     limits  float64[3, 3]   steps per mm, maximum speed, acceleration of each axis
     """
     ring, count, unit = board.ring, board.counts, board.unit
-    most, length2 = 0.0, 0.0
+    n_steps, length2 = 0.0, 0.0
     for axis in range(3):
         steps = math.floor(end[axis] * limits[0, axis] + 0.5 + 1e-7)
         moved = steps - board.steps[axis]
-        most = max(most, abs(moved))
+        n_steps = max(n_steps, abs(moved))
         unit[1, axis] = moved / limits[0, axis]
         length2 += unit[1, axis] * unit[1, axis]
         board.steps[axis] = steps
-    if most == 0.0:
+    if n_steps == 0.0:
         return
     length = math.sqrt(length2)
     for axis in range(3):
@@ -341,7 +341,7 @@ def _add_block(board: Board, end: NDArray, feed: float, limits: NDArray, deviati
     ring[at, NOMINAL] = nominal
     ring[at, MOST2] = corner2
     ring[at, ENTRY2] = 0.0
-    ring[at, PER_MM] = most / length
+    ring[at, PER_MM] = n_steps / length
     ring[at, OWNER] = owner
     for axis in range(3):
         seconds += AXIS_S if unit[1, axis] != 0.0 else 0.0
@@ -393,42 +393,42 @@ def grbl_clock(
     Source: GRBL 1.1h, see above. Differs: double precision; the processor times are means.
     """
     state = board.state
-    opened, oldest, on_the_way, sent, free = 0, 0, 0, 0.0, 0.0
+    line, oldest, on_the_way, sent, freed_at = 0, 0, 0, 0.0, 0.0
     for i in range(len(move)):
         if size[i] > 0:
             on_the_way += size[i]
             while on_the_way > ON_THE_WAY and oldest < i:
                 on_the_way -= size[oldest]
                 if size[oldest] > 0:
-                    free = answered[oldest]
+                    freed_at = answered[oldest]
                 oldest += 1
-            opened = i
-            sent = max(sent, free + ANSWER_S * board.pace) + size[i] * board.byte_s
+            line = i
+            sent = max(sent, freed_at + ANSWER_S * board.pace) + size[i] * board.byte_s
             if state[NOW] < sent:
                 _start(board)
                 _run_until(board, sent)
             _fill(board)
             _spend(board, LINE_S + words[i] * WORD_S + size[i] * BYTE_S)
         if stops[i]:
-            _stand(board)
+            _wait_until_at_rest(board)
             state[NOW] += wait[i]
             board.done[i] = state[NOW]
         k = move[i]
         if k >= 0:
-            for part_of in range(1, chords[k] + 1):
+            for chord in range(1, chords[k] + 1):
                 for axis in range(3):
-                    if part_of == chords[k]:
+                    if chord == chords[k]:
                         point[axis] = place[k + 1, axis]
                     else:
-                        turned = spin[k] * part_of
+                        angle = spin[k] * chord
                         point[axis] = (
                             place[k, axis]
-                            + out[k, axis] * (math.cos(turned) - 1.0)
-                            + across[k, axis] * math.sin(turned)
-                            + rise[k, axis] * part_of
+                            + out[k, axis] * (math.cos(angle) - 1.0)
+                            + across[k, axis] * math.sin(angle)
+                            + rise[k, axis] * chord
                         )
-                _wait_for_room(board)
+                _wait_for_free_block(board)
                 _add_block(board, point, feed[k], limits, deviation, i)
                 _spend(board, CHORD_S if chords[k] > 1 else 0.0)
-        answered[opened] = state[NOW]
-    _stand(board)
+        answered[line] = state[NOW]
+    _wait_until_at_rest(board)

@@ -50,8 +50,8 @@ def list_edges(
                 continue
             listed = False
             if j < i:
-                for other in range(k):
-                    listed = listed or candidates[j, other] == i
+                for slot in range(k):
+                    listed = listed or candidates[j, slot] == i
             if not listed:
                 bits = np.uint64(np.float32(length).view(np.uint32))
                 # Negative costs occur only in matrices; their bits sort in reverse order.
@@ -62,37 +62,39 @@ def list_edges(
 
 
 @kernel
-def join(tail: NDArray, beside: NDArray, i: int, j: int) -> bool:
-    """Join two nodes if they are ends of different fragments; return whether they were. Changes: tail, beside."""
+def join(tail: NDArray, neighbours: NDArray, i: int, j: int) -> bool:
+    """Join two nodes if they are ends of different fragments; return whether they were. Changes: tail, neighbours."""
     a, b = tail[i], tail[j]
     if a < 0 or b < 0 or a == j:
         return False
-    beside[i, 0 if beside[i, 0] < 0 else 1] = j
-    beside[j, 0 if beside[j, 0] < 0 else 1] = i
+    neighbours[i, 0 if neighbours[i, 0] < 0 else 1] = j
+    neighbours[j, 0 if neighbours[j, 0] < 0 else 1] = i
     tail[i] = tail[j] = -1
     tail[a], tail[b] = b, a
     return True
 
 
 @kernel
-def join_edges(edges: NDArray, count: int, candidates: NDArray, nodes: NDArray, tail: NDArray, beside: NDArray) -> None:
+def join_edges(
+    edges: NDArray, count: int, candidates: NDArray, nodes: NDArray, tail: NDArray, neighbours: NDArray
+) -> None:
     """Join nodes by the first `count` edges, in order, where possible.
 
-    ``nodes`` int32[rows] is the node of each row of candidates int32[rows, k]. Changes: tail, beside.
+    ``nodes`` int32[rows] is the node of each row of candidates int32[rows, k]. Changes: tail, neighbours.
     """
     k = candidates.shape[1]
     for e in range(count):
-        at = np.int64(edges[e] & np.uint64(0xFFFFFFFF))
-        row = at // k
+        index = np.int64(edges[e] & np.uint64(0xFFFFFFFF))
+        row = index // k
         i = nodes[row]
         if tail[i] >= 0:
-            join(tail, beside, i, nodes[candidates[row, at - row * k]])
+            join(tail, neighbours, i, nodes[candidates[row, index - row * k]])
 
 
 @kernel
-def walk_path(beside: NDArray, begin: int, tour: NDArray) -> None:
+def walk_path(neighbours: NDArray, start: int, tour: NDArray) -> None:
     """Write the path that starts at a node. Changes: tour int32[n]."""
-    came, at = -1, begin
+    previous, node = -1, start
     for step in range(len(tour)):
-        tour[step] = at
-        came, at = at, beside[at, 0 if beside[at, 0] != came else 1]
+        tour[step] = node
+        previous, node = node, neighbours[node, 0 if neighbours[node, 0] != previous else 1]

@@ -47,21 +47,21 @@ class AntPath(NamedTuple):
 
 
 @part
-def take_piece(layers: Clusters, walk: AntPath, c: int, length: int, have: int, words: NDArray, k: int) -> int:
+def take_piece(layers: Clusters, walk: AntPath, c: int, length: int, count: int, states: NDArray, k: int) -> int:
     """Remove a piece of the path that contains cluster c; return the number of removed clusters.
 
-    Changes: place (only marked; `close_path` closes the path), out, words[k].
+    Changes: place (only marked; `close_path` closes the path), out, states[k].
     """
     m, place = len(walk.trial), walk.place
-    at = place[c] - below(words, k, length)
+    start = place[c] - below(states, k, length)
     for i in range(length):
-        p = (at + i + m) % m
+        p = (start + i + m) % m
         v = layers.owner[walk.trial[p]]
-        if place[v] >= 0 and (p > 0 or layers.anchored[0] == 0) and have < m - 2:
+        if place[v] >= 0 and (p > 0 or layers.anchored[0] == 0) and count < m - 2:
             place[v] = -1
-            walk.out[have] = v
-            have += 1
-    return have
+            walk.out[count] = v
+            count += 1
+    return count
 
 
 @part
@@ -91,46 +91,46 @@ def close_path(layers: Clusters, walk: AntPath) -> int:
 
 @part
 def find_gap(
-    layers: Clusters, walk: AntPath, c: int, have: int, blink: float, words: NDArray, k: int
+    layers: Clusters, walk: AntPath, c: int, count: int, blink: float, states: NDArray, k: int
 ) -> tuple[int, int]:
-    """Return the cheapest place among `have` for cluster c, and the node to use there.
+    """Return the cheapest place among `count` for cluster c, and the node to use there.
 
-    Each gap that precedence allows is skipped with probability `blink`. Changes: words[k].
+    Each gap that precedence allows is skipped with probability `blink`. Changes: states[k].
     """
     trial, place, owner, table, back = walk.trial, walk.place, layers.owner, layers.table, layers.back
-    first, last = layers.anchored[0], have
+    first, last = layers.anchored[0], count
     for e in range(layers.before_begin[c], layers.before_begin[c + 1]):
         first = max(first, place[layers.before[e]] + 1)
     for e in range(layers.after_begin[c], layers.after_begin[c + 1]):
         p = place[layers.after[e]]
         if p >= 0:
             last = min(last, p)
-    best, spot, node = math.inf, last, layers.begin[c]
-    x = trial[first - 1] if first > 0 else trial[have - 1]
+    best, gap, node = math.inf, last, layers.begin[c]
+    x = trial[first - 1] if first > 0 else trial[count - 1]
     for p in range(first, last + 1):
-        y = trial[p if p < have else 0]
-        now = table[x, y]
-        if layers.least_back[c, owner[x]] + layers.least[c, owner[y]] - now < best and uniform(words, k) >= blink:
+        y = trial[p if p < count else 0]
+        current = table[x, y]
+        if layers.least_back[c, owner[x]] + layers.least[c, owner[y]] - current < best and uniform(states, k) >= blink:
             for w in range(layers.begin[c], layers.begin[c + 1]):
-                worse = table[x, w] + back[y, w] - now
-                if worse < best:
-                    best, spot, node = worse, p, w
+                added = table[x, w] + back[y, w] - current
+                if added < best:
+                    best, gap, node = added, p, w
         x = y
-    return spot, node
+    return gap, node
 
 
 @part
-def put_back(layers: Clusters, walk: AntPath, c: int, have: int, blink: float, words: NDArray, k: int) -> None:
-    """Insert cluster c at the cheapest place of the path of `have` places. Changes: trial, place, dirty, words[k]."""
+def put_back(layers: Clusters, walk: AntPath, c: int, count: int, blink: float, states: NDArray, k: int) -> None:
+    """Insert cluster c at the cheapest place of the path of `count` places. Changes: trial, place, dirty, states[k]."""
     trial, place, dirty = walk.trial, walk.place, walk.dirty
-    spot, node = find_gap(layers, walk, c, have, blink, words, k)
-    for at in range(have, spot, -1):
-        v = trial[at - 1]
-        trial[at] = v
-        place[layers.owner[v]] = at
-        dirty[at] = dirty[at - 1]
-    trial[spot] = node
-    place[c] = spot
-    dirty[spot] = 1
-    dirty[spot - 1 if spot > 0 else have] = 1
-    dirty[spot + 1 if spot < have else 0] = 1
+    gap, node = find_gap(layers, walk, c, count, blink, states, k)
+    for index in range(count, gap, -1):
+        v = trial[index - 1]
+        trial[index] = v
+        place[layers.owner[v]] = index
+        dirty[index] = dirty[index - 1]
+    trial[gap] = node
+    place[c] = gap
+    dirty[gap] = 1
+    dirty[gap - 1 if gap > 0 else count] = 1
+    dirty[gap + 1 if gap < count else 0] = 1

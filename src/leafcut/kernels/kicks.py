@@ -20,16 +20,16 @@ LONGEST_PIECE = 50
 
 
 @part
-def segment_kick(cost: CostModel, tour: Tour, words: NDArray, k: int) -> float:
+def segment_kick(cost: CostModel, tour: Tour, states: NDArray, k: int) -> float:
     """Swap two adjacent pieces of 1 … 50 nodes at a random place; return the added cost.
 
-    Changes: tour, words[k].
+    Changes: tour, states[k].
     """
     n = len(tour.node)
     longest = min(LONGEST_PIECE, (n - 2) // 2)
-    p = below(words, k, n)
-    q = (p + 1 + below(words, k, longest)) % n
-    r = (q + 1 + below(words, k, longest)) % n
+    p = below(states, k, n)
+    q = (p + 1 + below(states, k, longest)) % n
+    r = (q + 1 + below(states, k, longest)) % n
     a, b = tour.node[p], tour.node[p + 1 if p + 1 < n else 0]
     c, d = tour.node[q], tour.node[q + 1 if q + 1 < n else 0]
     e, f = tour.node[r], tour.node[r + 1 if r + 1 < n else 0]
@@ -52,20 +52,20 @@ def kick_and_mend(
     candidates: NDArray,
     lengths: NDArray,
     breadth: NDArray,
-    words: NDArray,
+    states: NDArray,
     k: int,
     kicks: int,
 ) -> float:
     """Kick and repair `kicks` times, undoing results that lengthen the tour; return the total gain.
 
-    Changes: tour, words[k].
+    Changes: tour, states[k].
     """
     total = 0.0
     for _ in range(kicks):
         tour.counts[2] = 0
         tour.counts[3] = 0
-        worse = segment_kick(cost, tour, words, k)
-        gained = improve_queued(cost, tour, candidates, lengths, breadth, 1_000_000) - worse
+        added = segment_kick(cost, tour, states, k)
+        gained = improve_queued(cost, tour, candidates, lengths, breadth, 1_000_000) - added
         if tour.counts[3] == 1 or gained < -EPSILON:
             while tour.counts[1] > 0:
                 pop(tour)

@@ -66,10 +66,10 @@ def fill_table(
     for u in range(n):
         c = owner[u]
         for v in range(n):
-            way = travel(cost, leave[u], enter[v]) + service[v]
-            table[u, v] = way
-            if c != owner[v] and way < least[c, owner[v]]:
-                least[c, owner[v]] = way
+            length = travel(cost, leave[u], enter[v]) + service[v]
+            table[u, v] = length
+            if c != owner[v] and length < least[c, owner[v]]:
+                least[c, owner[v]] = length
 
 
 @part
@@ -95,28 +95,28 @@ def choose_between(layers: Clusters, path: NDArray, first: int, last: int, sums:
     b, count = layers.begin[c], layers.begin[c + 1] - layers.begin[c]
     for i in range(count):
         sums[0, i] = table[before, b + i]
-    now = 0
-    for at in range(first + 1, last + 1):
-        d = layers.owner[path[at if at < m else at - m]]
-        e, more = layers.begin[d], layers.begin[d + 1] - layers.begin[d]
-        row = at - first
-        for j in range(more):
-            sums[1 - now, j] = math.inf
+    current = 0
+    for position in range(first + 1, last + 1):
+        d = layers.owner[path[position if position < m else position - m]]
+        e, next_count = layers.begin[d], layers.begin[d + 1] - layers.begin[d]
+        row = position - first
+        for j in range(next_count):
+            sums[1 - current, j] = math.inf
             links[row, j] = 0
         for i in range(count):
-            so_far = sums[now, i]
-            for j in range(more):
-                total = so_far + table[b + i, e + j]
-                if total < sums[1 - now, j]:
-                    sums[1 - now, j], links[row, j] = total, i
-        now, b, count = 1 - now, e, more
-    behind = path[last + 1 if last + 1 < m else last + 1 - m]
-    best, least = 0, math.inf
+            base = sums[current, i]
+            for j in range(next_count):
+                total = base + table[b + i, e + j]
+                if total < sums[1 - current, j]:
+                    sums[1 - current, j], links[row, j] = total, i
+        current, b, count = 1 - current, e, next_count
+    successor = path[last + 1 if last + 1 < m else last + 1 - m]
+    best, shortest = 0, math.inf
     for i in range(count):
-        total = sums[now, i] + table[b + i, behind]
-        if total < least:
-            best, least = i, total
-    for at in range(last, first - 1, -1):
-        place = at if at < m else at - m
+        total = sums[current, i] + table[b + i, successor]
+        if total < shortest:
+            best, shortest = i, total
+    for position in range(last, first - 1, -1):
+        place = position if position < m else position - m
         path[place] = layers.begin[layers.owner[path[place]]] + best
-        best = links[at - first, best]
+        best = links[position - first, best]

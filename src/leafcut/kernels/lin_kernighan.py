@@ -171,48 +171,48 @@ def make_move(tour: Tour, k: int) -> bool:
     """
     node, place, move = tour.node, tour.place, tour.move
     n = len(node)
-    longest, most = 0, -1
+    longest, longest_length = 0, -1
     for piece in range(k):
         length = place[move[ENDS, move[ORDER, 2 * piece + 1]]] - place[move[ENDS, move[ORDER, 2 * piece]]]
         if length < 0:
             length += n
-        if length > most:
-            longest, most = piece, length
+        if length > longest_length:
+            longest, longest_length = piece, length
     logged = len(tour.log) > 0
-    if n - most - 1 > (len(tour.log) - tour.counts[2] if logged else len(tour.buffer)):
+    if n - longest_length - 1 > (len(tour.log) - tour.counts[2] if logged else len(tour.buffer)):
         tour.counts[3] = 1 if logged else 0
         return False
     # Copy the pieces in the order in which the new tour visits them after the longest piece.
     rank = next_piece(move, 2 * longest, k)
     filled = 0
     while rank != 2 * longest:
-        here = place[move[ENDS, move[ORDER, rank]]]
-        there = place[move[ENDS, move[ORDER, rank ^ 1]]]
+        index = place[move[ENDS, move[ORDER, rank]]]
+        stop = place[move[ENDS, move[ORDER, rank ^ 1]]]
         step = 1 if rank % 2 == 0 else -1
-        tour.buffer[filled] = node[here]
+        tour.buffer[filled] = node[index]
         filled += 1
-        while here != there:
-            here += step
-            if here == n:
-                here = 0
-            elif here < 0:
-                here = n - 1
-            tour.buffer[filled] = node[here]
+        while index != stop:
+            index += step
+            if index == n:
+                index = 0
+            elif index < 0:
+                index = n - 1
+            tour.buffer[filled] = node[index]
             filled += 1
         rank = next_piece(move, rank, k)
-    at = place[move[ENDS, move[ORDER, 2 * longest + 1]]]
+    position = place[move[ENDS, move[ORDER, 2 * longest + 1]]]
     entry = tour.counts[2]
     for i in range(filled):
-        at += 1
-        if at == n:
-            at = 0
+        position += 1
+        if position == n:
+            position = 0
         new = tour.buffer[i]
-        if node[at] != new:
+        if node[position] != new:
             if logged:
-                tour.log[entry, 0], tour.log[entry, 1] = at, node[at]
+                tour.log[entry, 0], tour.log[entry, 1] = position, node[position]
                 entry += 1
-            node[at] = new
-            place[new] = at
+            node[position] = new
+            place[new] = position
     tour.counts[2] = entry
     return True
 
@@ -264,9 +264,9 @@ def beside(node: NDArray, at: int) -> tuple[int, int]:
 
 
 @part
-def how_far(at: int, begin: int, direction: int, n: int) -> int:
-    """Return the number of places from `begin` to `at`: forward for direction 0, backward for 1."""
-    r = at - begin if direction == 0 else begin - at
+def how_far(at: int, start: int, direction: int, n: int) -> int:
+    """Return the number of places from `start` to `at`: forward for direction 0, backward for 1."""
+    r = at - start if direction == 0 else start - at
     return r if r >= 0 else r + n
 
 
@@ -313,7 +313,7 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
     b1, b2, b3, b4 = breadth[1], breadth[2], breadth[3], breadth[4]
     for direction in range(2):
         t1 = after(node, place, t0) if direction == 0 else before(node, place, t0)
-        begin = place[t1]
+        start = place[t1]
         g0 = travel(cost, t0, t1)
         ends[0], ends[1] = t0, t1
         for i1 in range(b1):
@@ -325,17 +325,17 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
             ahead1, behind1 = beside(node, at2)
             if _is_either(ahead1, behind1, t1):
                 continue  # an edge of the tour: neither direction is useful
-            r2 = how_far(at2, begin, direction, n)
+            r2 = how_far(at2, start, direction, n)
             ends[2] = t2
             for side1 in range(2):
                 t3 = ahead1 if side1 == 0 else behind1
                 # With two edges the direction decides; with more, the order of the places.
                 leaves = side1 != direction
                 if quick and _is_plain(free, tied_a, tied_b, t2) and _is_plain(free, tied_a, tied_b, t3):
-                    gone, back = straight(xy, code, t2, t3), straight(xy, code, t3, t0)
+                    removed, back = straight(xy, code, t2, t3), straight(xy, code, t3, t0)
                 else:
-                    gone, back = to_and_home(cost, t2, t3, t0, leaves)
-                h1 = g1 + gone
+                    removed, back = to_and_home(cost, t2, t3, t0, leaves)
+                h1 = g1 + removed
                 closed = h1 - back
                 ends[3] = t3
                 if closed > EPSILON and leaves:
@@ -351,7 +351,7 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                     ahead2, behind2 = beside(node, at4)
                     if _is_either(ahead2, behind2, t3):
                         continue
-                    r4 = how_far(at4, begin, direction, n)
+                    r4 = how_far(at4, start, direction, n)
                     ends[4] = t4
                     for side2 in range(2):
                         t5 = ahead2 if side2 == 0 else behind2
@@ -362,10 +362,10 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                         key2 = on1 | (on2 << 1) | ((1 if m1 < m2 else 0) << 2)
                         leaves = (LEAVES_3 >> key2) & 1 == 1
                         if quick and _is_plain(free, tied_a, tied_b, t4) and _is_plain(free, tied_a, tied_b, t5):
-                            gone, back = straight(xy, code, t4, t5), straight(xy, code, t5, t0)
+                            removed, back = straight(xy, code, t4, t5), straight(xy, code, t5, t0)
                         else:
-                            gone, back = to_and_home(cost, t4, t5, t0, leaves)
-                        h2 = g2 + gone
+                            removed, back = to_and_home(cost, t4, t5, t0, leaves)
+                        h2 = g2 + removed
                         closed = h2 - back
                         ends[5] = t5
                         if closed > EPSILON and leaves:
@@ -379,7 +379,7 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                             ahead3, behind3 = beside(node, at6)
                             if _is_either(ahead3, behind3, t5):
                                 continue
-                            r6 = how_far(at6, begin, direction, n)
+                            r6 = how_far(at6, start, direction, n)
                             ends[6] = t6
                             for side3 in range(2):
                                 t7 = ahead3 if side3 == 0 else behind3
@@ -394,10 +394,10 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                                     and _is_plain(free, tied_a, tied_b, t6)
                                     and _is_plain(free, tied_a, tied_b, t7)
                                 ):
-                                    gone, back = straight(xy, code, t6, t7), straight(xy, code, t7, t0)
+                                    removed, back = straight(xy, code, t6, t7), straight(xy, code, t7, t0)
                                 else:
-                                    gone, back = to_and_home(cost, t6, t7, t0, leaves)
-                                h3 = g3 + gone
+                                    removed, back = to_and_home(cost, t6, t7, t0, leaves)
+                                h3 = g3 + removed
                                 closed = h3 - back
                                 ends[7] = t7
                                 if closed > EPSILON and leaves:
@@ -411,7 +411,7 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                                     ahead4, behind4 = beside(node, at8)
                                     if _is_either(ahead4, behind4, t7):
                                         continue
-                                    r8 = how_far(at8, begin, direction, n)
+                                    r8 = how_far(at8, start, direction, n)
                                     for side4 in range(2):
                                         on4 = 1 if side4 == direction else 0
                                         m4 = r8 - 1 + on4
@@ -431,10 +431,10 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                                             and _is_plain(free, tied_a, tied_b, t8)
                                             and _is_plain(free, tied_a, tied_b, t9)
                                         ):
-                                            gone, back = straight(xy, code, t8, t9), straight(xy, code, t9, t0)
+                                            removed, back = straight(xy, code, t8, t9), straight(xy, code, t9, t0)
                                         else:
-                                            gone, back = to_and_home(cost, t8, t9, t0, True)
-                                        closed = g4 + gone - back
+                                            removed, back = to_and_home(cost, t8, t9, t0, True)
+                                        closed = g4 + removed - back
                                         if closed > EPSILON:
                                             ends[8], ends[9] = t8, t9
                                             return found_move(place, move, gain, 5, closed)
@@ -450,10 +450,10 @@ def improve_queued(
     Return the total gain. Changes: tour.
     """
     total = 0.0
-    looked = 0
-    while tour.counts[1] > 0 and tour.counts[3] == 0 and looked < max_nodes:
+    examined = 0
+    while tour.counts[1] > 0 and tour.counts[3] == 0 and examined < max_nodes:
         v = pop(tour)
-        looked += 1
+        examined += 1
         while True:
             k = find_move(cost, tour.node, tour.place, tour.move, tour.gain, candidates, lengths, breadth, v)
             if k == 0:

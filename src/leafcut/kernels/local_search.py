@@ -19,10 +19,10 @@ LONGEST_SEGMENT = 3
 def beside(tour: NDArray, place: NDArray, node: int, forward: bool) -> int:
     """Return the node after (or before) `node`."""
     n = len(tour)
-    at = place[node] + (1 if forward else -1)
-    if at == n:
-        at = 0
-    return int(tour[at])  # -1 is the last node
+    index = place[node] + (1 if forward else -1)
+    if index == n:
+        index = 0
+    return int(tour[index])  # -1 is the last node
 
 
 @part

@@ -42,59 +42,59 @@ def turn(tour: Tour, first: int, last: int) -> int:
 
 
 @part
-def _step(tour: Tour, stays: int, walks: int, to: int) -> int:
-    """Replace the edge stays–walks and the edge before `to` by walks–to and the edge of the new end; return the places.
+def _step(tour: Tour, fixed: int, moving: int, target: int) -> int:
+    """Replace the edge fixed–moving and the edge before `target` by moving–target and the edge of the new end.
 
-    The new end, next to `stays`, is the node before `to`. Changes: node, place.
+    The new end, next to `fixed`, is the node before `target`. Return the number of places. Changes: node, place.
     """
-    if after(tour.node, tour.place, stays) == walks:
-        return turn(tour, walks, before(tour.node, tour.place, to))
-    return turn(tour, after(tour.node, tour.place, to), walks)
+    if after(tour.node, tour.place, fixed) == moving:
+        return turn(tour, moving, before(tour.node, tour.place, target))
+    return turn(tour, after(tour.node, tour.place, target), moving)
 
 
 @part
 def _walk(
     cost: CostModel, tour: Tour, candidates: NDArray, lengths: NDArray, onto: NDArray, steps: NDArray,
-    stays: int, walks: int, places: int,
+    fixed: int, moving: int, places: int,
 ) -> tuple[float, int]:  # fmt: skip
     """Let one end of an edge walk; return the gain of the kept steps, and the remaining number of `places` to write.
 
     Changes: tour, onto, steps.
     """
-    left, best, kept, count = travel(cost, stays, walks), 0.0, 0, 0
+    open_length, best, kept, count = travel(cost, fixed, moving), 0.0, 0, 0
     while count < len(steps) and places > 0:
-        forward = after(tour.node, tour.place, stays) == walks
-        shortest, to, gain = math.inf, -1, 0.0
+        forward = after(tour.node, tour.place, fixed) == moving
+        shortest, target, gain = math.inf, -1, 0.0
         for c in range(candidates.shape[1]):
-            x = candidates[walks, c]
+            x = candidates[moving, c]
             if x < 0:
                 break
             y = before(tour.node, tour.place, x) if forward else after(tour.node, tour.place, x)
-            if x == stays or y in (walks, stays) or onto[x] == y or onto[y] == x:
+            if x == fixed or y in (moving, fixed) or onto[x] == y or onto[y] == x:
                 continue
-            now = left - lengths[walks, c] + travel(cost, y, x)
-            if now > best + EPSILON and travel(cost, stays, y) - now < shortest:
-                shortest, to, gain = travel(cost, stays, y) - now, x, now
-        if to < 0:
+            gain_here = open_length - lengths[moving, c] + travel(cost, y, x)
+            if gain_here > best + EPSILON and travel(cost, fixed, y) - gain_here < shortest:
+                shortest, target, gain = travel(cost, fixed, y) - gain_here, x, gain_here
+        if target < 0:
             break
-        end = before(tour.node, tour.place, to) if forward else after(tour.node, tour.place, to)
-        places -= _step(tour, stays, walks, to)
-        onto[walks] = to
-        steps[count, 0], steps[count, 1] = walks, to
-        walks, left, count = end, gain, count + 1
+        end = before(tour.node, tour.place, target) if forward else after(tour.node, tour.place, target)
+        places -= _step(tour, fixed, moving, target)
+        onto[moving] = target
+        steps[count, 0], steps[count, 1] = moving, target
+        moving, open_length, count = end, gain, count + 1
         if -shortest > best + EPSILON:
             best, kept = -shortest, count
     for k in range(count - 1, -1, -1):
         onto[steps[k, 0]] = -1
         if k >= kept:
-            places -= _step(tour, stays, walks, steps[k, 1])
-            walks = steps[k, 0]
+            places -= _step(tour, fixed, moving, steps[k, 1])
+            moving = steps[k, 0]
         else:
             push(tour, steps[k, 0])
             push(tour, steps[k, 1])
     if kept > 0:
-        push(tour, stays)
-        push(tour, walks)
+        push(tour, fixed)
+        push(tour, moving)
     return best, places
 
 
@@ -119,9 +119,9 @@ def bring_home(
     total = 0.0
     for e in range(len(edges)):
         for end in range(2):
-            stays, walks = edges[e, end], edges[e, 1 - end]
+            fixed, moving = edges[e, end], edges[e, 1 - end]
             node, place = tour.node, tour.place
-            if places > 0 and (after(node, place, stays) == walks or before(node, place, stays) == walks):
-                gain, places = _walk(cost, tour, candidates, lengths, onto, steps, stays, walks, places)
+            if places > 0 and (after(node, place, fixed) == moving or before(node, place, fixed) == moving):
+                gain, places = _walk(cost, tour, candidates, lengths, onto, steps, fixed, moving, places)
                 total += gain
     return total

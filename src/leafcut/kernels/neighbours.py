@@ -100,16 +100,16 @@ def _select(u: NDArray, v: NDArray, label: NDArray, low: int, high: int, middle:
 
 
 @part
-def _split(u: NDArray, v: NDArray, label: NDArray, begin: int, stop: int) -> int:
+def _split(u: NDArray, v: NDArray, label: NDArray, start: int, stop: int) -> int:
     """Split the run of points near its middle by u, with equal values on one side; return the start of the right part.
 
     Changes: u, v, label.
     """
-    middle = (begin + stop) // 2
-    _select(u, v, label, begin, stop - 1, middle)
+    middle = (start + stop) // 2
+    _select(u, v, label, start, stop - 1, middle)
     value = u[middle]
     first, last = middle, middle + 1
-    for i in range(middle - 1, begin - 1, -1):
+    for i in range(middle - 1, start - 1, -1):
         if u[i] == value:
             first -= 1
             _swap(u, v, label, i, first)
@@ -118,17 +118,17 @@ def _split(u: NDArray, v: NDArray, label: NDArray, begin: int, stop: int) -> int
             _swap(u, v, label, i, last)
             last += 1
     # The run first … last - 1 has equal values; cut on the side nearer to the middle, if that is not empty.
-    if first > begin and (last == stop or middle - first <= last - middle):
+    if first > start and (last == stop or middle - first <= last - middle):
         return first
     return last if last < stop else middle
 
 
 @part
-def _sort_leaf(x: NDArray, y: NDArray, label: NDArray, begin: int, stop: int) -> None:
+def _sort_leaf(x: NDArray, y: NDArray, label: NDArray, start: int, stop: int) -> None:
     """Sort a few points by position, then by label, so that twins are consecutive. Changes: x, y, label."""
-    for i in range(begin + 1, stop):
+    for i in range(start + 1, stop):
         j = i
-        while j > begin and (
+        while j > start and (
             x[j - 1] > x[j]
             or (x[j - 1] == x[j] and (y[j - 1] > y[j] or (y[j - 1] == y[j] and label[j - 1] > label[j])))
         ):
@@ -137,10 +137,10 @@ def _sort_leaf(x: NDArray, y: NDArray, label: NDArray, begin: int, stop: int) ->
 
 
 @part
-def _measure(x: NDArray, y: NDArray, begin: int, stop: int, box: NDArray, node: int) -> None:
+def _measure(x: NDArray, y: NDArray, start: int, stop: int, box: NDArray, node: int) -> None:
     """Set the bounding box of a tree node. Changes: box[node]."""
     x0, y0, x1, y1 = math.inf, math.inf, -math.inf, -math.inf
-    for i in range(begin, stop):
+    for i in range(start, stop):
         x0, x1 = min(x0, x[i]), max(x1, x[i])
         y0, y1 = min(y0, y[i]), max(y1, y[i])
     box[node, 0], box[node, 1], box[node, 2], box[node, 3] = x0, y0, x1, y1
@@ -151,7 +151,7 @@ def grow_tree(
     x: NDArray,
     y: NDArray,
     label: NDArray,
-    apart: int,
+    n_separate: int,
     leaf_of: NDArray,
     begin: NDArray,
     stop: NDArray,
@@ -162,8 +162,8 @@ def grow_tree(
 ) -> int:
     """Sort the points into the order of the leaves, fill the arrays of a `Tree`, and return the number of tree nodes.
 
-    The last `apart` points (≤ LEAF_SIZE) get a leaf of their own and so keep their positions. The arrays need space for
-    2n + 1 tree nodes: every leaf has a point.
+    The last `n_separate` points (≤ LEAF_SIZE) get a leaf of their own and so keep their positions. The arrays need
+    space for 2n + 1 tree nodes: every leaf has a point.
     Changes: all arrays. `label` int32[n] is permuted with the points.
     """
     begin[0], stop[0], parent[0] = 0, len(x), -1
@@ -175,10 +175,10 @@ def grow_tree(
         b, s = begin[node], stop[node]
         child[node] = -1
         _measure(x, y, b, s, box, node)
-        if node == 0 and 0 < apart < s:
-            cut = s - apart
+        if node == 0 and 0 < n_separate < s:
+            cut = s - n_separate
         elif s - b <= LEAF_SIZE:
-            if b < len(x) - apart:
+            if b < len(x) - n_separate:
                 _sort_leaf(x, y, label, b, s)
             for i in range(b, s):
                 leaf_of[i] = node
@@ -198,13 +198,13 @@ def grow_tree(
 
 
 @part
-def _insert(found: NDArray, near: NDArray, row: int, room: int, j: int, d: float) -> None:
-    """Insert j at squared distance d into the sorted row, dropping the last of `room`. Changes: found, near."""
-    place = room - 1
-    while place > 0 and near[row, place - 1] > d:
-        near[row, place], found[row, place] = near[row, place - 1], found[row, place - 1]
-        place -= 1
-    near[row, place], found[row, place] = d, j
+def _insert(found: NDArray, near: NDArray, row: int, capacity: int, j: int, d: float) -> None:
+    """Insert j at squared distance d into the sorted row, dropping the last of `capacity`. Changes: found, near."""
+    slot = capacity - 1
+    while slot > 0 and near[row, slot - 1] > d:
+        near[row, slot], found[row, slot] = near[row, slot - 1], found[row, slot - 1]
+        slot -= 1
+    near[row, slot], found[row, slot] = d, j
 
 
 @part
@@ -220,7 +220,15 @@ def _note_twin(found: NDArray, j: int) -> None:
 
 @part
 def _scan(
-    x: NDArray, y: NDArray, begin: int, stop: int, i: int, found: NDArray, near: NDArray, per_quadrant: int, room: int
+    x: NDArray,
+    y: NDArray,
+    start: int,
+    stop: int,
+    i: int,
+    found: NDArray,
+    near: NDArray,
+    per_quadrant: int,
+    capacity: int,
 ) -> int:
     """Keep the points of a run that are among the nearest of their quadrant, or of the rest as far as there is space.
 
@@ -228,31 +236,31 @@ def _scan(
     Changes: found, near.
     """
     xi, yi, last = x[i], y[i], per_quadrant - 1
-    step = max(1, stop - 1 - begin) if stop - begin > LEAF_SIZE else 1
-    for j in range(begin, stop, step):
+    step = max(1, stop - 1 - start) if stop - start > LEAF_SIZE else 1
+    for j in range(start, stop, step):
         dx, dy = x[j] - xi, y[j] - yi
         d = dx * dx + dy * dy
         quadrant = (0 if dx > 0.0 else 1) if dy > 0.0 or (dy == 0.0 and dx > 0.0) else (2 if dx < 0.0 else 3)
         limit = near[quadrant, last]
-        rest = near[REST, room - 1] if room > 0 else -1.0
-        if d >= limit and d >= rest:
+        rest_limit = near[REST, capacity - 1] if capacity > 0 else -1.0
+        if d >= limit and d >= rest_limit:
             continue
         if dx == 0.0 and dy == 0.0:
             if j != i:
                 _note_twin(found, j)
             continue
-        if begin < j < stop - 1 and x[j - 1] == x[j] == x[j + 1] and y[j - 1] == y[j] == y[j + 1]:
+        if start < j < stop - 1 and x[j - 1] == x[j] == x[j + 1] and y[j - 1] == y[j] == y[j + 1]:
             continue
         if d >= limit:
-            _insert(found, near, REST, room, j, d)
+            _insert(found, near, REST, capacity, j, d)
             continue
-        out = found[quadrant, last]
+        dropped = found[quadrant, last]
         _insert(found, near, quadrant, per_quadrant, j, d)
-        if out < 0:
-            room -= 1
-        elif limit < rest:
-            _insert(found, near, REST, room, out, limit)
-    return room
+        if dropped < 0:
+            capacity -= 1
+        elif limit < rest_limit:
+            _insert(found, near, REST, capacity, dropped, limit)
+    return capacity
 
 
 @part
@@ -264,12 +272,12 @@ def squared_gap(box: NDArray, node: int, x: float, y: float) -> float:
 
 
 @part
-def _set_limits(found: NDArray, near: NDArray, per_quadrant: int, room: int, limit: NDArray) -> None:
+def _set_limits(found: NDArray, near: NDArray, per_quadrant: int, capacity: int, limit: NDArray) -> None:
     """Set the squared distance limit of each row; row REST gets the largest. Changes: limit."""
-    rest = near[REST, room - 1] if room > 0 else -1.0
+    rest_limit = near[REST, capacity - 1] if capacity > 0 else -1.0
     limit[REST] = 0.0
     for quadrant in range(4):
-        limit[quadrant] = max(near[quadrant, per_quadrant - 1], rest)
+        limit[quadrant] = max(near[quadrant, per_quadrant - 1], rest_limit)
         limit[REST] = max(limit[REST], limit[quadrant])
     # Twins have distance 0, the only value below this limit.
     limit[TWINS] = 1e-300 if found[TWINS, MOST_TWINS - 1] < 0 else 0.0
@@ -310,18 +318,20 @@ def find_nearby(tree: Tree, i: int, per_quadrant: int, k: int, nearby: Nearby) -
     for j in range(max(0, i - 1), min(len(x), i + 2)):
         if j != i and x[j] == xi and y[j] == yi:
             _note_twin(found, j)
-    node, up, room, height = -1, tree.leaf_of[i], k, 1
+    node, up, capacity, height = -1, tree.leaf_of[i], k, 1
     stack[0] = up
     while up >= 0:
         while height > 0:
             height -= 1
-            at = stack[height]
-            if at != up and not _reaches(box, at, xi, yi, limit):
+            box_node = stack[height]
+            if box_node != up and not _reaches(box, box_node, xi, yi, limit):
                 continue
-            left = child[at]
-            if left < 0 or (box[at, 0] == box[at, 2] and box[at, 1] == box[at, 3]):
-                room = _scan(x, y, tree.begin[at], tree.stop[at], i, found, near, per_quadrant, room)
-                _set_limits(found, near, per_quadrant, room, limit)
+            left = child[box_node]
+            if left < 0 or (box[box_node, 0] == box[box_node, 2] and box[box_node, 1] == box[box_node, 3]):
+                capacity = _scan(
+                    x, y, tree.begin[box_node], tree.stop[box_node], i, found, near, per_quadrant, capacity
+                )
+                _set_limits(found, near, per_quadrant, capacity, limit)
                 continue
             right_first = squared_gap(box, left + 1, xi, yi) < squared_gap(box, left, xi, yi)
             stack[height] = left if right_first else left + 1
@@ -360,12 +370,12 @@ def nearest_unvisited(tree: Tree, alive: NDArray, visited: NDArray, i: int, stac
         height = 1
         while height > 0:
             height -= 1
-            at = stack[height]
-            if alive[at] == 0 or squared_gap(box, at, xi, yi) >= best_d:
+            box_node = stack[height]
+            if alive[box_node] == 0 or squared_gap(box, box_node, xi, yi) >= best_d:
                 continue
-            left = tree.child[at]
+            left = tree.child[box_node]
             if left < 0:
-                for j in range(tree.begin[at], tree.stop[at]):
+                for j in range(tree.begin[box_node], tree.stop[box_node]):
                     if visited[j] == 0:
                         d = (x[j] - xi) * (x[j] - xi) + (y[j] - yi) * (y[j] - yi)
                         if d < best_d:

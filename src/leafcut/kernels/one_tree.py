@@ -83,11 +83,11 @@ def _rise(heap: NDArray, place: NDArray, key: NDArray, hole: int, node: int) -> 
     """Insert a node into the heap at `hole` or above. Changes: heap, place."""
     while hole > 0:
         up = (hole - 1) // WAYS
-        other = heap[up]
-        if key[other] <= key[node]:
+        parent = heap[up]
+        if key[parent] <= key[node]:
             break
-        heap[hole] = other
-        place[other] = hole
+        heap[hole] = parent
+        place[parent] = hole
         hole = up
     heap[hole] = node
     place[node] = hole
@@ -98,15 +98,15 @@ def _sink(heap: NDArray, place: NDArray, key: NDArray, size: int, node: int) -> 
     """Replace the top of the heap by a node. Changes: heap, place."""
     hole = 0
     while WAYS * hole + 1 < size:
-        low = WAYS * hole + 1
-        for other in range(low + 1, min(WAYS * hole + 1 + WAYS, size)):
-            if key[heap[other]] < key[heap[low]]:
-                low = other
-        if key[heap[low]] >= key[node]:
+        smallest = WAYS * hole + 1
+        for child in range(smallest + 1, min(WAYS * hole + 1 + WAYS, size)):
+            if key[heap[child]] < key[heap[smallest]]:
+                smallest = child
+        if key[heap[smallest]] >= key[node]:
             break
-        heap[hole] = heap[low]
+        heap[hole] = heap[smallest]
         place[heap[hole]] = hole
-        hole = low
+        hole = smallest
     heap[hole] = node
     place[node] = hole
 
@@ -153,15 +153,15 @@ def two_spokes(spokes: NDArray, penalty: NDArray, hub: int, tied: int) -> tuple[
     Symbols: spokes float64[n], the cost of the edge from the hub to every node.
     """
     a, b = tied, -1
-    least = -math.inf if tied >= 0 else math.inf
-    second = math.inf
+    first_cost = -math.inf if tied >= 0 else math.inf
+    second_cost = math.inf
     for j in range(len(penalty)):
         c = spokes[j] + penalty[j] if j != hub and j != tied else math.inf
-        if c < least:
-            b, second = a, least
-            a, least = j, c
-        elif c < second:
-            b, second = j, c
+        if c < first_cost:
+            b, second_cost = a, first_cost
+            a, first_cost = j, c
+        elif c < second_cost:
+            b, second_cost = j, c
     return a, b
 
 
@@ -278,7 +278,7 @@ def climb(
         if not (product > 0.0 and upper > value):
             break
         share = 1.0 - step / steps
-        pace = share * share * (upper - value) / product
+        step_size = share * share * (upper - value) / product
         for i in range(n):
-            penalty[i] += pace * work.excess[i]
+            penalty[i] += step_size * work.excess[i]
     return best_value

@@ -17,24 +17,24 @@ from leafcut.kernels.random import below, uniform
 
 @part
 def draw_next(
-    weights: NDArray, nearness: NDArray, missing: NDArray, last: int, greedy_probability: float, words: NDArray, k: int
+    weights: NDArray, nearness: NDArray, missing: NDArray, last: int, greedy_probability: float, states: NDArray, k: int
 ) -> int:
-    """Return the next cluster: the best with `greedy_probability`, otherwise drawn by weight. Changes: words[k].
+    """Return the next cluster: the best with `greedy_probability`, otherwise drawn by weight. Changes: states[k].
 
     If no step has pheromone, the nearness alone decides.
     Symbols: weights, nearness float64[m, m]; missing int32[m], 0 for clusters that may come next; last, the current
     cluster, or -1.
     Source: Dorigo and Stützle 2004, equations 3.2 and 3.10.
     """
-    m, best, total, free = len(missing), -1, 0.0, 0
+    m, best, total, n_available = len(missing), -1, 0.0, 0
     for c in range(m):
         if missing[c] == 0:
-            free += 1
+            n_available += 1
             if last >= 0:
                 total += weights[last, c]
                 if best < 0 or weights[last, c] > weights[last, best]:
                     best = c
-    if last >= 0 and free > 0 and total == 0.0:
+    if last >= 0 and n_available > 0 and total == 0.0:
         weights = nearness
         for c in range(m):
             if missing[c] == 0:
@@ -42,16 +42,16 @@ def draw_next(
                 if weights[last, c] > weights[last, best]:
                     best = c
     if last >= 0 and 0.0 < total < math.inf:
-        if uniform(words, k) < greedy_probability:
+        if uniform(states, k) < greedy_probability:
             return best
-        rest = uniform(words, k) * total
+        remaining = uniform(states, k) * total
         for c in range(m):
             if missing[c] == 0:
-                rest -= weights[last, c]
-                if rest <= 0.0:
+                remaining -= weights[last, c]
+                if remaining <= 0.0:
                     return c
         return best
-    rank = below(words, k, free)
+    rank = below(states, k, n_available)
     for c in range(m):
         if missing[c] == 0:
             rank -= 1
@@ -70,7 +70,7 @@ def lay_order(
     greedy_probability: float,
     local_rate: float,
     initial: float,
-    words: NDArray,
+    states: NDArray,
     k: int,
     missing: NDArray,
     order: NDArray,
@@ -78,7 +78,7 @@ def lay_order(
     """Construct one order; with `local_rate` above 0, the trail of every step taken decays towards `initial`.
 
     Symbols: pheromone, nearness (η^β), weights (τ^α·η^β) float64[m, m]; missing int32[m] is scratch.
-    Changes: order int32[m], missing, words[k]; pheromone and weights if `local_rate` > 0.
+    Changes: order int32[m], missing, states[k]; pheromone and weights if `local_rate` > 0.
     Source: Dorigo and Stützle 2004, equations 3.2, 3.10 and 3.12. Differs: only clusters whose predecessors are all in
     the order are drawn.
     """
@@ -89,7 +89,7 @@ def lay_order(
         c = (
             m - 1
             if at == 0 and layers.anchored[0] == 1
-            else draw_next(weights, nearness, missing, last, greedy_probability, words, k)
+            else draw_next(weights, nearness, missing, last, greedy_probability, states, k)
         )
         order[at] = c
         missing[c] = -1
@@ -141,20 +141,20 @@ def may_invert(layers: Clusters, order: NDArray, place: NDArray, first: int, las
 
 @kernel
 def invert_runs(
-    layers: Clusters, order: NDArray, place: NDArray, runs: int, longest: int, words: NDArray, k: int
+    layers: Clusters, order: NDArray, place: NDArray, runs: int, longest: int, states: NDArray, k: int
 ) -> None:
     """Invert `runs` nearby runs of 2 … `longest` clusters at a random place, as far as the precedence allows.
 
     A run does not wrap around the end of an order, nor contain the fixed first cluster, if any.
-    Changes: order, place int32[m], words[k].
+    Changes: order, place int32[m], states[k].
     """
     m, fixed = len(order), int(layers.anchored[0])
-    near = fixed + below(words, k, m - fixed)
+    near = fixed + below(states, k, m - fixed)
     for _ in range(runs):
-        first = near + below(words, k, longest)
+        first = near + below(states, k, longest)
         if first > m - 2:
-            first = fixed + below(words, k, m - 1 - fixed)
-        last = min(m - 1, first + 1 + below(words, k, longest - 1))
+            first = fixed + below(states, k, m - 1 - fixed)
+        last = min(m - 1, first + 1 + below(states, k, longest - 1))
         if not may_invert(layers, order, place, first, last):
             continue
         while first < last:
@@ -166,8 +166,8 @@ def invert_runs(
 @kernel
 def steps_apart(order: NDArray, place: NDArray) -> int:
     """Return the number of steps of an order int32[m] that are missing in another order with the places int32[m]."""
-    apart = 0
-    for at in range(1, len(order)):
-        if place[order[at]] != place[order[at - 1]] + 1:
-            apart += 1
-    return apart
+    count = 0
+    for index in range(1, len(order)):
+        if place[order[index]] != place[order[index - 1]] + 1:
+            count += 1
+    return count

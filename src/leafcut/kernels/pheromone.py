@@ -119,9 +119,9 @@ def branching(candidates: NDArray, pheromone: NDArray, share: float) -> float:
                 low, high = min(low, pheromone[i, c]), max(high, pheromone[i, c])
         if low == math.inf:
             continue
-        mark = low + share * (high - low)
+        threshold = low + share * (high - low)
         nodes += 1
         for c in range(candidates.shape[1]):
-            if candidates[i, c] >= 0 and candidates[i, c] != i and pheromone[i, c] >= mark:
+            if candidates[i, c] >= 0 and candidates[i, c] != i and pheromone[i, c] >= threshold:
                 total += 1
     return total / nodes if nodes else 1.0

@@ -12,21 +12,21 @@ _SCALE = 1.0 / 9007199254740992.0  # 2**-53
 
 
 @kernel
-def uniform(words: NDArray, k: int) -> float:
-    """Return a number in [0, 1) and advance the word ``words[k]`` (uint64, never 0).
+def uniform(states: NDArray, k: int) -> float:
+    """Return a number in [0, 1) and advance the word ``states[k]`` (uint64, never 0).
 
-    Changes: words[k].
+    Changes: states[k].
     Source: G. Marsaglia, Xorshift RNGs, J. Statistical Software 8 (2003), triple (13, 7, 17).
     """
-    word = words[k]
-    word ^= word << _A
-    word ^= word >> _B
-    word ^= word << _C
-    words[k] = word
-    return float(word >> _MANTISSA) * _SCALE
+    state = states[k]
+    state ^= state << _A
+    state ^= state >> _B
+    state ^= state << _C
+    states[k] = state
+    return float(state >> _MANTISSA) * _SCALE
 
 
 @part
-def below(words: NDArray, k: int, n: int) -> int:
-    """Return an integer in 0 … n - 1. Changes: words[k]."""
-    return int(uniform(words, k) * n)
+def below(states: NDArray, k: int, n: int) -> int:
+    """Return an integer in 0 … n - 1. Changes: states[k]."""
+    return int(uniform(states, k) * n)

@@ -244,10 +244,10 @@ def make_exchange(cost: CostModel, route: Route) -> bool:
 @part
 def way_cost(cost: CostModel, route: Route, rules: Rules, v: int, row: int) -> float:
     """Return the cost of travel to node v, of its option entered at `row`, and of travel to the next node."""
-    at = route.place[v]
-    u, w = route.node[at - 1], route.node[at + 1 if at + 1 < len(route.node) else 0]
-    there, on = travel(cost, route.leave[u], row), travel(cost, row + rules.beyond[0], route.enter[w])
-    return float(rules.service[row] + there + on)
+    index = route.place[v]
+    u, w = route.node[index - 1], route.node[index + 1 if index + 1 < len(route.node) else 0]
+    arrival, departure = travel(cost, route.leave[u], row), travel(cost, row + rules.beyond[0], route.enter[w])
+    return float(rules.service[row] + arrival + departure)
 
 
 @part
@@ -273,24 +273,24 @@ def take_way(cost: CostModel, route: Route, rules: Rules, v: int, row: int) -> b
 
 
 @part
-def choose_way(cost: CostModel, route: Route, rules: Rules, v: int, least: float) -> float:
-    """Switch node v to its best option between its neighbours if that gains more than `least`; return the gain, or 0.
+def choose_way(cost: CostModel, route: Route, rules: Rules, v: int, min_gain: float) -> float:
+    """Switch node v to its best option between its neighbours if it gains over `min_gain`; return the gain, or 0.
 
     Changes: as `take_way`.
     """
-    begin, end = rules.way_begin[v], rules.way_begin[v + 1]
-    if end - begin < 2:
+    start, stop = rules.way_begin[v], rules.way_begin[v + 1]
+    if stop - start < 2:
         return 0.0
     best = route.enter[v]
-    now = way_cost(cost, route, rules, v, best)
-    best_cost = now - least
-    for e in range(begin, end):
+    current = way_cost(cost, route, rules, v, best)
+    best_cost = current - min_gain
+    for e in range(start, stop):
         total = way_cost(cost, route, rules, v, rules.way[e])
         if total < best_cost:
             best, best_cost = rules.way[e], total
     if best == route.enter[v] or not take_way(cost, route, rules, v, best):
         return 0.0
-    return float(now - best_cost)
+    return float(current - best_cost)
 
 
 @part

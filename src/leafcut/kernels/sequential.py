@@ -100,18 +100,18 @@ def settle(route: Route, rules: Rules, s: int, x: int, y: int, z: int, swapped: 
 
     Changes: move.
     """
-    n, move, room = len(route.node), route.move, len(route.buffer)
+    n, move, capacity = len(route.node), route.move, len(route.buffer)
     if s > 0:
         p, q, r = x, y, z
     else:
         p, q, r = n - 1 - z, n - 1 - y, n - 1 - x
         b, c = c, b
-    if r - p > room or not keeps_order(route, rules, p, q, r, swapped, b, c):
+    if r - p > capacity or not keeps_order(route, rules, p, q, r, swapped, b, c):
         # On a ring, A C B with empty D equals C B A: another order with respect to the precedence.
         if not (route.flags[RING] == 1 and swapped and r == n - 1) or b or c:
             return False
         p, q, r = -1, p, q
-        if r - p > room or not keeps_order(route, rules, p, q, r, True, False, False):
+        if r - p > capacity or not keeps_order(route, rules, p, q, r, True, False, False):
             return False
     move[P], move[Q], move[R] = p, q, r
     move[SWAPPED], move[TURNED_B], move[TURNED_C] = swapped, b, c
@@ -120,7 +120,7 @@ def settle(route: Route, rules: Rules, s: int, x: int, y: int, z: int, swapped: 
 
 @part
 def cut_before(
-    cost: CostModel, route: Route, rules: Rules, lists: Lists, breadth: int, least: float, s: int, x0: int, t1: int,
+    cost: CostModel, route: Route, rules: Rules, lists: Lists, breadth: int, min_gain: float, s: int, x0: int, t1: int,
     c: int, gain: float,
 ) -> float:  # fmt: skip
     """Search an exchange after which the path goes from x0 to c, and which removes the edge that led to c.
@@ -136,7 +136,7 @@ def cut_before(
     span = cut - x0 if cut > x0 else cut - x0 + n
     for k in range(min(breadth, lists.near.shape[1])):  # A C B D, with its cuts in each of three roles
         e = lists.near[t3, k]
-        if e < 0 or gain - lists.near_cost[t3, k] <= least:
+        if e < 0 or gain - lists.near_cost[t3, k] <= min_gain:
             break
         xe = coordinate(route, e, s)
         last = (xe if xe > 0 else n) - 1
@@ -145,7 +145,7 @@ def cut_before(
         u = node_at(route, last, s)
         total = gain - new_way(cost, route, rules, lists.near_cost[t3, k], t3, e, s) + leg(cost, route, u, e, s)
         total -= leg(cost, route, u, t1, s)
-        if total > least:
+        if total > min_gain:
             x, z = min(x0, cut, last), max(x0, cut, last)
             if settle(route, rules, s, x, x0 + cut + last - x - z, z, True, False, False):
                 return total
@@ -154,7 +154,7 @@ def cut_before(
     inside = turning(route, s, x0 + 1, cut)
     for k in range(min(breadth, lists.back.shape[1])):  # A C B' D
         e = lists.back[t3, k]
-        if e < 0 or gain - lists.back_cost[t3, k] <= least:
+        if e < 0 or gain - lists.back_cost[t3, k] <= min_gain:
             break
         xe = coordinate(route, e, s)
         if xe < xc or xc == 0:
@@ -162,14 +162,14 @@ def cut_before(
         f = node_at(route, xe + 1, s)
         total = gain - new_way(cost, route, rules, lists.back_cost[t3, k], e, t3, s) + leg(cost, route, e, f, s)
         total -= leg(cost, route, t1, f, s) + inside
-        if total > least and settle(route, rules, s, x0, cut, xe, True, True, False):
+        if total > min_gain and settle(route, rules, s, x0, cut, xe, True, True, False):
             return total
     return 0.0
 
 
 @part
 def cut_behind(
-    cost: CostModel, route: Route, rules: Rules, lists: Lists, breadth: int, least: float, s: int, x0: int, t1: int,
+    cost: CostModel, route: Route, rules: Rules, lists: Lists, breadth: int, min_gain: float, s: int, x0: int, t1: int,
     xc: int, gain: float,
 ) -> float:  # fmt: skip
     """Search an exchange that goes from x0 to the node at xc > x0 + 1, and removes the edge that led on from it.
@@ -181,11 +181,11 @@ def cut_behind(
     gain += leg(cost, route, node_at(route, xc, s), d, s)
     inside = turning(route, s, x0 + 1, xc)
     total = gain - leg(cost, route, t1, d, s) - inside  # A B' D
-    if total > least and settle(route, rules, s, x0, xc, xc, False, True, False):
+    if total > min_gain and settle(route, rules, s, x0, xc, xc, False, True, False):
         return total
     for k in range(min(breadth, lists.back.shape[1])):  # A C' B D
         e = lists.back[d, k]
-        if e < 0 or gain - lists.back_cost[d, k] <= least:
+        if e < 0 or gain - lists.back_cost[d, k] <= min_gain:
             break
         xe = coordinate(route, e, s)
         if xe <= x0 or xe >= xc:
@@ -193,11 +193,11 @@ def cut_behind(
         h = node_at(route, xe + 1, s)
         total = gain - new_way(cost, route, rules, lists.back_cost[d, k], e, d, s) + leg(cost, route, e, h, s)
         total -= leg(cost, route, h, t1, s) + turning(route, s, xe + 1, xc)
-        if total > least and settle(route, rules, s, x0, xe, xc, True, False, True):
+        if total > min_gain and settle(route, rules, s, x0, xe, xc, True, False, True):
             return total
     for k in range(min(breadth, lists.near.shape[1]) if xc + 1 < n else 0):  # A B' C' D
         f = lists.near[d, k]
-        if f < 0 or gain - lists.near_cost[d, k] <= least:
+        if f < 0 or gain - lists.near_cost[d, k] <= min_gain:
             break
         xf = coordinate(route, f, s)
         last = (xf if xf > 0 else n) - 1
@@ -206,16 +206,16 @@ def cut_behind(
         e = node_at(route, last, s)
         total = gain - new_way(cost, route, rules, lists.near_cost[d, k], d, f, s) + leg(cost, route, e, f, s)
         total -= leg(cost, route, t1, e, s) + inside + turning(route, s, xc + 1, last)
-        if total > least and settle(route, rules, s, x0, xc, last, False, True, True):
+        if total > min_gain and settle(route, rules, s, x0, xc, last, False, True, True):
             return total
     return 0.0
 
 
 @part
 def find_exchange(
-    cost: CostModel, route: Route, rules: Rules, lists: Lists, breadth: NDArray, least: float, s: int, t0: int,
+    cost: CostModel, route: Route, rules: Rules, lists: Lists, breadth: NDArray, min_gain: float, s: int, t0: int,
 ) -> float:  # fmt: skip
-    """Search an exchange that gains more than `least` and gives t0 another successor; return its gain, or 0.
+    """Search an exchange that gains more than `min_gain` and gives t0 another successor; return its gain, or 0.
 
     ======= ======== ===============================================================
     lists   Lists    candidates in direction s
@@ -229,49 +229,51 @@ def find_exchange(
     n = len(route.node)
     x0 = coordinate(route, t0, s)
     t1 = node_at(route, x0 + 1, s)
-    now = leg(cost, route, t0, t1, s)
+    current = leg(cost, route, t0, t1, s)
     for k in range(min(breadth[0], lists.near.shape[1])):
         c = lists.near[t0, k]
-        if c < 0 or now - lists.near_cost[t0, k] <= least:
+        if c < 0 or current - lists.near_cost[t0, k] <= min_gain:
             break
-        gain = now - new_way(cost, route, rules, lists.near_cost[t0, k], t0, c, s)
-        if c == t1 or gain <= least:
+        gain = current - new_way(cost, route, rules, lists.near_cost[t0, k], t0, c, s)
+        if c == t1 or gain <= min_gain:
             continue
-        found = cut_before(
-            cost, route, rules, lists, breadth[1], least, s, x0, t1, c, gain
+        gained = cut_before(
+            cost, route, rules, lists, breadth[1], min_gain, s, x0, t1, c, gain
         )  # fmt: skip
-        if found > 0.0:
-            return found
+        if gained > 0.0:
+            return gained
         xc = coordinate(route, c, s)
         if x0 < xc < n:
-            found = cut_behind(
-                cost, route, rules, lists, breadth[1], least, s, x0, t1, xc, gain
+            gained = cut_behind(
+                cost, route, rules, lists, breadth[1], min_gain, s, x0, t1, xc, gain
             )  # fmt: skip
-            if found > 0.0:
-                return found
+            if gained > 0.0:
+                return gained
     return 0.0
 
 
 @kernel
-def improve_route(cost: CostModel, route: Route, rules: Rules, breadth: NDArray, least: float, looks: int) -> float:
-    """Make exchanges at the queued nodes until the queue is empty, the log is full, or `looks` searches were made.
+def improve_route(
+    cost: CostModel, route: Route, rules: Rules, breadth: NDArray, min_gain: float, max_searches: int
+) -> float:
+    """Make exchanges at the queued nodes until the queue is empty, the log is full, or `max_searches` are done.
 
     Return the total gain. Changes: route.
     """
     total = 0.0
-    while route.counts[1] > 0 and route.counts[3] == 0 and looks > 0:
+    while route.counts[1] > 0 and route.counts[3] == 0 and max_searches > 0:
         v = pop(route)
         while True:
-            looks -= 1
-            gain = choose_way(cost, route, rules, v, least)
+            max_searches -= 1
+            gain = choose_way(cost, route, rules, v, min_gain)
             if gain <= 0.0:
-                gain = find_exchange(cost, route, rules, rules.onward, breadth, least, 1, v)
+                gain = find_exchange(cost, route, rules, rules.onward, breadth, min_gain, 1, v)
                 if gain <= 0.0:
-                    gain = find_exchange(cost, route, rules, rules.backward, breadth, least, -1, v)
+                    gain = find_exchange(cost, route, rules, rules.backward, breadth, min_gain, -1, v)
                 if gain > 0.0 and not make_exchange(cost, route):
                     gain = 0.0
             total += gain
-            if gain <= 0.0 or looks <= 0:
+            if gain <= 0.0 or max_searches <= 0:
                 break
         if gain > 0.0:
             push(route, v)
@@ -279,18 +281,18 @@ def improve_route(cost: CostModel, route: Route, rules: Rules, breadth: NDArray,
 
 
 @part
-def swap_pieces(cost: CostModel, route: Route, rules: Rules, words: NDArray, k: int) -> float:
+def swap_pieces(cost: CostModel, route: Route, rules: Rules, states: NDArray, k: int) -> float:
     """Swap two adjacent pieces at a random place that precedence allows; return the added cost.
 
-    Changes: route, words[k].
+    Changes: route, states[k].
     """
     node, move, n = route.node, route.move, len(route.node)
     first = -1 if route.flags[RING] == 1 else 0
     for draw in range(DRAWS):
-        longest = max(1, LONGEST_PIECE >> (draw // 2))
-        p = first + below(words, k, n - 2 - first)
-        q = p + 1 + below(words, k, min(longest, n - 2 - p))
-        r = q + 1 + below(words, k, min(longest, n - 1 - q))
+        max_length = max(1, LONGEST_PIECE >> (draw // 2))
+        p = first + below(states, k, n - 2 - first)
+        q = p + 1 + below(states, k, min(max_length, n - 2 - p))
+        r = q + 1 + below(states, k, min(max_length, n - 1 - q))
         if (p < 0 and r == n - 1) or r - p > len(route.buffer):
             continue
         if not keeps_order(route, rules, p, q, r, True, False, False):
@@ -298,34 +300,34 @@ def swap_pieces(cost: CostModel, route: Route, rules: Rules, words: NDArray, k: 
         move[P], move[Q], move[R], move[SWAPPED], move[TURNED_B], move[TURNED_C] = p, q, r, 1, 0, 0
         a, b, c, d, e = node[p], node[p + 1], node[q], node[q + 1], node[r]
         f = node[r + 1 if r + 1 < n else 0]
-        worse = leg(cost, route, a, d, 1) + leg(cost, route, e, b, 1) + leg(cost, route, c, f, 1)
-        worse -= leg(cost, route, a, b, 1) + leg(cost, route, c, d, 1) + leg(cost, route, e, f, 1)
-        return worse if make_exchange(cost, route) else 0.0
+        added = leg(cost, route, a, d, 1) + leg(cost, route, e, b, 1) + leg(cost, route, c, f, 1)
+        added -= leg(cost, route, a, b, 1) + leg(cost, route, c, d, 1) + leg(cost, route, e, f, 1)
+        return added if make_exchange(cost, route) else 0.0
     return 0.0
 
 
 @part
-def change_way(cost: CostModel, route: Route, rules: Rules, words: NDArray, k: int) -> float:
-    """Switch a random node to a random option; return the added cost. Changes: route, words[k]."""
-    v = below(words, k, len(route.node))
-    begin, end = rules.way_begin[v], rules.way_begin[v + 1]
-    if end - begin < 2:
+def change_way(cost: CostModel, route: Route, rules: Rules, states: NDArray, k: int) -> float:
+    """Switch a random node to a random option; return the added cost. Changes: route, states[k]."""
+    v = below(states, k, len(route.node))
+    start, stop = rules.way_begin[v], rules.way_begin[v + 1]
+    if stop - start < 2:
         return 0.0
-    row = rules.way[begin + below(words, k, end - begin)]
-    worse = way_cost(cost, route, rules, v, row) - way_cost(cost, route, rules, v, route.enter[v])
-    return worse if take_way(cost, route, rules, v, row) else 0.0
+    row = rules.way[start + below(states, k, stop - start)]
+    added = way_cost(cost, route, rules, v, row) - way_cost(cost, route, rules, v, route.enter[v])
+    return added if take_way(cost, route, rules, v, row) else 0.0
 
 
 @part
-def kick(cost: CostModel, route: Route, rules: Rules, words: NDArray, k: int, times: int) -> float:
-    """Change the path at random places; return the added cost. Changes: route, words[k]."""
-    worse = 0.0
+def kick(cost: CostModel, route: Route, rules: Rules, states: NDArray, k: int, times: int) -> float:
+    """Change the path at random places; return the added cost. Changes: route, states[k]."""
+    added = 0.0
     for _ in range(times):
-        if len(rules.way) > len(route.node) and uniform(words, k) < WAY_SHARE:
-            worse += change_way(cost, route, rules, words, k)
+        if len(rules.way) > len(route.node) and uniform(states, k) < WAY_SHARE:
+            added += change_way(cost, route, rules, states, k)
         else:
-            worse += swap_pieces(cost, route, rules, words, k)
-    return worse
+            added += swap_pieces(cost, route, rules, states, k)
+    return added
 
 
 @kernel
@@ -334,9 +336,9 @@ def kick_route(
     route: Route,
     rules: Rules,
     breadth: NDArray,
-    least: float,
+    min_gain: float,
     heat: float,
-    words: NDArray,
+    states: NDArray,
     k: int,
     kicks: int,
 ) -> float:
@@ -344,16 +346,16 @@ def kick_route(
 
     With `heat` above 0, several kicks are repaired at once, and a path longer by x is accepted with probability
     exp(-x / heat), as in simulated annealing.
-    Changes: route, words[k].
+    Changes: route, states[k].
     """
     total = 0.0
     begin_bias(cost, route)
     for _ in range(kicks):
         route.counts[2], route.counts[3] = 0, 0
-        times = 1 + below(words, k, MOST_AT_ONCE) if heat > 0.0 else 1
-        worse = kick(cost, route, rules, words, k, times)
-        gained = improve_route(cost, route, rules, breadth, least, MOST_LOOKS) - worse
-        allowed = heat * math.log(1.0 - uniform(words, k)) if heat > 0.0 else -least
+        times = 1 + below(states, k, MOST_AT_ONCE) if heat > 0.0 else 1
+        added = kick(cost, route, rules, states, k, times)
+        gained = improve_route(cost, route, rules, breadth, min_gain, MOST_LOOKS) - added
+        allowed = heat * math.log(1.0 - uniform(states, k)) if heat > 0.0 else -min_gain
         if route.counts[3] == 1 or route.counts[1] > 0 or gained < allowed:
             while route.counts[1] > 0:
                 pop(route)

@@ -19,35 +19,42 @@ from leafcut.kernels.one_tree import Graph
 
 @kernel
 def dense_tree(
-    cost: CostModel, penalty: NDArray, apart: int, left: NDArray, key: NDArray, near: NDArray, a: NDArray, b: NDArray
+    cost: CostModel,
+    penalty: NDArray,
+    excluded: int,
+    outside: NDArray,
+    key: NDArray,
+    near: NDArray,
+    a: NDArray,
+    b: NDArray,
 ) -> None:
     """Find the minimum spanning tree by a scan of all n² pairs; any metric, O(n) memory.
 
     Among edges of equal cost, the edge to the node that joined last is taken: chains rather than stars.
-    Changes: left, near int32[n], key float64[n] (scratch); a, b int32[n-2], the edges.
+    Changes: outside, near int32[n], key float64[n] (scratch); a, b int32[n-2], the edges.
     Source: R. C. Prim, Bell System Technical Journal 36 (1957).
     """
     size = 0
     for j in range(len(penalty)):
-        if j != apart:
-            left[size], key[size] = j, math.inf
+        if j != excluded:
+            outside[size], key[size] = j, math.inf
             size += 1
     size -= 1
-    i = left[size]
+    i = outside[size]
     for e in range(len(a)):
-        low = 0
+        nearest = 0
         for s in range(size):
             # In a matrix a lookup suffices, because tied and free edges are edges of the hub.
-            d = cost.matrix[i, left[s]] if cost.code == EXPLICIT else travel(cost, i, left[s])
-            c = d + (penalty[i] + penalty[left[s]])
+            d = cost.matrix[i, outside[s]] if cost.code == EXPLICIT else travel(cost, i, outside[s])
+            c = d + (penalty[i] + penalty[outside[s]])
             if c <= key[s]:
                 key[s], near[s] = c, i
-            if key[s] < key[low]:
-                low = s
-        a[e], b[e] = near[low], left[low]
-        i = left[low]
+            if key[s] < key[nearest]:
+                nearest = s
+        a[e], b[e] = near[nearest], outside[nearest]
+        i = outside[nearest]
         size -= 1
-        left[low], key[low], near[low] = left[size], key[size], near[size]
+        outside[nearest], key[nearest], near[nearest] = outside[size], key[size], near[size]
 
 
 class ForestParts(NamedTuple):
@@ -88,18 +95,20 @@ def leave_by_graph(graph: Graph, penalty: NDArray, parts: ForestParts) -> None:
     for i in range(len(part)):
         best[i] = math.inf
     for i in range(len(part)):
-        mine = part[i]
+        own = part[i]
         for e in range(graph.begin[i], graph.begin[i + 1]):
             j = near[e]
-            if part[j] != mine:
+            if part[j] != own:
                 c = graph.length[e] + (penalty[i] + penalty[j])
-                if c < best[mine]:
-                    best[mine], parts.leave[mine], parts.arrive[mine] = c, i, j
+                if c < best[own]:
+                    best[own], parts.leave[own], parts.arrive[own] = c, i, j
 
 
 @kernel
-def leave_by_tree(cost: CostModel, tree: Tree, penalty: NDArray, apart: int, most: int, parts: ForestParts) -> int:
-    """Find the cheapest edge that leaves each part; return the number of visits, or -1 if it exceeds `most`.
+def leave_by_tree(
+    cost: CostModel, tree: Tree, penalty: NDArray, excluded: int, max_visits: int, parts: ForestParts
+) -> int:
+    """Find the cheapest edge that leaves each part; return the number of visits, or -1 if it exceeds `max_visits`.
 
     Every metric of positions increases with |dx| and |dy|, also after rounding, and a lift only adds to it. Therefore
     no edge into a box costs less than to its nearest point. Existing values in `parts.best` prune the search.
@@ -107,49 +116,49 @@ def leave_by_tree(cost: CostModel, tree: Tree, penalty: NDArray, apart: int, mos
     """
     part, best, found, reach, low, high = parts.part, parts.best, parts.found, parts.reach, parts.low, parts.high
     least, stack, box = parts.least, parts.stack, tree.box
-    looks = 0
+    visits = 0
     for i in range(len(tree.x)):
-        x, y, mine = tree.x[i], tree.y[i], part[i]
-        if i == apart:
+        x, y, own = tree.x[i], tree.y[i], part[i]
+        if i == excluded:
             continue
-        searched = (found[i] < 0 or part[found[i]] == mine) and reach[i] < best[mine]
+        searched = (found[i] < 0 or part[found[i]] == own) and reach[i] < best[own]
         if searched:
-            found[i], reach[i] = -1, best[mine]
+            found[i], reach[i] = -1, best[own]
         stack[0] = 0
         height = 1 if searched else 0
         while height > 0:
             height -= 1
-            at = stack[height]
-            looks += 1
-            if high[at] < 0 or low[at] == mine == high[at]:
+            box_node = stack[height]
+            visits += 1
+            if high[box_node] < 0 or low[box_node] == own == high[box_node]:
                 continue
-            dx = max(box[at, 0] - x, x - box[at, 2], 0.0)
-            dy = max(box[at, 1] - y, y - box[at, 3], 0.0)
+            dx = max(box[box_node, 0] - x, x - box[box_node, 2], 0.0)
+            dy = max(box[box_node, 1] - y, y - box[box_node, 3], 0.0)
             c = distance(cost.code, dx, dy, 0.0, 0.0, cost.vx, cost.vy, cost.ax, cost.ay, cost.per_mm)
-            if c + (penalty[i] + least[at]) >= reach[i]:
+            if c + (penalty[i] + least[box_node]) >= reach[i]:
                 continue
-            right = tree.child[at] + 1
+            right = tree.child[box_node] + 1
             if right > 0:
                 # The nearer box is visited first: its result lowers the limit for the other.
                 second = 0 if squared_gap(box, right, x, y) < squared_gap(box, right - 1, x, y) else 1
                 stack[height], stack[height + 1] = right - 1 + second, right - second
                 height += 2
                 continue
-            for j in range(tree.begin[at], tree.stop[at]):
-                if j != apart and part[j] != mine:
+            for j in range(tree.begin[box_node], tree.stop[box_node]):
+                if j != excluded and part[j] != own:
                     c = travel(cost, i, j) + (penalty[i] + penalty[j])
                     if c < reach[i]:
                         reach[i], found[i] = c, j
-            looks += tree.stop[at] - tree.begin[at]
-        if looks > most:
+            visits += tree.stop[box_node] - tree.begin[box_node]
+        if visits > max_visits:
             return -1
-        if found[i] >= 0 and part[found[i]] != mine and reach[i] < best[mine]:
-            best[mine], parts.leave[mine], parts.arrive[mine] = reach[i], i, found[i]
-    return looks
+        if found[i] >= 0 and part[found[i]] != own and reach[i] < best[own]:
+            best[own], parts.leave[own], parts.arrive[own] = reach[i], i, found[i]
+    return visits
 
 
 @part
-def _name(up: NDArray, i: int) -> int:
+def _root(up: NDArray, i: int) -> int:
     """Return the part of node i. Changes: up (path compression)."""
     while up[i] != i:
         up[i] = up[up[i]]
@@ -158,22 +167,22 @@ def _name(up: NDArray, i: int) -> int:
 
 
 @kernel
-def join_parts(apart: int, parts: ForestParts, a: NDArray, b: NDArray, have: int) -> int:
+def join_parts(excluded: int, parts: ForestParts, a: NDArray, b: NDArray, count: int) -> int:
     """Merge the parts along the edges that leave them; return the number of edges.
 
     Edges of equal cost are harmless. Of two that would close a cycle, the second is dropped. It costs no less than the
     edge by which its part was merged.
-    Changes: parts.up, part; a, b int32[n-2] from `have` on.
+    Changes: parts.up, part; a, b int32[n-2] from `count` on.
     Source: O. Borůvka, Práce Moravské přírodovědecké společnosti 3 (1926).
     """
     up, part = parts.up, parts.part
     for i in range(len(up)):
-        if part[i] == i and i != apart and parts.best[i] < math.inf:
-            u, v = _name(up, parts.leave[i]), _name(up, parts.arrive[i])
+        if part[i] == i and i != excluded and parts.best[i] < math.inf:
+            u, v = _root(up, parts.leave[i]), _root(up, parts.arrive[i])
             if u != v:
                 up[u] = v
-                a[have], b[have] = parts.leave[i], parts.arrive[i]
-                have += 1
+                a[count], b[count] = parts.leave[i], parts.arrive[i]
+                count += 1
     for i in range(len(up)):
-        part[i] = _name(up, i)
-    return have
+        part[i] = _root(up, i)
+    return count

@@ -24,17 +24,17 @@ class Reaches(NamedTuple):
 @part
 def smallest_disc(bands: Bands, x: float, y: float, nx: float, ny: float, reach: float) -> float:
     """Return the smallest radius of the discs through a point of the bands that touch the tangent at (x, y)."""
-    least, middle_x, middle_y, half = math.inf, x + 0.5 * reach * nx, y + 0.5 * reach * ny, HALF * reach
+    smallest, middle_x, middle_y, half = math.inf, x + 0.5 * reach * nx, y + 0.5 * reach * ny, HALF * reach
     for band in range(band_at(bands, middle_y - half), band_at(bands, middle_y + half) + 1):
-        at = from_left(bands, band, middle_x - half)
-        while at < bands.first[band + 1] and bands.x[at] <= middle_x + half:
-            dx, dy = bands.x[at] - x, bands.y[at] - y
+        index = from_left(bands, band, middle_x - half)
+        while index < bands.first[band + 1] and bands.x[index] <= middle_x + half:
+            dx, dy = bands.x[index] - x, bands.y[index] - y
             height = dx * nx + dy * ny
             square = dx * dx + dy * dy
             if height > 0.0 and square <= reach * height:
-                least = min(least, square / (2.0 * height))
-            at += 1
-    return least
+                smallest = min(smallest, square / (2.0 * height))
+            index += 1
+    return smallest
 
 
 @part
@@ -43,19 +43,19 @@ def highest_touched(bands: Bands, x: float, y: float, nx: float, ny: float, reac
 
     largest  radius of the disc, mm, at most half the reach
     """
-    highest, found = 0.0, -1
+    highest, result = 0.0, -1
     middle_x, middle_y, half = x + 0.5 * reach * nx, y + 0.5 * reach * ny, HALF * reach
     for band in range(band_at(bands, middle_y - half), band_at(bands, middle_y + half) + 1):
-        at = from_left(bands, band, middle_x - half)
-        while at < bands.first[band + 1] and bands.x[at] <= middle_x + half:
-            dx, dy = bands.x[at] - x, bands.y[at] - y
+        index = from_left(bands, band, middle_x - half)
+        while index < bands.first[band + 1] and bands.x[index] <= middle_x + half:
+            dx, dy = bands.x[index] - x, bands.y[index] - y
             height = dx * nx + dy * ny
             square = dx * dx + dy * dy
-            higher = height > highest or (height == highest > 0.0 and bands.row[at] > bands.row[found])
+            higher = height > highest or (height == highest > 0.0 and bands.row[index] > bands.row[result])
             if higher and square <= reach * height and square / (2.0 * height) <= largest:
-                highest, found = height, at
-            at += 1
-    return found
+                highest, result = height, index
+            index += 1
+    return result
 
 
 @kernel
@@ -80,13 +80,13 @@ def find_neighbours(
     Changes: height, row, radius.
     """
     for i in range(len(x)):
-        reach, before = reaches.least, 0.0
-        while reach > before:
-            least = smallest_disc(bands, x[i], y[i], nx[i], ny[i], reach)
-            if least < math.inf:
-                at = highest_touched(bands, x[i], y[i], nx[i], ny[i], reach, least * (1.0 + equal))
-                dx, dy = bands.x[at] - x[i], bands.y[at] - y[i]
-                height[i], row[i] = dx * nx[i] + dy * ny[i], bands.row[at]
+        reach, previous = reaches.least, 0.0
+        while reach > previous:
+            smallest = smallest_disc(bands, x[i], y[i], nx[i], ny[i], reach)
+            if smallest < math.inf:
+                index = highest_touched(bands, x[i], y[i], nx[i], ny[i], reach, smallest * (1.0 + equal))
+                dx, dy = bands.x[index] - x[i], bands.y[index] - y[i]
+                height[i], row[i] = dx * nx[i] + dy * ny[i], bands.row[index]
                 radius[i] = (dx * dx + dy * dy) / (2.0 * height[i])
                 break
-            before, reach = reach, min(2.0 * reach, reaches.most)
+            previous, reach = reach, min(2.0 * reach, reaches.most)

@@ -20,15 +20,15 @@ def _highest_in_column(
     """Return the maximum height of an edge inside a rectangle, −∞ if it is outside (Liang–Barsky clipping)."""
     enter, leave = 0.0, 1.0
     for axis in range(2):
-        begin = x0 if axis == 0 else y0
+        start = x0 if axis == 0 else y0
         step = (x1 - x0) if axis == 0 else (y1 - y0)
         a = left if axis == 0 else low
         b = right if axis == 0 else high
         if step == 0.0:
-            if begin < a or begin > b:
+            if start < a or start > b:
                 return -math.inf
         else:
-            t0, t1 = (a - begin) / step, (b - begin) / step
+            t0, t1 = (a - start) / step, (b - start) / step
             if t0 > t1:
                 t0, t1 = t1, t0
             enter, leave = max(enter, t0), min(leave, t1)
@@ -102,8 +102,8 @@ def raise_around(heights: NDArray, reach: NDArray, widest: NDArray) -> None:
         for c in range(columns):
             best = -math.inf
             for k in range(max(r - d, 0), min(r + d, rows - 1) + 1):
-                wide = reach[k - r + d]
-                for j in range(max(c - wide, 0), min(c + wide, columns - 1) + 1):
+                half_width = reach[k - r + d]
+                for j in range(max(c - half_width, 0), min(c + half_width, columns - 1) + 1):
                     best = max(best, heights[k, j])
             widest[r, c] = best
 
@@ -147,9 +147,9 @@ def heights_at(triangles: NDArray, x: NDArray, y: NDArray, top: NDArray, under: 
 def reach_in_cells(radius: float, cell: float) -> NDArray[np.int64]:
     """Return the `reach` of `raise_around` for a radius, mm: cells with any point within the radius of ours."""
     d = math.floor(radius / cell) + 1
-    apart = np.maximum(np.abs(np.arange(-d, d + 1)) - 1, 0) * cell
-    wide = np.sqrt(np.maximum(radius**2 - apart**2, 0.0))
-    reach: NDArray[np.int64] = np.floor(wide / cell + 1e-12).astype(np.int64) + 1
+    gap = np.maximum(np.abs(np.arange(-d, d + 1)) - 1, 0) * cell
+    half_width = np.sqrt(np.maximum(radius**2 - gap**2, 0.0))
+    reach: NDArray[np.int64] = np.floor(half_width / cell + 1e-12).astype(np.int64) + 1
     return reach
 
 
@@ -164,7 +164,7 @@ def raise_cell_middles(heights: NDArray, x: float, y: float, cell: float, triang
 
     Changes: heights.
     """
-    seen = 0
+    n_used = 0
     for k in range(len(triangles)):
         ax, ay, az = triangles[k, 0, 0], triangles[k, 0, 1], triangles[k, 0, 2]
         bx, by, bz = triangles[k, 1, 0] - ax, triangles[k, 1, 1] - ay, triangles[k, 1, 2] - az
@@ -173,7 +173,7 @@ def raise_cell_middles(heights: NDArray, x: float, y: float, cell: float, triang
         size = max(bx * bx + by * by, cx * cx + cy * cy)
         if abs(area) <= 1e-12 * size or size <= 0.0:
             continue
-        seen += 1
+        n_used += 1
         low_z, high_z = az + min(0.0, bz, cz), az + max(0.0, bz, cz)
         first = max(0, math.ceil((ay + min(0.0, by, cy) - y) / cell - _ON_EDGE))
         last = min(heights.shape[0] - 1, math.floor((ay + max(0.0, by, cy) - y) / cell + _ON_EDGE))
@@ -188,4 +188,4 @@ def raise_cell_middles(heights: NDArray, x: float, y: float, cell: float, triang
                     continue
                 z = min(max(az + v * bz + w * cz, low_z), high_z)
                 heights[row, column] = max(heights[row, column], z)
-    return seen
+    return n_used

@@ -57,11 +57,11 @@ def rises_at(shape: ToolShape, d: float, grade: float, w: float) -> bool:
 
 
 @part
-def lowest_distance(shape: ToolShape, d: float, grade: float, most: float) -> float:
+def lowest_distance(shape: ToolShape, d: float, grade: float, max_distance: float) -> float:
     """Return the distance from the axis at which the tool's corner cuts deepest, at a distance d < reach from its path.
 
     flat, corner > 0; grade  as in `lowest_offset`
-    most                     upper bound of the result, mm
+    max_distance             upper bound of the result, mm
 
     With r² = d² + w², the arc rises along the path as fast as the path falls where
 
@@ -70,21 +70,21 @@ def lowest_distance(shape: ToolShape, d: float, grade: float, most: float) -> fl
     The left side increases with r ≥ max(flat, d) and is convex, so Newton's method from a larger r converges to the
     root from above.
     """
-    square, rest = 1.0 + grade * grade, grade * grade * shape.corner * shape.corner
-    r = most
+    square, corner_term = 1.0 + grade * grade, grade * grade * shape.corner * shape.corner
+    r = max_distance
     if d < shape.flat:  # upper bound of the root, from the maximum d²/r² at the edge of the flat
         turn = square - d * d / (shape.flat * shape.flat)
         if turn > 0.0:
-            r = min(most, shape.flat + math.sqrt(rest / turn))
+            r = min(max_distance, shape.flat + math.sqrt(corner_term / turn))
     elif d > shape.flat:  # a Newton step from d, below the root, reaches or passes it
         out = d - shape.flat
-        r = min(most, d + (rest - out * out * grade * grade) / (2.0 * out * (grade * grade + out / d)))
+        r = min(max_distance, d + (corner_term - out * out * grade * grade) / (2.0 * out * (grade * grade + out / d)))
     for _ in range(_MOST_STEPS):
         out, share = r - shape.flat, d * d / (r * r)
         if out <= 0.0:  # the path is so flat that the root rounds to the edge of the flat
             return shape.flat
         turn = square - share
-        step = (out * out * turn - rest) / (2.0 * out * (turn + out * share / r))
+        step = (out * out * turn - corner_term) / (2.0 * out * (turn + out * share / r))
         r -= step
         if step <= _CLOSE * shape.corner:
             break
@@ -92,33 +92,33 @@ def lowest_distance(shape: ToolShape, d: float, grade: float, most: float) -> fl
 
 
 @part
-def lowest_offset(shape: ToolShape, d: float, grade: float, least: float, most: float) -> float:
+def lowest_offset(shape: ToolShape, d: float, grade: float, min_offset: float, max_offset: float) -> float:
     """Return the offset ahead, towards the lower end, at which the tool cuts deepest at a distance d from its path.
 
     d            distance of the point from the path of the tool, mm
     grade        descent of the path per mm, > 0
-    least, most  range of offsets on the path, mm: the caller clamps the result to it. If the deepest offset lies
-                 outside, any offset on the same side may be returned.
+    min_offset, max_offset  range of offsets on the path, mm: the caller clamps the result to it. If the deepest offset
+                 lies outside, any offset on the same side may be returned.
 
     The height is surface(√(d² + w²)) − grade · w, convex in w, so its only minimum is where the slope is 0.
     """
     at_reach = math.sqrt(max(shape.reach * shape.reach - d * d, 0.0))
     if d >= shape.reach or (shape.slope > 0.0 and shape.slope * at_reach < grade * shape.reach):
         if shape.slope <= grade:  # a cylinder, or a cone flatter than the descent
-            return most
+            return max_offset
         return max(grade * d / math.sqrt(shape.slope * shape.slope - grade * grade), at_reach)
     inner = math.sqrt(max(shape.flat * shape.flat - d * d, 0.0))
-    if shape.corner <= 0.0 or most <= inner:
+    if shape.corner <= 0.0 or max_offset <= inner:
         return inner
     if shape.flat <= 0.0:
         return grade * math.sqrt((shape.corner * shape.corner - d * d) / (1.0 + grade * grade))
-    if least >= at_reach or (least > inner and rises_at(shape, d, grade, least)):
-        return least
+    if min_offset >= at_reach or (min_offset > inner and rises_at(shape, d, grade, min_offset)):
+        return min_offset
     farthest = shape.reach
-    if most < at_reach:
-        if not rises_at(shape, d, grade, most):
-            return most
-        farthest = math.sqrt(d * d + most * most)
+    if max_offset < at_reach:
+        if not rises_at(shape, d, grade, max_offset):
+            return max_offset
+        farthest = math.sqrt(d * d + max_offset * max_offset)
     r = lowest_distance(shape, d, grade, farthest)
     return math.sqrt(max(r * r - d * d, 0.0))
 
@@ -182,11 +182,11 @@ def lowest_height(
         if bound >= enough:
             return bound
         edge = shape.radius - margin
-        most = math.sqrt(max(edge * edge - d * d, 0.0))
+        max_offset = math.sqrt(max(edge * edge - d * d, 0.0))
         if grade > 0.0:
-            w = -min(lowest_offset(shape, abs(d), grade, along - length, min(most, along)), most)
+            w = -min(lowest_offset(shape, abs(d), grade, along - length, min(max_offset, along)), max_offset)
         else:
-            w = min(lowest_offset(shape, abs(d), -grade, -along, min(most, length - along)), most)
+            w = min(lowest_offset(shape, abs(d), -grade, -along, min(max_offset, length - along)), max_offset)
         w = min(max(w, -along), length - along)
     return grade * (along + w) + surface(shape, min(math.sqrt(d * d + w * w) + margin, shape.radius))
 
@@ -220,8 +220,8 @@ def standing_over(
             x = column * grid.cell - xa
             along, d = x * ux + y * uy, y * ux - x * uy
             beyond = max(-along, along - length, 0.0)
-            away = math.sqrt(d * d + beyond * beyond)
-            over = max(over, h - surface(shape, min(max(away - margin, 0.0), shape.radius)))
+            distance = math.sqrt(d * d + beyond * beyond)
+            over = max(over, h - surface(shape, min(max(distance - margin, 0.0), shape.radius)))
     return over
 
 
@@ -249,9 +249,9 @@ def met_by_body(
     xa, ya, za = move[0] - grid.x, move[1] - grid.y, move[2] + above
     dx, dy, dz = move[3] - move[0], move[4] - move[1], move[5] - move[2]
     length = math.sqrt(dx * dx + dy * dy)
-    wide = body.radius - grid.cell
+    inner_radius = body.radius - grid.cell
     deepest, cells = 0.0, 0.0
-    if wide <= 0.0:
+    if inner_radius <= 0.0:
         return deepest, cells
     ux, uy, grade, lowest = 1.0, 0.0, 0.0, min(za, za + dz)
     if length < 1e-9:
@@ -259,11 +259,11 @@ def met_by_body(
     else:
         ux, uy, grade = dx / length, dy / length, dz / length
     # Contact with the material ahead happens at the tool's own edge.
-    ahead = max(wide, radius)
-    row_low, row_high = rows_under(ya, dy, ahead, first, last, grid.cell)
+    search_radius = max(inner_radius, radius)
+    row_low, row_high = rows_under(ya, dy, search_radius, first, last, grid.cell)
     for row in range(row_low, row_high + 1):
         y = row * grid.cell - ya
-        low, high = row_stretch(y, dx, dy, ahead)
+        low, high = row_stretch(y, dx, dy, search_radius)
         if low > high:
             continue
         column_low, column_high = columns_under(low + xa, high + xa, heights.shape[1], grid.cell)
@@ -273,14 +273,14 @@ def met_by_body(
                 continue
             x = column * grid.cell - xa
             along, d = x * ux + y * uy, y * ux - x * uy
-            if abs(d) > wide or along * along + d * d <= radius * radius:
+            if abs(d) > inner_radius or along * along + d * d <= radius * radius:
                 continue
             until = length
             if abs(d) < radius and along > 0.0:
                 until = min(length, along - math.sqrt(radius * radius - d * d))
             else:
                 beyond = max(-along, along - length, 0.0)
-                if beyond * beyond + d * d > wide * wide:
+                if beyond * beyond + d * d > inner_radius * inner_radius:
                     continue
             depth = h - za - lowest_height(body, grid.cell, along, d, until, grade, h - za)
             if depth > film:
@@ -300,11 +300,11 @@ def meet_bodies(
     film: float,
     top: float,
     bodies: NDArray,
-    found: NDArray,
+    result: NDArray,
 ) -> None:
     """Check all parts of a tool above its flutes against the material during a move; see `sweep`.
 
-    Changes: found[6], found[7], found[8].
+    Changes: result[6], result[7], result[8].
     """
     for b in range(len(bodies)):
         above = bodies[b, 6]
@@ -312,63 +312,63 @@ def meet_bodies(
             continue
         body = ToolShape(bodies[b, 0], bodies[b, 1], bodies[b, 2], bodies[b, 3], bodies[b, 4], bodies[b, 5])
         deepest, cells = met_by_body(heights, first, last, grid, shape.radius, body, above, move, film)
-        at = 6 if bodies[b, 7] == 0.0 else 7
-        found[at] = max(found[at], deepest)
-        if at == 6 and body.radius - grid.cell <= shape.radius:
-            found[8] += cells
-        elif at == 6 and cells > 0.0:
-            found[8] = math.inf
+        column = 6 if bodies[b, 7] == 0.0 else 7
+        result[column] = max(result[column], deepest)
+        if column == 6 and body.radius - grid.cell <= shape.radius:
+            result[8] += cells
+        elif column == 6 and cells > 0.0:
+            result[8] = math.inf
 
 
 @kernel
 def sweep(
     heights: NDArray,
-    room: NDArray,
+    lowered: NDArray,
     first: int,
     last: int,
     grid: CellGrid,
     shape: ToolShape,
     moves: NDArray,
-    which: NDArray,
+    selected: NDArray,
     inset: NDArray,
     margin: float,
     film: float,
     top: float,
     bodies: NDArray,
-    found: NDArray,
+    result: NDArray,
 ) -> int:
     """Cut some rows of a height field by moves, one after the other; return the number of lowered cells.
 
     heights      float32[rows, columns]  height of the material in every cell, mm
-    room         float32[rows, columns]  height of cells lowered by rapids; or float32[0, 0]: not requested
+    lowered      float32[rows, columns]  height of cells lowered by rapids; or float32[0, 0]: not requested
     first, last  rows to cut: first … last − 1
     moves        float64[m, 6]           start and end of the tip, mm
-    which        int64[k]                moves to process, in order
+    selected     int64[k]                moves to process, in order
     inset        float64[m]              reduction of the tool radius for rapids, mm; otherwise 0
-    margin       additional radius of the tool for `found[:, 5]`, mm; negative: not requested
+    margin       additional radius of the tool for `result[:, 5]`, mm; negative: not requested
     film         thinner layers, mm, are rounding: they are removed, but count only by their volume
     top          upper bound of the material, mm
     bodies       float64[b, 8]           parts of the tool above its flutes: the six numbers of a `ToolShape`, height of
                                          its lower end above the tip, mm, and 0 for a shank, 1 for a holder
-    found        float64[k, 9]           per move: removed height, mm summed over cells; cut cells; deepest cut, mm;
+    result       float64[k, 9]           per move: removed height, mm summed over cells; cut cells; deepest cut, mm;
                                          minimum and maximum distance to the left of the path at which it cut, mm;
                                          height of material over the wider tool, mm; depths of the shank and of the
                                          holder in the material, mm; cells of a shank that is no wider than the tool
 
-    Changes: heights, room, found.
+    Changes: heights, lowered, result.
     Source: the swept volume of a convex tool along a line, seen from above: at every point the minimum of the tool's
     surface along the path, which is convex in the position on the path.
     """
     total = 0
-    for k in range(len(which)):
-        i = which[k]
-        found[k, 0], found[k, 1], found[k, 2] = 0.0, 0.0, 0.0
-        found[k, 3], found[k, 4], found[k, 5] = math.inf, -math.inf, -math.inf
-        found[k, 6], found[k, 7], found[k, 8] = 0.0, 0.0, 0.0
+    for k in range(len(selected)):
+        i = selected[k]
+        result[k, 0], result[k, 1], result[k, 2] = 0.0, 0.0, 0.0
+        result[k, 3], result[k, 4], result[k, 5] = math.inf, -math.inf, -math.inf
+        result[k, 6], result[k, 7], result[k, 8] = 0.0, 0.0, 0.0
         if margin >= 0.0:
-            found[k, 5] = standing_over(heights, first, last, grid, shape, moves[i], margin)
+            result[k, 5] = standing_over(heights, first, last, grid, shape, moves[i], margin)
         if len(bodies):
-            meet_bodies(heights, first, last, grid, shape, moves[i], film, top, bodies, found[k])
+            meet_bodies(heights, first, last, grid, shape, moves[i], film, top, bodies, result[k])
         xa, ya, za = moves[i, 0] - grid.x, moves[i, 1] - grid.y, moves[i, 2]
         dx, dy, dz = moves[i, 3] - moves[i, 0], moves[i, 4] - moves[i, 1], moves[i, 5] - za
         length = math.sqrt(dx * dx + dy * dy)
@@ -400,13 +400,13 @@ def sweep(
                     z = z_start + lowest_height(shape, inset[i], x * ux + y * uy, d, length, grade, h - z_start)
                 if z < h:
                     heights[row, column] = z
-                    if inset[i] > 0.0 and len(room):
-                        room[row, column] = z
-                    found[k, 0] += h - z
+                    if inset[i] > 0.0 and len(lowered):
+                        lowered[row, column] = z
+                    result[k, 0] += h - z
                     if h - z > film:
-                        found[k, 1] += 1.0
-                        found[k, 2] = max(found[k, 2], h - z)
-                        found[k, 3] = min(found[k, 3], d)
-                        found[k, 4] = max(found[k, 4], d)
+                        result[k, 1] += 1.0
+                        result[k, 2] = max(result[k, 2], h - z)
+                        result[k, 3] = min(result[k, 3], d)
+                        result[k, 4] = max(result[k, 4], d)
                         total += 1
     return total
