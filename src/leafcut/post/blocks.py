@@ -24,13 +24,13 @@ class Blocks:
 
     def say(self, *words: str) -> None:
         """Write one block; empty words are omitted, and so is an empty block."""
-        said = [word for word in words if word]
+        kept = [word for word in words if word]
         if self._dialect.one_command:
-            commands = [word for word in said if word[0] in "GM"]
+            commands = [word for word in kept if word[0] in "GM"]
             for word in commands[:-1]:
                 self._line(word)
-            said = [*commands[-1:], *(word for word in said if word not in commands)]
-        self._line(" ".join(said))
+            kept = [*commands[-1:], *(word for word in kept if word not in commands)]
+        self._line(" ".join(kept))
 
     def _line(self, text: str) -> None:
         if not text:

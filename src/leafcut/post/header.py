@@ -44,12 +44,12 @@ def header_lines(
     lines.extend(_tool_line(tool, units) for tool in tools)
     scale, unit = (MM_PER_INCH, "in") if units == "inch" else (1.0, "mm")
     if zero is not None:
-        lines.extend(f"{name}: {words}" for name, words in zero.facts(scale))
+        lines.extend(f"{name}: {fact}" for name, fact in zero.facts(scale))
     if negative:
         lines.append(f"the part reaches the negative side of the zero in {negative}")
     low, high = path.extents
-    for axis, least, most in zip("XYZ", low, high, strict=True):
-        lines.append(f"{axis} {_short(least / scale)} to {_short(most / scale)} {unit}")
+    for axis, minimum, maximum in zip("XYZ", low, high, strict=True):
+        lines.append(f"{axis} {_short(minimum / scale)} to {_short(maximum / scale)} {unit}")
     before, after = seconds
     lines.append(f"estimated time {format_time(after)}, {beside} {format_time(before)}")
     lines.append(DIGEST_LINE)
@@ -64,6 +64,6 @@ def _tool_line(tool: Tool, units: str) -> str:
     size = f"{tool.diameter / MM_PER_INCH:.4f} in" if units == "inch" else f"{tool.diameter:g} mm"
     kind = tool.kind.value
     named = tool.name.lower().replace("-", " ").startswith(kind.replace("-", " "))
-    words = tool.name if named else f"{kind} {tool.name}".rstrip()
+    parts = tool.name if named else f"{kind} {tool.name}".rstrip()
     assumed = " (assumed)" if tool.assumed else ""
-    return f"T{tool.number} {words} {size}, {tool.spindle_rpm:.0f} rpm{assumed}"
+    return f"T{tool.number} {parts} {size}, {tool.spindle_rpm:.0f} rpm{assumed}"

@@ -29,8 +29,8 @@ class KlartextWriter(Writer):
         self._blocks = [f"BEGIN PGM {_NAME} MM"]
         low, high = self.path.extents
         # A blank must have a size, even if all holes are at one place.
-        for corner, values, room in (("0.1 Z", low, -1.0), ("0.2", high, 1.0)):
-            words = [f"{axis}{self._length(v + room)}" for axis, v in zip("XYZ", values, strict=True)]
+        for corner, values, margin in (("0.1 Z", low, -1.0), ("0.2", high, 1.0)):
+            words = [f"{axis}{self._length(v + margin)}" for axis, v in zip("XYZ", values, strict=True)]
             self._blocks.append(" ".join([f"BLK FORM {corner}", *words]))
         for line in (*header, *(self.dialect.notes if header else ())):
             self._blocks += comment_lines(line, _WIDTH, style=";")
@@ -54,10 +54,10 @@ class KlartextWriter(Writer):
             if row.kind is not Kind.DRILL:
                 self._leave_cycle()
             if row.kind not in write:
-                what = {Kind.ARC_CW: "arcs", Kind.ARC_CCW: "arcs", Kind.MACHINE: "moves to machine zero"}
+                names = {Kind.ARC_CW: "arcs", Kind.ARC_CCW: "arcs", Kind.MACHINE: "moves to machine zero"}
                 raise PostError(
                     f"{self.dialect.name}: leafcut writes drilling only in this language, and no "
-                    f"{what.get(row.kind, row.kind.name.lower())}"
+                    f"{names.get(row.kind, row.kind.name.lower())}"
                 )
             self._row = number
             write[row.kind](row)
@@ -107,27 +107,27 @@ class KlartextWriter(Writer):
         self._check_cutting(row)
         if any(math.isnan(v) for v in (*row.end, self.position[2])):
             raise PostError("a hole while the place of the tool is not known")
-        said = self.numbers.said
-        same = (
+        rounded = self.numbers.said
+        is_same_cycle = (
             self.cycle is not None
             and said_with(self.cycle) == said_with(cycle)
             and self.cycle.to_initial == cycle.to_initial
             and self._feed_of_cycle == row.value
         )
-        if not same:
+        if not is_same_cycle:
             self._leave_cycle()
-        low = said(self.position[2]) < said(cycle.r_plane)
+        low = rounded(self.position[2]) < rounded(cycle.r_plane)
         if not has_cycle(cycle, self.dialect) or low or not self._can_return(cycle, row.end[2]):
             self._expand(row, cycle)
             return
         if self.cycle is None:
             self._define(cycle, row)
             self.out.forget("XY")
-        place = [self._axis(row, 0), self._axis(row, 1)]
-        if not any(place):
+        position = [self._axis(row, 0), self._axis(row, 1)]
+        if not any(position):
             self.out.forget("XY")
-            place = [self._axis(row, 0), self._axis(row, 1)]
-        self._say("L", *place, "R0", "FMAX", "M99")
+            position = [self._axis(row, 0), self._axis(row, 1)]
+        self._say("L", *position, "R0", "FMAX", "M99")
         self.cycle, self._feed_of_cycle = cycle, row.value
         self._arrive(row)
         self._axis(row, 2)
@@ -135,9 +135,9 @@ class KlartextWriter(Writer):
     _feed_of_cycle = 0.0
 
     def _define(self, cycle: DrillCycle, row: Motion) -> None:
-        said = self.numbers.said
-        r_plane, bottom, after = said(cycle.r_plane), said(cycle.bottom), said(row.end[2])
-        surface = 0.0 if bottom < 0.0 < r_plane else said((r_plane + bottom) / 2)
+        rounded = self.numbers.said
+        r_plane, bottom, after = rounded(cycle.r_plane), rounded(cycle.bottom), rounded(row.end[2])
+        surface = 0.0 if bottom < 0.0 < r_plane else rounded((r_plane + bottom) / 2)
         values = {
             "Q200": self._length(r_plane - surface),
             "Q201": self._length(bottom - surface),
@@ -148,8 +148,8 @@ class KlartextWriter(Writer):
             "Q204": self._length(after - surface),
             "Q211": "+" + format_number(cycle.dwell if cycle.name == "G82" else 0.0, 3),
         }
-        said_values = [f"  {name}={values[name]} ;{title}" for name, title in CYCLE_200.items()]
-        self._blocks.append(" ~\n".join(["CYCL DEF 200 DRILLING", *said_values]))
+        parameters = [f"  {name}={values[name]} ;{title}" for name, title in CYCLE_200.items()]
+        self._blocks.append(" ~\n".join(["CYCL DEF 200 DRILLING", *parameters]))
 
     def _leave_cycle(self) -> None:
         self.cycle = None

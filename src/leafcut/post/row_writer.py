@@ -151,11 +151,11 @@ class Writer:
         axes = plane_axes(arc.plane)
         if arc.turns > 1 and not self.dialect.arc_turns:
             raise PostError(f"{self.dialect.name} has no arcs of several turns")
-        begin = [math.nan if text is None else float(text) * self.numbers.unit for text in self.place]
-        if any(math.isnan(begin[axis]) or math.isnan(row.end[axis]) for axis in axes[:2]):
+        start = [math.nan if text is None else float(text) * self.numbers.unit for text in self.place]
+        if any(math.isnan(start[axis]) or math.isnan(row.end[axis]) for axis in axes[:2]):
             raise PostError("an arc from a place that is not known")
         self._check_chord(row, axes)
-        centre = [f"{'IJK'[a]}{self.numbers.length(arc.center[a] - begin[a])}" for a in sorted(axes[:2])]
+        centre = [f"{'IJK'[a]}{self.numbers.length(arc.center[a] - start[a])}" for a in sorted(axes[:2])]
         turns = [f"P{arc.turns}"] if arc.turns > 1 else []
         plane = self.out.modal("plane", f"G{arc.plane}")
         motion = self.out.modal("motion", "G2" if row.kind is Kind.ARC_CW else "G3")
@@ -215,13 +215,13 @@ class Writer:
             self.safe, self.at_machine_height = True, False
 
     def _machine(self, row: Motion) -> None:
-        given = [axis for axis in range(3) if not math.isnan(row.end[axis])]
-        if not self.safe and given != [2]:
+        moved_axes = [axis for axis in range(3) if not math.isnan(row.end[axis])]
+        if not self.safe and moved_axes != [2]:
             raise PostError("the first move, in machine coordinates, must be in Z alone")
-        if not given:
+        if not moved_axes:
             raise PostError("a move in machine coordinates to nowhere")
-        words = ["XYZ"[axis] + self.numbers.length(row.end[axis]) for axis in given]
-        if self.dialect.machine_move == "G28" and all(row.end[axis] == 0.0 for axis in given):
+        words = ["XYZ"[axis] + self.numbers.length(row.end[axis]) for axis in moved_axes]
+        if self.dialect.machine_move == "G28" and all(row.end[axis] == 0.0 for axis in moved_axes):
             self.out.say("G91", "G28", *words)
             self.out.say("G90")
         elif 530 not in self.dialect.g_codes:
@@ -232,10 +232,10 @@ class Writer:
         else:
             self.out.forget(["motion"])
             self.out.say("G53", self.out.modal("motion", "G0"), *words)
-        for axis in given:
+        for axis in moved_axes:
             self.place[axis], self.position[axis] = None, math.nan
-        self.out.forget("XYZ"[axis] for axis in given)
-        if 2 in given:
+        self.out.forget("XYZ"[axis] for axis in moved_axes)
+        if 2 in moved_axes:
             self.safe = self.at_machine_height = True
 
     # -- canned cycles -----------------------------------------------------------------------------------------------
@@ -248,17 +248,24 @@ class Writer:
         if not has_cycle(cycle, self.dialect) or not self._can_return(cycle, row.end[2]):
             self._expand(row, cycle)
             return
-        same = self.cycle is not None and said_with(self.cycle) == said_with(cycle)
-        if not same or self.cycle is None:
+        is_same_cycle = self.cycle is not None and said_with(self.cycle) == said_with(cycle)
+        if not is_same_cycle or self.cycle is None:
             self.out.forget(["motion", "retract", *"XY"])
         plane = self.out.modal("plane", "G17")
         retract = self.out.modal("retract", "G98" if cycle.to_initial else "G99")
         name, words = cycle_words(cycle, self.numbers, self.dialect)
-        place = [self._axis(row, 0), self._axis(row, 1)]
-        if not any(place):
+        position = [self._axis(row, 0), self._axis(row, 1)]
+        if not any(position):
             self.out.forget("XY")
-            place = [self._axis(row, 0), self._axis(row, 1)]
-        self.out.say(plane, retract, *([] if same else [name]), *place, *([] if same else words), self._feed_word(row))
+            position = [self._axis(row, 0), self._axis(row, 1)]
+        self.out.say(
+            plane,
+            retract,
+            *([] if is_same_cycle else [name]),
+            *position,
+            *([] if is_same_cycle else words),
+            self._feed_word(row),
+        )
         self.cycle = cycle
         self._arrive(row)
         self._axis(row, 2)
@@ -273,9 +280,9 @@ class Writer:
         if self.cycle is not None:
             returns = self._returns(cycle, self.initial, height)
             restarts = self.dialect.cycle_words == "fagor" and said_with(self.cycle) != said_with(cycle)
-            here = self.position[2]
-            rises = here < cycle.height_after(self.initial)
-            level = not rises and cycle.approach_in_series(self.initial, here) == "level"
+            current = self.position[2]
+            rises = current < cycle.height_after(self.initial)
+            level = not rises and cycle.approach_in_series(self.initial, current) == "level"
             if returns and not restarts and level:
                 return True
             self._leave_cycle()
@@ -294,9 +301,9 @@ class Writer:
                 self._dwell(step)
             else:
                 x, y, z = step.end
-                here = self.position
-                end = (here[0] if math.isnan(x) else x, here[1] if math.isnan(y) else y, z)
-                if step.kind is Kind.RAPID and end == tuple(here):
+                current = self.position
+                end = (current[0] if math.isnan(x) else x, current[1] if math.isnan(y) else y, z)
+                if step.kind is Kind.RAPID and end == tuple(current):
                     continue
                 (self._rapid if step.kind is Kind.RAPID else self._feed)(step._replace(end=end))
 
@@ -312,14 +319,14 @@ class Writer:
         self.out.say("G4", dwell_word(row.value, self.dialect))
 
     def _tool(self, row: Motion) -> None:
-        by_hand = self.dialect.changes_by_hand
-        if by_hand and self.spinning:
+        is_manual = self.dialect.changes_by_hand
+        if is_manual and self.spinning:
             raise PostError("a tool is changed by hand while the spindle turns; stop it before")
         name = self.tool_names.get(row.ref, "")
         self.out.comment(f"T{row.ref} {name}".strip())
         if self.dialect.tool_change == "M0":
             self.out.say("M0", f"T{row.ref}")
-        elif by_hand:
+        elif is_manual:
             self.out.say(f"T{row.ref}")
             self.out.say(self.dialect.stop_word)
         else:

@@ -29,13 +29,13 @@ class SinumerikWriter(Writer):
         self._check_cutting(row)
         if any(math.isnan(v) for v in (*row.end, self.position[2])):
             raise PostError("a hole while the place of the tool is not known")
-        same = (
+        is_same_cycle = (
             self.cycle is not None
             and said_with(self.cycle) == said_with(cycle)
             and self._feed_of_call == row.value
             and self.cycle.to_initial == cycle.to_initial
         )
-        if not same:
+        if not is_same_cycle:
             self._leave_cycle()
         # A tool below the R plane would approach the hole there, because the cycle does not lift it first.
         if (
@@ -50,11 +50,11 @@ class SinumerikWriter(Writer):
             self.out.say(self._feed_word(row))
             self.out.say(self._call(cycle, row.end[2]))
             self.out.forget(["motion", *"XY"])
-        place = [self._axis(row, 0), self._axis(row, 1)]
-        if not any(place):
+        position = [self._axis(row, 0), self._axis(row, 1)]
+        if not any(position):
             self.out.forget("XY")
-            place = [self._axis(row, 0), self._axis(row, 1)]
-        self.out.say(self.out.modal("motion", "G0"), *place)
+            position = [self._axis(row, 0), self._axis(row, 1)]
+        self.out.say(self.out.modal("motion", "G0"), *position)
         self.cycle, self._feed_of_call = cycle, row.value
         self._arrive(row)
         self._axis(row, 2)
@@ -89,18 +89,18 @@ class SinumerikWriter(Writer):
         return ["D1"]
 
     def _machine(self, row: Motion) -> None:
-        given = [axis for axis in range(3) if not math.isnan(row.end[axis])]
-        if not self.safe and given != [2]:
+        moved_axes = [axis for axis in range(3) if not math.isnan(row.end[axis])]
+        if not self.safe and moved_axes != [2]:
             raise PostError("the first move, in machine coordinates, must be in Z alone")
-        if not given:
+        if not moved_axes:
             raise PostError("a move in machine coordinates to nowhere")
-        words = ["XYZ"[axis] + self.numbers.length(row.end[axis]) for axis in given]
+        words = ["XYZ"[axis] + self.numbers.length(row.end[axis]) for axis in moved_axes]
         self.out.forget(["motion"])
         self.out.say(self.out.modal("motion", "G0"), "SUPA", *words, "D0")
         # The length offset is off now; the next move in Z activates it again.
         self.pending_offset = self._tool_now
-        for axis in given:
+        for axis in moved_axes:
             self.place[axis], self.position[axis] = None, math.nan
-        self.out.forget("XYZ"[axis] for axis in given)
-        if 2 in given:
+        self.out.forget("XYZ"[axis] for axis in moved_axes)
+        if 2 in moved_axes:
             self.safe = self.at_machine_height = True

@@ -57,10 +57,10 @@ def has_cycle(cycle: DrillCycle, dialect: Dialect) -> bool:
     """
     if cycle.name in ("G83", "G73") and not cycle.peck > 0:
         raise PostError(f"{cycle.name} needs the depth of a peck")
-    known = cycle.name in dialect.cycles
+    supported = cycle.name in dialect.cycles
     if cycle.name != "G84":
-        return known
-    if not known:
+        return supported
+    if not supported:
         raise PostError(
             f"{dialect.name} has no tapping cycle (G84) that leafcut knows, and tapping cannot be written in plain "
             "moves; leave the tapped holes out, or choose another machine"

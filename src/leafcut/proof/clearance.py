@@ -50,17 +50,17 @@ def check_clearance(
     path = expand(path)
     before = path.before
     turning = _spindle_speed(path) != 0
-    under: float | NDArray[np.float64] = surface_z
+    surface: float | NDArray[np.float64] = surface_z
     if tops is not None and len(tops):
         surface_z = float(tops[:, 2].max())
-        under = _surface_under(path, tops, surface_z)
+        surface = _surface_under(path, tops, surface_z)
     if not level:
         surface_z = -np.inf
-    heights = height_checks(path, before, surface_z, clearance, safe_z, milled, under)
+    heights = height_checks(path, before, surface_z, clearance, safe_z, milled, surface)
     checks = [*heights, torch_check(path, before, turning) if torch else spindle_check(path, turning)]
-    wrong = [(int(row), what, text) for what, mask, text in checks for row in np.flatnonzero(mask)[:100]]
-    found = sum(int(mask.sum()) for _, mask, _ in checks)
-    return shorten([_difference(path, before, *one) for one in sorted(wrong)], found)
+    dangers = [(int(row), kind, text) for kind, mask, text in checks for row in np.flatnonzero(mask)[:100]]
+    total = sum(int(mask.sum()) for _, mask, _ in checks)
+    return shorten([_difference(path, before, *danger) for danger in sorted(dangers)], total)
 
 
 DangerCheck = tuple[str, Mask, str]
@@ -70,12 +70,12 @@ def _surface_under(path: Toolpath, tops: NDArray[np.float64], highest: float) ->
     """Return the surface below the end of every row, mm, float64[n]: that of the hole there, otherwise the highest."""
     from scipy.spatial import cKDTree
 
-    under = np.full(len(path), highest)
-    known = np.flatnonzero(np.isfinite(path.end[:, :2]).all(axis=1))
-    away, hole = cKDTree(tops[:, :2]).query(path.end[known, :2], distance_upper_bound=_SAME_PLACE)
-    near = np.isfinite(away)
-    under[known[near]] = tops[hole[near], 2]
-    return under
+    result = np.full(len(path), highest)
+    with_position = np.flatnonzero(np.isfinite(path.end[:, :2]).all(axis=1))
+    distance, hole = cKDTree(tops[:, :2]).query(path.end[with_position, :2], distance_upper_bound=_SAME_PLACE)
+    is_near = np.isfinite(distance)
+    result[with_position[is_near]] = tops[hole[is_near], 2]
+    return result
 
 
 def height_checks(
@@ -85,34 +85,34 @@ def height_checks(
     clearance: float,
     safe_z: float,
     milled: bool,
-    under: float | NDArray[np.float64] | None = None,
+    surface: float | NDArray[np.float64] | None = None,
 ) -> list[DangerCheck]:
     """Return the checks of the first two rules of `check_clearance`: name, violating rows, bool[n], and the rule.
 
-    `path` has expanded cycles; `before` is the tool position before every row, float64[n, 3]. `under` is the surface
+    `path` has expanded cycles; `before` is the tool position before every row, float64[n, 3]. `surface` is the surface
     below every row if it is not `surface_z`.
     """
-    under = surface_z if under is None else under
+    surface = surface_z if surface is None else surface
     rapid = path.kind == Kind.RAPID
     across = _moves_across(path, before)
     lowest = np.fmin(before[:, 2], path.end[:, 2])
     low = rapid & across & (lowest < surface_z + clearance - _ROOM)
     home = (path.kind == Kind.MACHINE) & np.isfinite(path.end[:, :2]).any(axis=1)
     low |= home & (before[:, 2] < surface_z + clearance - _ROOM)
-    down = rapid & _goes_down(path, before) & (path.end[:, 2] < under - _ROOM) & ~_returns(path, before)
-    unknown = across & np.isnan(path.end[:, 2]) & ~at_machine_height(path, safe_z)
+    descending = rapid & _goes_down(path, before) & (path.end[:, 2] < surface - _ROOM) & ~_returns(path, before)
+    unknown_height = across & np.isnan(path.end[:, 2]) & ~at_machine_height(path, safe_z)
     return [
-        ("height not known", unknown, "X or Y moves before Z is known"),
+        ("height not known", unknown_height, "X or Y moves before Z is known"),
         ("rapid below clearance", low, f"a rapid in x or y must be at Z{surface_z + clearance:.3f} or above"),
         (
             "rapid into the part",
-            down & (not milled),
-            f"a rapid goes down below the surface{_said(under)}, where nothing was cut",
+            descending & (not milled),
+            f"a rapid goes down below the surface{_surface_text(surface)}, where nothing was cut",
         ),
     ]
 
 
-def _said(surface: float | NDArray[np.float64]) -> str:
+def _surface_text(surface: float | NDArray[np.float64]) -> str:
     return f", Z{surface:.3f}" if isinstance(surface, float) else " there"
 
 
@@ -130,9 +130,9 @@ def torch_check(path: Toolpath, before: NDArray[np.float64], burning: Mask) -> D
     )
 
 
-def _difference(path: Toolpath, before: NDArray[np.float64], row: int, what: str, text: str) -> Difference:
-    came, goes = (place(*p) for p in (before[row].tolist(), path.end[row].tolist()))
-    return Difference(what, 0, int(path.line[row]), f"{text}; this move goes from {came} to {goes}")
+def _difference(path: Toolpath, before: NDArray[np.float64], row: int, kind: str, text: str) -> Difference:
+    start, end = (place(*p) for p in (before[row].tolist(), path.end[row].tolist()))
+    return Difference(kind, 0, int(path.line[row]), f"{text}; this move goes from {start} to {end}")
 
 
 def _moves_across(path: Toolpath, before: NDArray[np.float64]) -> Mask:
@@ -177,13 +177,13 @@ def _returns(path: Toolpath, before: NDArray[np.float64]) -> Mask:
     earlier stay is recognised because it is too high.
     """
     arrives = _moves_across(path, before) | (path.kind == Kind.MACHINE)
-    other = np.isin(path.kind, [int(k) for k in (Kind.TOOL, Kind.PAUSE, Kind.FOREIGN)])
-    stay = np.cumsum(arrives | other | (np.diff(path.offset, prepend=0) != 0))
+    interruption = np.isin(path.kind, [int(k) for k in (Kind.TOOL, Kind.PAUSE, Kind.FOREIGN)])
+    visit = np.cumsum(arrives | interruption | (np.diff(path.offset, prepend=0) != 0))
     heights = path.end[:, 2]
-    known = heights[np.isfinite(heights)]
-    shift = 2.0 * float(np.ptp(known)) + 1.0 if len(known) else 1.0
-    fed = np.where(_cutting(path) & np.isfinite(heights), heights, np.inf)
-    deepest = np.minimum.accumulate(fed - shift * stay) + shift * stay if len(path) else fed
-    in_this_stay = deepest <= (known.max() if len(known) else 0.0)
-    result: Mask = ~arrives & in_this_stay & (heights >= deepest - _ROOM)
+    finite_heights = heights[np.isfinite(heights)]
+    shift = 2.0 * float(np.ptp(finite_heights)) + 1.0 if len(finite_heights) else 1.0
+    feed_heights = np.where(_cutting(path) & np.isfinite(heights), heights, np.inf)
+    deepest = np.minimum.accumulate(feed_heights - shift * visit) + shift * visit if len(path) else feed_heights
+    cut_in_visit = deepest <= (finite_heights.max() if len(finite_heights) else 0.0)
+    result: Mask = ~arrives & cut_in_visit & (heights >= deepest - _ROOM)
     return result

@@ -71,12 +71,12 @@ class _Stages(NamedTuple):
     def comparable(self, earlier: NDArray[np.int64], row: NDArray[np.int64]) -> Mask:
         """Return which earlier rows share positions and heights with `row`."""
         other_height = (self.stage[earlier] == self.stage[row]) & (self.offset[earlier] != self.offset[row])
-        same: Mask = (self.setup[earlier] == self.setup[row]).all(axis=1) & ~other_height
-        return same
+        result: Mask = (self.setup[earlier] == self.setup[row]).all(axis=1) & ~other_height
+        return result
 
 
 def cleared_before(
-    program: Program, rows: NDArray[np.int32], path: Toolpath, down: NDArray[np.int64]
+    program: Program, rows: NDArray[np.int32], path: Toolpath, descents: NDArray[np.int64]
 ) -> tuple[Mask, Mask]:
     """Return which straight-down rapids end where earlier cuts removed the material, and which are unchecked.
 
@@ -88,53 +88,57 @@ def cleared_before(
     ----------
     rows
         Source row in the program's path of each row of `path`, which has expanded cycles.
-    down
+    descents
         Rows of these rapids in `path`, ascending.
     """
-    unchecked = np.zeros(len(down), dtype=bool)
+    unchecked = np.zeros(len(descents), dtype=bool)
     stages = _Stages.of(path)
     cuts = _cuts(path)
     if not len(cuts.row):
         return unchecked.copy(), unchecked
     lines: NDArray[Any] = np.asarray(shapely.linestrings(cuts.ends.reshape(-1, 2, 2)))
     tree = shapely.STRtree(lines)
-    cleared = _on_own_path(path, stages, cuts, tree, down)
-    rest = np.flatnonzero(~cleared)
-    tools = _tools(program, rows, path, stages, down[rest])
+    cleared = _on_own_path(path, stages, cuts, tree, descents)
+    unresolved = np.flatnonzero(~cleared)
+    tools = _tools(program, rows, path, stages, descents[unresolved])
     radius = {stage: 0.5 * tool.diameter for stage, tool in tools.items()}
     swept = {stage: radius[stage] if _is_flat(tool) else 0.0 for stage, tool in tools.items()}
     width = np.array([swept.get(stage, 0.0) for stage in stages.stage[cuts.row].tolist()])
-    reach, checked = float(width.max()), 0
-    for at in rest.tolist():
-        row = int(down[at])
-        if (own := radius.get(int(stages.stage[row]))) is None:
+    max_width, n_checked = float(width.max()), 0
+    for index in unresolved.tolist():
+        row = int(descents[index])
+        if (tool_radius := radius.get(int(stages.stage[row]))) is None:
             continue
-        place = shapely.Point(path.end[row, :2])
-        near = np.asarray(tree.query(place, predicate="dwithin", distance=reach + own))
-        near = near[(width[near] > 0.0) & (cuts.row[near] < row) & (cuts.z[near] <= path.end[row, 2] + _ROOM)]
-        near = near[stages.comparable(cuts.row[near], np.full(len(near), row))]
-        if not len(near):
+        point = shapely.Point(path.end[row, :2])
+        cuts_near = np.asarray(tree.query(point, predicate="dwithin", distance=max_width + tool_radius))
+        cuts_near = cuts_near[
+            (width[cuts_near] > 0.0) & (cuts.row[cuts_near] < row) & (cuts.z[cuts_near] <= path.end[row, 2] + _ROOM)
+        ]
+        cuts_near = cuts_near[stages.comparable(cuts.row[cuts_near], np.full(len(cuts_near), row))]
+        if not len(cuts_near):
             continue
-        if checked >= _MOST_RAPIDS:
-            unchecked[at] = True
+        if n_checked >= _MOST_RAPIDS:
+            unchecked[index] = True
             continue
-        checked += 1
-        cleared[at] = _covered(
-            place, own, tree, near, np.asarray(shapely.distance(tree.geometries[near], place)), width
+        n_checked += 1
+        cleared[index] = _covered(
+            point, tool_radius, tree, cuts_near, np.asarray(shapely.distance(tree.geometries[cuts_near], point)), width
         )
     return cleared, unchecked
 
 
-def _on_own_path(path: Toolpath, stages: _Stages, cuts: _Cuts, tree: shapely.STRtree, down: NDArray[np.int64]) -> Mask:
+def _on_own_path(
+    path: Toolpath, stages: _Stages, cuts: _Cuts, tree: shapely.STRtree, descents: NDArray[np.int64]
+) -> Mask:
     """Return which rapids end on earlier cuts of the same stage that are at least as deep."""
-    result = np.zeros(len(down), dtype=bool)
-    for begin in range(0, len(down), _RAPIDS_AT_ONCE):
-        some = down[begin : begin + _RAPIDS_AT_ONCE]
-        at, near = tree.query(shapely.points(path.end[some, :2]), predicate="dwithin", distance=_ON)
-        row, cut = some[at], cuts.row[near]
-        own = (cut < row) & (cuts.z[near] <= path.end[row, 2] + _ROOM) & (stages.stage[cut] == stages.stage[row])
-        at, row, cut = at[own], row[own], cut[own]
-        result[begin + at[stages.comparable(cut, row)]] = True
+    result = np.zeros(len(descents), dtype=bool)
+    for start in range(0, len(descents), _RAPIDS_AT_ONCE):
+        batch = descents[start : start + _RAPIDS_AT_ONCE]
+        batch_index, cut_index = tree.query(shapely.points(path.end[batch, :2]), predicate="dwithin", distance=_ON)
+        row, cut = batch[batch_index], cuts.row[cut_index]
+        valid = (cut < row) & (cuts.z[cut_index] <= path.end[row, 2] + _ROOM) & (stages.stage[cut] == stages.stage[row])
+        batch_index, row, cut = batch_index[valid], row[valid], cut[valid]
+        result[start + batch_index[stages.comparable(cut, row)]] = True
     return result
 
 
@@ -143,27 +147,27 @@ def _is_flat(tool: Tool) -> bool:
 
 
 def _covered(
-    place: shapely.Point,
+    point: shapely.Point,
     radius: float,
     tree: shapely.STRtree,
-    near: NDArray[np.int64],
-    away: NDArray[np.float64],
+    nearby: NDArray[np.int64],
+    distances: NDArray[np.float64],
     width: NDArray[np.float64],
 ) -> bool:
     """Return whether a tool at a position is inside the areas swept by cuts with their own radius `width`."""
     # This polygon contains its circle, and those of the cuts lie inside theirs.
-    left: BaseGeometry = place.buffer((radius - _GRAZE) / np.cos(0.25 * np.pi / _SEGMENTS), quad_segs=_SEGMENTS)
+    remaining: BaseGeometry = point.buffer((radius - _GRAZE) / np.cos(0.25 * np.pi / _SEGMENTS), quad_segs=_SEGMENTS)
     # Nearest first: these cover most of it.
-    near = near[np.argsort(away, kind="stable")][:_MOST_CUTS]
+    nearby = nearby[np.argsort(distances, kind="stable")][:_MOST_CUTS]
     # Most uncovered positions are detected at their edge.
-    edge: NDArray[Any] = np.asarray(shapely.points(shapely.get_coordinates(left)[:: _SEGMENTS // 4]))
-    if not (shapely.distance(edge[:, None], tree.geometries[near]) <= width[near]).any(axis=1).all():
+    edge: NDArray[Any] = np.asarray(shapely.points(shapely.get_coordinates(remaining)[:: _SEGMENTS // 4]))
+    if not (shapely.distance(edge[:, None], tree.geometries[nearby]) <= width[nearby]).any(axis=1).all():
         return False
-    for begin in range(0, len(near), _AT_ONCE):
-        some = near[begin : begin + _AT_ONCE]
-        swept = shapely.buffer(tree.geometries[some], width[some], quad_segs=_SEGMENTS)
-        left = left.difference(shapely.union_all(swept))
-        if left.is_empty:
+    for start in range(0, len(nearby), _AT_ONCE):
+        batch = nearby[start : start + _AT_ONCE]
+        swept = shapely.buffer(tree.geometries[batch], width[batch], quad_segs=_SEGMENTS)
+        remaining = remaining.difference(shapely.union_all(swept))
+        if remaining.is_empty:
             return True
     return False
 
@@ -175,18 +179,18 @@ def _cuts(path: Toolpath) -> _Cuts:
     (G41, G42) is unknown.
     """
     moves = straight_moves(path, 0.25 * _GRAZE, np.inf)
-    aside = path.latest(Kind.RADIUS, path.ref, 40)[moves.row] != 40
-    aside &= (moves.ends[:, :2] != moves.ends[:, 3:5]).any(axis=1)
-    fed = np.flatnonzero(~moves.rapid & ~aside)
-    end = moves.ends[fed, 3:]
-    begin = np.where(np.isin(moves.row[fed], moves.unknown)[:, None], end, moves.ends[fed, :3])
-    slants = np.flatnonzero(np.abs(begin[:, 2] - end[:, 2]) > 0.0)
-    which = np.concatenate([np.arange(len(fed)), slants, slants])
+    is_compensated = path.latest(Kind.RADIUS, path.ref, 40)[moves.row] != 40
+    is_compensated &= (moves.ends[:, :2] != moves.ends[:, 3:5]).any(axis=1)
+    feed_rows = np.flatnonzero(~moves.rapid & ~is_compensated)
+    end = moves.ends[feed_rows, 3:]
+    start = np.where(np.isin(moves.row[feed_rows], moves.unknown)[:, None], end, moves.ends[feed_rows, :3])
+    slants = np.flatnonzero(np.abs(start[:, 2] - end[:, 2]) > 0.0)
+    source = np.concatenate([np.arange(len(feed_rows)), slants, slants])
     ends = np.concatenate(
-        [np.hstack([begin[:, :2], end[:, :2]]), *(np.tile(place[slants, :2], 2) for place in (begin, end))]
+        [np.hstack([start[:, :2], end[:, :2]]), *(np.tile(corner[slants, :2], 2) for corner in (start, end))]
     )
-    z = np.concatenate([np.maximum(begin[:, 2], end[:, 2]), begin[slants, 2], end[slants, 2]])
-    return _Cuts(ends, z, moves.row[fed][which])
+    z = np.concatenate([np.maximum(start[:, 2], end[:, 2]), start[slants, 2], end[slants, 2]])
+    return _Cuts(ends, z, moves.row[feed_rows][source])
 
 
 def _tools(
@@ -194,20 +198,20 @@ def _tools(
     rows: NDArray[np.int32],
     path: Toolpath,
     stages: _Stages,
-    down: NDArray[np.int64],
+    descents: NDArray[np.int64],
 ) -> dict[int, Tool]:
-    """Return the tools described by comments, by stage, for the rapids `down` and the cuts to compare with them."""
+    """Return the tools described by comments, by stage, for the rapids `descents` and the cuts to compare with them."""
     stops = stages.setup[:, 2]
     fed = np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW))
-    used = np.union1d(fed[np.isin(stops[fed], stops[down])], down)
+    used = np.union1d(fed[np.isin(stops[fed], stops[descents])], descents)
     numbers, first = np.unique(stages.stage[used], return_index=True)
     blocks = np.searchsorted(program.first, rows, side="right") - 1
     # A comment before the last cut of an earlier stage describes that stage's tool.
     earlier = np.searchsorted(stages.stage[fed], numbers) - 1
     since = np.where(earlier >= 0, program.text_line[blocks[fed[earlier]]], 0)
-    found = {}
+    tools = {}
     for stage, block, line in zip(numbers.tolist(), blocks[used[first]].tolist(), since.tolist(), strict=True):
         tool = tool_in_comments(program, block, line)
         if tool is not None:
-            found[stage] = tool
-    return found
+            tools[stage] = tool
+    return tools

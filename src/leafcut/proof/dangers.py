@@ -83,22 +83,24 @@ def find_dangers(
     elif process == ProgramKind.PLASMA:
         checks.append(torch_check(path, before, _turning(program, rows, False)))
     rapid = path.kind == Kind.RAPID
-    for at, (what, mask, text) in enumerate(checks):
-        if (by_stock := simulated.get(_KINDS[what][0])) is not None:
-            checks[at] = what, mask & ~(by_stock[rows] & rapid), text
+    for index, (kind, mask, text) in enumerate(checks):
+        if (by_stock := simulated.get(_KINDS[kind][0])) is not None:
+            checks[index] = kind, mask & ~(by_stock[rows] & rapid), text
     unchecked: list[Issue] = []
-    for at, (what, mask, text) in enumerate(checks):
-        cleared, unanswered = _cleared(program, rows, path, before, mask)
-        checks[at] = what, mask & ~cleared & ~unanswered, text
-        if unanswered.any():
-            unchecked.append(_not_compared(path, unanswered))
-    found = unchecked + [_issue(path, before, what, mask) for what, mask, _ in checks if mask.any()]
-    never = not _turning(program, rows, True).any()
-    found = [_by_hand(issue) if never and issue.code == "L803" else issue for issue in found]
+    for index, (kind, mask, text) in enumerate(checks):
+        cleared, unresolved = _cleared(program, rows, path, before, mask)
+        checks[index] = kind, mask & ~cleared & ~unresolved, text
+        if unresolved.any():
+            unchecked.append(_not_compared(path, unresolved))
+    issues = unchecked + [_issue(path, before, kind, mask) for kind, mask, _ in checks if mask.any()]
+    spindle_never_starts = not _turning(program, rows, True).any()
+    issues = [
+        _spindle_started_manually(issue) if spindle_never_starts and issue.code == "L803" else issue for issue in issues
+    ]
     if process not in BEAMS and heights and "L801" not in simulated:
-        found += [*_surface_unknown(path), *_zero_lowered(program)]
-    found += [*_not_followed(program), *_of_machine(program.path, machine)]
-    return sorted(found, key=lambda issue: (RANK[issue.severity], issue.code))
+        issues += [*_surface_unknown(path), *_zero_lowered(program)]
+    issues += [*_untracked_moves(program), *_machine_limits(program.path, machine)]
+    return sorted(issues, key=lambda issue: (RANK[issue.severity], issue.code))
 
 
 #: Sort order of severities.
@@ -111,11 +113,11 @@ def _cleared(
     """Return which straight-down rapids end where earlier cuts removed the material, and which are unchecked."""
     cleared, unchecked = np.zeros((2, len(path)), dtype=bool)
     straight = mask & (path.kind == Kind.RAPID) & np.isclose(path.end[:, :2], before[:, :2]).all(axis=1)
-    down = np.flatnonzero(straight)
-    if len(down):
+    descents = np.flatnonzero(straight)
+    if len(descents):
         from leafcut.proof.cleared import cleared_before
 
-        cleared[down], unchecked[down] = cleared_before(program, rows, path, down)
+        cleared[descents], unchecked[descents] = cleared_before(program, rows, path, descents)
     return cleared, unchecked
 
 
@@ -128,36 +130,36 @@ def _not_compared(path: Toolpath, mask: Mask) -> Issue:
     return Issue("L815", message, f"line {int(path.line[row])}")
 
 
-def _turning(program: Program, rows: NDArray[np.int32], unknown: bool) -> Mask:
-    """Return the rows in which the spindle turns, or the torch burns; `unknown` is the value if only the machine knows.
+def _turning(program: Program, rows: NDArray[np.int32], default: bool) -> Mask:
+    """Return the rows in which the spindle turns, or the torch burns; `default` is the value if only the machine knows.
 
     A tool change stops the spindle. M3 without an S starts it at the set speed; S0 is no speed.
     """
     kinds = program.path.kind
     block = np.searchsorted(program.first, np.arange(len(kinds)), side="right") - 1
     after = np.array([program.modals[k].spindle != 0 for k in program.before[1:].tolist()], dtype=bool)
-    says = (kinds == Kind.SPINDLE) | (kinds == Kind.TOOL) | ((kinds == Kind.FOREIGN) & (program.path.ref == 1))
-    set_before = after[block]
-    for row in np.flatnonzero((kinds == Kind.SPINDLE) & (program.path.value == 0.0) & set_before).tolist():
-        set_before[row] = not _NO_SPEED.search(program.lines[int(program.path.line[row]) - 1])
-    state = np.where(kinds == Kind.SPINDLE, (program.path.value != 0.0) | set_before, unknown & (kinds != Kind.TOOL))
-    last = last_rows(says)
+    sets_state = (kinds == Kind.SPINDLE) | (kinds == Kind.TOOL) | ((kinds == Kind.FOREIGN) & (program.path.ref == 1))
+    turns_before = after[block]
+    for row in np.flatnonzero((kinds == Kind.SPINDLE) & (program.path.value == 0.0) & turns_before).tolist():
+        turns_before[row] = not _NO_SPEED.search(program.lines[int(program.path.line[row]) - 1])
+    state = np.where(kinds == Kind.SPINDLE, (program.path.value != 0.0) | turns_before, default & (kinds != Kind.TOOL))
+    last = last_rows(sets_state)
     turning: Mask = ((last >= 0) & state[last])[rows]
     return turning
 
 
-def _issue(path: Toolpath, before: NDArray[np.float64], what: str, mask: Mask) -> Issue:
-    code, severity, one, several = _KINDS[what]
+def _issue(path: Toolpath, before: NDArray[np.float64], kind: str, mask: Mask) -> Issue:
+    code, severity, singular, plural = _KINDS[kind]
     number, row = int(mask.sum()), int(np.argmax(mask))
-    came, goes = (place(*p) for p in (before[row].tolist(), path.end[row].tolist()))
+    start, end = (place(*p) for p in (before[row].tolist(), path.end[row].tolist()))
     if path.kind[row] == Kind.MACHINE:
-        goes = "a place in machine coordinates"
-    said = one if number == 1 else f"{number:,} {several}"
+        end = "a place in machine coordinates"
+    text = singular if number == 1 else f"{number:,} {plural}"
     first = "from" if number == 1 else "the first from"
-    return Issue(code, f"{said}: {first} {came} to {goes}", f"line {int(path.line[row])}", severity)
+    return Issue(code, f"{text}: {first} {start} to {end}", f"line {int(path.line[row])}", severity)
 
 
-def _by_hand(issue: Issue) -> Issue:
+def _spindle_started_manually(issue: Issue) -> Issue:
     message = "the program never starts the spindle (M3): start it before you run the program"
     return replace(issue, message=message, severity=Severity.WARNING)
 
@@ -199,34 +201,34 @@ def _zero_lowered(program: Program) -> Iterator[Issue]:
         return
 
 
-def _not_followed(program: Program) -> Iterator[Issue]:
+def _untracked_moves(program: Program) -> Iterator[Issue]:
     """Report moves to unknown positions, which are neither timed nor checked.
 
     Probes are left out, because their contact points are never known.
     """
     path = program.path
-    lost = (path.kind == Kind.FOREIGN) & (path.ref != STILL) & (path.value == 0.0) & np.isnan(path.end).any(axis=1)
-    rows = np.flatnonzero(lost)
+    untracked = (path.kind == Kind.FOREIGN) & (path.ref != STILL) & (path.value == 0.0) & np.isnan(path.end).any(axis=1)
+    rows = np.flatnonzero(untracked)
     if not len(rows):
         return
     block = int(np.searchsorted(program.first, rows[0], side="right")) - 1
-    where = "in one block" if len(rows) == 1 else f"in {len(rows):,} blocks"
+    location = "in one block" if len(rows) == 1 else f"in {len(rows):,} blocks"
     first = f": {program.fixed[block]}" if block in program.fixed else ""
-    message = f"where the tool goes {where} is not known: neither timed nor checked{first}"
+    message = f"where the tool goes {location} is not known: neither timed nor checked{first}"
     yield Issue("L808", message, f"line {int(path.line[rows[0]])}")
 
 
-def _of_machine(path: Toolpath, machine: Machine) -> Iterator[Issue]:
+def _machine_limits(path: Toolpath, machine: Machine) -> Iterator[Issue]:
     """Report exceeded limits of the machine, one issue per kind."""
     numbers: dict[str, int] = {}
     differences = check_envelope(path, machine)
     for difference in differences:
         numbers[difference.what] = numbers.get(difference.what, 0) + 1
-    told: set[str] = set()
+    reported: set[str] = set()
     for difference in differences:
-        if difference.what in told or difference.what == "and more":
+        if difference.what in reported or difference.what == "and more":
             continue
-        told.add(difference.what)
+        reported.add(difference.what)
         times = f" ({numbers[difference.what]} times)" if numbers[difference.what] > 1 else ""
-        where = f"line {difference.new}" if difference.new else ""
-        yield Issue("L806", f"{difference.what} on {machine.name}: {difference.text}{times}", where)
+        location = f"line {difference.new}" if difference.new else ""
+        yield Issue("L806", f"{difference.what} on {machine.name}: {difference.text}{times}", location)

@@ -12,13 +12,13 @@ from leafcut.units import fixed
 MOST_LISTED = 50
 
 
-def shorten(differences: list[Difference], found: int | None = None) -> list[Difference]:
-    """Return at most `MOST_LISTED` differences, and a last one with the number of the rest of `found`."""
-    total = len(differences) if found is None else found
+def shorten(differences: list[Difference], count: int | None = None) -> list[Difference]:
+    """Return at most `MOST_LISTED` differences, and a last one with the number of the rest of `count`."""
+    total = len(differences) if count is None else count
     if total <= MOST_LISTED:
         return differences
-    rest = Difference("and more", 0, 0, f"{total - MOST_LISTED} more of them")
-    return [*differences[:MOST_LISTED], rest]
+    summary = Difference("and more", 0, 0, f"{total - MOST_LISTED} more of them")
+    return [*differences[:MOST_LISTED], summary]
 
 
 def place(x: float, y: float, z: float | None = None) -> str:

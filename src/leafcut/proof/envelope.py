@@ -53,18 +53,18 @@ def _known_extremes(path: Toolpath, row: int) -> list[tuple[float, float, float]
 
 def _places(path: Toolpath, machine: Machine, margin: float) -> list[Difference]:
     places, rows = _reached(path)
-    wrong = []
+    outside = []
     for axis, name in enumerate("XYZ"):
         low, high = machine.travel_min[axis] + margin - _ROOM, machine.travel_max[axis] - margin + _ROOM
         if machine.work_offset is not None:
             offset = machine.work_offset[axis]
-            wrong += _outside(path, rows, places[:, axis] + offset, (low, high), f"{name} in machine coordinates")
+            outside += _outside(path, rows, places[:, axis] + offset, (low, high), f"{name} in machine coordinates")
         else:
-            wrong += _too_large(places[:, axis], machine.reach(axis) - 2 * margin, name)
+            outside += _too_large(places[:, axis], machine.reach(axis) - 2 * margin, name)
         in_machine = np.flatnonzero(path.kind == Kind.MACHINE)
         values = path.end[in_machine, axis]
-        wrong += _outside(path, in_machine, values, (low - margin, high + margin), f"{name} in machine coordinates")
-    return wrong
+        outside += _outside(path, in_machine, values, (low - margin, high + margin), f"{name} in machine coordinates")
+    return outside
 
 
 def _outside(
@@ -98,16 +98,16 @@ def _feeds(path: Toolpath, machine: Machine) -> list[Difference]:
     values = path.value[feeding]
     wrong = []
     # Feed words are rounded: a feed at the limit may be written slightly above it.
-    for what, out, limit in (
+    for kind, is_wrong, limit in (
         ("feed too high", values > machine.max_feed * 1.005, f"the machine allows at most {machine.max_feed * 60:.6g}"),
         ("no feed", ~(values > 0), "it must be above 0"),
     ):
-        rows = feeding[out]
+        rows = feeding[is_wrong]
         if len(rows):
             value = path.value[rows[0]] * 60.0
             feed = f"{value:,.0f}" if value >= 1e6 else f"{value:.6g}"
             text = f"the feed is {feed} mm/min, {limit}; {len(rows)} such moves"
-            wrong.append(Difference(what, 0, int(path.line[rows[0]]), text))
+            wrong.append(Difference(kind, 0, int(path.line[rows[0]]), text))
     return wrong
 
 
@@ -119,12 +119,12 @@ def _speeds(path: Toolpath, machine: Machine) -> list[Difference]:
     speeds = np.abs(path.value)
     rows = np.flatnonzero((path.kind == Kind.SPINDLE) & (speeds > 0) & ((speeds > high + 0.5) | (speeds < low - 0.5)))
     if machine.head is Head.LASER:
-        what = "laser power"
+        kind = "laser power"
         texts = [
             f"S{speed:g} is out of range; the power of the laser is S{low:g} to S{high:g}" for speed in speeds[rows]
         ]
     else:
-        what = "spindle speed"
+        kind = "spindle speed"
         texts = [f"{speed:g} rpm is out of range; the spindle turns {low:g} to {high:g} rpm" for speed in speeds[rows]]
     lines = path.line[rows].tolist()
-    return [Difference(what, 0, line, text) for line, text in zip(lines, texts, strict=True)]
+    return [Difference(kind, 0, line, text) for line, text in zip(lines, texts, strict=True)]

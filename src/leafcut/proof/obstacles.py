@@ -69,54 +69,60 @@ def check_obstacles(
     moves = (path.kind >= Kind.RAPID) & (path.kind <= Kind.ARC_CCW)
     rapid = path.kind == Kind.RAPID
     at_machine = np.isfinite(highest) & at_machine_height(path, safe_z)
-    up = (lowest >= highest - _ROOM) | (rapid & at_machine)
-    lost = np.flatnonzero(_ways_unknown(path, before) & ~up & ~at_machine)
-    unseen = [_unseen(path, before, row) for row in lost.tolist()]
-    rows = np.flatnonzero(moves & ~up & np.isfinite(path.end[:, :2]).all(axis=1))
+    is_high = (lowest >= highest - _ROOM) | (rapid & at_machine)
+    untracked = np.flatnonzero(_has_unknown_path(path, before) & ~is_high & ~at_machine)
+    unseen = [_unknown_path_difference(path, before, row) for row in untracked.tolist()]
+    rows = np.flatnonzero(moves & ~is_high & np.isfinite(path.end[:, :2]).all(axis=1))
     if not len(rows):
         return shorten(unseen[:100], len(unseen))
     shapes = _shapes(path, before, rows, dogleg)
     radius = np.array([tool_radii.get(tool, 0.0) for tool in path.tool[rows].tolist()])
     needed, with_body = np.full(len(rows), -math.inf), np.zeros(len(rows), dtype=bool)
-    for box, over in zip(boxes, heights.tolist(), strict=True):
-        away = shapely.distance(shapes, box)
-        meets = (away <= np.maximum(radius - _ROOM, 0.0)) & ~(lowest[rows] >= over - _ROOM)
+    for box, top in zip(boxes, heights.tolist(), strict=True):
+        distance = shapely.distance(shapes, box)
+        touching = (distance <= np.maximum(radius - _ROOM, 0.0)) & ~(lowest[rows] >= top - _ROOM)
         for number, discs in bodies.items():
-            for above, wide in discs:
-                body = (path.tool[rows] == number) & (away <= wide - _ROOM) & ~(lowest[rows] + above >= over - _ROOM)
-                with_body |= body & ~meets
-                meets |= body
-        needed[meets] = np.maximum(needed[meets], over)
+            for above, disc_radius in discs:
+                body = (
+                    (path.tool[rows] == number)
+                    & (distance <= disc_radius - _ROOM)
+                    & ~(lowest[rows] + above >= top - _ROOM)
+                )
+                with_body |= body & ~touching
+                touching |= body
+        needed[touching] = np.maximum(needed[touching], top)
     from_anywhere = rapid[rows] & np.isnan(before[rows, :2]).any(axis=1) & np.isfinite(lowest[rows] + highest)
     needed[from_anywhere] = highest
     inside = np.flatnonzero(needed > -math.inf)
-    found = [_difference(path, before, int(rows[k]), float(needed[k]), bool(with_body[k])) for k in inside.tolist()]
-    found += unseen
-    return shorten(found[:100], len(found))
+    differences = [
+        _difference(path, before, int(rows[k]), float(needed[k]), bool(with_body[k])) for k in inside.tolist()
+    ]
+    differences += unseen
+    return shorten(differences[:100], len(differences))
 
 
-def _ways_unknown(path: Toolpath, before: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _has_unknown_path(path: Toolpath, before: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return the rows in which the tool moves sideways on an unknown path or to an unknown position."""
-    end, here = path.end[:, :2], before[:, :2]
+    end, start = path.end[:, :2], before[:, :2]
     moves = (path.kind >= Kind.RAPID) & (path.kind <= Kind.ARC_CCW)
-    sideways = ((end != here) & ~(np.isnan(end) & np.isnan(here))).any(axis=1)
-    lost = moves & np.isnan(end).any(axis=1) & sideways
+    sideways = ((end != start) & ~(np.isnan(end) & np.isnan(start))).any(axis=1)
+    unknown_end = moves & np.isnan(end).any(axis=1) & sideways
     machine = (path.kind == Kind.MACHINE) & np.isfinite(end).any(axis=1)
-    unknown: NDArray[np.bool_] = lost | machine | ((path.kind == Kind.FOREIGN) & sideways)
-    return unknown
+    result: NDArray[np.bool_] = unknown_end | machine | ((path.kind == Kind.FOREIGN) & sideways)
+    return result
 
 
 def _shapes(path: Toolpath, before: NDArray[np.float64], rows: NDArray[np.intp], dogleg: bool) -> NDArray[Any]:
     """Return the area that each motion covers, seen from above; from an unknown position, only its end."""
     end = path.end[rows, :2]
-    begin = np.where(np.isnan(before[rows, :2]).any(axis=1, keepdims=True), end, before[rows, :2])
-    shapes: NDArray[Any] = np.asarray(shapely.linestrings(np.stack([begin, end], axis=1)))
+    start = np.where(np.isnan(before[rows, :2]).any(axis=1, keepdims=True), end, before[rows, :2])
+    shapes: NDArray[Any] = np.asarray(shapely.linestrings(np.stack([start, end], axis=1)))
     kind = path.kind[rows]
     for k in np.flatnonzero((kind == Kind.ARC_CW) | (kind == Kind.ARC_CCW)).tolist():
         shapes[k] = shapely.linestrings(_along_arc(path, before, int(rows[k])))
     if dogleg:
         for k in np.flatnonzero(kind == Kind.RAPID).tolist():
-            low, high = np.minimum(begin[k], end[k]), np.maximum(begin[k], end[k])
+            low, high = np.minimum(start[k], end[k]), np.maximum(start[k], end[k])
             if (high > low).all():
                 shapes[k] = shapely.box(*low.tolist(), *high.tolist())
     return shapes
@@ -136,18 +142,18 @@ def _along_arc(path: Toolpath, before: NDArray[np.float64], row: int) -> NDArray
     return points[:, :2]
 
 
-def _unseen(path: Toolpath, before: NDArray[np.float64], row: int) -> Difference:
-    came = place(*before[row].tolist())
-    why = f"it leaves {came} on an unknown path, not high enough to cross a --keep-out zone"
-    return Difference("may cross an obstacle", 0, int(path.line[row]), why)
+def _unknown_path_difference(path: Toolpath, before: NDArray[np.float64], row: int) -> Difference:
+    start = place(*before[row].tolist())
+    text = f"it leaves {start} on an unknown path, not high enough to cross a --keep-out zone"
+    return Difference("may cross an obstacle", 0, int(path.line[row]), text)
 
 
 def _difference(path: Toolpath, before: NDArray[np.float64], row: int, height: float, body: bool) -> Difference:
-    came, goes = (place(*p) for p in (before[row].tolist(), path.end[row].tolist()))
+    start, end = (place(*p) for p in (before[row].tolist(), path.end[row].tolist()))
     rapid = path.kind[row] == Kind.RAPID
-    over = f"only at Z{height:.3f} or above" if math.isfinite(height) else "nowhere"
-    rule = f"a rapid may cross a --keep-out zone {over}" if rapid else "cutting is forbidden in a --keep-out zone"
-    what = "crosses an obstacle" if rapid else "cuts in an obstacle"
+    allowed = f"only at Z{height:.3f} or above" if math.isfinite(height) else "nowhere"
+    rule = f"a rapid may cross a --keep-out zone {allowed}" if rapid else "cutting is forbidden in a --keep-out zone"
+    kind = "crosses an obstacle" if rapid else "cuts in an obstacle"
     if body:
         rule = "the shank or holder of the tool meets a --keep-out zone below its height"
-    return Difference(what, 0, int(path.line[row]), f"{rule}; this move goes from {came} to {goes}")
+    return Difference(kind, 0, int(path.line[row]), f"{rule}; this move goes from {start} to {end}")

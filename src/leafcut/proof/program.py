@@ -47,7 +47,7 @@ def _refuse_obeyed_comments(text: str) -> None:
     for number, line in lines(text):
         if "(" not in line and ";" not in line:
             continue
-        comments = [found.strip("(;) \t") for found in _COMMENT.findall(line)]
+        comments = [comment.strip("(;) \t") for comment in _COMMENT.findall(line)]
         obeyed = next(filter(is_obeyed, comments), None)
         if obeyed is not None:
             raise ReadError(

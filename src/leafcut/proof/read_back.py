@@ -61,14 +61,14 @@ def compare_motion(
 def _comparable(path: Toolpath) -> Toolpath:
     """Return the rows to compare: no offsets, no straight moves of length 0, no reset of an unlit torch."""
     before = path.before
-    still = ((path.end == before) | (np.isnan(path.end) & np.isnan(before))).all(axis=1)
-    nowhere = still & ((path.kind == Kind.RAPID) | (path.kind == Kind.FEED))
+    is_motionless = ((path.end == before) | (np.isnan(path.end) & np.isnan(before))).all(axis=1)
+    empty_move = is_motionless & ((path.kind == Kind.RAPID) | (path.kind == Kind.FEED))
     unlit = np.cumsum((path.kind == Kind.SPINDLE) & (path.value != 0.0)) == 0
     reset = np.zeros(len(path), dtype=bool)
     for kind in (Kind.TORCH, Kind.HEIGHT):
         rows = np.flatnonzero(unlit & (path.kind == kind))
         reset[rows[: len(rows) - int(len(rows) > 0 and path.value[rows[-1]] == 0.0)]] = True
-    return path.take(~nowhere & ~reset & (path.kind != Kind.OFFSET))
+    return path.take(~empty_move & ~reset & (path.kind != Kind.OFFSET))
 
 
 def _without_tiny_moves(path: Toolpath, length: float) -> Toolpath:
@@ -92,17 +92,17 @@ def _masks(a: Toolpath, b: Toolpath, tolerance: float, feed_rounding: float) -> 
     """Return the differing rows by kind of difference; `a` and `b` have equal kinds."""
     places = ~_close(a.end, b.end, tolerance) & np.isin(a.kind, _PLACED)[:, None]
     feeding = np.isin(a.kind, _FEEDING)
-    feed_room = np.maximum(FEED_PART * np.abs(a.value), feed_rounding)
-    speed_room = np.maximum(0.001 * np.abs(a.value), SPEED_ROUNDING)
+    feed_tolerance = np.maximum(FEED_PART * np.abs(a.value), feed_rounding)
+    speed_tolerance = np.maximum(0.001 * np.abs(a.value), SPEED_ROUNDING)
     turning = a.kind == Kind.SPINDLE
     refs = np.isin(a.kind, (Kind.TOOL, Kind.COOLANT, Kind.PAUSE, Kind.SPINDLE, Kind.RADIUS, Kind.BLENDING))
     switches = np.isin(a.kind, (Kind.TORCH, Kind.HEIGHT, Kind.BLENDING))
     masks = [
         ("place", places[:, :2].any(axis=1)),
         ("height", places[:, 2]),
-        ("feed", feeding & ~_close(a.value, b.value, feed_room)),
+        ("feed", feeding & ~_close(a.value, b.value, feed_tolerance)),
         ("dwell", (a.kind == Kind.DWELL) & ~_close(a.value, b.value, DWELL_ROUNDING)),
-        ("speed", turning & (~_close(a.value, b.value, speed_room) | (np.sign(a.value) != np.sign(b.value)))),
+        ("speed", turning & (~_close(a.value, b.value, speed_tolerance) | (np.sign(a.value) != np.sign(b.value)))),
         ("command", refs & (a.ref != b.ref)),
         ("kerf", (a.kind == Kind.RADIUS) & ~_close(a.value, b.value, tolerance)),
         ("switch", switches & ~_close(a.value, b.value, tolerance)),
@@ -110,9 +110,9 @@ def _masks(a: Toolpath, b: Toolpath, tolerance: float, feed_rounding: float) -> 
     return [*masks, *_cycle_masks(a, b, tolerance), ("arc", _arc_mask(a, b, tolerance))]
 
 
-def _close(a: NDArray[np.float64], b: NDArray[np.float64], room: float | NDArray[np.float64]) -> Mask:
-    """Return where two values agree within `room`, or are both unknown."""
-    near: Mask = (np.abs(a - b) <= room + 1e-9) | (np.isnan(a) & np.isnan(b))
+def _close(a: NDArray[np.float64], b: NDArray[np.float64], tolerance: float | NDArray[np.float64]) -> Mask:
+    """Return where two values agree within `tolerance`, or are both unknown."""
+    near: Mask = (np.abs(a - b) <= tolerance + 1e-9) | (np.isnan(a) & np.isnan(b))
     return near
 
 
@@ -129,9 +129,9 @@ def _cycle_masks(a: Toolpath, b: Toolpath, tolerance: float) -> Iterator[tuple[s
     )
     names = [np.array([c.name for c in path.cycles])[path.ref[drills]] for path in (a, b)]
     yield "cycle", _spread(len(a), drills, names[0] != names[1])
-    for word, take, room in numbers:
-        values = [np.array([take(c) for c in path.cycles], dtype=np.float64)[path.ref[drills]] for path in (a, b)]
-        yield word, _spread(len(a), drills, ~_close(values[0], values[1], room))
+    for word, value_of, allowed in numbers:
+        values = [np.array([value_of(c) for c in path.cycles], dtype=np.float64)[path.ref[drills]] for path in (a, b)]
+        yield word, _spread(len(a), drills, ~_close(values[0], values[1], allowed))
 
 
 def _spread(n: int, rows: NDArray[np.intp], mask: Mask) -> Mask:
@@ -143,20 +143,24 @@ def _spread(n: int, rows: NDArray[np.intp], mask: Mask) -> Mask:
 def _arc_mask(a: Toolpath, b: Toolpath, tolerance: float) -> Mask:
     wrong = np.zeros(len(a), dtype=bool)
     for row in np.flatnonzero((a.kind == Kind.ARC_CW) | (a.kind == Kind.ARC_CCW)).tolist():
-        one, other = a.arcs[int(a.ref[row])], b.arcs[int(b.ref[row])]
-        axes = plane_axes(one.plane)[:2]
-        apart = max(abs(one.center[i] - other.center[i]) for i in axes)
-        wrong[row] = one.plane != other.plane or one.turns != other.turns or not apart <= tolerance + 1e-9
+        planned_arc, written_arc = a.arcs[int(a.ref[row])], b.arcs[int(b.ref[row])]
+        axes = plane_axes(planned_arc.plane)[:2]
+        distance = max(abs(planned_arc.center[i] - written_arc.center[i]) for i in axes)
+        wrong[row] = (
+            planned_arc.plane != written_arc.plane
+            or planned_arc.turns != written_arc.turns
+            or not distance <= tolerance + 1e-9
+        )
     return wrong
 
 
 def _explain(a: Toolpath, b: Toolpath, row: int, masks: list[tuple[str, Mask]]) -> Difference:
-    what = next(word for word, mask in masks if mask[row])
-    before, after = _SHOWN.get(what, _shown_row)(a, row), _SHOWN.get(what, _shown_row)(b, row)
+    kind = next(word for word, mask in masks if mask[row])
+    before, after = _SHOWN.get(kind, _shown_row)(a, row), _SHOWN.get(kind, _shown_row)(b, row)
     text = f"planned {before}, written {after}"
-    if what in _SHOWN and a.kind[row] <= Kind.DRILL:
+    if kind in _SHOWN and a.kind[row] <= Kind.DRILL:
         text += f", {describe(a[row])}"
-    return Difference(what, int(a.line[row]), int(b.line[row]), text)
+    return Difference(kind, int(a.line[row]), int(b.line[row]), text)
 
 
 def _shown_row(path: Toolpath, row: int) -> str:

@@ -54,28 +54,30 @@ def check_surface(
     """
     path = expand(path)
     before = path.before
-    known = np.isfinite(before).all(axis=1) & np.isfinite(path.end).all(axis=1)
+    has_position = np.isfinite(before).all(axis=1) & np.isfinite(path.end).all(axis=1)
     upright = (path.end[:, :2] == before[:, :2]).all(axis=1)
     rises = upright & (path.end[:, 2] >= before[:, 2])
-    free = rises | _back_in_holes(path, upright & ~rises, tool_radii)
-    rapids = np.flatnonzero((path.kind == Kind.RAPID) & known & ~free)
+    allowed = rises | _back_in_holes(path, upright & ~rises, tool_radii)
+    rapids = np.flatnonzero((path.kind == Kind.RAPID) & has_position & ~allowed)
     radius = np.array([tool_radii.get(int(tool), 0.0) for tool in path.tool[rapids]])
-    near = f"the tool meets the surface, or comes nearer than {LEAST_CLEARANCE:g} mm above it"
+    text = f"the tool meets the surface, or comes nearer than {LEAST_CLEARANCE:g} mm above it"
     wrong = [
-        Difference("rapid into the part", 0, int(path.line[row]), f"{near}; {_from_to(path, before, row)}")
+        Difference("rapid into the part", 0, int(path.line[row]), f"{text}; {_from_to(path, before, row)}")
         for row in _rows_meeting(path, before, rapids, triangles, -LEAST_CLEARANCE, radius, dogleg)
     ]
-    moves = np.flatnonzero(np.isin(path.kind, _MOVES) & known & ~rises)
-    seen = set[int]()
+    moves = np.flatnonzero(np.isin(path.kind, _MOVES) & has_position & ~rises)
+    meeting_rows = set[int]()
     for number, discs in (bodies or {}).items():
-        mine = moves[path.tool[moves] == number]
-        for above, wide in discs:
-            rows = _rows_meeting(path, before, mine, triangles, above, np.full(len(mine), wide), dogleg)
-            seen.update(rows)
-    body = "the tool meets the surface above its flutes"
+        tool_moves = moves[path.tool[moves] == number]
+        for above, disc_radius in discs:
+            rows = _rows_meeting(
+                path, before, tool_moves, triangles, above, np.full(len(tool_moves), disc_radius), dogleg
+            )
+            meeting_rows.update(rows)
+    body = "what is above the flutes of the tool meets the surface"
     wrong += [
         Difference("shank or holder in the part", 0, int(path.line[row]), f"{body}; {_from_to(path, before, row)}")
-        for row in sorted(seen)
+        for row in sorted(meeting_rows)
     ]
     return shorten(wrong)
 
@@ -83,31 +85,31 @@ def check_surface(
 def meets_area(triangles: NDArray[np.float64], area: Any, radius: float, height: float) -> bool:
     """Return whether a part of a surface above a height lies within a radius of an area of the plane, mm."""
     high = triangles[triangles[:, :, 2].max(axis=1) > height]
-    near = high[shapely.dwithin(shapely.convex_hull(shapely.multipoints(high[:, :, :2])), area, radius)]
+    close_triangles = high[shapely.dwithin(shapely.convex_hull(shapely.multipoints(high[:, :, :2])), area, radius)]
     return any(
-        bool(shapely.dwithin(shapely.convex_hull(shapely.MultiPoint(_above(one, height))), area, radius))
-        for one in near
+        bool(shapely.dwithin(shapely.convex_hull(shapely.MultiPoint(_above(triangle, height))), area, radius))
+        for triangle in close_triangles
     )
 
 
-def _back_in_holes(path: Toolpath, down: NDArray[np.bool_], tool_radii: Mapping[int, float]) -> NDArray[np.bool_]:
+def _back_in_holes(path: Toolpath, descending: NDArray[np.bool_], tool_radii: Mapping[int, float]) -> NDArray[np.bool_]:
     """Return which straight-down rapids end no lower than an earlier feed of a tool at least as wide there."""
-    back = np.zeros(len(path.end), dtype=bool)
-    made: dict[tuple[float, float], list[tuple[float, float]]] = {}
-    for row in np.flatnonzero(down & np.isin(path.kind, [int(Kind.RAPID), int(Kind.FEED)])).tolist():
+    result = np.zeros(len(path.end), dtype=bool)
+    holes: dict[tuple[float, float], list[tuple[float, float]]] = {}
+    for row in np.flatnonzero(descending & np.isin(path.kind, [int(Kind.RAPID), int(Kind.FEED)])).tolist():
         x, y, z = path.end[row].tolist()
-        here = made.setdefault((round(x, 3), round(y, 3)), [])
+        feeds = holes.setdefault((round(x, 3), round(y, 3)), [])
         radius = tool_radii.get(int(path.tool[row]), 0.0)
         if path.kind[row] == Kind.FEED:
-            here.append((radius, z))
+            feeds.append((radius, z))
         else:
-            back[row] = any(wide >= radius and low <= z + _ROOM for wide, low in here)
-    return back
+            result[row] = any(feed_radius >= radius and depth <= z + _ROOM for feed_radius, depth in feeds)
+    return result
 
 
 def _from_to(path: Toolpath, before: NDArray[np.float64], row: int) -> str:
-    came, goes = (place(*p) for p in (before[row].tolist(), path.end[row].tolist()))
-    return f"this move goes from {came} to {goes}"
+    start, end = (place(*p) for p in (before[row].tolist(), path.end[row].tolist()))
+    return f"this move goes from {start} to {end}"
 
 
 def _rows_meeting(
@@ -123,53 +125,53 @@ def _rows_meeting(
         return []
     # Walls are vertical: seen from above they are lines.
     tree = shapely.STRtree(shapely.convex_hull(shapely.multipoints(high[:, :, :2])))
-    found: list[int] = []
+    result: list[int] = []
     for first in range(0, len(rows), _AT_ONCE):
-        some = slice(first, first + _AT_ONCE)
+        batch = slice(first, first + _AT_ONCE)
         meeting = _meeting(
-            tree, high, before[rows[some]], path.end[rows[some]], lowest[some] + _ROOM,
-            np.maximum(radius[some] - _ROOM, 0.0), dogleg,
+            tree, high, before[rows[batch]], path.end[rows[batch]], lowest[batch] + _ROOM,
+            np.maximum(radius[batch] - _ROOM, 0.0), dogleg,
         )  # fmt: skip
-        found += rows[some][meeting].tolist()
-    return found
+        result += rows[batch][meeting].tolist()
+    return result
 
 
 def _meeting(
-    tree: shapely.STRtree, triangles: NDArray[np.float64], begin: NDArray[np.float64], end: NDArray[np.float64],
+    tree: shapely.STRtree, triangles: NDArray[np.float64], start: NDArray[np.float64], end: NDArray[np.float64],
     height: NDArray[np.float64], radius: NDArray[np.float64], dogleg: bool,
 ) -> NDArray[np.int64]:  # fmt: skip
     """Return the moves that have part of a triangle above their height within their radius."""
     shapes: Any
     if dogleg:
-        low, high = np.minimum(begin, end), np.maximum(begin, end)
+        low, high = np.minimum(start, end), np.maximum(start, end)
         shapes = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
     else:
-        shapes = shapely.linestrings(np.stack([begin[:, :2], end[:, :2]], axis=1))
+        shapes = shapely.linestrings(np.stack([start[:, :2], end[:, :2]], axis=1))
     # GEOS finds nothing near a line of length 0.
-    still = (begin[:, :2] == end[:, :2]).all(axis=1)
-    shapes[still] = shapely.points(end[still, :2])
-    move, which = tree.query(shapes, predicate="dwithin", distance=radius)
-    tops, bottoms = triangles[which, :, 2].max(axis=1), triangles[which, :, 2].min(axis=1)
+    is_vertical = (start[:, :2] == end[:, :2]).all(axis=1)
+    shapes[is_vertical] = shapely.points(end[is_vertical, :2])
+    move, triangle_index = tree.query(shapes, predicate="dwithin", distance=radius)
+    tops, bottoms = triangles[triangle_index, :, 2].max(axis=1), triangles[triangle_index, :, 2].min(axis=1)
     above = tops > height[move]
     whole = above & (bottoms > height[move])
     meets = set(move[whole].tolist())
-    for one, triangle in zip(move[above & ~whole].tolist(), which[above & ~whole].tolist(), strict=True):
-        if one in meets:
+    for index, triangle in zip(move[above & ~whole].tolist(), triangle_index[above & ~whole].tolist(), strict=True):
+        if index in meets:
             continue
-        part = _above(triangles[triangle], float(height[one]))
-        if shapely.dwithin(shapes[one], shapely.convex_hull(shapely.MultiPoint(part)), float(radius[one])):
-            meets.add(one)
+        part = _above(triangles[triangle], float(height[index]))
+        if shapely.dwithin(shapes[index], shapely.convex_hull(shapely.MultiPoint(part)), float(radius[index])):
+            meets.add(index)
     return np.array(sorted(meets), dtype=np.int64)
 
 
 def _above(triangle: NDArray[np.float64], height: float) -> list[tuple[float, float]]:
     """Return the corners, seen from above, of the part of a triangle at or above a height."""
-    found = []
+    corners = []
     for k in range(3):
         (x0, y0, z0), (x1, y1, z1) = triangle[k].tolist(), triangle[(k + 1) % 3].tolist()
         if z0 >= height:
-            found.append((x0, y0))
+            corners.append((x0, y0))
         if (z0 >= height) != (z1 >= height):
             share = (height - z0) / (z1 - z0)
-            found.append((x0 + share * (x1 - x0), y0 + share * (y1 - y0)))
-    return found
+            corners.append((x0 + share * (x1 - x0), y0 + share * (y1 - y0)))
+    return corners

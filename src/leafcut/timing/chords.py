@@ -27,9 +27,9 @@ class MovingRows(NamedTuple):
     joining: NDArray[np.float64]
     flushed: NDArray[np.bool_]
 
-    def take(self, at: NDArray[np.int64]) -> MovingRows:
+    def take(self, rows: NDArray[np.int64]) -> MovingRows:
         """Return selected rows, possibly repeated."""
-        return MovingRows(*(column[at] for column in self))  # type: ignore[arg-type]  # each column keeps its type
+        return MovingRows(*(column[rows] for column in self))  # type: ignore[arg-type]  # each column keeps its type
 
 
 def joined_steps(steps: MovingRows, turns: Turns) -> MovingRows:
@@ -41,18 +41,18 @@ def joined_steps(steps: MovingRows, turns: Turns) -> MovingRows:
     from leafcut.kernels.chords import merge_chords
 
     steps = _flat_arcs_as_chords(steps, turns)
-    plain = (steps.arc < 0) & ~steps.rapid & (steps.joining > 0)
-    joins = np.zeros(len(plain), dtype=np.bool_)
-    joins[1:] = plain[1:] & plain[:-1] & ~steps.flushed[:-1]
+    mergeable = (steps.arc < 0) & ~steps.rapid & (steps.joining > 0)
+    joins = np.zeros(len(mergeable), dtype=np.bool_)
+    joins[1:] = mergeable[1:] & mergeable[:-1] & ~steps.flushed[:-1]
     joins[1:] &= (steps.feed[1:] == steps.feed[:-1]) & (steps.joining[1:] == steps.joining[:-1])
     if not joins.any():
         return steps
-    point = np.zeros((len(plain) + 1, 3))
+    point = np.zeros((len(mergeable) + 1, 3))
     np.cumsum(steps.delta, axis=0, out=point[1:])
-    begins = np.empty(len(plain), dtype=np.bool_)
-    merge_chords(point, joins, steps.joining, begins)
-    first = np.flatnonzero(begins)
-    last = np.append(first[1:], len(plain)) - 1
+    starts = np.empty(len(mergeable), dtype=np.bool_)
+    merge_chords(point, joins, steps.joining, starts)
+    first = np.flatnonzero(starts)
+    last = np.append(first[1:], len(mergeable)) - 1
     return steps.take(first)._replace(delta=point[last + 1] - point[first], flushed=steps.flushed[last])
 
 
@@ -65,16 +65,16 @@ def _flat_arcs_as_chords(steps: MovingRows, turns: Turns) -> MovingRows:
     flat = (arc >= 0) & (bulge[arc] < steps.joining) & (turn.sweep[arc] < 0.5 * np.pi) & (turns.plane[arc] == 0)
     if not flat.any():
         return steps
-    twice = steps.take(np.repeat(np.arange(len(arc)), 1 + flat))
+    result = steps.take(np.repeat(np.arange(len(arc)), 1 + flat))
     second = np.flatnonzero(np.repeat(flat, 1 + flat))[1::2]
-    which = arc[flat]
-    middle = turn.out[which] + turn.out_end[which]
+    arcs = arc[flat]
+    middle = turn.out[arcs] + turn.out_end[arcs]
     middle /= np.linalg.norm(middle, axis=1)[:, None]
-    half_rise = 0.5 * np.abs(turn.normal[which]) * turn.rise[which, None]
-    radius = turn.radius[which, None]
-    twice.delta[second - 1] = radius * (middle - turn.out[which]) + half_rise
-    twice.delta[second] = radius * (turn.out_end[which] - middle) + half_rise
-    twice.flushed[second - 1] = False
-    twice.arc[second] = -1
-    twice.arc[second - 1] = -1
-    return twice
+    half_rise = 0.5 * np.abs(turn.normal[arcs]) * turn.rise[arcs, None]
+    radius = turn.radius[arcs, None]
+    result.delta[second - 1] = radius * (middle - turn.out[arcs]) + half_rise
+    result.delta[second] = radius * (turn.out_end[arcs] - middle) + half_rise
+    result.flushed[second - 1] = False
+    result.arc[second] = -1
+    result.arc[second - 1] = -1
+    return result

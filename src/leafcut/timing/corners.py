@@ -44,8 +44,8 @@ class Corners(NamedTuple):
 
 def plain_corners(speed: Floats) -> Corners:
     """Return corners with a speed limit only."""
-    none = np.zeros(len(speed))
-    return Corners(speed, none, none, none, none, none, np.zeros(len(speed), dtype=np.bool_))
+    zeros = np.zeros(len(speed))
+    return Corners(speed, zeros, zeros, zeros, zeros, zeros, np.zeros(len(speed), dtype=np.bool_))
 
 
 def deviation_corners(before: Moves, after: Moves, machine: Machine) -> Corners:

@@ -78,7 +78,7 @@ class Fitted:
 
 def model_seconds(programs: Sequence[Measured], machine: Machine) -> Floats:
     """Return the model's seconds of programs, float64[n], each starting at X0 Y0."""
-    return np.array([measure(one.path, machine, start=(0.0, 0.0)).time_s for one in programs])
+    return np.array([measure(program.path, machine, start=(0.0, 0.0)).time_s for program in programs])
 
 
 def fit(programs: Sequence[Measured], machine: Machine) -> Fitted:
@@ -87,65 +87,65 @@ def fit(programs: Sequence[Measured], machine: Machine) -> Fitted:
     A parameter that the programs do not determine, or that has no effect, keeps its value; the corner value is dropped
     first. A single program, or programs whose time does not depend on the acceleration, fit nothing.
     """
-    seconds = np.array([one.seconds for one in programs])
+    seconds = np.array([program.seconds for program in programs])
     weight = 1.0 / np.hypot(HAND_S, MODEL_SHARE * seconds)
     before = model_seconds(programs, machine)
-    sought = ["acceleration"] if corner_style(machine) == "linuxcnc" else ["acceleration", "corner"]
+    parameters = ["acceleration"] if corner_style(machine) == "linuxcnc" else ["acceleration", "corner"]
     held: dict[str, str] = {}
-    if "corner" not in sought:
+    if "corner" not in parameters:
         held["corner"] = "LinuxCNC's corners go by the program's own G64 P, and have no value of the machine"
     if len(programs) < 2:
-        held |= dict.fromkeys(sought, "one program is not enough; measure at least two")
+        held |= dict.fromkeys(parameters, "one program tells nothing apart; measure at least two")
         return Fitted(machine, before, before, None, None, {}, math.nan, held)
     errors: dict[str, float] = {}
     condition = math.nan
-    while sought:
-        found, jacobian = _least_squares(programs, machine, sought, seconds, weight)
-        changed = _changed(machine, sought, found)
+    while parameters:
+        logs, jacobian = _least_squares(programs, machine, parameters, seconds, weight)
+        changed = _with_parameters(machine, parameters, logs)
         after = model_seconds(programs, changed)
-        now, condition_now = _errors(jacobian, sought, (after - seconds) * weight)
-        condition = condition_now if not errors else condition
-        errors |= now
-        unknown = [name for name in sought if now[name] > _KNOWN[name]]
-        beyond = _at_end(found, sought)
-        if not unknown and not beyond:
-            values = dict(zip(sought, np.exp(found).tolist(), strict=True))
-            told = (values.get("acceleration"), values.get("corner"))
-            return Fitted(changed, before, after, *told, errors, condition, held)
-        gone = max(unknown or beyond)  # drop the corner value first, because it matters less
-        held[gone] = _why(now[gone], gone)
-        sought = [name for name in sought if name != gone]
+        step_errors, step_condition = _errors(jacobian, parameters, (after - seconds) * weight)
+        condition = step_condition if not errors else condition
+        errors |= step_errors
+        undetermined = [name for name in parameters if step_errors[name] > _KNOWN[name]]
+        out_of_range = _at_bounds(logs, parameters)
+        if not undetermined and not out_of_range:
+            values = dict(zip(parameters, np.exp(logs).tolist(), strict=True))
+            fitted_values = (values.get("acceleration"), values.get("corner"))
+            return Fitted(changed, before, after, *fitted_values, errors, condition, held)
+        dropped = max(undetermined or out_of_range)  # drop the corner value first, because it matters less
+        held[dropped] = _reason_held(step_errors[dropped], dropped)
+        parameters = [name for name in parameters if name != dropped]
     return Fitted(machine, before, before, None, None, errors, condition, held)
 
 
-def _why(error: float, name: str) -> str:
+def _reason_held(error: float, name: str) -> str:
     if not math.isfinite(error):
-        return "the programs do not determine it, or it does not change their times"
+        return "the programs do not tell it from the rest, or it changes the time of none of them"
     if error > 1.0:
-        return "the programs do not determine it, or their times contradict each other"
+        return "the programs do not tell it, or their times contradict each other"
     if error > _KNOWN[name]:
-        return f"the programs do not determine it: its standard error is {100 * error:.0f} %"
+        return f"the programs do not tell it: its standard error is {100 * error:.0f} %"
     return f"the best {name} lies beyond what machines have; check what was measured"
 
 
-def _start(machine: Machine, sought: Sequence[str]) -> Floats:
+def _start(machine: Machine, parameters: Sequence[str]) -> Floats:
     values = {"acceleration": 1.0, "corner": machine.corner_deviation}
-    return np.log([values[name] for name in sought])
+    return np.log([values[name] for name in parameters])
 
 
-def _ends(sought: Sequence[str]) -> tuple[Floats, Floats]:
+def _bounds(parameters: Sequence[str]) -> tuple[Floats, Floats]:
     lowest = {"acceleration": 1.0 / _WIDEST, "corner": _CORNERS[0]}
     highest = {"acceleration": _WIDEST, "corner": _CORNERS[1]}
-    return np.log([lowest[name] for name in sought]), np.log([highest[name] for name in sought])
+    return np.log([lowest[name] for name in parameters]), np.log([highest[name] for name in parameters])
 
 
-def _at_end(found: Floats, sought: Sequence[str]) -> list[str]:
-    each = zip(sought, found, *_ends(sought), strict=True)
-    return [name for name, value, least, most in each if not least + 1e-9 < value < most - 1e-9]
+def _at_bounds(logs: Floats, parameters: Sequence[str]) -> list[str]:
+    rows = zip(parameters, logs, *_bounds(parameters), strict=True)
+    return [name for name, value, low, high in rows if not low + 1e-9 < value < high - 1e-9]
 
 
-def _changed(machine: Machine, sought: Sequence[str], logs: Floats) -> Machine:
-    values = dict(zip(sought, np.exp(logs).tolist(), strict=True))
+def _with_parameters(machine: Machine, parameters: Sequence[str], logs: Floats) -> Machine:
+    values = dict(zip(parameters, np.exp(logs).tolist(), strict=True))
     factor = values.get("acceleration", 1.0)
     x, y, z = machine.acceleration
     acceleration = (x * factor, y * factor, z * factor)
@@ -153,20 +153,25 @@ def _changed(machine: Machine, sought: Sequence[str], logs: Floats) -> Machine:
 
 
 def _residuals(
-    programs: Sequence[Measured], machine: Machine, sought: Sequence[str], logs: Floats, seconds: Floats, weight: Floats
+    programs: Sequence[Measured],
+    machine: Machine,
+    parameters: Sequence[str],
+    logs: Floats,
+    seconds: Floats,
+    weight: Floats,
 ) -> Floats:
-    difference: Floats = (model_seconds(programs, _changed(machine, sought, logs)) - seconds) * weight
+    difference: Floats = (model_seconds(programs, _with_parameters(machine, parameters, logs)) - seconds) * weight
     return difference
 
 
 def _least_squares(
-    programs: Sequence[Measured], machine: Machine, sought: Sequence[str], seconds: Floats, weight: Floats
+    programs: Sequence[Measured], machine: Machine, parameters: Sequence[str], seconds: Floats, weight: Floats
 ) -> tuple[Floats, Floats]:
     """Return the fitted logarithms, float64[p], and the weighted Jacobian there, float64[n, p]."""
-    low, high = _ends(sought)
+    low, high = _bounds(parameters)
 
     def off(logs: Floats) -> Floats:
-        return _residuals(programs, machine, sought, logs, seconds, weight)
+        return _residuals(programs, machine, parameters, logs, seconds, weight)
 
     def slopes(logs: Floats) -> Floats:
         columns = []
@@ -176,7 +181,7 @@ def _least_squares(
             columns.append((off(logs + step) - off(logs - step)) / (2.0 * _STEP))
         return np.column_stack(columns)
 
-    current = np.clip(_start(machine, sought), low, high)
+    current = np.clip(_start(machine, parameters), low, high)
     residual, damping = off(current), 1e-3
     jacobian = slopes(current)
     for _ in range(_MOST_STEPS):
@@ -184,10 +189,10 @@ def _least_squares(
         scale = np.diag(np.maximum(np.diag(normal), 1e-12))
         step = np.linalg.lstsq(normal + damping * scale, -jacobian.T @ residual, rcond=None)[0]
         candidate = np.clip(current + np.clip(step, -1.0, 1.0), low, high)
-        tried = off(candidate)
-        if tried @ tried < residual @ residual:
+        candidate_residual = off(candidate)
+        if candidate_residual @ candidate_residual < residual @ residual:
             moved = float(np.abs(candidate - current).max())
-            current, residual, damping = candidate, tried, max(damping / 10.0, 1e-9)
+            current, residual, damping = candidate, candidate_residual, max(damping / 10.0, 1e-9)
             jacobian = slopes(current)
             if moved < _SMALLEST:
                 break
@@ -198,20 +203,20 @@ def _least_squares(
     return current, jacobian
 
 
-def _errors(jacobian: Floats, sought: Sequence[str], residual: Floats) -> tuple[dict[str, float], float]:
+def _errors(jacobian: Floats, parameters: Sequence[str], residual: Floats) -> tuple[dict[str, float], float]:
     """Return the standard error of each logarithm, and the condition number of the Jacobian with normalised columns.
 
     The variance is the larger of the expected one (1, by the weights) and that of the residuals.
     """
-    free = len(residual) - len(sought)
-    spread = max(1.0, float(residual @ residual) / free if free > 0 else 1.0)
+    degrees_of_freedom = len(residual) - len(parameters)
+    spread = max(1.0, float(residual @ residual) / degrees_of_freedom if degrees_of_freedom > 0 else 1.0)
     size = np.sqrt((jacobian * jacobian).sum(axis=0))
     if np.any(size < _NO_EFFECT):
         # Judge the other parameters without the one that has no effect.
-        alone = np.where(size < _NO_EFFECT, math.inf, math.sqrt(spread) / np.maximum(size, _NO_EFFECT))
-        return dict(zip(sought, alone.tolist(), strict=True)), math.inf
+        separate_errors = np.where(size < _NO_EFFECT, math.inf, math.sqrt(spread) / np.maximum(size, _NO_EFFECT))
+        return dict(zip(parameters, separate_errors.tolist(), strict=True)), math.inf
     singular = np.linalg.svd(jacobian / size, compute_uv=False)
     if singular[-1] < _NO_EFFECT:
-        return dict.fromkeys(sought, math.inf), math.inf
+        return dict.fromkeys(parameters, math.inf), math.inf
     variance = np.diag(np.linalg.inv(jacobian.T @ jacobian)) * spread
-    return dict(zip(sought, np.sqrt(variance).tolist(), strict=True)), float(singular[0] / singular[-1])
+    return dict(zip(parameters, np.sqrt(variance).tolist(), strict=True)), float(singular[0] / singular[-1])

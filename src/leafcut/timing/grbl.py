@@ -45,14 +45,14 @@ def stops_of(path: Toolpath, machine: Machine) -> Mask:
     kind = path.kind
     moving = (kind <= Kind.ARC_CCW) | (kind == Kind.MACHINE)
     stops: Mask = ~moving & ~np.isin(kind, _FLOWING)
-    for one, column, at_first in (
+    for modal_kind, column, initial in (
         (Kind.SPINDLE, path.value, 0.0),
         (Kind.COOLANT, path.ref, 0.0),
         (Kind.OFFSET, path.ref, 0.0),
         (Kind.FRAME, path.ref, 540.0),
     ):
-        rows = np.flatnonzero(kind == one)
-        stops[rows] = np.diff(column[rows], prepend=at_first) != 0
+        rows = np.flatnonzero(kind == modal_kind)
+        stops[rows] = np.diff(column[rows], prepend=initial) != 0
     if machine.head is Head.LASER:
         stops &= ~changes_power(path)
     return stops
@@ -83,18 +83,18 @@ def lines_by_row(path: Toolpath, lines: SentLines | None) -> SentLines:
     """
     n = len(path)
     if lines is not None and path.line.any():
-        begins = np.append(True, path.line[1:] != path.line[:-1])[:n]
-        begins &= (path.line > 0) & (path.line <= len(lines.size))
-        at = np.clip(path.line - 1, 0, len(lines.size) - 1)
-        return SentLines(*(np.where(begins, column[at], 0) for column in lines))
-    begins = np.append(True, (path.line[1:] != path.line[:-1]) | (path.line[1:] == 0))[:n]
+        starts = np.append(True, path.line[1:] != path.line[:-1])[:n]
+        starts &= (path.line > 0) & (path.line <= len(lines.size))
+        line = np.clip(path.line - 1, 0, len(lines.size) - 1)
+        return SentLines(*(np.where(starts, column[line], 0) for column in lines))
+    starts = np.append(True, (path.line[1:] != path.line[:-1]) | (path.line[1:] == 0))[:n]
     moving = (path.kind <= Kind.ARC_CCW) | (path.kind == Kind.MACHINE)
     arc = (path.kind == Kind.ARC_CW) | (path.kind == Kind.ARC_CCW)
-    said = np.isfinite(path.end) & (path.end != path.before) & moving[:, None]
+    written = np.isfinite(path.end) & (path.end != path.before) & moving[:, None]
     digits = 5 + np.floor(np.log10(np.maximum(np.abs(np.nan_to_num(path.end)), 1.0))) + (path.end < 0)
-    size = 4 + np.where(said, digits, 0).sum(axis=1).astype(np.int64) + np.where(arc, 16, 0)
-    words = 1 + said.sum(axis=1) + np.where(arc, 2, 0)
-    return SentLines(np.where(begins, size, 0), np.where(begins, words, 0))
+    size = 4 + np.where(written, digits, 0).sum(axis=1).astype(np.int64) + np.where(arc, 16, 0)
+    words = 1 + written.sum(axis=1) + np.where(arc, 2, 0)
+    return SentLines(np.where(starts, size, 0), np.where(starts, words, 0))
 
 
 def grbl_seconds(
@@ -124,8 +124,8 @@ def grbl_seconds(
     n, m = len(path), len(moves)
     if not m:
         return np.zeros(0)
-    place = np.zeros((m + 1, 3))
-    np.cumsum(delta[moves.row], axis=0, out=place[1:])
+    position = np.zeros((m + 1, 3))
+    np.cumsum(delta[moves.row], axis=0, out=position[1:])
     move = np.full(n, -1, dtype=np.int64)
     move[moves.row] = np.arange(m)
     stops = stops_of(path, machine) | (waits > 0)
@@ -133,17 +133,17 @@ def grbl_seconds(
     board = new_board(n, pace / BYTES_PER_SECOND, machine.motor_lock_s, pace)
     limits = np.array([machine.steps_per_mm, machine.rapid_velocity, machine.acceleration])
     limits[2] *= machine.acceleration_factor
-    asked = path.value[moves.row]
-    feed = np.where(asked > 0.0, np.minimum(asked, machine.max_feed), machine.max_feed)
+    programmed = path.value[moves.row]
+    feed = np.where(programmed > 0.0, np.minimum(programmed, machine.max_feed), machine.max_feed)
     feed[moves.rapid] = np.inf
     arcs = _arcs(moves, machine.arc_tolerance)
     sent = lines_by_row(path, lines)
     scratch = (np.zeros(n), np.zeros(3))
-    grbl_clock(board, move, *sent, stops, waits, place, feed, *arcs, limits, machine.corner_deviation, *scratch)
-    waited = np.cumsum(np.where(stops, waits, 0.0))
-    ends = (np.maximum.accumulate(board.done) - waited)[moves.row]
-    began = board.state[BEGAN] - waited[moves.row[0]]
-    seconds: Floats = np.maximum(np.diff(np.maximum(ends, began), prepend=began), 0.0)
+    grbl_clock(board, move, *sent, stops, waits, position, feed, *arcs, limits, machine.corner_deviation, *scratch)
+    total_waits = np.cumsum(np.where(stops, waits, 0.0))
+    ends = (np.maximum.accumulate(board.done) - total_waits)[moves.row]
+    start = board.state[BEGAN] - total_waits[moves.row[0]]
+    seconds: Floats = np.maximum(np.diff(np.maximum(ends, start), prepend=start), 0.0)
     return seconds
 
 

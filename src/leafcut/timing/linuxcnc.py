@@ -56,23 +56,23 @@ def linuxcnc_corners(before: Moves, after: Moves, machine: Machine) -> Corners:
     bend = (np.abs(after.start - before.end) / bounds).max(axis=1) * (slower / CYCLE + after.acceleration)
     bend /= np.where((before.turn.radius > 0) | (after.turn.radius > 0), TANGENTIAL, 1.0)
     tangent = joined & (bend <= kink + _TINY)
-    passed = np.where(tangent, slower, slower * kink / bend)
+    corner_speed = np.where(tangent, slower, slower * kink / bend)
     held_back = np.where(joined, np.minimum(bend, kink), 0.0)
 
     rounded = joined & ~tangent & (before.mode == BLEND)
     corner = _corner_arc(before, after, machine, cosine)
-    speed = np.where(tangent | rounded, passed, 0.0)
+    speed = np.where(tangent | rounded, corner_speed, 0.0)
     overlap = np.sin(corner.half_angle) * _overlap_speed(before, after, corner.half_angle, kink) / 2.0
     with_arc = rounded & (corner.speed > np.maximum(speed, overlap))
     overlapped = rounded & ~with_arc & (overlap >= speed)
-    freed = with_arc | overlapped
+    unlimited = with_arc | overlapped
     return Corners(
         speed=np.where(with_arc, np.inf, np.where(overlapped, 0.0, speed)),
         arc_length=np.where(with_arc, corner.length, 0.0),
         arc_speed=np.where(with_arc, corner.speed, 0.0),
         arc_acceleration=np.where(with_arc, TANGENTIAL * corner.acceleration, 0.0),
         trim=np.where(with_arc, corner.trim, 0.0),
-        held_back=np.where(freed, 0.0, held_back),
+        held_back=np.where(unlimited, 0.0, held_back),
         # The planner halves the acceleration of a move that may be followed, even if none follows.
         overlapped=overlapped | (before.flushed & (before.mode == BLEND)),
     )
@@ -89,7 +89,7 @@ class _CornerArc(NamedTuple):
 def _corner_arc(before: Moves, after: Moves, machine: Machine, cosine: Floats) -> _CornerArc:
     """Return the blend arc of each corner; speed 0 if none fits."""
     half_angle = 0.5 * np.arccos(np.clip(-cosine, -1.0, 1.0))
-    angle, reach = _reach(before, after, half_angle)
+    angle, reach = _arc_bounds(before, after, half_angle)
     turn = np.pi - 2.0 * angle
     acceleration = _in_plane(before, after, np.asarray(machine.acceleration))
     whole = np.minimum(before.length, after.length)
@@ -97,7 +97,7 @@ def _corner_arc(before: Moves, after: Moves, machine: Machine, cosine: Floats) -
     tolerance = np.minimum(tolerance, _DEVIATION_PART * whole)
     reach = np.minimum(reach, np.cos(angle) * tolerance / (1.0 - np.sin(angle)))
     widest = np.tan(angle) * reach
-    speed = np.minimum(np.sqrt(NORMAL * acceleration * widest), _goal(before, after, machine, turn))
+    speed = np.minimum(np.sqrt(NORMAL * acceleration * widest), _requested_speed(before, after, machine, turn))
     # As wide as the speed requires, or as an overlap of both moves would be.
     half = 0.5 * acceleration
     overlap_s = np.minimum(np.sqrt(2.0 * half * reach), speed) / half
@@ -108,22 +108,22 @@ def _corner_arc(before: Moves, after: Moves, machine: Machine, cosine: Floats) -
     return _CornerArc(half_angle, *(np.where(fits, v, 0.0) for v in (length, speed, acceleration, trim)))
 
 
-def _reach(before: Moves, after: Moves, half_angle: Floats) -> tuple[Floats, Floats]:
+def _arc_bounds(before: Moves, after: Moves, half_angle: Floats) -> tuple[Floats, Floats]:
     """Return half the angle of each corner, and the length of both moves available to a blend arc, mm.
 
     Half of a straight move; two thirds of the sweep of an arc at its end, one third at its start. An arc that turns in
     the direction of the corner is replaced by its chord, which narrows the angle.
     """
     angle, reach = half_angle, np.full(len(half_angle), np.inf)
-    for move, part, inwards in (
+    for move, share, inwards in (
         (before, 2.0 / 3.0, -(after.start * before.turn.out_end).sum(axis=1)),
         (after, 1.0 / 3.0, (before.end * after.turn.out).sum(axis=1)),
     ):
         convex = inwards > 0
-        sweep = np.minimum(part * move.turn.sweep, np.where(convex, half_angle, 0.5 * np.pi))
-        of_arc = move.turn.radius * np.where(convex, np.sin(0.25 * sweep), sweep)
+        sweep = np.minimum(share * move.turn.sweep, np.where(convex, half_angle, 0.5 * np.pi))
+        on_arc = move.turn.radius * np.where(convex, np.sin(0.25 * sweep), sweep)
         is_arc = move.turn.radius > 0
-        reach = np.minimum(reach, np.where(is_arc, of_arc, 0.5 * move.length))
+        reach = np.minimum(reach, np.where(is_arc, on_arc, 0.5 * move.length))
         angle = np.where(is_arc & convex, np.minimum(angle, half_angle - 0.25 * sweep), angle)
     return angle, reach
 
@@ -148,9 +148,9 @@ def _in_plane(before: Moves, after: Moves, bounds: Floats) -> Floats:
     return longest
 
 
-def _goal(before: Moves, after: Moves, machine: Machine, turn: Floats) -> Floats:
+def _requested_speed(before: Moves, after: Moves, machine: Machine, turn: Floats) -> Floats:
     """Return the requested speed on a corner's arc, limited to the speed that the axes allow along the whole arc."""
-    wanted = np.maximum(before.velocity, after.velocity)
+    requested = np.maximum(before.velocity, after.velocity)
     allowed = _in_plane(before, after, np.asarray(machine.rapid_velocity))
     # Between two straight moves, the velocity vector moves along the side of a triangle; its height is allowed too.
     steepest = np.cos(np.minimum(turn, 0.49 * np.pi))
@@ -159,7 +159,7 @@ def _goal(before: Moves, after: Moves, machine: Machine, turn: Floats) -> Floats
     base = after.start * second[:, None] - before.end * first[:, None]
     height = first * second * np.sin(turn) / np.sqrt((base * base).sum(axis=1))
     straight = (before.turn.radius == 0) & (after.turn.radius == 0)
-    return np.minimum(wanted, np.where(straight, np.fmax(height, allowed), allowed))
+    return np.minimum(requested, np.where(straight, np.fmax(height, allowed), allowed))
 
 
 def _overlap_speed(before: Moves, after: Moves, half_angle: Floats, kink: float) -> Floats:

@@ -102,17 +102,17 @@ def _linuxcnc_seconds(moves: Moves, corners: Corners) -> Floats:
     length = moves.length - corners.trim - np.append(0.0, corners.trim[:-1])
     with_arc = corners.arc_length > 0
     # The rest of a move before a corner's arc, if too short to run separately, is merged into the arc.
-    gone = with_arc & (length < GAP_CYCLES * CYCLE * corners.arc_speed)
-    arc_length = corners.arc_length + np.where(gone, np.maximum(length, 0.0), 0.0)
+    merged = with_arc & (length < GAP_CYCLES * CYCLE * corners.arc_speed)
+    arc_length = corners.arc_length + np.where(merged, np.maximum(length, 0.0), 0.0)
     m = len(moves)
     # The rest of a move, and every arc, takes slightly more than a cycle.
     arc_speed = np.minimum(corners.arc_speed, arc_length / SHORTEST)
     velocity = np.where(length > 0.0, np.minimum(velocity, length / SHORTEST), velocity)
     arcs = (arc_length, arc_speed, corners.arc_acceleration, np.full(m, np.inf), np.arange(m))
     pieces = (length, velocity, acceleration, corners.speed, np.arange(m))
-    both = [np.column_stack([piece, arc]).ravel() for piece, arc in zip(pieces, arcs, strict=True)]
-    there = np.column_stack([~gone, with_arc]).ravel()
-    seconds = travel_seconds(Pieces(*(column[there] for column in both)), DEPTH, m)
+    columns = [np.column_stack([piece, arc]).ravel() for piece, arc in zip(pieces, arcs, strict=True)]
+    exists = np.column_stack([~merged, with_arc]).ravel()
+    seconds = travel_seconds(Pieces(*(column[exists] for column in columns)), DEPTH, m)
     # The end of a move is detected in the following cycle: half a cycle late on average.
     seconds += np.where((corners.speed == 0) & ~follows, 0.5 * CYCLE, 0.0)
     if follows.any():
@@ -123,11 +123,11 @@ def _linuxcnc_seconds(moves: Moves, corners: Corners) -> Floats:
 def _overlaps(moves: Moves, follows: NDArray[np.bool_], velocity: Floats, acceleration: Floats) -> Floats:
     """Return the overlap of every move with the next one, s."""
     saved = np.zeros(len(moves))
-    at = np.flatnonzero(follows)
-    before, after = (replace(moves[rows], velocity=velocity[rows]) for rows in (at, at + 1))
+    followed = np.flatnonzero(follows)
+    before, after = (replace(moves[rows], velocity=velocity[rows]) for rows in (followed, followed + 1))
     half_angle = 0.5 * np.arccos(np.clip(-(before.end * after.start).sum(axis=1), -1.0, 1.0))
-    begins, _ = overlap_speeds(before, after, (acceleration[at], acceleration[at + 1]), half_angle)
-    saved[at] = begins / acceleration[at]
+    overlap_speed, _ = overlap_speeds(before, after, (acceleration[followed], acceleration[followed + 1]), half_angle)
+    saved[followed] = overlap_speed / acceleration[followed]
     return saved
 
 
@@ -138,18 +138,19 @@ def travel_seconds(pieces: Pieces, depth: int, n_moves: int | None = None) -> Fl
     limit[:-1] = np.minimum(limit[:-1], velocity[1:])
     limit[-1] = 0.0
     gain = 2.0 * acceleration * length
-    reach = np.cumsum(gain)
-    ahead = np.minimum(
-        _least_ahead(limit * limit + reach, depth), reach[np.minimum(np.arange(len(reach)) + depth, len(reach) - 1)]
+    total_gain = np.cumsum(gain)
+    backward_limit = np.minimum(
+        _least_ahead(limit * limit + total_gain, depth),
+        total_gain[np.minimum(np.arange(len(total_gain)) + depth, len(total_gain) - 1)],
     )
-    square = ahead - reach
-    behind = np.minimum(np.minimum.accumulate(square - reach), 0.0) + reach
-    end = np.sqrt(np.maximum(np.minimum(behind, limit * limit), 0.0))
-    begin = np.append(0.0, end[:-1])
-    peak = np.minimum(np.sqrt(0.5 * (gain + begin * begin + end * end)), velocity)
-    peak = np.maximum(peak, np.maximum(begin, end))
-    ramps = (2.0 * peak - begin - end) / acceleration
-    ramped = (2.0 * peak * peak - begin * begin - end * end) / (2.0 * acceleration)
+    backward_square = backward_limit - total_gain
+    forward_limit = np.minimum(np.minimum.accumulate(backward_square - total_gain), 0.0) + total_gain
+    end = np.sqrt(np.maximum(np.minimum(forward_limit, limit * limit), 0.0))
+    start = np.append(0.0, end[:-1])
+    peak = np.minimum(np.sqrt(0.5 * (gain + start * start + end * end)), velocity)
+    peak = np.maximum(peak, np.maximum(start, end))
+    ramps = (2.0 * peak - start - end) / acceleration
+    ramped = (2.0 * peak * peak - start * start - end * end) / (2.0 * acceleration)
     cruise = np.maximum(length - ramped, 0.0) / np.where(peak > 0, peak, 1.0)
     seconds: Floats = np.bincount(pieces.move, weights=ramps + cruise, minlength=n_moves or len(length)).astype(float)
     return seconds

@@ -96,14 +96,14 @@ def moves_of(
         steps = joined_steps(steps, turns)
     length, limit, acceleration, start, end = _straight(steps, machine)
     turn = Turn(*(np.zeros((len(length), *column.shape[1:])) for column in turns.turn))
-    at = np.flatnonzero(steps.arc >= 0)
-    if len(at):
-        which = steps.arc[at]
-        for column, known in zip(turn, turns.turn, strict=True):
-            column[at] = known[which]
-        length[at] = turns.length[which]
-        start[at], end[at] = _tangents(turns.turn, which, length[at])
-        limit[at], acceleration[at] = _round_limits(turns, which, machine)
+    on_arc = np.flatnonzero(steps.arc >= 0)
+    if len(on_arc):
+        turn_rows = steps.arc[on_arc]
+        for column, turn_column in zip(turn, turns.turn, strict=True):
+            column[on_arc] = turn_column[turn_rows]
+        length[on_arc] = turns.length[turn_rows]
+        start[on_arc], end[on_arc] = _tangents(turns.turn, turn_rows, length[on_arc])
+        limit[on_arc], acceleration[on_arc] = _round_limits(turns, turn_rows, machine)
     limit = np.minimum(limit, length / cycle_s) if cycle_s else limit
     feed = np.where(steps.feed > 0, np.minimum(steps.feed, machine.max_feed), machine.max_feed)
     velocity = np.where(steps.rapid, limit, np.minimum(feed, limit))
@@ -159,20 +159,20 @@ def _straight(steps: MovingRows, machine: Machine) -> tuple[Floats, Floats, Floa
     return length, limit, acceleration, unit, unit.copy()
 
 
-def _tangents(turn: Turn, which: NDArray[np.int64], length: Floats) -> tuple[Floats, Floats]:
+def _tangents(turn: Turn, rows: NDArray[np.int64], length: Floats) -> tuple[Floats, Floats]:
     """Return the unit tangents at the start and at the end of helices of given length."""
-    sweep, normal = turn.sweep[which, None], turn.normal[which]
-    upwards = np.abs(normal) * turn.rise[which, None]
-    along = [turn.radius[which, None] * sweep * np.cross(normal, out[which]) for out in (turn.out, turn.out_end)]
+    sweep, normal = turn.sweep[rows, None], turn.normal[rows]
+    upwards = np.abs(normal) * turn.rise[rows, None]
+    along = [turn.radius[rows, None] * sweep * np.cross(normal, out[rows]) for out in (turn.out, turn.out_end)]
     return (along[0] + upwards) / length[:, None], (along[1] + upwards) / length[:, None]
 
 
-def _round_limits(turns: Turns, which: NDArray[np.int64], machine: Machine) -> tuple[Floats, Floats]:
+def _round_limits(turns: Turns, rows: NDArray[np.int64], machine: Machine) -> tuple[Floats, Floats]:
     """Return the limits of velocity and acceleration along helices, from the slowest axis in plane and the rise."""
-    axes = AXES[turns.plane[which]]
-    length = turns.length[which]
-    flat = turns.turn.radius[which] * turns.turn.sweep[which]
-    rise = np.abs(turns.turn.rise[which])
+    axes = AXES[turns.plane[rows]]
+    length = turns.length[rows]
+    flat = turns.turn.radius[rows] * turns.turn.sweep[rows]
+    rise = np.abs(turns.turn.rise[rows])
     limits = []
     for limit in (np.asarray(machine.rapid_velocity), np.asarray(machine.acceleration)):
         with np.errstate(divide="ignore"):

@@ -91,19 +91,19 @@ def measure(
     PlanError
         The expanded cycles have too many moves.
     """
-    path, source, delta, turns, moves, each, standing = _timed(path, machine, start, lines)
-    dark = (path.kind == Kind.FEED) & (off[source] if off is not None else False)
-    rapid = (path.kind == Kind.RAPID) | (path.kind == Kind.MACHINE) | dark
+    path, source, delta, turns, moves, move_times, standing_seconds = _timed(path, machine, start, lines)
+    beam_off = (path.kind == Kind.FEED) & (off[source] if off is not None else False)
+    rapid = (path.kind == Kind.RAPID) | (path.kind == Kind.MACHINE) | beam_off
     seconds = {
-        "rapid": float(each[moves.rapid].sum()),
-        "feed": float(each[~moves.rapid].sum()),
-        "dwell": float(standing[path.kind == Kind.DWELL].sum()),
-        "tool_change": float(standing[path.kind == Kind.TOOL].sum()),
-        "spindle": float(standing[path.kind == Kind.SPINDLE].sum()),
+        "rapid": float(move_times[moves.rapid].sum()),
+        "feed": float(move_times[~moves.rapid].sum()),
+        "dwell": float(standing_seconds[path.kind == Kind.DWELL].sum()),
+        "tool_change": float(standing_seconds[path.kind == Kind.TOOL].sum()),
+        "spindle": float(standing_seconds[path.kind == Kind.SPINDLE].sum()),
     }
     return Measure(
         travel_mm=_length(delta[rapid]),
-        cut_mm=_length(delta[(path.kind == Kind.FEED) & ~dark]) + float(turns.length.sum()),
+        cut_mm=_length(delta[(path.kind == Kind.FEED) & ~beam_off]) + float(turns.length.sum()),
         time_s=sum(seconds.values()),
         by_kind=seconds,
         start=start,
@@ -125,10 +125,10 @@ def starved_rows(path: Toolpath, machine: Machine, lines: SentLines | None = Non
     if corner_style(machine) != "grbl":
         return np.zeros(0, dtype=np.int32), np.zeros(0)
     timed, fastest = _timed(path, machine, None, lines), _timed(path, machine, None, lines, pace=0.0).each
-    lost = timed.each - fastest
-    follows = np.append(False, ~timed.moves.flushed[:-1])[: len(lost)]
-    late = follows & (lost > LATE_PART * fastest)
-    return timed.source[timed.moves.row[late]], lost[late]
+    loss = timed.each - fastest
+    follows = np.append(False, ~timed.moves.flushed[:-1])[: len(loss)]
+    starved = follows & (loss > LATE_PART * fastest)
+    return timed.source[timed.moves.row[starved]], loss[starved]
 
 
 def seconds_by_row(path: Toolpath, machine: Machine) -> Floats:
@@ -190,14 +190,14 @@ def _timed(
     estimated = np.asarray(estimate[moves.row].any(axis=1)) | touching[moves.row]
     for at_rest in (estimated, np.append(estimated[1:], False)[: len(moves)]):
         moves.mode[at_rest], moves.flushed[at_rest] = REST, True
-    standing = _standing(path, machine, style)
+    standing_seconds = _standing(path, machine, style)
     if style == "grbl":
-        each = grbl_seconds(path, machine, delta + estimate, moves, standing, lines, pace)
+        move_times = grbl_seconds(path, machine, delta + estimate, moves, standing_seconds, lines, pace)
     else:
-        each = move_seconds(moves, machine, style)
+        move_times = move_seconds(moves, machine, style)
     if machine.rapid_style == "dogleg":
-        each[moves.rapid] = move_time((delta + estimate)[moves.row[moves.rapid]], machine)
-    return _Timed(path, source, delta, turns, moves, each, standing)
+        move_times[moves.rapid] = move_time((delta + estimate)[moves.row[moves.rapid]], machine)
+    return _Timed(path, source, delta, turns, moves, move_times, standing_seconds)
 
 
 def _touched(path: Toolpath) -> tuple[Toolpath, NDArray[np.bool_]]:
@@ -287,8 +287,8 @@ def _standing(path: Toolpath, machine: Machine, style: str) -> Floats:
     if style == "grbl":
         seconds[dwells] = np.ceil(seconds[dwells] / DWELL_STEP - 1e-6) * DWELL_STEP
     changes = np.flatnonzero(path.kind == Kind.TOOL)
-    other = np.append(True, np.diff(path.ref[changes]) != 0)[: len(changes)]
-    seconds[changes[other]] = machine.tool_change_s
+    is_new_tool = np.append(True, np.diff(path.ref[changes]) != 0)[: len(changes)]
+    seconds[changes[is_new_tool]] = machine.tool_change_s
     turning, start_s = 0.0, 0.0 if style == "grbl" else machine.spindle_start_s
     # Plain lists are faster here than array access: a beam has as many SPINDLE rows as cuts.
     kinds, tool = path.kind.tolist(), int(Kind.TOOL)

@@ -99,33 +99,36 @@ def way_height(relief: Relief, a: Point, b: Point, dogleg: bool) -> float:
     the whole box between the places.
     """
     ends = relief.at(np.array([a, b], dtype=np.float64))
-    (x0, y0), (x1, y1) = sorted([a, b], key=lambda place: (place[1], place[0]))
+    (x0, y0), (x1, y1) = sorted([a, b], key=lambda point: (point[1], point[0]))
     rows, columns = relief.safe.shape
-    room = 0.0 if dogleg else 1e-6 * relief.side
-    first = max(math.floor((y0 - room - relief.y) / relief.side), 0)
-    last = min(math.floor((y1 + room - relief.y) / relief.side), rows - 1)
+    tolerance = 0.0 if dogleg else 1e-6 * relief.side
+    first = max(math.floor((y0 - tolerance - relief.y) / relief.side), 0)
+    last = min(math.floor((y1 + tolerance - relief.y) / relief.side), rows - 1)
     best = float(ends.max())
     for row in range(first, last + 1):
         left, right = x0, x1
         if not dogleg and y1 > y0:
-            low, high = (relief.y + row * relief.side - room - y0), (relief.y + (row + 1) * relief.side + room - y0)
+            low, high = (
+                (relief.y + row * relief.side - tolerance - y0),
+                (relief.y + (row + 1) * relief.side + tolerance - y0),
+            )
             low, high = (min(max(edge / (y1 - y0), 0.0), 1.0) for edge in (low, high))
             left, right = x0 + low * (x1 - x0), x0 + high * (x1 - x0)
         left, right = min(left, right), max(left, right)
-        begin = max(math.floor((left - room - relief.x) / relief.side), 0)
-        end = min(math.floor((right + room - relief.x) / relief.side), columns - 1)
-        if end >= begin:
-            best = max(best, float(relief.safe[row, begin : end + 1].max()))
+        start = max(math.floor((left - tolerance - relief.x) / relief.side), 0)
+        stop = min(math.floor((right + tolerance - relief.x) / relief.side), columns - 1)
+        if stop >= start:
+            best = max(best, float(relief.safe[row, start : stop + 1].max()))
     return best
 
 
 def _rise_and_fall(metric: Metric, relief: Relief, a: Point, b: Point) -> float:
     """Return the cost of rising at `a` to the travel height to `b`, and of descending there."""
     height = way_height(relief, a, b, metric.name == "dogleg")
-    ways = height - relief.at(np.array([a, b], dtype=np.float64))
+    distances = height - relief.at(np.array([a, b], dtype=np.float64))
     if metric.unit == "mm":
-        return float(ways.sum())
-    return float(sum(trapezoid_time(way, relief.velocity, relief.acceleration) for way in ways.tolist()))
+        return float(distances.sum())
+    return float(sum(trapezoid_time(vertical, relief.velocity, relief.acceleration) for vertical in distances.tolist()))
 
 
 def _linear(metric: Metric, a: Point, b: Point) -> float:

@@ -49,23 +49,23 @@ def turns_of(path: Toolpath) -> Turns:
     """Return the arcs and helices of a path."""
     row = np.flatnonzero((path.kind == Kind.ARC_CW) | (path.kind == Kind.ARC_CCW))
     n = len(row)
-    used = [path.arcs[i] for i in path.ref[row].tolist()]
-    plane = np.array([a.plane for a in used], dtype=np.int64).reshape(n) - 17
-    centre = np.array([a.center for a in used], dtype=np.float64).reshape(n, 3)
-    turns = np.array([a.turns for a in used], dtype=np.float64).reshape(n)
+    arcs = [path.arcs[i] for i in path.ref[row].tolist()]
+    plane = np.array([a.plane for a in arcs], dtype=np.int64).reshape(n) - 17
+    centre = np.array([a.center for a in arcs], dtype=np.float64).reshape(n, 3)
+    turns = np.array([a.turns for a in arcs], dtype=np.float64).reshape(n)
     axes = AXES[plane]
     side = np.where(path.kind[row] == Kind.ARC_CCW, 1.0, -1.0)
-    begin, end = path.before[row], path.end[row]
-    flat0, flat1 = (np.take_along_axis(p - centre, axes[:, :2], axis=1) for p in (begin, end))
+    start, end = path.before[row], path.end[row]
+    flat0, flat1 = (np.take_along_axis(p - centre, axes[:, :2], axis=1) for p in (start, end))
     angle0, angle1 = (np.arctan2(flat[:, 1], flat[:, 0]) for flat in (flat0, flat1))
     sweep = (side * (angle1 - angle0)) % math.tau
     sweep = np.where(sweep < _NO_TURN, math.tau, sweep) + math.tau * (turns - 1)
-    rise = np.nan_to_num(np.take_along_axis(end - begin, axes[:, 2:], axis=1)[:, 0])
+    rise = np.nan_to_num(np.take_along_axis(end - start, axes[:, 2:], axis=1)[:, 0])
     radius = np.hypot(flat0[:, 0], flat0[:, 1])
-    known = radius * sweep > SHORTEST  # also false if the start is unknown
+    is_valid = radius * sweep > SHORTEST  # also false if the start is unknown
     normal, out, out_end = (np.zeros((n, 3)) for _ in range(3))
     np.put_along_axis(normal, axes[:, 2:], side[:, None], axis=1)
     for vector, angle in ((out, angle0), (out_end, angle0 + side * sweep)):
         np.put_along_axis(vector, axes[:, :2], np.column_stack([np.cos(angle), np.sin(angle)]), axis=1)
     turn = Turn(radius, sweep, rise, normal, out, out_end)
-    return Turns(row, np.where(known, np.hypot(radius * sweep, rise), 0.0), plane, turn)
+    return Turns(row, np.where(is_valid, np.hypot(radius * sweep, rise), 0.0), plane, turn)
