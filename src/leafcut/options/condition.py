@@ -30,19 +30,23 @@ class Condition:
 
     def holds(self, value_of: Callable[[str], Any], input_format: str) -> bool:
         """Return whether the options and the format of the input meet the condition."""
-        found = [value_of(name) for name in self.names] if self.names else [input_format]
-        return self.wanted == any(value in self.values if self.values else bool(value) for value in found)
+        values = [value_of(name) for name in self.names] if self.names else [input_format]
+        return self.wanted == any(value in self.values if self.values else bool(value) for value in values)
 
     def refusal(self, option: str, flag: _Flag) -> str:
         """Return why an option is not used, and what to change: "only used with --keep-out; add --keep-out …"."""
-        words, own = " or ".join(", ".join(self.values).rsplit(", ", 1)), flag(option)
+        value_text, own = " or ".join(", ".join(self.values).rsplit(", ", 1)), flag(option)
         if not self.names:
-            return f"{'only' if self.wanted else 'not'} used for a {words.replace('step', 'STEP file')}; leave it out"
-        *most, last = map(flag, self.names)
-        if most:
-            return f"only used with {', '.join(most)} or {last}; add one of them or leave out {own}"
+            return (
+                f"{'only' if self.wanted else 'not'} used for a {value_text.replace('step', 'STEP file')}; leave it out"
+            )
+        *flags, last = map(flag, self.names)
+        if flags:
+            return f"only used with {', '.join(flags)} or {last}; add one of them or leave out {own}"
         if self.values:
-            return f"only used {'with' if self.wanted else 'without'} {last} {words}; set {last} or leave out {own}"
+            return (
+                f"only used {'with' if self.wanted else 'without'} {last} {value_text}; set {last} or leave out {own}"
+            )
         if self.wanted:
             return f"only used with {last}; add {last} or leave out {own}"
         return f"not used with {last}; leave out {last} or {own}"

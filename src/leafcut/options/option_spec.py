@@ -1,4 +1,4 @@
-"""Definition of an option (kind, unit, bounds, help), and conversion of its values."""
+"""What an option is: its kind, unit, bounds and help, and how a value becomes one."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from leafcut.units import BARE_UNIT, FACTORS, parse_point, parse_quantity, with_
 
 @dataclass(frozen=True)
 class OptionSpec:
-    """Definition of an option apart from its name and default.
+    """What a face needs to know about one option, beside its name and default.
 
     `kind` is one of ``quantity`` (a float in `unit`), ``number``, ``share`` (0.6 or 60%), ``whole``, ``flag``,
-    ``text``, ``names`` (a comma-separated list), ``point`` (two or three lengths), ``place`` (a name of `PLACES` or two
-    lengths), ``percent`` and ``path``.
+    ``text``, ``names`` (a comma list), ``point`` (two or three lengths), ``place`` (a name of `PLACES` or two lengths),
+    ``percent`` and ``path``.
     """
 
     help: str
@@ -30,21 +30,21 @@ class OptionSpec:
     minimum: float | None = None
     maximum: float | None = None
     choices: tuple[str, ...] = ()
-    #: Words accepted besides a number.
+    #: Words that it takes beside a number.
     words: tuple[str, ...] = ()
-    #: Entry point group through which installed packages add choices.
+    #: The group of entry points by which installed packages add choices.
     group_of_plugins: str = ""
-    #: Description of the default, if the default value None stands for a recommendation and the like.
+    #: The default in words, where the default value None stands for "as the algorithm recommends" and the like.
     default_words: str = ""
-    #: Extension that marks a text as the path of a file; headers of programs contain only the file name.
+    #: The ending by which a text is the path of a file: a program's header tells its name alone.
     may_be_path: str | tuple[str, ...] = ""
-    #: False for options that cannot change the program, such as the number of threads; they are left out of the header.
+    #: False for what cannot change the program, such as the number of threads: it stays out of the header.
     changes_program: bool = True
     #: Conditions for its use.
     needs: Conditions = ()
-    #: Example of a point with three numbers: ``-400,-200,-300``. Without it a point has two or three, or is "free".
+    #: How a point of three numbers is typed: ``-400,-200,-300``. Without it a point has two or three, or is "free".
     example: str = ""
-    #: Whether the value belongs to one file and is reset with the next. Other values belong to the shop.
+    #: Whether the value belongs to one file: the next file starts without it. Other values belong to the shop.
     of_file: bool = False
 
     def names_file(self, value: object) -> bool:
@@ -54,21 +54,21 @@ class OptionSpec:
 
     @property
     def names_input(self) -> bool:
-        """Whether it names an input file; output files do not change the program."""
+        """Whether it names a file that is read; one that is written does not change the program."""
         return self.kind == "path" and self.changes_program
 
     @property
     def is_output(self) -> bool:
-        """Whether it names an output file."""
+        """Whether it names a file that is written."""
         return self.kind == "path" and not self.changes_program
 
     @property
     def all_choices(self) -> tuple[str, ...]:
-        """The choices including those of installed packages; empty if any text is allowed."""
+        """The choices with those that installed packages add; empty where anything may be said."""
         return tuple(dict.fromkeys((*self.choices, *entry_names(self.group_of_plugins))))
 
 
-#: Named positions in a box, as fractions of its width and height, 0 to 1.
+#: Places of what lies in a box, and how far they are across it and up it, 0 to 1.
 PLACES = {
     "lower-left": (0.0, 0.0),
     "lower-right": (1.0, 0.0),
@@ -77,19 +77,19 @@ PLACES = {
     "centre": (0.5, 0.5),
 }
 
-#: Upper limit for coordinates of machines, mm.
+#: No machine reaches a coordinate beyond this, mm.
 _FARTHEST = 1e6
 
 
 def option(kind: str, default: Any, help: str, **spec: Any) -> Any:
-    """Return the field of an option dataclass with its default and its `OptionSpec`."""
+    """Return the field of an option dataclass: its default, and the rest of its `OptionSpec`."""
     return field(default=default, metadata={"option": OptionSpec(help=help, kind=kind, **spec)})
 
 
 class OptionGroup:
-    """Base class of the option dataclasses: converts and checks every field."""
+    """Base of the option dataclasses: converts and checks every field, and knows how to describe itself."""
 
-    #: Table in a TOML file with these options, and heading of the group.
+    #: The table of a TOML file that holds these options, and what they are called together.
     section: ClassVar[str] = ""
     title: ClassVar[str] = ""
     #: Whether every option of the group belongs to one file (`OptionSpec.of_file`).
@@ -102,7 +102,7 @@ class OptionGroup:
     @classmethod
     def specs(cls) -> Mapping[str, OptionSpec]:
         """Return the specification of every field, by field name."""
-        return _specs(cls)  # type: ignore[arg-type]  # the class is hashable
+        return _specs(cls)  # type: ignore[arg-type]  # the class, which has a hash
 
     @classmethod
     def defaults(cls) -> dict[str, Any]:
@@ -110,21 +110,21 @@ class OptionGroup:
         return {f.name: f.default for f in fields(cls)}  # type: ignore[arg-type]
 
     @classmethod
-    def as_typed(cls, given: Mapping[str, Any]) -> dict[str, Any]:
-        """Return values with plain numbers as texts, so that ``feed = 300`` is in mm/min like ``--feed 300``."""
+    def as_typed(cls, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Return values with bare numbers as texts: ``feed = 300`` is mm/min, as ``--feed 300`` is, and not mm/s."""
         specs = cls.specs()
         return {
             name: repr(float(value)) if specs[name].kind == "quantity" and _is_float(value) else value
-            for name, value in given.items()
+            for name, value in values.items()
         }
 
     @classmethod
     def check(cls, name: str, value: Any) -> None:
-        """Raise `OptionError` if a value is invalid for an option, regardless of the others."""
+        """Raise `OptionError` where an option does not take a value, whatever the others are."""
         converted(name, cls.specs()[name], cls.as_typed({name: value})[name])
 
     def changed(self) -> dict[str, Any]:
-        """Return the options that differ from their defaults, in internal units."""
+        """Return the options that differ from their defaults, in inner units."""
         reference = type(self)()
         return {n: getattr(self, n) for n in self.specs() if getattr(self, n) != getattr(reference, n)}
 
@@ -138,17 +138,17 @@ def _specs(group: type) -> Mapping[str, OptionSpec]:
 
 
 def _is_float(value: Any) -> bool:
-    """Return whether a value is a number in the range of a float."""
+    """Return whether a value is a number that a float can hold."""
     return isinstance(value, int | float) and not isinstance(value, bool) and not _is_too_long(value)
 
 
 def _is_too_long(value: Any) -> bool:
-    """Return whether a value is an integer of more than 64 bits, which no option needs and messages cannot print."""
+    """Return whether a value is a whole number of more than 64 bits: nothing is so many, and no message prints it."""
     return isinstance(value, int) and not -(2**63) <= value < 2**63
 
 
 def converted(name: str, spec: OptionSpec, value: Any) -> Any:
-    """Return a typed value in internal units, or None for None.
+    """Return a value as a person says it in inner units, or None for none.
 
     Raises
     ------
@@ -163,31 +163,35 @@ def converted(name: str, spec: OptionSpec, value: Any) -> Any:
     if _is_too_long(value):
         raise OptionError(f"{flag}: the number is out of range (more than 64 bits)")
     try:
-        found = _CONVERTERS[spec.kind](spec, value)
+        result = _CONVERTERS[spec.kind](spec, value)
     except (OptionError, TypeError, ValueError, OverflowError) as problem:
         kind = " or one of ".join(filter(None, (_KIND_WORDS[spec.kind], ", ".join(spec.words))))
         detail = str(problem) if isinstance(problem, OptionError) else f"'{value}' is not {kind}"
         raise OptionError(f"{flag}: {detail}") from None
     if spec.choices:
-        given = found if isinstance(found, tuple) else (found,)
-        for word in given:
+        items = result if isinstance(result, tuple) else (result,)
+        for word in items:
             if word not in spec.choices and word not in spec.all_choices:
                 raise OptionError(f"{flag}: unknown value '{word}'{nearest(str(word), spec.all_choices)}")
-    _check_bounds(flag, spec, found)
-    return found
+    _check_bounds(flag, spec, result)
+    return result
 
 
 def _check_bounds(flag: str, spec: OptionSpec, value: Any) -> None:
     if isinstance(value, str | tuple | bool | Path):
         return
     if spec.minimum is not None and value < spec.minimum:
-        raise OptionError(f"{flag}: {_said(spec, value)} is below the minimum of {_said(spec, spec.minimum)}")
+        raise OptionError(
+            f"{flag}: {_bound_text(spec, value)} is below the minimum of {_bound_text(spec, spec.minimum)}"
+        )
     if spec.maximum is not None and value > spec.maximum:
-        raise OptionError(f"{flag}: {_said(spec, value)} is above the maximum of {_said(spec, spec.maximum)}")
+        raise OptionError(
+            f"{flag}: {_bound_text(spec, value)} is above the maximum of {_bound_text(spec, spec.maximum)}"
+        )
 
 
-def _said(spec: OptionSpec, value: float) -> str:
-    """Return a number in its shop unit, instead of radians or mm/s."""
+def _bound_text(spec: OptionSpec, value: float) -> str:
+    """Return a number in the unit a person types it in, which radians and mm/s are not."""
     if not spec.unit:
         return str(value) if isinstance(value, int) else f"{value:g}"
     unit = BARE_UNIT[spec.unit]
@@ -207,7 +211,7 @@ def _number(_: OptionSpec, value: Any) -> float:
 
 
 def _share(spec: OptionSpec, value: Any) -> float:
-    """Return a fraction; a text may be in percent: 60% is 0.6."""
+    """Return a plain number; a text may say it in percent: 60% is 0.6."""
     if isinstance(value, str) and value.strip().endswith("%"):
         return _number(spec, value.strip().removesuffix("%")) / 100.0
     return _number(spec, value)
@@ -226,32 +230,32 @@ def _flag(_: OptionSpec, value: Any) -> bool:
 
 
 def split_names(value: Any) -> tuple[str, ...]:
-    """Return the names of a comma-separated list, or of any list."""
+    """Return the names of a list with commas, or of any list."""
     words = value.split(",") if isinstance(value, str) else value
     return tuple(str(word).strip() for word in words if str(word).strip())
 
 
 def _coordinates(value: Any) -> tuple[float, ...]:
     numbers = parse_point(value)
-    far = next((number for number in numbers if abs(number) > _FARTHEST), None)
-    if far is not None:
-        raise OptionError(f"{far:g} mm is out of range of any machine")
+    is_far = next((number for number in numbers if abs(number) > _FARTHEST), None)
+    if is_far is not None:
+        raise OptionError(f"{is_far:g} mm is out of range of any machine")
     return numbers
 
 
 def _point(spec: OptionSpec, value: Any) -> tuple[float, ...] | None:
     if value == "free" and not spec.example:
         return None
-    wanted = f"x,y,z, such as '{spec.example}'" if spec.example else "a point such as '10,20' or '10,20,5'"
+    expected = f"x,y,z, such as '{spec.example}'" if spec.example else "a point such as '10,20' or '10,20,5'"
     if isinstance(value, str) and "," not in value:
-        raise OptionError(f"'{shown(value)}' is not {wanted}")
+        raise OptionError(f"'{shown(value)}' is not {expected}")
     numbers = _coordinates(value)
     if len(numbers) not in ((3,) if spec.example else (2, 3)):
-        raise OptionError(f"'{value}' is not {wanted}")
+        raise OptionError(f"'{value}' is not {expected}")
     return numbers
 
 
-def _place(_: OptionSpec, value: Any) -> str | tuple[float, ...]:
+def _side_or_point(_: OptionSpec, value: Any) -> str | tuple[float, ...]:
     if isinstance(value, str) and "," not in value:
         name = value.strip().lower().replace("center", "centre")
         if name not in PLACES:
@@ -278,7 +282,7 @@ _CONVERTERS: dict[str, Any] = {
     "text": _text,
     "names": lambda _, value: split_names(value),
     "point": _point,
-    "place": _place,
+    "place": _side_or_point,
     "percent": lambda spec, value: _number(spec, value.removesuffix("%") if isinstance(value, str) else value),
     "path": lambda _, value: Path(value),
 }
@@ -298,7 +302,7 @@ _KIND_WORDS = {
 
 
 def written(spec: OptionSpec, value: Any) -> str:
-    """Return an option's value as typed, including shop units."""
+    """Return an option's value as a person would type it, shop units included."""
     if value is None:
         return "free"
     if spec.kind == "flag":
@@ -316,5 +320,5 @@ def written(spec: OptionSpec, value: Any) -> str:
 
 
 def flag_name(name: str) -> str:
-    """Return the command-line flag of a field: ``n_ants`` → ``--n-ants``."""
+    """Return the command line's flag for a field: ``n_ants`` → ``--n-ants``."""
     return "--" + name.replace("_", "-")

@@ -1,4 +1,4 @@
-"""Options of a run."""
+"""The options of one run."""
 
 from __future__ import annotations
 
@@ -20,17 +20,18 @@ Group = TypeVar("Group", bound=OptionGroup)
 
 @dataclass(frozen=True)
 class Settings:
-    """Options of a run, by group: shared groups by name, a process's own groups with `of`.
+    """The options of one run, by group: those that processes share by name, a process's own with `of`.
 
     Attributes
     ----------
     groups
-        Groups in display order; a missing group has its defaults.
+        In the order in which options are told; a group that is not there is at its defaults.
     given, asked, defaults
-        Names of all given options, even if equal to the default; of those given on the command line or in a call,
-        rather than in a file, which may be meant for many processes; and of those from the user's own defaults.
+        Names of what was given, also where that is what holds anyway; of these what was given by itself, on the
+        command line or in a call, and not in a file, which may be meant for many processes; and what is of the
+        person's own defaults.
     process
-        Value of ``--process`` that selects the same work again, "" if the input determines it.
+        What ``--process`` has to say to have the same work again, "" where the input alone says it.
     """
 
     groups: Mapping[type[OptionGroup], OptionGroup] = field(default_factory=lambda: MappingProxyType({}))
@@ -41,70 +42,70 @@ class Settings:
 
     def of(self, group: type[Group]) -> Group:
         """Return the options of a group."""
-        found = self.groups.get(group)
-        return found if isinstance(found, group) else group()
+        stored = self.groups.get(group)
+        return stored if isinstance(stored, group) else group()
 
     def but(self, *groups: OptionGroup) -> Settings:
-        """Return the settings with some groups replaced."""
+        """Return the settings with other options in some groups."""
         return replace(self, groups=MappingProxyType({**self.groups, **{type(group): group for group in groups}}))
 
     @property
     def read(self) -> ReadOptions:
-        """Options of the input file."""
+        """Return what is taken of a file."""
         return self.of(ReadOptions)
 
     @property
     def sheet(self) -> SheetOptions:
-        """Options of sheet drawings."""
+        """Return how drawings of sheets are read."""
         return self.of(SheetOptions)
 
     @property
     def pocket_drawing(self) -> PocketDrawingOptions:
-        """Options of pocket drawings and pictures."""
+        """Return how drawings and pictures of pockets are read."""
         return self.of(PocketDrawingOptions)
 
     @property
     def machine(self) -> MachineOptions:
-        """Options of the machine."""
+        """Return which machine."""
         return self.of(MachineOptions)
 
     @property
     def job(self) -> JobOptions:
-        """Material, heights, positions and obstacles of the job."""
+        """Return what is worked, and its heights, places and obstacles."""
         return self.of(JobOptions)
 
     @property
     def stock(self) -> StockOptions:
-        """Options of the stock."""
+        """Return what material a program cuts."""
         return self.of(StockOptions)
 
     @property
     def cut_data(self) -> CutDataOptions:
-        """Cutting process and cutting data of a sheet."""
+        """Return what cuts the sheet, and how fast."""
         return self.of(CutDataOptions)
 
     @property
     def solve(self) -> SolveOptions:
-        """Options of the search."""
+        """Return how the order is sought."""
         return self.of(SolveOptions)
 
     @property
     def aco(self) -> AcoOptions:
-        """Parameters of the ant algorithms."""
+        """Return the parameters of the ants."""
         return self.of(AcoOptions)
 
     @property
     def firefly(self) -> FireflyOptions:
-        """Parameters of the firefly algorithm."""
+        """Return the parameters of the fireflies."""
         return self.of(FireflyOptions)
 
     @property
     def post(self) -> PostOptions:
-        """Format of the written program."""
+        """Return how the program is written."""
         return self.of(PostOptions)
 
     def changed(self) -> dict[str, str]:
-        """Return every non-default option that can change the program: flag → value as typed."""
+        """Return every option that is not at its default and can change the program: flag → value as one types it."""
         process = {"--process": self.process} if self.process else {}
         return process | dict(
             _as_typed(group, name) for group in self.groups.values() for name in group.changed()
@@ -112,25 +113,25 @@ class Settings:
         )  # fmt: skip
 
     def from_defaults(self) -> tuple[str, ...]:
-        """Return the used options from the user's own defaults, as typed."""
-        told = self.defaults & self.given
+        """Return what the person's own defaults say of the options that are used, as one types it."""
+        names = self.defaults & self.given
         return tuple(
             " ".join(filter(None, _as_typed(group, name)))
-            for group in self.groups.values() for name in group.specs() if name in told
+            for group in self.groups.values() for name in group.specs() if name in names
         )  # fmt: skip
 
 
 def _as_typed(group: OptionGroup, name: str) -> tuple[str, str]:
-    """Return an option's flag and its value as typed."""
+    """Return an option's flag and its value."""
     value = getattr(group, name)
     return flag_name(name if value is not False else f"no_{name}"), written(group.specs()[name], value)
 
 
 def without(settings: Settings, names: Iterable[str]) -> Settings:
-    """Return the settings with some options reset to their defaults and marked as not given."""
-    left_out = frozenset(names)
+    """Return the settings with some options at their defaults, and as not given."""
+    removed = frozenset(names)
     groups = [
-        replace(group, **{name: type(group).defaults()[name] for name in there})  # type: ignore[type-var]
-        for group in settings.groups.values() if (there := left_out & group.specs().keys())
+        replace(group, **{name: type(group).defaults()[name] for name in present})  # type: ignore[type-var]
+        for group in settings.groups.values() if (present := removed & group.specs().keys())
     ]  # fmt: skip
-    return replace(settings.but(*groups), given=settings.given - left_out)
+    return replace(settings.but(*groups), given=settings.given - removed)

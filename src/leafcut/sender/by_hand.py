@@ -27,9 +27,9 @@ JOG_CANCEL = b"\x85"
 #: Time limit of a probing move, s.
 _PROBE_SECONDS = 600.0
 #: Retract height above the plate after probing, mm.
-_BACK = 2.0
+_RETRACT = 2.0
 #: Tolerance for rounded positions, mm.
-_TOLERANCE = 0.005
+_ROOM = 0.005
 _AXES = "XYZ"
 
 
@@ -56,7 +56,7 @@ def jog_line(moves: dict[str, float], feed: float, *, machine: bool = False) -> 
     return f"$J={'G53' if machine else 'G91'}G21{''.join(words)}F{number_in_mm(feed)}"
 
 
-def jog(talk: GrblConversation, moves: dict[str, float], feed: float) -> None:
+def jog(conversation: GrblConversation, moves: dict[str, float], feed: float) -> None:
     """Jog by lengths (axis → mm) at a feed in mm/min; return when the controller has accepted the command.
 
     Raises
@@ -64,10 +64,10 @@ def jog(talk: GrblConversation, moves: dict[str, float], feed: float) -> None:
     SendError
         The jog would leave the travel, or the machine cannot be jogged now.
     """
-    talk.ask(jog_line(moves, feed))
+    conversation.ask(jog_line(moves, feed))
 
 
-def check_jog(facts: Facts, place: XYZ | None, moves: dict[str, float]) -> None:
+def check_jog(facts: Facts, position: XYZ | None, moves: dict[str, float]) -> None:
     """Refuse a jog that leaves the travel, even with soft limits off; a move back into it is allowed.
 
     Raises
@@ -75,22 +75,22 @@ def check_jog(facts: Facts, place: XYZ | None, moves: dict[str, float]) -> None:
     SendError
         In the words of the controller's own error.
     """
-    if place is None or not facts.knows_place:
+    if position is None or not facts.knows_place:
         return
     low, high = facts.travel()
     for axis, move in moves.items():
         k = _AXES.index(axis)
-        target = place[k] + move
-        if (target > high[k] + _TOLERANCE and move > 0.0) or (target < low[k] - _TOLERANCE and move < 0.0):
+        target = position[k] + move
+        if (target > high[k] + _ROOM and move > 0.0) or (target < low[k] - _ROOM and move < 0.0):
             raise SendError(f"{axis} goes from {low[k]:g} to {high[k]:g} mm: {error_in_words(15)}")
 
 
-def cancel_jog(talk: GrblConversation) -> None:
+def cancel_jog(conversation: GrblConversation) -> None:
     """Cancel a jog."""
-    talk.write(JOG_CANCEL)
+    conversation.write(JOG_CANCEL)
 
 
-def probe_z(talk: GrblConversation, facts: Facts, plate: float, feed: float, travel: float) -> None:
+def probe_z(conversation: GrblConversation, facts: Facts, plate: float, feed: float, travel: float) -> None:
     """Probe down onto a plate, set Z0 at the underside of the plate, and retract.
 
     Parameters
@@ -109,31 +109,29 @@ def probe_z(talk: GrblConversation, facts: Facts, plate: float, feed: float, tra
         raise OptionError("the thickness of the plate must be 0 or more, mm")
     if not (math.isfinite(feed) and math.isfinite(travel) and feed > 0.0 and travel > 0.0):
         raise OptionError("the probe needs a feed and a limit of its way above 0")
-    place = facts.machine_place(talk.fresh_status())
+    position = facts.machine_place(conversation.fresh_status())
     lowest = facts.travel()[0][2]
-    if facts.knows_place and place is not None and place[2] - travel < lowest - _TOLERANCE:
+    if facts.knows_place and position is not None and position[2] - travel < lowest - _ROOM:
         raise SendError(
-            f"the probe may go down {max(place[2] - lowest, 0.0):.3f} mm here, then the machine's travel ends; "
+            f"the probe may go down {max(position[2] - lowest, 0.0):.3f} mm here, then the machine's travel ends; "
             f"its limit is {travel:g} mm"
         )
     try:
-        answers = talk.ask(f"G91G21G38.2Z{number_in_mm(-travel)}F{number_in_mm(feed)}", _PROBE_SECONDS)
+        answers = conversation.ask(f"G91G21G38.2Z{number_in_mm(-travel)}F{number_in_mm(feed)}", _PROBE_SECONDS)
     except SendError:
-        talk.hear_out(ALARM_SECONDS)
+        conversation.hear_out(ALARM_SECONDS)
         raise
-    talk.ask("G90")
-    contact_report = next(
-        (answer.text for answer in answers if isinstance(answer, Report) and answer.name == "PRB"), ""
-    )
-    contact_text, _, touched = contact_report.partition(":")
-    contact = place_in(contact_text)
-    place_now = facts.machine_place(talk.fresh_status())
-    if contact is None or touched.strip() != "1" or place_now is None:
+    conversation.ask("G90")
+    report = next((answer.text for answer in answers if isinstance(answer, Report) and answer.name == "PRB"), "")
+    position_text, _, touched = report.partition(":")
+    contact = place_in(position_text)
+    current = facts.machine_place(conversation.fresh_status())
+    if contact is None or touched.strip() != "1" or current is None:
         raise SendError("the controller does not say where the probe touched")
     # The tool comes to rest slightly below the contact point.
-    talk.ask("G54")
-    talk.ask(f"G10 L20 P1 Z{number_in_mm(plate + place_now[2] - contact[2] * facts.unit)}")
-    talk.ask(jog_line({"Z": _BACK}, max(feed, 100.0)))
+    conversation.ask("G54")
+    conversation.ask(f"G10 L20 P1 Z{number_in_mm(plate + current[2] - contact[2] * facts.unit)}")
+    conversation.ask(jog_line({"Z": _RETRACT}, max(feed, 100.0)))
 
 
 @dataclass(frozen=True)
@@ -163,15 +161,13 @@ def frame_of(job: SendJob, facts: Facts) -> FrameBox:
         The program cuts nothing, or the machine does not report its position.
     """
     places, _ = machine_places(job, facts, fed=True)
-    every, _ = machine_places(job, facts)
-    known = places[np.isfinite(places[:, :2]).all(axis=1)]
-    heights = every[np.isfinite(every[:, 2]), 2]
+    all_places, _ = machine_places(job, facts)
+    feed_places = places[np.isfinite(places[:, :2]).all(axis=1)]
+    heights = all_places[np.isfinite(all_places[:, 2]), 2]
     place = facts.machine_place()
-    if not len(known) or place is None:
-        raise SendError(
-            "framing is not possible: the program cuts nothing, or the machine does not report its position"
-        )
-    low, high = known[:, :2].min(axis=0), known[:, :2].max(axis=0)
+    if not len(feed_places) or place is None:
+        raise SendError("there is nothing to frame: the program cuts nothing, or the machine does not say where it is")
+    low, high = feed_places[:, :2].min(axis=0), feed_places[:, :2].max(axis=0)
     # For a laser that never moves Z, frame at its current height.
     top = max([place[2], *heights.tolist()])
     return FrameBox((float(low[0]), float(low[1])), (float(high[0]), float(high[1])), float(top))

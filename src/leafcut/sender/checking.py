@@ -20,9 +20,9 @@ from leafcut.sender.facts import Facts
 from leafcut.sender.job import SendJob
 
 #: Tolerance for rounded positions, mm.
-_TOLERANCE = 0.005
+_ROOM = 0.005
 #: Relative difference of speeds and travels that is reported.
-_MAX_DIFFERENCE = 0.01
+_MAX_DEVIATION = 0.01
 
 
 #: Rules of `height_checks`, with the code that accepts a violation.
@@ -53,14 +53,14 @@ def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family:
     """
     state = state_in_words(facts.status, family)
     if facts.status.state == "Alarm":
-        advice = "home it with --home" if facts.homing else "free it with --unlock"
-        raise SendError(f"the machine is {state}; {advice}")
+        remedy = "home it with --home" if facts.homing else "free it with --unlock"
+        raise SendError(f"the machine is {state}; {remedy}")
     if facts.status.state in LOCKED:
-        advice = "; wake it with --unlock" if facts.status.state == "Sleep" else ""
-        raise SendError(f"the machine is {state}{advice}")
+        remedy = "; wake it with --unlock" if facts.status.state == "Sleep" else ""
+        raise SendError(f"the machine is {state}{remedy}")
     if facts.status.state != "Idle":
-        advice = "" if facts.status.state in _STANDING else "wait until it stands, or "
-        raise SendError(f"the machine is {state}; {advice}reset it with --unlock")
+        remedy = "" if facts.status.state in _STANDING else "wait until it stands, or "
+        raise SendError(f"the machine is {state}; {remedy}reset it with --unlock")
     if facts.status.pins and set(facts.status.pins) & set("XYZ"):
         raise SendError(f"a limit switch is pressed ({facts.status.pins}); move the machine away from it")
     if not facts.homing and not unhomed:
@@ -69,12 +69,12 @@ def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family:
             "its travel; set its zero by hand and add --unhomed, or turn homing on"
         )
     if facts.homing and not facts.homed and not unhomed:
-        reason = "the controller reports that it was not homed" if facts.homed is False else _UNSURE
+        reason = "the controller says that it was not homed" if facts.homed is False else _UNSURE
         raise SendError(f"{reason}: add --home; or set its zero by hand and add --unhomed")
     if not facts.knows_place and restarted:
         raise SendError(
-            "the board restarted when its port was opened, and lost its position: move the tool to the program's "
-            "zero by hand, and add --zero-here"
+            "the board started anew when its port was opened, and has forgotten where it was: bring the tool to the "
+            "program's zero by hand, and add --zero-here"
         )
 
 
@@ -90,9 +90,9 @@ def check_program(job: SendJob, facts: Facts, *, unhomed: bool, begun: bool = Fa
     """
     if job.laser != facts.laser_mode:
         name = facts.names.laser
-        mode, head_kind = (f"off ({name}=0)", "laser") if job.laser else (f"on ({name}=1)", "spindle")
+        mode, required_head = (f"off ({name}=0)", "laser") if job.laser else (f"on ({name}=1)", "spindle")
         raise SendError(
-            f"laser mode is {mode}, but the program is for a {head_kind}; set {name}, or name the right --machine"
+            f"laser mode is {mode}, but the program is for a {required_head}; set {name}, or name the right --machine"
         )
     arcs = np.flatnonzero(np.isin(job.program.path.kind, (Kind.ARC_CW, Kind.ARC_CCW)))
     if len(arcs) and not facts.arcs:
@@ -184,18 +184,18 @@ def _machine_end(job: SendJob, facts: Facts, path: Toolpath, row: int) -> Floats
     SendError
         The move goes to a stored position that the controller does not report.
     """
-    place: Floats = path.end[row]
+    end: Floats = path.end[row]
     line = int(path.line[row])
     name = _stored_name(job, line)
     if name is None:
-        return place
+        return end
     if name not in facts.places:
         raise SendError(
             f"line {line} goes to the place that is stored for {name}, and the controller does not say where that is "
             "($#); take the line out"
         )
-    end: Floats = np.where(np.isfinite(place), np.array(facts.places[name]), place)
-    return end
+    result: Floats = np.where(np.isfinite(end), np.array(facts.places[name]), end)
+    return result
 
 
 def path_on_machine(job: SendJob, facts: Facts) -> Toolpath:
@@ -216,19 +216,19 @@ def path_on_machine(job: SendJob, facts: Facts) -> Toolpath:
     zeros = np.zeros((len(path), 3))
     for frame in np.unique(frames).tolist():
         zeros[frames == frame] = facts.origin(int(frame))
-    placed = np.isin(path.kind, [int(kind) for kind in PLACES]) | in_machine
-    ends = np.where(placed[:, None], path.end + zeros, np.nan)
+    has_position = np.isin(path.kind, [int(kind) for kind in PLACES]) | in_machine
+    ends = np.where(has_position[:, None], path.end + zeros, np.nan)
     for row in np.flatnonzero(in_machine).tolist():
         ends[row] = _machine_end(job, facts, path, row)
     for axis in range(3):
         # A frame moves no axis; the height at which a probe stops is unknown in advance.
-        lost = (path.kind == Kind.PROBE) & (axis == 2)
-        last = last_rows(np.isfinite(ends[:, axis]) & ~lost | lost)
-        ends[:, axis] = np.where(last >= 0, np.where(lost, np.nan, ends[:, axis])[last], np.nan)
+        is_probe_height = (path.kind == Kind.PROBE) & (axis == 2)
+        last = last_rows(np.isfinite(ends[:, axis]) & ~is_probe_height | is_probe_height)
+        ends[:, axis] = np.where(last >= 0, np.where(is_probe_height, np.nan, ends[:, axis])[last], np.nan)
     return replace(
         path,
         kind=np.where(in_machine, int(Kind.RAPID), path.kind).astype(path.kind.dtype),
-        end=np.where(placed[:, None], ends - zeros, path.end),
+        end=np.where(has_position[:, None], ends - zeros, path.end),
     )
 
 
@@ -242,39 +242,39 @@ def _check_heights(job: SendJob, facts: Facts, path: Toolpath) -> None:
     SendError
         Names the line, the height, and the stored position or work zero that causes it.
     """
-    original = expand(job.program.path)
-    moved = original.kind == Kind.MACHINE
-    if not moved.any():
+    planned = expand(job.program.path)
+    machine_moves = planned.kind == Kind.MACHINE
+    if not machine_moves.any():
         return
     before = path.before
-    unseen = moved | (np.isnan(original.before[:, 2]) & np.isfinite(before[:, 2]))
+    unchecked = machine_moves | (np.isnan(planned.before[:, 2]) & np.isfinite(before[:, 2]))
     checks = height_checks(path, before, 0.0, LEAST_CLEARANCE, -np.inf, milled=False)
     low = [
         (int(row), code)
-        for danger, mask, _ in checks
-        if (code := _CODES.get(danger)) is not None and code not in job.accept
-        for row in np.flatnonzero(mask & unseen)[:1]
+        for kind, mask, _ in checks
+        if (code := _CODES.get(kind)) is not None and code not in job.accept
+        for row in np.flatnonzero(mask & unchecked)[:1]
     ]
     if low:
         row, code = min(low)
-        line, height = int(original.line[row]), float(np.fmin(before[row, 2], path.end[row, 2]))
+        line, height = int(planned.line[row]), float(np.fmin(before[row, 2], path.end[row, 2]))
         raise SendError(
             f"line {line} '{job.text(line)}' is a rapid at Z{height:.3f}, below the surface of the part: "
-            f"{_cause(job, facts, original, row)}; if that is right, add --accept {code}"
+            f"{_cause(job, facts, planned, row)}; if that is right, add --accept {code}"
         )
 
 
 def _cause(job: SendJob, facts: Facts, path: Toolpath, row: int) -> str:
     """Return the cause of a height: the last move in machine coordinates and its stored position or work zero."""
-    at = int(np.flatnonzero(path.kind[: row + 1] == Kind.MACHINE)[-1])
-    line = int(path.line[at])
-    zero = facts.origin(int(path.latest(Kind.FRAME, path.ref, 540)[at]))[2]
-    origin = "" if at == row else f"line {line} left the tool there, "
+    cause_row = int(np.flatnonzero(path.kind[: row + 1] == Kind.MACHINE)[-1])
+    line = int(path.line[cause_row])
+    zero = facts.origin(int(path.latest(Kind.FRAME, path.ref, 540)[cause_row]))[2]
+    location = "" if cause_row == row else f"line {line} left the tool there, "
     name = _stored_name(job, line)
     if name is None:
-        return f"{origin}the work zero is at Z{zero:.3f} in machine coordinates; go to a higher place"
+        return f"{location}the work zero is at Z{zero:.3f} in machine coordinates; go to a higher place"
     return (
-        f"{origin}the place stored for {name} is Z{facts.places[name][2]:.3f} in machine coordinates ($#), the work "
+        f"{location}the place stored for {name} is Z{facts.places[name][2]:.3f} in machine coordinates ($#), the work "
         f"zero is at Z{zero:.3f}; store a place above the part ({name}.1), or take line {line} out"
     )
 
@@ -293,62 +293,62 @@ def _check_travel(job: SendJob, facts: Facts, *, unhomed: bool) -> None:
     low, high = facts.travel()
     for axis, name in enumerate("XYZ"):
         values = places[:, axis]
-        known = np.isfinite(values)
-        if not known.any():
+        is_known = np.isfinite(values)
+        if not is_known.any():
             continue
-        lowest, highest = float(values[known].min()), float(values[known].max())
+        minimum, maximum = float(values[is_known].min()), float(values[is_known].max())
         if unhomed:
-            if highest - lowest > high[axis] - low[axis] + _TOLERANCE:
+            if maximum - minimum > high[axis] - low[axis] + _ROOM:
                 raise SendError(
-                    f"the program needs {highest - lowest:.3f} mm in {name}, but the machine's travel is "
+                    f"the program needs {maximum - minimum:.3f} mm in {name}, but the machine's travel is "
                     f"{high[axis] - low[axis]:.3f} mm ({facts.names.travel[axis]}); is this the "
                     "program of another machine?"
                 )
             continue
-        outside = known & ((values < low[axis] - _TOLERANCE) | (values > high[axis] + _TOLERANCE))
+        outside = is_known & ((values < low[axis] - _ROOM) | (values > high[axis] + _ROOM))
         if outside.any():
             first = np.flatnonzero(outside)[np.argmin(lines[outside])]
             zero = facts.origin(540)[axis]
             raise SendError(
                 f"line {int(lines[first])} goes to {name} {values[first]:.3f} mm in {facts.names.coordinates}, outside "
                 f"the travel of {low[axis]:g} to {high[axis]:g} mm ({facts.names.travel[axis]}); the work zero is at "
-                f"{zero:.3f}: set it again, or move the part"
+                f"{zero:.3f}: set it anew, or move the part"
             )
 
 
 def _check_start(job: SendJob, facts: Facts, path: Toolpath) -> None:
     """Refuse a first move in X or Y below the program's greatest height if no Z is given before it."""
     place = facts.machine_place()
-    program_path = expand(job.program.path)
-    heights = program_path.end[np.isin(program_path.kind, (Kind.RAPID, Kind.FEED)), 2]
+    planned = expand(job.program.path)
+    heights = planned.end[np.isin(planned.kind, (Kind.RAPID, Kind.FEED)), 2]
     known = heights[np.isfinite(heights)]
     if not len(known) or place is None:
         return
     # G28 moves all axes at once, starting at the current height of the tool.
-    unknown = np.isnan(path.end[:, 2]) | (np.isnan(path.before[:, 2]) & (program_path.kind == Kind.MACHINE))
-    sideways = (path.kind <= Kind.ARC_CCW) & np.isfinite(path.end[:, :2]).any(axis=1) & unknown
+    unknown_height = np.isnan(path.end[:, 2]) | (np.isnan(path.before[:, 2]) & (planned.kind == Kind.MACHINE))
+    sideways = (path.kind <= Kind.ARC_CCW) & np.isfinite(path.end[:, :2]).any(axis=1) & unknown_height
     rows = np.flatnonzero(sideways)
     if not len(rows):
         return
     z = place[2] - facts.origin(540)[2]
-    if z < float(known.max()) - _TOLERANCE:
+    if z < float(known.max()) - _ROOM:
         raise SendError(
-            f"line {int(path.line[rows[0]])} moves in X or Y before the program sets a height, and the tool is at "
+            f"line {int(path.line[rows[0]])} moves in X or Y before the program says a height, and the tool is at "
             f"Z{z:.3f}, below the program's highest, Z{float(known.max()):.3f}; raise it first, or add --accept L805"
         )
 
 
 def _differences(job: SendJob, facts: Facts) -> list[Issue]:
-    profile, timed = job.machine, facts.timed(job.machine)
+    profile, controller = job.machine, facts.timed(job.machine)
     low, high = facts.travel()
     names = facts.names
-    pairs = [(profile.rapid_velocity[k] * 60.0, timed.rapid_velocity[k] * 60.0, names.rates[k]) for k in range(3)]
-    pairs += [(profile.acceleration[k], timed.acceleration[k], names.accelerations[k]) for k in range(3)]
+    pairs = [(profile.rapid_velocity[k] * 60.0, controller.rapid_velocity[k] * 60.0, names.rates[k]) for k in range(3)]
+    pairs += [(profile.acceleration[k], controller.acceleration[k], names.accelerations[k]) for k in range(3)]
     pairs += [(profile.reach(k), high[k] - low[k], names.travel[k]) for k in range(3) if np.isfinite(profile.reach(k))]
     wrong = [
-        f"{name}={actual:g} ({expected:g})"
-        for expected, actual, name in pairs
-        if abs(actual - expected) > _MAX_DIFFERENCE * expected
+        f"{name}={actual:g} ({stated:g})"
+        for stated, actual, name in pairs
+        if abs(actual - stated) > _MAX_DEVIATION * stated
     ]
     if not wrong:
         return []

@@ -45,7 +45,7 @@ class Interrupted(Exception):
 #: Called with each line of traffic: direction ("<" or ">") and text.
 Log = Callable[[str, str], None]
 #: Called with each answer that arrives while waiting for another one.
-OnAnswer = Callable[[ControllerAnswer], None]
+Heard = Callable[[ControllerAnswer], None]
 
 
 def unheard(_answer: ControllerAnswer) -> None:
@@ -148,15 +148,15 @@ class Conversation(ABC):
         """Bring the machine to rest without homing; return whether it was locked."""
 
     @abstractmethod
-    def stop(self, on_answer: OnAnswer = unheard) -> Status:
+    def stop(self, on_answer: Heard = unheard) -> Status:
         """Stop machine, spindle and coolant, discard all queued lines, and return the status."""
 
     @abstractmethod
-    def reset(self, on_answer: OnAnswer = unheard) -> Status:
+    def reset(self, on_answer: Heard = unheard) -> Status:
         """Reset to the state after start-up, as far as possible; return the status."""
 
     @abstractmethod
-    def halt(self, on_answer: OnAnswer = unheard) -> Status:
+    def halt(self, on_answer: Heard = unheard) -> Status:
         """Clean up after the machine has stopped with an alarm; return the status."""
 
     @abstractmethod
@@ -216,17 +216,22 @@ class Conversation(ABC):
         self.on_status(status)
 
     def heard(
-        self, seconds: float, every: float | None = None, ask: Callable[[], None] | None = None, *, later: bool = False
+        self,
+        seconds: float,
+        interval: float | None = None,
+        query: Callable[[], None] | None = None,
+        *,
+        later: bool = False,
     ) -> Iterator[ControllerAnswer]:
-        """Yield answers for a given time, and query the status (or call `ask`) at intervals of `every`.
+        """Yield answers for a given time, and query the status (or call `query`) at intervals of `interval`.
 
         The first query is immediate, or after the first interval with `later`. The caller may stop early.
         """
-        until, next_query = self._until(seconds), self.clock() + (every or 0.0) * later
-        while self.clock() < until:
-            if every is not None and self.clock() >= next_query:
-                (ask or self.ask_status)()
-                next_query = self.clock() + every
+        end, next_query = self._until(seconds), self.clock() + (interval or 0.0) * later
+        while self.clock() < end:
+            if interval is not None and self.clock() >= next_query:
+                (query or self.ask_status)()
+                next_query = self.clock() + interval
             yield from self.listen()
 
     def facts(self) -> Facts:
@@ -237,8 +242,8 @@ class Conversation(ABC):
         SendError
             The machine is moving, or another firmware answers.
         """
-        if movement := self._moving():
-            raise SendError(f"the machine is {movement}; wait until it stands, or use --unlock")
+        if motion := self._moving():
+            raise SendError(f"the machine is {motion}; wait until it stands, or use --unlock")
         return self.gather()
 
     def settings(self) -> tuple[str, str]:
@@ -249,8 +254,8 @@ class Conversation(ABC):
         SendError
             The machine is moving, does not report its settings, or another firmware answers.
         """
-        if movement := self._moving():
-            raise SendError(f"the machine is {movement}; wait until it stands")
+        if motion := self._moving():
+            raise SendError(f"the machine is {motion}; wait until it stands")
         return self.gather_settings()
 
     def _moving(self) -> str:
@@ -281,7 +286,7 @@ class Conversation(ABC):
                 case Status():
                     continue
                 case Strange(words):
-                    raise SendError(f"the answer to '{text}' makes no sense: '{words}'")
+                    raise SendError(f"what came over the line to '{text}' makes no sense: '{words}'")
                 case _:
                     answers.append(answer)
         raise SendError(f"the controller does not answer to '{text}'")
@@ -361,16 +366,16 @@ class NotThisFirmware(SendError):
         self.heard = heard
 
 
-def what_answers(port: str, heard: list[str], firmware: str) -> NotThisFirmware:
+def what_answers(port: str, heard: list[str], expected: str) -> NotThisFirmware:
     """Return the error for a port at which another firmware, or none, answers."""
     if not heard:
-        words = f"nothing answers on {port}; is the machine on, and is this its port and its --baud?"
+        message = f"nothing answers on {port}; is the machine on, and is this its port and its --baud?"
     else:
         text = shown(heard[-1], 40)
-        words = f"what answers on {port} is not {firmware} ('{text}')"
+        message = f"what answers on {port} is not {expected} ('{text}')"
         if sum(not ("\x20" <= c <= "\x7e") for c in text) > len(text) // 4:
-            words = f"what comes from {port} makes no sense ('{text}'); is it another --baud, or a bad cable?"
-    return NotThisFirmware(words, heard)
+            message = f"what comes from {port} makes no sense ('{text}'); is it another --baud, or a bad cable?"
+    return NotThisFirmware(message, heard)
 
 
 def as_said(answer: ControllerAnswer) -> str:

@@ -63,12 +63,12 @@ def asked_settings(port: Port, kind: str | None = None, clock: Callable[[], floa
     speakers = [GrblConversation, MarlinConversation] if kind is None else [ASKED[kind]]
     problems: list[NotThisFirmware] = []
     for speaker in speakers:
-        talk = speaker(port, clock=clock)
+        conversation = speaker(port, clock=clock)
         try:
-            talk.connect()
+            conversation.connect()
         except NotThisFirmware as problem:
             problems.append(problem)
             continue
-        return talk.settings()
+        return conversation.settings()
     heard = next((problem.heard for problem in problems if problem.heard), [])
     raise problems[0] if kind is not None else what_answers(port.name, heard, "GRBL, grblHAL, FluidNC or Marlin")

@@ -96,7 +96,7 @@ class GrblConversation(Conversation):
         SendError
             Nothing answers, or another firmware does.
         """
-        heard: list[str] = []
+        texts: list[str] = []
         for answer in self.heard(START_SECONDS, SELDOM, self._knock):
             if isinstance(answer, Status):
                 if self._knocks > 1:
@@ -106,16 +106,16 @@ class GrblConversation(Conversation):
                 self.restarted = True
                 self.ask_status()
             else:
-                heard.append(as_said(answer))
-        if not heard and not self._rest:
-            heard = self._said_to_a_line()
-        heard += [shown(self._rest.decode("ascii", "replace"))] * bool(self._rest)
-        raise what_answers(self.port.name, heard, "GRBL")
+                texts.append(as_said(answer))
+        if not texts and not self._rest:
+            texts = self._answers_to_newline()
+        texts += [shown(self._rest.decode("ascii", "replace"))] * bool(self._rest)
+        raise what_answers(self.port.name, texts, "GRBL")
 
-    def _said_to_a_line(self) -> list[str]:
+    def _answers_to_newline(self) -> list[str]:
         """Return the answers to a line ending: other firmwares may answer nothing else."""
         self.write(b"\n")
-        return [as_said(one) for one in self.heard(_LINE_SECONDS)]
+        return [as_said(answer) for answer in self.heard(_LINE_SECONDS)]
 
     def _knock(self) -> None:
         """Query an unknown board: one that ignores ``?`` may be a grblHAL that only reacts to its own byte."""
@@ -128,7 +128,7 @@ class GrblConversation(Conversation):
         """Switch to grblHAL's bytes if the board answers its status query; GRBL ignores that byte."""
         self.pass_time(SELDOM)
         self.port.write(_GRBLHAL.ask)
-        if any(isinstance(one, Status) for one in self.heard(SELDOM)):
+        if any(isinstance(answer, Status) for answer in self.heard(SELDOM)):
             self.act = _GRBLHAL
 
     def gather(self) -> Facts:
@@ -155,19 +155,19 @@ class GrblConversation(Conversation):
             Another firmware answers, or it does not report its settings.
         """
         self._settle()
-        told = self.ask("$I")
-        if not any(isinstance(one, Report) for one in told):
+        answers = self.ask("$I")
+        if not any(isinstance(answer, Report) for answer in answers):
             raise what_answers(self.port.name, ["ok"], "GRBL")
         if self.family == "FluidNC":
             return "fluidnc", self._configuration()
-        reports = [one for one in [*told, *self.ask("$$")] if isinstance(one, Report)]
-        lines = [f"{one.name}={one.text}" if one.name.startswith("$") else f"[{one}]" for one in reports]
+        reports = [answer for answer in [*answers, *self.ask("$$")] if isinstance(answer, Report)]
+        lines = [f"{answer.name}={answer.text}" if answer.name.startswith("$") else f"[{answer}]" for answer in reports]
         return "grbl", "\n".join(lines) + "\n"
 
     def _settle(self) -> None:
         """Terminate a partial line that may be in the buffer, whatever the answer."""
         self.write(b"\n")
-        if not any(isinstance(one, Accepted | Refused) for one in self.heard(ANSWER_SECONDS)):
+        if not any(isinstance(answer, Accepted | Refused) for answer in self.heard(ANSWER_SECONDS)):
             raise SendError(
                 f"what answers on {self.port.name} says what it does, but takes no line; "
                 "reset it, and look at the cable"
@@ -203,11 +203,11 @@ class GrblConversation(Conversation):
         """Continue after a hold."""
         self.write(self.act.resume)
 
-    def step_feed(self, now: int, wanted: int) -> None:
+    def step_feed(self, current: int, target: int) -> None:
         """Change the override by 10 or 1 percent: the board merges two steps that arrive together."""
-        missing = wanted - now
-        step = (10 if abs(missing) >= 10 else 1) * (1 if missing > 0 else -1)
-        self.write(_FEED_NORMAL if wanted == 100 else _FEED_STEPS[step])
+        difference = target - current
+        step = (10 if abs(difference) >= 10 else 1) * (1 if difference > 0 else -1)
+        self.write(_FEED_NORMAL if target == 100 else _FEED_STEPS[step])
 
     def begin(self) -> None:
         """Do nothing; the controller is ready."""
@@ -241,10 +241,10 @@ class GrblConversation(Conversation):
             self.ask("$X")
         return locked
 
-    def stop(self, heard: Heard = unheard) -> Status:
+    def stop(self, on_answer: Heard = unheard) -> Status:
         """Hold, wait for rest, then reset: the spindle is off and all lines are discarded. Return the status.
 
-        `heard` is called with every answer meanwhile.
+        `on_answer` is called with every answer meanwhile.
 
         Raises
         ------
@@ -253,20 +253,20 @@ class GrblConversation(Conversation):
         """
         try:
             self.hold()
-            self._wait_for_rest(heard)
+            self._wait_for_rest(on_answer)
         except (KeyboardInterrupt, Interrupted):
             pass  # a second interrupt: reset at once
-        return self.reset(heard)
+        return self.reset(on_answer)
 
-    def _wait_for_rest(self, heard: Heard) -> None:
+    def _wait_for_rest(self, on_answer: Heard) -> None:
         for answer in self.heard(REST_SECONDS, AGAIN):
-            heard(answer)
+            on_answer(answer)
             if isinstance(answer, Greeting):
                 return
             if isinstance(answer, Status) and (answer.state in _AT_REST or at_hold(answer)):
                 return
 
-    def reset(self, heard: Heard = unheard) -> Status:
+    def reset(self, on_answer: Heard = unheard) -> Status:
         """Reset the controller and return its status.
 
         Raises
@@ -276,34 +276,34 @@ class GrblConversation(Conversation):
         """
         self._resetting = True
         try:
-            return self._reset(heard)
+            return self._reset(on_answer)
         finally:
             self._resetting = self._interrupted = False
 
-    def _reset(self, heard: Heard) -> Status:
+    def _reset(self, on_answer: Heard) -> Status:
         sent = 0
 
-        def again() -> None:
+        def send_reset() -> None:
             # A reset is lost while an alarm is being reported (gnea/grbl 1.1, protocol.c).
             nonlocal sent
             self.write(RESET)
             sent += 1
 
-        for answer in self.heard(ANSWER_SECONDS, RESET_SECONDS, again):
-            heard(answer)
+        for answer in self.heard(ANSWER_SECONDS, RESET_SECONDS, send_reset):
+            on_answer(answer)
             if isinstance(answer, Greeting):
                 break
         if sent > 1:
             self.pass_time(RESET_SECONDS)  # the other resets may be answered, too
         return self.fresh_status()
 
-    def halt(self, heard: Heard = unheard) -> Status:
+    def halt(self, on_answer: Heard = unheard) -> Status:
         """Wait until an alarm is fully reported (half a second on GRBL), because resets are ignored until then.
 
         Then reset.
         """
         self.hear_out(ALARM_SECONDS)
-        return self.reset(heard)
+        return self.reset(on_answer)
 
     def stop_unheard(self) -> str:
         """Send a hold and, after the time to come to rest, a reset, in case the machine still receives."""

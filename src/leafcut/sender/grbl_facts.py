@@ -82,11 +82,13 @@ def gathered(answers: list[ControllerAnswer], status: Status, *, homed: bool, co
     elif not configuration:
         raise SendError(f"the controller does not say how much its buffer holds ([OPT:{options.text}])")
     modes = next((tuple(report.text.split()) for report in reports if report.name == "GC"), ())
-    facts = _by_numbers(settings, letters, Facts(build.text.partition(":")[0], buffer, status, *_NOWHERE, _GRBL_NAMES))
+    facts = _with_settings(
+        settings, letters, Facts(build.text.partition(":")[0], buffer, status, *_NOWHERE, _GRBL_NAMES)
+    )
     facts = replace(facts, modes=modes, places=_places(reports, facts.unit))
     if configuration:
-        return _by_configuration(facts, configuration, homed=homed)
-    return replace(facts, homed=True if homed else _reports_homed(reports, letters))
+        return _with_configuration(facts, configuration, homed=homed)
+    return replace(facts, homed=True if homed else _is_homed(reports, letters))
 
 
 _NOWHERE: tuple[XYZ, XYZ] = ((-math.inf,) * 3, (math.inf,) * 3)
@@ -101,7 +103,9 @@ class _Settings(dict[str, str]):
         try:
             return float(text) if text else default
         except ValueError:
-            raise SendError(f"the controller has ${setting}={text}, which is no number; look at its settings") from None
+            raise SendError(
+                f"the controller says ${setting}={text}, which is no number; look at its settings"
+            ) from None
 
     def known(self, setting: int) -> float | None:
         """Return a setting as a number; None if the controller lacks it."""
@@ -115,7 +119,7 @@ class _Settings(dict[str, str]):
         return moving((x, y, z), _numbered(first))
 
 
-def _by_numbers(settings: _Settings, letters: str, facts: Facts) -> Facts:
+def _with_settings(settings: _Settings, letters: str, facts: Facts) -> Facts:
     low, high = [], []
     to_min = int(settings.number(_HOME_TO_MIN))
     for axis in range(3):
@@ -144,7 +148,7 @@ def _by_numbers(settings: _Settings, letters: str, facts: Facts) -> Facts:
     )
 
 
-def _reports_homed(reports: list[Report], letters: str) -> bool | None:
+def _is_homed(reports: list[Report], letters: str) -> bool | None:
     """Return whether the machine was homed; None if unknown.
 
     grblHAL reports it per axis. GRBL is locked until homed, unless it reports the opposite.
@@ -155,27 +159,27 @@ def _reports_homed(reports: list[Report], letters: str) -> bool | None:
     return None if _NO_LOCK in letters else True
 
 
-def _by_configuration(facts: Facts, text: str, *, homed: bool) -> Facts:
+def _with_configuration(facts: Facts, text: str, *, homed: bool) -> Facts:
     """Return the facts with FluidNC's configuration; without ``must_home``, whether it was homed is unknown."""
     try:
-        configuration: FluidConfiguration = configuration_of(text, "$CD")
+        settings: FluidConfiguration = configuration_of(text, "$CD")
     except ReadError as problem:
         raise SendError(f"the controller's configuration cannot be used: {problem}") from None
     return replace(
         facts,
         names=_FLUIDNC_NAMES,
-        low=configuration.low,
-        high=configuration.high,
-        homing=configuration.homing,
-        homed=True if homed or configuration.must_home else None,
-        soft_limits=configuration.soft_limits,
-        fastest=configuration.fastest,
+        low=settings.low,
+        high=settings.high,
+        homing=settings.homing,
+        homed=True if homed or settings.must_home else None,
+        soft_limits=settings.soft_limits,
+        fastest=settings.fastest,
         clock=Clock(
-            moving(configuration.rates, _FLUIDNC_NAMES.rates),
-            moving(configuration.accelerations, _FLUIDNC_NAMES.accelerations),
-            moving(configuration.steps, _of_axes("steps_per_mm")),
-            configuration.deviation,
-            configuration.arc_tolerance,
+            moving(settings.rates, _FLUIDNC_NAMES.rates),
+            moving(settings.accelerations, _FLUIDNC_NAMES.accelerations),
+            moving(settings.steps, _of_axes("steps_per_mm")),
+            settings.deviation,
+            settings.arc_tolerance,
         ),
     )
 

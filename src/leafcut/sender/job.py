@@ -30,7 +30,7 @@ from leafcut.sender.lines import Pause, SentStep, spoken, steps_of
 #: Codes that need --accept whatever their severity: dangers, limits of the machine, unknown effects.
 _NEVER = ("L803", "L806", "L808")
 #: Rows that move the origin, or whose effect only the machine knows.
-_LOST = {Kind.FOREIGN: "is not understood", Kind.SHIFT: "moves the origin, so later lines cannot be checked"}
+_LOST = {Kind.FOREIGN: "is not understood", Kind.SHIFT: "moves the origin, so that nothing behind it can be checked"}
 #: Modes that the program reader assumes before the first line, and the words for its default units.
 _AT_FIRST = "G17 G90 G94 G40 G49 G80"
 _UNITS = {"mm": "G21", "in": "G20"}
@@ -92,14 +92,14 @@ class SendJob:
         from leafcut.timing.toolpath import clock
 
         timed = clock(self.program.path, self.machine, sent_lines(self.program.lines))
-        at_feed = (timed.path.kind >= Kind.FEED) & (timed.path.kind <= Kind.ARC_CCW)
+        is_feed = (timed.path.kind >= Kind.FEED) & (timed.path.kind <= Kind.ARC_CCW)
         lines = np.clip(timed.path.line, 0, len(self.program.lines))
         count = len(self.program.lines) + 1
-        per_line = [
-            np.bincount(lines, weights=np.where(rows, timed.seconds, 0.0), minlength=count).astype(np.float64)
-            for rows in (at_feed, ~at_feed)
+        totals = [
+            np.bincount(lines, weights=np.where(selected, timed.seconds, 0.0), minlength=count).astype(np.float64)
+            for selected in (is_feed, ~is_feed)
         ]
-        return per_line[0], per_line[1]
+        return totals[0], totals[1]
 
     def on(self, machine: Machine) -> SendJob:
         """Return the same program with the times of another machine."""
@@ -107,12 +107,12 @@ class SendJob:
 
     def hole_at(self, line: int) -> DrilledHole | None:
         """Return the hole drilled in a line, or the last hole started before it."""
-        latest = None
+        current = None
         for hole in self.holes:
             if hole.first > line:
                 break
-            latest = hole
-        return latest
+            current = hole
+        return current
 
     def text(self, line: int) -> str:
         """Return a line of the program, shortened for a message."""
@@ -162,7 +162,7 @@ def program_text(file: str | Path, name: str) -> str:
     return text
 
 
-def accepted_codes(words: str) -> tuple[str, ...]:
+def accepted_codes(text: str) -> tuple[str, ...]:
     """Return the codes in a list such as ``L801,L806``.
 
     Raises
@@ -170,7 +170,7 @@ def accepted_codes(words: str) -> tuple[str, ...]:
     OptionError
         A code does not exist.
     """
-    codes = tuple(code_.strip().upper() for code_ in words.split(",") if code_.strip())
+    codes = tuple(code_text.strip().upper() for code_text in text.split(",") if code_text.strip())
     for code in codes:
         if code not in CODES:
             raise OptionError(f"--accept: '{code}' is no code of an issue, such as L801")
@@ -210,36 +210,36 @@ def _opening(program: Program, words: Dialect, units: str) -> list[SentLine]:
 
 def _check_known(program: Program, file: str) -> None:
     path = program.path
-    for kind, reason in _LOST.items():
+    for kind, consequence in _LOST.items():
         rows = np.flatnonzero(path.kind == kind)
         if len(rows):
             line = int(path.line[rows[0]])
             block = int(np.searchsorted(program.first, rows[0], side="right")) - 1
-            explanation = program.fixed.get(block, "") or f"'{program.lines[line - 1].strip()}' {reason}"
-            raise ReadError(file, f"{explanation}; take it out, and send it again", line)
+            reason = program.fixed.get(block, "") or f"'{program.lines[line - 1].strip()}' {consequence}"
+            raise ReadError(file, f"{reason}; take it out, and send it again", line)
 
 
 def _holes(program: Program) -> list[DrilledHole]:
     path, before = program.path, program.path.before
-    down = (path.kind == Kind.FEED) & (path.end[:, 2] < before[:, 2] - _SAME)
-    down &= (np.abs(path.end[:, :2] - before[:, :2]) < _SAME).all(axis=1)
+    descending = (path.kind == Kind.FEED) & (path.end[:, 2] < before[:, 2] - _SAME)
+    descending &= (np.abs(path.end[:, :2] - before[:, :2]) < _SAME).all(axis=1)
     sideways: NDArray[np.bool_] = (path.kind <= Kind.ARC_CCW) & ~(
         (np.abs(path.end[:, :2] - before[:, :2]) < _SAME).all(axis=1)
     )
     holes: list[DrilledHole] = []
-    travel, cut = -1, False
-    for row in np.flatnonzero(down | sideways).tolist():
+    rapid_row, is_cut = -1, False
+    for row in np.flatnonzero(descending | sideways).tolist():
         line = int(path.line[row])
         if sideways[row]:
-            if cut and path.kind[row] != Kind.RAPID:
+            if is_cut and path.kind[row] != Kind.RAPID:
                 holes.pop()  # a cut sideways follows: milling, not a hole
-            travel, cut = (row if path.kind[row] == Kind.RAPID else -1), False
-        elif cut:
+            rapid_row, is_cut = (row if path.kind[row] == Kind.RAPID else -1), False
+        elif is_cut:
             holes[-1] = replace(holes[-1], last=line)
-        elif travel >= 0:
+        elif rapid_row >= 0:
             x, y, _ = path.end[row].tolist()
-            holes.append(DrilledHole(len(holes) + 1, x, y, int(path.line[travel]), line))
-            cut = True
+            holes.append(DrilledHole(len(holes) + 1, x, y, int(path.line[rapid_row]), line))
+            is_cut = True
     return holes
 
 

@@ -79,8 +79,8 @@ def dwell(words: Dialect, seconds: float) -> str:
     return f"G4 P{seconds / _DWELL_UNITS[words.dwell_unit]:g}"
 
 
-def _joined(words: Dialect, parts: Sequence[str]) -> str:
-    return (" " if words.one_command else "").join(parts)
+def _joined(words: Dialect, texts: Sequence[str]) -> str:
+    return (" " if words.one_command else "").join(texts)
 
 
 class HoleLines(Protocol):
@@ -97,15 +97,15 @@ class HoleLines(Protocol):
 
 def pauses_at_holes(steps: Sequence[SentStep], holes: Sequence[HoleLines]) -> list[SentStep]:
     """Return the steps with a pause before the first line of each hole."""
-    waiting = deque(holes)
-    with_pauses: list[SentStep] = []
+    remaining = deque(holes)
+    result: list[SentStep] = []
     for step in steps:
-        while waiting and step.number >= waiting[0].first:
-            hole = waiting.popleft()
+        while remaining and step.number >= remaining[0].first:
+            hole = remaining.popleft()
             if step.number == hole.first:
-                with_pauses.append(Pause(hole.first, hole=hole.number))
-        with_pauses.append(step)
-    return with_pauses
+                result.append(Pause(hole.first, hole=hole.number))
+        result.append(step)
+    return result
 
 
 def steps_of(lines: Sequence[str], words: Dialect, file: str, first: int = 1) -> list[SentStep]:
@@ -147,17 +147,17 @@ class _LineReader:
         if body.startswith("%"):
             self.ended = self.begun
             return []
-        words = words_of(body.removeprefix("/"))
-        self._check(words)
+        block_words = words_of(body.removeprefix("/"))
+        self._check(block_words)
         if comments:
             self.remark, self.remarked = shown(comments[-1]), number
-        for word in words:
+        for word in block_words:
             if word.letter == "T":
                 self.tool, self.chosen = int(word.value), number
-        self.begun |= bool(words)
-        codes = {int(word.value) for word in words if word.letter == "M"}
+        self.begun |= bool(block_words)
+        codes = {int(word.value) for word in block_words if word.letter == "M"}
         self.ended = bool(codes & {2, 30})
-        text = _joined(self.words, [_written(word) for word in words if not _is_for_sender(word)])
+        text = _joined(self.words, [_written(word) for word in block_words if not _is_ours(word)])
         if self.words.one_command and codes & {*self.stops, 6}:
             text = ""  # text after M0 is for the operator
         if len(text) > LONGEST_LINE:
@@ -176,22 +176,22 @@ class _LineReader:
         remark = self.remark if number - self.remarked <= _REACH else ""
         return Pause(number, change, self.tool if change else None, remark)
 
-    def _check(self, words: Sequence[Word]) -> None:
+    def _check(self, block_words: Sequence[Word]) -> None:
         """Refuse words that this controller lacks, whatever the interpreter makes of them."""
-        for word in words:
-            known = word.letter in _LETTERS or word.letter == "N"
+        for word in block_words:
+            is_known = word.letter in _LETTERS or word.letter == "N"
             if word.letter == "G":
-                known = round(word.value * 10) in self.words.g_codes
+                is_known = round(word.value * 10) in self.words.g_codes
             elif word.letter == "M":
-                known = word.value in self.words.m_codes or word.value == 6
+                is_known = word.value in self.words.m_codes or word.value == 6
             elif word.letter == "T" and self.words.one_command:
-                known = words[0].letter == "M" and words[0].value in (0, 6)
-            if not known:
-                advice = "post the program for this controller, or name its --dialect"
-                raise BlockError(f"{word} is not a word of {self.words.name}; {advice}")
+                is_known = block_words[0].letter == "M" and block_words[0].value in (0, 6)
+            if not is_known:
+                remedy = "post the program for this controller, or name its --dialect"
+                raise BlockError(f"{word} is not a word of {self.words.name}; {remedy}")
 
 
-def _is_for_sender(word: Word) -> bool:
+def _is_ours(word: Word) -> bool:
     return word.letter == "N" or (word.letter == "M" and word.value in (0, 6))
 
 

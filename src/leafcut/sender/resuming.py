@@ -27,7 +27,7 @@ _DECIMALS = 4
 _SPINDLE = {1: "M3", -1: "M4"}
 _COOLANT = {0: [], 1: ["M7"], 2: ["M8"], 3: ["M7", "M8"]}
 #: Tolerance for rounded output, mm.
-_TOLERANCE = 2e-4
+_ROOM = 2e-4
 
 
 def line_of_hole(job: SendJob, number: int) -> int:
@@ -39,8 +39,10 @@ def line_of_hole(job: SendJob, number: int) -> int:
         The program has no such hole.
     """
     if not 1 <= number <= len(job.holes):
-        have = count_of(len(job.holes), "hole") if job.holes else "no holes: give a line instead, with --from-line"
-        raise OptionError(f"--from-hole {number}: the program has {have}")
+        holes_text = (
+            count_of(len(job.holes), "hole") if job.holes else "no holes: give a line instead, with --from-line"
+        )
+        raise OptionError(f"--from-hole {number}: the program has {holes_text}")
     return job.holes[number - 1].first
 
 
@@ -114,15 +116,15 @@ def _place_before(job: SendJob, row: int, line: int) -> XYZ:
     if row >= len(path):
         raise OptionError(f"--from-line {line}: nothing is left to be done there")
     x, y, z = path.before[row].tolist()
-    never_moves_z = not np.isfinite(path.end[path.kind <= Kind.ARC_CCW, 2]).any()
-    if never_moves_z:
+    no_z = not np.isfinite(path.end[path.kind <= Kind.ARC_CCW, 2]).any()
+    if no_z:
         z = 0.0
-    if not all(math.isfinite(v) for v in (x, y, z)):
+    if not all(math.isfinite(value) for value in (x, y, z)):
         hole = next((hole for hole in job.holes if hole.first > line), None)
-        advice = (
-            f"; go on from line {hole.first} (--from-hole {hole.number})" if hole else "; start from the first line"
+        alternative = (
+            f"; go on from line {hole.first} (--from-hole {hole.number})" if hole else "; begin from the start"
         )
-        raise OptionError(f"--from-line {line}: where the tool is before it is not known{advice}")
+        raise OptionError(f"--from-line {line}: where the tool is before it is not known{alternative}")
     return x, y, z
 
 
@@ -135,9 +137,9 @@ def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, place: XYZ, h
         The state cannot be restored: inverse time feed (G93), no units, or no feed for the descent.
     """
     if modal.feed_mode != 94:
-        raise OptionError("G93 gives each move a time: the program cannot be resumed there; start from the first line")
+        raise OptionError("G93 gives each move a time: the program cannot be resumed there; begin from the start")
     if modal.unit is None:
-        raise OptionError("the program has not set its units there; start from the first line")
+        raise OptionError("the program has not said its units there; begin from the start")
     x, y, z = place
     heights = path.end[np.isin(path.kind, (Kind.RAPID, Kind.FEED)), 2]
     known = heights[np.isfinite(heights)]
@@ -186,7 +188,7 @@ def _way_down(job: SendJob, modal: Modal, row: int, z: float) -> str:
         fed = path.value[(path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)]
         feed = float(fed.min()) * 60.0 if len(fed) else 0.0
     if not feed:
-        raise OptionError("the program has no feed for the descent there; start from the first line")
+        raise OptionError("the program has no feed to come down with there; begin from the start")
     return f"G1 Z{number_in_mm(z)} F{number_in_mm(feed)}"
 
 
@@ -251,15 +253,13 @@ def with_motion(rest: list[SentStep], motion: int | None) -> list[SentStep]:
             continue
         if any(word.letter in "XYZ" for word in words):
             if motion is None:
-                raise OptionError(
-                    f"line {step.number} moves, and no motion (G0 to G3) is active; start from the first line"
-                )
+                raise OptionError(f"line {step.number} moves, and no motion (G0 to G3) is active; begin from the start")
             done[k] = SentLine(f"G{motion}{step.text}", step.number)
             break
     return done
 
 
-def _prove(job: SendJob, lead: list[str], rest: list[SentStep], row: int, line: int) -> None:
+def _prove(job: SendJob, lead: list[str], steps: list[SentStep], row: int, line: int) -> None:
     """Read the lines to send, and compare them with the rest of the program.
 
     Raises
@@ -267,23 +267,23 @@ def _prove(job: SendJob, lead: list[str], rest: list[SentStep], row: int, line: 
     OptionError
         The moves differ.
     """
-    texts = [*lead, *(step.text for step in rest if isinstance(step, SentLine))]
-    resumed = job_of("\n".join(texts) + "\n", job.file, job.machine, job.words, None, _EVERY)
-    original_path, resumed_path = job.program.path, resumed.program.path
-    kept_rows = [k for k in range(row, len(original_path)) if original_path.kind[k] not in (Kind.PAUSE, Kind.TOOL)]
-    resumed_rows = (
-        [k for k in range(len(resumed_path)) if resumed_path.kind[k] not in (Kind.PAUSE, Kind.TOOL)][-len(kept_rows) :]
-        if kept_rows
+    texts = [*lead, *(step.text for step in steps if isinstance(step, SentLine))]
+    resumed_job = job_of("\n".join(texts) + "\n", job.file, job.machine, job.words, None, _EVERY)
+    planned, sent = job.program.path, resumed_job.program.path
+    planned_rows = [k for k in range(row, len(planned)) if planned.kind[k] not in (Kind.PAUSE, Kind.TOOL)]
+    sent_rows = (
+        [k for k in range(len(sent)) if sent.kind[k] not in (Kind.PAUSE, Kind.TOOL)][-len(planned_rows) :]
+        if planned_rows
         else []
     )
-    same = len(resumed_rows) == len(kept_rows) and all(
-        original_path.kind[a] == resumed_path.kind[b]
-        and np.allclose(original_path.end[a], resumed_path.end[b], atol=_TOLERANCE, rtol=0.0, equal_nan=True)
-        and abs(original_path.value[a] - resumed_path.value[b]) <= 1e-6 * max(1.0, abs(original_path.value[a]))
-        and np.allclose(original_path.before[a], resumed_path.before[b], atol=_TOLERANCE, rtol=0.0, equal_nan=True)
-        for a, b in zip(kept_rows, resumed_rows, strict=True)
+    is_same = len(sent_rows) == len(planned_rows) and all(
+        planned.kind[a] == sent.kind[b]
+        and np.allclose(planned.end[a], sent.end[b], atol=_ROOM, rtol=0.0, equal_nan=True)
+        and abs(planned.value[a] - sent.value[b]) <= 1e-6 * max(1.0, abs(planned.value[a]))
+        and np.allclose(planned.before[a], sent.before[b], atol=_ROOM, rtol=0.0, equal_nan=True)
+        for a, b in zip(planned_rows, sent_rows, strict=True)
     )
-    if not same:
+    if not is_same:
         raise OptionError(f"--from-line {line}: the program cannot be resumed there exactly; choose an earlier line")
 
 

@@ -246,13 +246,13 @@ class SendRun:
             self._send_all()
             return self._leave_check() if self.check else self._ending("", self.talk.status)
         except _Silent as silent:
-            return self._lost(f"{silent}; {self._stop_unheard()}")
+            return self._lost_ending(f"{silent}; {self._stop_unheard()}")
         except PortLost as lost:
-            return self._lost(str(lost))
+            return self._lost_ending(str(lost))
         except (_Asked, Interrupted, KeyboardInterrupt):
             return self._stopped("stopped by you")
         except LeafcutError as problem:
-            return self._stopped(str(problem), at_once=isinstance(problem, _Alarmed))
+            return self._stopped(str(problem), after_alarm=isinstance(problem, _Alarmed))
 
     def _skip_first_tool(self) -> None:
         """Assume that the first tool is mounted if nobody can be asked; refuse a program with any other pause.
@@ -359,26 +359,26 @@ class SendRun:
         self._heard_at = self.talk.clock()
         match answer:
             case Accepted():
-                self._take()
+                self._process_answer()
             case Refused():
-                self._take(self.talk.explained(answer))
+                self._process_answer(self.talk.explained(answer))
             case Alarm():
-                raise _Alarmed(f"{self._place_text()}: {self.talk.explained(answer)}")
+                raise _Alarmed(f"{self._location_text()}: {self.talk.explained(answer)}")
             case Greeting():
-                raise _Ended(f"the controller was reset{self._while_in()}")
+                raise _Ended(f"the controller was reset{self._location_in_motion()}")
             case Strange(words):
-                raise _Ended(f"the answer makes no sense: '{words}'; look at the cable")
+                raise _Ended(f"what came over the line makes no sense: '{words}'; look at the cable")
             case Status():
-                self._see(answer)
+                self._process_status(answer)
             case _:
                 pass
 
-    def _take(self, wrong: str = "") -> None:
+    def _process_answer(self, wrong: str = "") -> None:
         """Process the answer to the oldest unanswered line; `wrong` is its error."""
         line = self.counter.answered()
         self._owed_since, self._rests = self.talk.clock(), 0
         if line is None:
-            raise _Ended("the controller answers a line that was not sent: is another program connected to it?")
+            raise _Ended("the controller answers to what was not sent: is another program speaking to it?")
         if line.number:
             self.taken = line.number
             self._history.append(line.number)
@@ -392,10 +392,10 @@ class SendRun:
         if len(self._errors) >= _MOST_ERRORS:
             raise _Ended(f"{problem}; {_MOST_ERRORS} errors, the rest was not looked at")
 
-    def _see(self, status: Status) -> None:
+    def _process_status(self, status: Status) -> None:
         """Process a status: position of the machine, and whether it is at rest."""
         if status.state in LOCKED:
-            raise _Ended(f"{self._place_text()}: the machine is {state_in_words(status, self.talk.family)}")
+            raise _Ended(f"{self._location_text()}: the machine is {state_in_words(status, self.talk.family)}")
         used = None if status.free_bytes is None else self.facts.buffer - status.free_bytes
         if self.facts.buffer == GRBL_BUFFER and used is not None and used > self.counter.bytes + SPARED:
             raise _Ended("there is more in the controller's buffer than was sent: is another program speaking to it?")
@@ -436,7 +436,7 @@ class SendRun:
         line = self.taken if self.check else max(self.line - 1, 0)
         line = min(line, len(self._fed) - 1)
         feed, rapid = max(self._overrides[0], 1), max(self._overrides[1], 1)
-        feed_left, other_left = self._fed[-1] - self._fed[line], self._other[-1] - self._other[line]
+        feed_s, other_s = self._fed[-1] - self._fed[line], self._other[-1] - self._other[line]
         hole = self.job.hole_at(self.line)
         return RunView(
             state=status.state,
@@ -447,7 +447,7 @@ class SendRun:
             feed=(status.feed or 0.0) * self.facts.unit,
             override=self._overrides[0],
             done_s=float(self._fed[line] + self._other[line]),
-            left_s=float(100.0 * feed_left / feed + 100.0 * other_left / rapid),
+            left_s=float(100.0 * feed_s / feed + 100.0 * other_s / rapid),
         )
 
     def _pause(self, pause: Pause) -> None:
@@ -510,13 +510,13 @@ class SendRun:
             while self.talk.fresh_status().state not in ("Idle", *LOCKED):
                 pass
 
-    def _place_text(self) -> str:
+    def _location_text(self) -> str:
         """Return the current line in words, as far as it is known."""
         if self.taken < self._first:
             return "before the program"
         return f"line {self.line} '{self.job.text(self.line)}'" if self._sure else f"in or behind line {self.line}"
 
-    def _while_in(self) -> str:
+    def _location_in_motion(self) -> str:
         return f" while it was in line {self.line}" if self.taken >= self._first else ""
 
     def _leave_check(self) -> Ending:
@@ -526,22 +526,22 @@ class SendRun:
         reason = f"{errors[0][1]}" + (f"; {len(errors) - 1} more" if len(errors) > 1 else "") if errors else ""
         return self._ending(reason, status)
 
-    def _stopped(self, reason: str, *, at_once: bool = False) -> Ending:
-        """Stop the machine and report the end; `at_once` if an alarm has stopped it already."""
+    def _stopped(self, reason: str, *, after_alarm: bool = False) -> Ending:
+        """Stop the machine and report the end; `after_alarm` if an alarm has stopped it already."""
         try:
-            stop = self.talk.halt if at_once else self.talk.reset if self.check else self.talk.stop
+            stop = self.talk.halt if after_alarm else self.talk.reset if self.check else self.talk.stop
             status = stop(self._hear_late)
         except PortLost as lost:
-            return self._lost(f"{reason}; {lost}")
+            return self._lost_ending(f"{reason}; {lost}")
         except SendError as problem:
-            return self._lost(f"{reason}; {problem}")
+            return self._lost_ending(f"{reason}; {problem}")
         return self._ending(reason, status)
 
     def _stop_unheard(self) -> str:
         try:
             return self.talk.stop_unheard()
         except LeafcutError:
-            return "no stop could be sent"
+            return "nothing that would stop it could be sent"
 
     def _hear_late(self, answer: ControllerAnswer) -> None:
         """Count answers and update the position while the machine comes to rest."""
@@ -573,16 +573,18 @@ class SendRun:
             coordinates=self.facts.names.coordinates,
         )
 
-    def _lost(self, reason: str) -> Ending:
+    def _lost_ending(self, reason: str) -> Ending:
         """Describe a machine that cannot be reached: it runs the lines that it has, then rests."""
         self._settle_line()
         last = self.talk.status
-        turns = self._spindle_turns()
-        rest = (
+        is_turning = self._spindle_turns()
+        state_text = (
             f"it runs the lines that it has, at most to line {self.sent}, and stands then" if self.sent else "unknown"
         )
         spindle = (
-            f"; its {'laser' if self.job.laser else 'spindle'} may stay on: stop it at the machine" if turns else ""
+            f"; its {'laser' if self.job.laser else 'spindle'} may stay on: stop it at the machine"
+            if is_turning
+            else ""
         )
         return Ending(
             complete=False,
@@ -591,7 +593,7 @@ class SendRun:
             sent=self.sent,
             line=0 if self.taken < self._first else self.line,
             hole=self._hole(),
-            state=f"{rest}{spindle}",
+            state=f"{state_text}{spindle}",
             homed=False,
             place=None if last is None else self.facts.machine_place(last),
             lost=True,

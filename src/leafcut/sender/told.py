@@ -18,11 +18,11 @@ def place_in_words(place: XYZ) -> str:
 
 def progress_in_words(view: RunView, job: SendJob) -> str:
     """Return the progress of a program as one line for a terminal."""
-    position = f"hole {view.hole}/{len(job.holes)}, line {view.line}" if job.holes else f"line {view.line}"
+    location = f"hole {view.hole}/{len(job.holes)}, line {view.line}" if job.holes else f"line {view.line}"
     place = "" if view.place is None else f"  {place_in_words(view.place)}"
     state = {"Hold": "ON HOLD", "Door": "DOOR OPEN"}.get(view.state, "")
-    rest = f"{format_time(view.done_s)} done, {format_time(view.left_s)} left"
-    return "  ".join(filter(None, [f"{state}", f"{position}{place}", f"F{view.feed:.0f} at {view.override} %", rest]))
+    times = f"{format_time(view.done_s)} done, {format_time(view.left_s)} left"
+    return "  ".join(filter(None, [f"{state}", f"{location}{place}", f"F{view.feed:.0f} at {view.override} %", times]))
 
 
 def ending_in_words(ending: Ending, job: SendJob) -> str:
@@ -32,17 +32,17 @@ def ending_in_words(ending: Ending, job: SendJob) -> str:
         return f"{job.file}: all {count_of(lines, 'line')} done; the machine is {ending.state}"
     parts = [ending.reason, ending.state if ending.lost else f"the machine is {ending.state}"]
     if ending.place is not None:
-        standing = "it stands at" if ending.homed else "it was last seen at"
-        parts.append(f"{standing} {place_in_words(ending.place)} ({ending.coordinates})")
+        intro = "it stands at" if ending.homed else "it was last seen at"
+        parts.append(f"{intro} {place_in_words(ending.place)} ({ending.coordinates})")
     if ending.line:
-        last_position = f"{'' if ending.sure else 'or behind '}line {ending.line}" + (
+        location = f"{'' if ending.sure else 'or behind '}line {ending.line}" + (
             f", hole {ending.hole.number}" if ending.hole else ""
         )
-        parts.append(f"it was in {last_position}; lines up to {ending.taken} of {lines} were taken")
+        parts.append(f"it was in {location}; lines up to {ending.taken} of {lines} were taken")
         advice = f"go on with {ending.go_on}" if ending.go_on else "begin from the start"
         parts.append(advice + ("" if ending.homed else " after homing it, or setting its place"))
     else:
-        parts.append("no line of the program was run")
+        parts.append("nothing of the program was run")
     return brief("; ".join(parts))
 
 
