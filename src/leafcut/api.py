@@ -21,9 +21,9 @@ from leafcut.model.part import Part
 from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution, Solved
 from leafcut.options import ReadOptions, Settings, flag_name
+from leafcut.order.deadline import Deadline
 from leafcut.processes import registry
 from leafcut.processes.course import run_process
-from leafcut.processes.deadline import Deadline
 from leafcut.processes.job import Job, machine_of, refuse_missing
 from leafcut.processes.settings import collect, files_read, settings_for
 from leafcut.read import Input
@@ -124,6 +124,7 @@ def optimize(
             progress,
             cancelled or threading.Event(),
             observe,
+            Deadline.of_bounds(settings.solve),
         )
         for target in outputs:
             check_output(target, _files(run.machine.controller))

@@ -20,6 +20,7 @@ from leafcut.model.solution import gap
 from leafcut.options import SolveOptions
 from leafcut.order import stop as stop_module
 from leafcut.order.certificate import bound_of, relaxation
+from leafcut.order.deadline import Deadline
 from leafcut.order.instance import build_instance, path_cost
 from leafcut.order.solve import keep_better, solve
 from leafcut.order.statistics import Best
@@ -330,34 +331,34 @@ def test_a_bound_of_several_ways_that_is_late_is_given_up() -> None:
         assert relaxation(slots(20), lambda looks=looks: next(looks)) is None  # type: ignore[misc]
         assert list(looks) == []
     few = SolveOptions(preset="fast", threads=1)
-    late, whole = (solve(slots(20), few, bound_late=lambda _, given=given: given) for given in (True, False))  # type: ignore[misc]
+    late, whole = (solve(slots(20), few, bounds=Deadline(limit)) for limit in (0.0, None))
     assert late.lower_bound is None
     assert whole.lower_bound is not None
     assert list(late.nodes) == list(whole.nodes)
 
 
 @pytest.mark.parametrize("n", [60, pytest.param(400, marks=pytest.mark.slow)])
-def test_a_bound_that_ends_early_is_the_bound_proved_so_far(n: int) -> None:
-    """A bound that ends early is below the cost, and never above the bound without a limit."""
-    looks: list[float] = []
-
-    def after(most: float) -> Callable[[float], bool]:
-        def late(seconds: float) -> bool:
-            looks.append(seconds)
-            return len(looks) > most
-
-        return late
-
+def test_a_bound_that_ends_early_is_the_bound_proved_so_far(n: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A bound that ends early is below the cost, and never above the bound without a limit. A look takes a second."""
+    ticks = itertools.count()
+    monkeypatch.setattr("leafcut.order.deadline.clock", lambda: float(next(ticks)))
     bounds = []
-    for most in (0, 1, 3, math.inf):
-        looks.clear()
-        found = solve(board(n), SolveOptions(preset="fast", threads=1), bound_late=after(most))
-        assert looks == sorted(looks)
-        assert looks[0] >= 0.0
+    for most in (0.5, 1.5, 3.5, None):
+        found = solve(board(n), SolveOptions(preset="fast", threads=1), bounds=Deadline(most))
         bounds.append(-math.inf if found.lower_bound is None else found.lower_bound)
         assert bounds[-1] <= found.cost
     assert bounds == sorted(bounds)
     assert bounds[0] < bounds[-1] == solve(board(n), SolveOptions(preset="fast", threads=1)).lower_bound
+
+
+def test_the_bound_of_a_target_gap_ends_at_its_deadline_and_the_search_goes_on() -> None:
+    """Without a bound there is no target: the search ends by its other limits."""
+    for problem in (board(30), slots(20)):
+        options = SolveOptions(iterations=3, threads=1, target_gap=1000.0)
+        assert solve(problem, options).iterations == 0
+        found = solve(problem, options, bounds=Deadline(0.0))
+        assert found.iterations == 3
+        assert found.lower_bound is None
 
 
 @pytest.mark.parametrize("kind", ["cuts", "slots"])

@@ -7,19 +7,22 @@ from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 import shapely
 
 from leafcut.model.measure import Measure
-from leafcut.model.plan import Candidate, Order
+from leafcut.model.plan import Candidate, Order, Stage
 from leafcut.model.pocket import PocketPath, PocketRules
-from leafcut.model.problem import Metric
+from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.toolpath import ToolpathBuilder
 from leafcut.options import SolveOptions
+from leafcut.order import certificate, stop
+from leafcut.order import deadline as module
 from leafcut.order import solve as solving
-from leafcut.processes import deadline as module
-from leafcut.processes.deadline import Deadline
+from leafcut.order.deadline import Deadline
 from leafcut.processes.job import Job, machine_of
+from leafcut.processes.ordering import find_order
 from leafcut.processes.pocket.plan import grid
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.strategies import WAYS, ClearingStrategy, SearchTime
@@ -104,17 +107,53 @@ def test_a_search_without_a_clock_of_its_own_stops_at_its_deadline_or_when_cance
 
 @pytest.mark.parametrize(("bound", "searched"), [(True, 9.0), (False, 10.0)])
 def test_a_tenth_of_the_limit_is_kept_for_lower_bounds(bound: bool, searched: float) -> None:
-    assert Deadline.of(SolveOptions(time_limit=10.0, bound=bound)).seconds == pytest.approx(searched)
-    settings = collect({"time_limit": 10.0})
-    late = Job(settings, machine_of(settings), Deadline.of(settings.solve)).bound_late(0.25)
-    assert not late(0.24)
-    assert late(0.26)
+    options = SolveOptions(time_limit=10.0, bound=bound)
+    assert Deadline.of(options).seconds == pytest.approx(searched)
+    assert Deadline.of_bounds(options).seconds == pytest.approx(1.0)
 
 
 def test_without_a_limit_a_lower_bound_is_never_late() -> None:
-    settings = collect({})
-    assert Deadline.of(settings.solve).seconds is None
-    assert not Job(settings, machine_of(settings), Deadline.of(settings.solve)).bound_late()(1e9)
+    assert Deadline.of(SolveOptions()).seconds is None
+    assert Deadline.of_bounds(SolveOptions()).seconds is None
+
+
+def test_all_lower_bounds_of_a_run_share_a_tenth_of_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A bound that its search did not prove in time is not sought again with the same time."""
+    now = [0.0]
+
+    def endless(_: object, late: Callable[[], bool]) -> None:
+        while not late():
+            now[0] += 0.01
+
+    settings = collect({"time_limit": 10.0})
+    limits = Deadline.of(settings.solve), Deadline.of_bounds(settings.solve)
+    job = Job(settings, machine_of(settings), limits[0], bounds=limits[1])
+    problem = RoutingProblem.of_points(np.random.default_rng(1).uniform(0, 100, (9, 2)))
+    stages = [Stage(problem, False, np.arange(9, dtype=np.int32), name) for name in "ab"]
+    monkeypatch.setattr(module, "clock", lambda: now[0])
+    monkeypatch.setattr(certificate, "relaxation", endless)
+    find_order(job, stages, SolveOptions(iterations=2))
+    assert 1.0 <= now[0] <= 1.2
+
+
+def test_the_clock_of_a_search_runs_while_its_instance_is_built(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Loading and compiling kernels does not count."""
+    now = [0.0]
+
+    def slow(name: str, seconds: float) -> None:
+        inner = getattr(solving, name)
+
+        def later(*given: Any, **named: Any) -> Any:
+            now[0] += seconds
+            return inner(*given, **named)
+
+        monkeypatch.setattr(solving, name, later)
+
+    for name, seconds in (("checked_pairs", 1.0), ("build_instance", 2.0), ("warm_up", 100.0), ("certify", 1000.0)):
+        slow(name, seconds)
+    monkeypatch.setattr(stop, "clock", lambda: now[0])
+    problem = RoutingProblem.of_points(np.random.default_rng(1).uniform(0, 100, (9, 2)))
+    assert solving.solve(problem, SolveOptions(algorithm="nn", time_limit=10.0)).seconds == 3.0
 
 
 def test_only_strategies_that_search_take_a_share_of_the_time() -> None:

@@ -14,14 +14,11 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.options import SolveOptions
 from leafcut.order.construction import nearest_neighbour
+from leafcut.order.deadline import Deadline
 from leafcut.order.directed import is_directed, least_costs
 from leafcut.order.instance import Instance, build_instance
 from leafcut.order.observing import MOST_BOUNDED
 from leafcut.order.statistics import Best
-from leafcut.order.stop import clock
-
-#: Says whether a lower bound has taken its time, by the seconds that it has taken so far.
-BoundLate = Callable[[float], bool]
 
 #: Candidates of each node for the bound of an order that no search made.
 CANDIDATES = 8
@@ -34,13 +31,10 @@ MOST_CLUSTERS, MOST_WAYS = 2000, 6000
 ROUNDING = 1e-9
 
 
-def never(_seconds: float) -> bool:
-    """Say that a lower bound may go on."""
-    return False
-
-
-def aim(options: SolveOptions, instance: Instance, best: Best) -> None:
+def aim(options: SolveOptions, instance: Instance, best: Best, deadline: Deadline) -> None:
     """With `--target-gap`, find the lower bound and let the search stop near it. The clock is stopped meanwhile.
+
+    Without a bound before the deadline the search has no target.
 
     Raises
     ------
@@ -50,12 +44,13 @@ def aim(options: SolveOptions, instance: Instance, best: Best) -> None:
     if options.target_gap is None:
         return
     stop = best.stop
-    with stop.paused():
+    with stop.paused(), deadline.running(stop.cancelled) as late:
         upper = instance.length(nearest_neighbour(instance))
-        best.bound = bound_of(instance, upper, stop.cancelled)
+        best.bound = bound_of(instance, upper, stop.cancelled, late)
+        over = late()
     if best.bound is not None:
         stop.target = best.bound * (1.0 + options.target_gap / 100.0) - best.service
-    elif not stop.cancelled.is_set():
+    elif not over:
         raise _no_bound(instance.problem)
 
 
@@ -76,7 +71,7 @@ def foresee(problem: RoutingProblem, options: SolveOptions, best: Best, instance
         best.shown_bound = bound_of(instance, upper, best.stop.cancelled)
 
 
-def aim_without_order(options: SolveOptions, problem: RoutingProblem, best: Best) -> None:
+def aim_without_order(options: SolveOptions, problem: RoutingProblem, best: Best, deadline: Deadline) -> None:
     """As `aim`, for a problem with direction or precedence: by the bound of its relaxation.
 
     Raises
@@ -86,10 +81,13 @@ def aim_without_order(options: SolveOptions, problem: RoutingProblem, best: Best
     """
     if options.target_gap is None:
         return
-    relaxed = relaxation(problem)
-    if relaxed is None:
+    with best.stop.paused(), deadline.running(best.stop.cancelled) as late:
+        relaxed, over = relaxation(problem, late), late()
+        instance = None if relaxed is None else build_instance(relaxed, CANDIDATES)
+    if instance is not None:
+        aim(options, instance, best, deadline)
+    elif not over:
         raise _no_bound(problem)
-    aim(options, build_instance(relaxed, CANDIDATES), best)
 
 
 def _no_bound(problem: RoutingProblem) -> SolveError:
@@ -133,24 +131,21 @@ def _least_service(problem: RoutingProblem) -> Floats:
 
 def certify(
     problem: RoutingProblem, solution: Solution, bound: float | None, cancelled: threading.Event,
-    instance: Instance | None = None, late: BoundLate = never,
+    instance: Instance | None = None, deadline: Deadline | None = None,
 ) -> Solution:  # fmt: skip
     """Return `solution` with its lower bound: `bound` if it is known, else a new one.
 
     The bound ignores precedence, which can only raise the cost (`relaxation`). A stopped search gets no new bound. A
-    bound above the cost of the solution is dropped. One that is `late` is what was proved until then, if anything.
+    bound above the cost of the solution is dropped. At the deadline it is what was proved until then, if anything.
     """
-    began = clock()
-
-    def given_up() -> bool:
-        return cancelled.is_set() or late(clock() - began)
-
-    relaxed = relaxation(problem, given_up) if bound is None and not cancelled.is_set() else None
-    if relaxed is not None:
-        if instance is None or relaxed is not problem:
-            instance = build_instance(relaxed, CANDIDATES)
-        upper = solution.cost - float(relaxed.service.sum())
-        bound = bound_of(instance, upper, cancelled, given_up)
+    if bound is None and not cancelled.is_set():
+        with (deadline or Deadline()).running(cancelled) as late:
+            relaxed = relaxation(problem, late)
+            if relaxed is not None:
+                if instance is None or relaxed is not problem:
+                    instance = build_instance(relaxed, CANDIDATES)
+                upper = solution.cost - float(relaxed.service.sum())
+                bound = bound_of(instance, upper, cancelled, late)
     if bound is None or bound > solution.cost + ROUNDING * abs(solution.cost):
         return solution
     return replace(solution, lower_bound=min(bound, solution.cost))

@@ -23,17 +23,16 @@ from leafcut.model.solution import Solution, WorkerFigures
 from leafcut.options import ALGORITHM_TITLES, ANT_ALGORITHMS, LITERATURE, AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order.algorithms import PACKAGED, Algorithm, AlgorithmRun, run_packaged
 from leafcut.order.certificate import (
-    BoundLate,
     aim,
     aim_without_order,
     certify,
     foresee,
-    never,
     stands_for_its_tour,
 )
 from leafcut.order.clusters import choose_nodes
 from leafcut.order.colony import improve_by_colony
 from leafcut.order.construction import nearest_neighbour
+from leafcut.order.deadline import Deadline
 from leafcut.order.directed import (
     FEW_CLUSTERS,
     FEW_NODES,
@@ -85,7 +84,7 @@ def solve(
     progress: OnProgress | None = None,
     observe: Observer | None = None,
     cancelled: threading.Event | None = None,
-    bound_late: BoundLate = never,
+    bounds: Deadline | None = None,
 ) -> Solution:
     """Return a short path for `problem`.
 
@@ -97,9 +96,8 @@ def solve(
         Called after it, as `model.snapshot` says; the answer is the same with and without.
     cancelled
         Set it from another thread to stop and keep the best. Ctrl-C does the same.
-    bound_late
-        Asked while the lower bound is computed, which the time limit does not count: says by the seconds that it has
-        taken whether it must end with what is proved so far.
+    bounds
+        Deadline of lower bounds, which the time limit does not count; without it they have no limit.
 
     Raises
     ------
@@ -109,7 +107,9 @@ def solve(
         The precedence cannot be kept, or not by the algorithm asked for; full candidate lists are asked for on too many
         nodes, or a gap where no lower bound can be had.
     """
-    options, aco = options or SolveOptions(), aco or AcoOptions()
+    options, aco, bounds = options or SolveOptions(), aco or AcoOptions(), bounds or Deadline()
+    limit = math.inf if options.time_limit is None else options.time_limit
+    stop = Stop(seconds=limit, cancelled=cancelled or threading.Event(), thrift=Thrift.of(options, problem))
     pairs = checked_pairs(problem)
     tiny = problem.n_clusters <= TRY_ALL
     auto, options = options.algorithm == "auto", _decided(options)
@@ -121,7 +121,8 @@ def solve(
     if ordered:
         from leafcut.order.in_order import warm_up_in_order
 
-        warm_up_in_order(problem, options.algorithm)
+        with stop.paused():
+            warm_up_in_order(problem, options.algorithm)
     elif not tiny and options.algorithm != "none":
         if options.algorithm in ANT_ALGORITHMS and aco.parallel == "gpu":
             from leafcut.order.gpu_ants import check_gpu
@@ -131,28 +132,27 @@ def solve(
                     "--parallel gpu: the ants of acs change the pheromone as they go; use --parallel threads"
                 )
             check_gpu()  # before kernels are compiled, which takes long and would be for nothing
-        warm_up(options, aco, problem.n_clusters, firefly.variant if firefly else "leafcut")
-    limit = math.inf if options.time_limit is None else options.time_limit
-    stop = Stop(seconds=limit, cancelled=cancelled or threading.Event(), thrift=Thrift.of(options, problem))
+        with stop.paused():
+            warm_up(options, aco, problem.n_clusters, firefly.variant if firefly else "leafcut")
     best = Best(stop, progress, float(problem.service.sum()))
     if tiny or options.algorithm == "none":
-        return _without_search(problem, pairs, options, best, bound_late)
+        return _without_search(problem, pairs, options, best, bounds)
     if options.candidates == 0 and problem.n_clusters > FULL_LISTS_LIMIT:
         raise SolveError(
             f"--candidates 0 makes all {problem.n_clusters} nodes candidates of each other, too much memory above "
             f"{FULL_LISTS_LIMIT} nodes; give a number such as 16"
         )
     if ordered:
-        return _in_order(problem, options, aco, firefly or FireflyOptions(), best, observe, bound_late)
+        return _in_order(problem, options, aco, firefly or FireflyOptions(), best, observe, bounds)
     instance = build_instance(problem, _candidates(options))
-    aim(options, instance, best)
+    aim(options, instance, best, bounds)
     best.watched = watched_instance(observe, instance)
     foresee(problem, options, best, instance)
     found = _run(instance, AlgorithmRun(options, aco, firefly or FireflyOptions(), best))
     solution = _solution(problem, instance.path(found.tour), options, found, best)
     if not options.bound:
         return solution
-    return certify(problem, solution, best.bound_at_hand(), stop.cancelled, instance, bound_late)
+    return certify(problem, solution, best.bound_at_hand(), stop.cancelled, instance, bounds)
 
 
 def _exactly(
@@ -200,11 +200,11 @@ def _goes_in_order(problem: RoutingProblem, options: SolveOptions) -> bool:
 
 def _in_order(
     problem: RoutingProblem, options: SolveOptions, aco: AcoOptions, firefly: FireflyOptions, best: Best,
-    observe: Observer | None, bound_late: BoundLate,
+    observe: Observer | None, bounds: Deadline,
 ) -> Solution:  # fmt: skip
     """Return what a search for paths with a direction finds; its costs have the service in them."""
     stop, best.service = best.stop, 0.0
-    aim_without_order(options, problem, best)
+    aim_without_order(options, problem, best, bounds)
     from leafcut.order.in_order import run_in_order
 
     if observe is not None:
@@ -215,7 +215,7 @@ def _in_order(
     solution = _solution(problem, found.tour, options, found, best, known=True)
     if not options.bound:
         return solution
-    return certify(problem, solution, best.bound_at_hand(), stop.cancelled, late=bound_late)
+    return certify(problem, solution, best.bound_at_hand(), stop.cancelled, deadline=bounds)
 
 
 def _candidates(options: SolveOptions) -> int:
@@ -225,7 +225,7 @@ def _candidates(options: SolveOptions) -> int:
 
 
 def _without_search(
-    problem: RoutingProblem, pairs: NDArray[np.int32], options: SolveOptions, best: Best, bound_late: BoundLate
+    problem: RoutingProblem, pairs: NDArray[np.int32], options: SolveOptions, best: Best, bounds: Deadline
 ) -> Solution:
     """Return the drawing's order when asked for, else the best of the few orders there are: its cost is the bound."""
     drawn = options.algorithm == "none"
@@ -242,7 +242,7 @@ def _without_search(
     bound = None
     if problem.n_clusters <= TRY_ALL:
         bound = path_cost(problem, choose_nodes(problem, _try_all(problem, pairs) if drawn else order))
-    return certify(problem, solution, bound, best.stop.cancelled, late=bound_late)
+    return certify(problem, solution, bound, best.stop.cancelled, deadline=bounds)
 
 
 def warm_up(options: SolveOptions, aco: AcoOptions, n: int = 0, variant: str = "leafcut") -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -14,7 +14,7 @@ from leafcut.model.issue import Issue, Severity, missing_work
 from leafcut.model.machine import Machine
 from leafcut.model.snapshot import Observer
 from leafcut.options import Settings, flag_name
-from leafcut.processes.deadline import BOUND_PART, Deadline
+from leafcut.order.deadline import Deadline
 from leafcut.processes.placing import negative_axes
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Job:
-    """Settings, machine and progress of one run; all its searches share the deadline."""
+    """Settings, machine and progress of one run; its searches share `deadline`, its lower bounds share `bounds`."""
 
     settings: Settings
     machine: Machine
@@ -34,44 +34,36 @@ class Job:
     progress: OnProgress | None = None
     cancelled: threading.Event = field(default_factory=threading.Event)
     observe: Observer | None = None
-
-    def bound_late(self, part: float = 1.0) -> Callable[[float], bool]:
-        """Return the test, by the seconds spent on a lower bound, whether the bound must end.
-
-        `part` is its share of the work of all lower bounds.
-        """
-        limit = self.settings.solve.time_limit
-        longest = math.inf if limit is None else BOUND_PART * part * limit
-        return lambda seconds: seconds >= longest
+    bounds: Deadline = field(default_factory=Deadline)
 
     def quiet(self) -> Job:
         """Return the same run without progress messages."""
         return replace(self, progress=None, observe=None)
 
-    def for_dialect(self, dialect: Dialect) -> Job:
-        """Return the run for a dialect. If it has no moves to machine zero, the machine gets no safe height.
+    def for_words(self, words: Dialect) -> Job:
+        """Return the run for a dialect: without moves to machine zero, the machine has no safe height.
 
-        The tool then retracts to the clearance height.
+        The tool then rises to the clearance height.
         """
-        if dialect.has_machine_moves or self.machine.safe_z is None:
+        if words.has_machine_moves or self.machine.safe_z is None:
             return self
         return replace(self, machine=replace(self.machine, safe_z=None))
 
-    def report(self, step: str, share: float = 0.0, trial: Trial | None = None) -> None:
+    def tell(self, step: str, share: float = 0.0, trial: Trial | None = None) -> None:
         """Report progress."""
         if self.progress is not None:
             self.progress(Progress(step, share, trial=trial))
 
-    def start_step(self, step: str) -> Heartbeat:
+    def looking(self, what: str) -> Heartbeat:
         """Report that a stage starts; return the function that the stage calls while it works.
 
         This function repeats the report from time to time. The receiver may raise to end the run (a cancelled job).
         """
-        return looking_for(self.progress, step)
+        return looking_for(self.progress, what)
 
-    def search_progress(self, step: str, left: float = 1.0, part: float = 1.0) -> OnProgress | None:
+    def passing_on(self, what: str, left: float = 1.0, part: float = 1.0) -> OnProgress | None:
         """Return the progress callback of a search that does `part` of the whole work, while `left` of it is left."""
-        return passing_on(self.progress, step, left, part)
+        return passing_on(self.progress, what, left, part)
 
 
 def machine_of(settings: Settings) -> Machine:
@@ -96,7 +88,7 @@ def library_of(settings: Settings, machine: Machine) -> ToolLibrary | None:
     return load_tools(job.tools, machine.units, material) if job.tools is not None else None
 
 
-def check_dialect_options(settings: Settings, machine: Machine, dialect: Dialect) -> None:
+def check_words_used(settings: Settings, machine: Machine, words: Dialect) -> None:
     """Refuse options that this controller or this machine cannot use.
 
     Raises
@@ -104,27 +96,27 @@ def check_dialect_options(settings: Settings, machine: Machine, dialect: Dialect
     OptionError
         Names the option and the reason.
     """
-    torch = dialect.torch
+    torch = words.torch
     powered = torch is not None and bool(torch.power)
-    no_power = f"{dialect.name} programs have no laser power"
-    for name, supported, reason in (
-        ("program_number", dialect.program_number, f"{dialect.name} programs have no number"),
-        ("line_numbers", dialect.line_numbers, f"{dialect.name} takes no numbered blocks"),
+    no_power = f"{words.name} programs have no laser power"
+    for name, used, why in (
+        ("program_number", words.program_number, f"{words.name} programs have no number"),
+        ("line_numbers", words.line_numbers, f"{words.name} takes no numbered blocks"),
         ("beam_power", powered, no_power),
         ("mark_power", powered, no_power),
-        ("coolant", dialect.torch is None, f"{dialect.name} has no coolant"),
+        ("coolant", words.torch is None, f"{words.name} has no coolant"),
     ):
-        if name in settings.asked and not supported:
-            raise OptionError(f"{flag_name(name)}: {reason}; leave it out")
+        if name in settings.asked and not used:
+            raise OptionError(f"{flag_name(name)}: {why}; leave it out")
 
 
 def refuse(problems: Sequence[Difference]) -> None:
-    """Raise if there is a difference or a danger, so that nothing is written.
+    """Write nothing when there is a difference or a danger.
 
     Raises
     ------
     VerifyError
-        The first of them, and the number of others.
+        The first one, and how many more there are.
     """
     if problems:
         more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
@@ -136,12 +128,12 @@ _LARGE_UNITS = {"in": "inches", "ft": "feet", "cm": "centimetres", "m": "metres"
 
 
 def refuse_too_large(problems: Sequence[Difference], part: Part, settings: Settings) -> None:
-    """Raise if a part exceeds the travel; hint at a wrong unit in the drawing (ezdxf writes metres by default).
+    """Write nothing when a part exceeds the travel; a drawing may state the wrong unit (ezdxf states metres, unasked).
 
     Raises
     ------
     VerifyError
-        As in `refuse`.
+        As `refuse`.
     """
     try:
         refuse(problems)
@@ -153,12 +145,12 @@ def refuse_too_large(problems: Sequence[Difference], part: Part, settings: Setti
 
 
 def refuse_missing(settings: Settings, source: object, issues: Iterable[Issue]) -> None:
-    """Raise if work is missing and ``--strict`` is set.
+    """Write nothing where work is missing and ``--strict`` asks for all of it.
 
     Raises
     ------
     PlanError
-        The first missing work, and the number of others.
+        The first of what is missing, and how much more there is.
     """
     missing = missing_work(issues) if settings.read.strict else ()
     if missing:
@@ -169,10 +161,10 @@ def refuse_missing(settings: Settings, source: object, issues: Iterable[Issue]) 
 def machine_issues(
     machine: Machine, box: tuple[float, float, float, float] | None = None, zero_is_set: bool = False
 ) -> list[Issue]:
-    """Return issues on the machine: unchecked limits, and assumed values.
+    """Return what is not known of the machine: what could not be checked, and what was taken for it.
 
-    A part on the negative side of the zero is a warning, or a note if ``--origin`` set the zero. `box` is the extent of
-    its work (`placing.negative_axes`).
+    A part on the negative side of the zero is a warning, or a note if ``--origin`` set the zero; `box` is that of its
+    work (`placing.negative_axes`).
     """
     issues = []
     if box is not None and (axes := negative_axes(box, machine)):
@@ -184,11 +176,11 @@ def machine_issues(
         )
         issues.append(Issue("L403", message, severity=Severity.NOTE if zero_is_set else Severity.WARNING))
     if machine.assumed:
-        values = ", ".join(f"{key} {source.partition(' (')[0]}" for key, source in machine.assumed.items())
+        values = ", ".join(f"{key} {words.partition(' (')[0]}" for key, words in machine.assumed.items())
         message = f"the profile of {machine.name} is incomplete; assumed: {values}"
         issues.append(Issue("L408", f"{message}; see leafcut list machines", severity=Severity.NOTE))
     if machine.work_offset is None:
-        # An unknown travel limit is already reported with the assumed values.
+        # Where an axis has no known end, that is told with what the profile does not say.
         checked = ": only its size was checked against the travel"
         if not any(math.isfinite(machine.reach(axis)) for axis in range(3)):
             checked = ", and so is the travel: nothing was checked against it"

@@ -1,9 +1,9 @@
 """Search for the order of a plan: its stages are ordered together, within the time limit of the job.
 
-If a stage starts where another ends, the shortest path of a single stage may lengthen the whole. So all stages are
-first ordered quickly, and again between their neighbours, which fixes the first and last choice of each. Then each is
-searched thoroughly between these ends. The quick searches do a small, fixed amount of work: more time never gives a
-longer result.
+If a stage starts where another one ends, the shortest path of one may make the whole longer. So all stages are first
+ordered quickly, one after the other, and again between their neighbours; that fixes the first and last choice of each.
+Then each is searched thoroughly between these ends. The quick searches do a small, fixed amount of work, so that more
+time never gives a longer result.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.options import AcoOptions, SolveOptions
 from leafcut.options.search import ANTS_AS_PARTS
-from leafcut.processes.deadline import Deadline
+from leafcut.order.deadline import Deadline
 
 if TYPE_CHECKING:
     from leafcut.processes.job import Job
 
 #: Rounds of quick searches between the neighbours, and the iterations of each search.
 _ROUNDS, _ITERATIONS = {"fast": 0, "default": 2, "thorough": 2}, 2
-#: Number of tasks up to which the quick search is (nearly) optimal.
+#: Up to this many tasks the quick search finds the best order, or nearly.
 _FEW = 18
 #: Share of the time limit for all quick searches; a started search, and the first of each stage, always finish.
 _QUICK_PART = 0.3
@@ -50,7 +50,7 @@ def find_order(
     Parameters
     ----------
     options
-        Options of the search; by default, of the job.
+        Options of the search; without them those of the job.
     deadline
         Time of the search; without it the job's. A nearest-neighbour order has no limit.
 
@@ -65,36 +65,37 @@ def find_order(
 
     options, settings = options or job.settings.solve, job.settings
     deadline = Deadline() if options.algorithm == "nn" else deadline or job.deadline
-    total = remaining = sum(stage.problem.n_clusters for stage in stages)
+    total = left = sum(stage.problem.n_clusters for stage in stages)
 
     def search(number: int, problem: RoutingProblem, options: SolveOptions) -> Solution:
-        nonlocal remaining
+        nonlocal left
         tasks = stages[number].problem.n_clusters
         try:
-            job.report(stages[number].name, 1.0 - remaining / total)
+            job.tell(stages[number].name, 1.0 - left / total)
         except KeyboardInterrupt:
             job.cancelled.set()  # Ctrl-C between two searches: keep the best order, as within a search
-        stage_options = replace(options, time_limit=deadline.part(problem.n_clusters / remaining).seconds)
+        own = replace(options, time_limit=deadline.part(problem.n_clusters / left).seconds)
         solution = solve(
-            problem, stage_options, _ant_options(settings.aco, stages[number]), firefly=settings.firefly,
-            progress=job.search_progress(stages[number].name, remaining / total, tasks / total), observe=job.observe,
-            cancelled=job.cancelled, bound_late=job.bound_late(tasks / total),
+            problem, own, _ants(settings.aco, stages[number]), firefly=settings.firefly,
+            progress=job.passing_on(stages[number].name, left / total, tasks / total), observe=job.observe,
+            cancelled=job.cancelled, bounds=job.bounds.part(tasks / left),
         )  # fmt: skip
         deadline.spend(solution.seconds)
-        remaining = max(remaining - tasks, 1)
+        left = max(left - tasks, 1)
         return solution
 
     def quick(number: int, problem: RoutingProblem, options: SolveOptions) -> Solution:
-        ants = _ant_options(settings.aco, stages[number])
-        solution = solve(problem, options, ants, firefly=settings.firefly, cancelled=job.cancelled)
+        ants = _ants(settings.aco, stages[number])
+        bounds = job.bounds.part(problem.n_clusters / total)
+        solution = solve(problem, options, ants, firefly=settings.firefly, cancelled=job.cancelled, bounds=bounds)
         deadline.spend(solution.seconds)
         return solution
 
     if options.algorithm != "nn" and any(len(stage.first) for stage in stages):
-        solutions = _order_after_first(job, stages, search, options)
+        solutions = _around_first(job, stages, search, options)
     else:
         solutions = solve_together(
-            stages, search, options, quick, job.cancelled, lambda part: job.bound_late(part.n_clusters / total)
+            stages, search, options, quick, job.cancelled, lambda part: job.bounds.part(part.n_clusters / total)
         )
     order = Order(tuple(solution.nodes for solution in solutions), tuple(solutions))
     check_order(stages, order)
@@ -115,17 +116,17 @@ def check_order(stages: Sequence[Stage], order: Order) -> None:
         return
     for stage, nodes in zip(stages, order.choices, strict=True):
         problem = stage.problem
-        valid = nodes[(nodes >= 0) & (nodes < problem.n_nodes)]
-        tasks, position = problem.cluster[valid], np.full(problem.n_clusters, -1)
-        position[tasks] = np.arange(len(tasks))
+        known = nodes[(nodes >= 0) & (nodes < problem.n_nodes)]
+        tasks, place = problem.cluster[known], np.full(problem.n_clusters, -1)
+        place[tasks] = np.arange(len(tasks))
         before, after = problem.precedence.T
-        if len(nodes) != problem.n_clusters or (position < 0).any():
-            fault = f"{len(nodes)} visits do not do each of the {problem.n_clusters} tasks once"
-        elif (position[before] > position[after]).any():
-            fault = "a task is done before its predecessor"
+        if len(nodes) != problem.n_clusters or (place < 0).any():
+            wrong = f"{len(nodes)} visits do not do each of the {problem.n_clusters} tasks once"
+        elif (place[before] > place[after]).any():
+            wrong = "a task is done before another one that must come first"
         else:
             continue
-        raise PlanError(f"{stage.name}: {fault}; this is a fault of the algorithm, choose another --algorithm")
+        raise PlanError(f"{stage.name}: {wrong}; this is a fault of the algorithm, choose another --algorithm")
 
 
 def nearest_order(job: Job, stages: Sequence[Stage]) -> Order:
@@ -133,61 +134,59 @@ def nearest_order(job: Job, stages: Sequence[Stage]) -> Order:
     return find_order(job.quiet(), stages, SolveOptions(algorithm="nn", bound=False))
 
 
-def _ant_options(options: AcoOptions, stage: Stage) -> AcoOptions:
+def _ants(options: AcoOptions, stage: Stage) -> AcoOptions:
     """Return the options with one ant for each part of a stage, if they ask for that."""
     return replace(options, n_ants=stage.parts) if stage.parts and options.n_ants == ANTS_AS_PARTS else options
 
 
 def restated(job: Job, stages: Sequence[Stage], order: Order) -> list[Solution]:
-    """Return the solutions of an order whose choices may differ from its solutions, with recomputed cost and bound."""
-    if all(
-        np.array_equal(searched.nodes, nodes) for searched, nodes in zip(order.solutions, order.choices, strict=True)
-    ):
+    """Return the solutions of an order whose choices may be others than those found: at their own cost and bound."""
+    if all(np.array_equal(one.nodes, nodes) for one, nodes in zip(order.solutions, order.choices, strict=True)):
         return list(order.solutions)
     given = all(np.array_equal(stage.given, nodes) for stage, nodes in zip(stages, order.choices, strict=True))
     solutions = []
-    for number, (previous, nodes) in enumerate(zip(order.solutions, order.choices, strict=True)):
-        problem = _linked_problem(stages, number, order.choices)
-        solution = replace(_with_nodes(problem, previous, nodes), algorithm="none" if given else "nn")
-        # The bound of the search holds only for the end of the previous stage in the searched order.
-        solutions.append(_with_bound(job, problem, solution, 1.0 / len(stages)))
+    for number, (found, nodes) in enumerate(zip(order.solutions, order.choices, strict=True)):
+        problem = _placed(stages, number, order.choices)
+        solution = replace(_with_nodes(problem, found, nodes), algorithm="none" if given else "nn")
+        # The bound of the search holds only for the end of the stage before it in the searched order.
+        solutions.append(_with_bound(job, problem, solution, 1.0 / (len(stages) - number)))
     return solutions
 
 
-def _with_nodes(problem: RoutingProblem, previous: Solution, nodes: Ints) -> Solution:
+def _with_nodes(problem: RoutingProblem, found: Solution, nodes: Ints) -> Solution:
     """Return a solution with other nodes, at their cost and without a bound."""
     from leafcut.order.instance import path_cost
 
     cost = path_cost(problem, nodes)
-    return replace(previous, nodes=nodes, cost=cost, history=((previous.seconds, cost),), lower_bound=None)
+    return replace(found, nodes=nodes, cost=cost, history=((found.seconds, cost),), lower_bound=None)
 
 
 def _with_bound(job: Job, problem: RoutingProblem, solution: Solution, share: float) -> Solution:
-    """Return a solution with its lower bound, if requested; the bound has a `share` of the time for all bounds."""
+    """Return a solution with its lower bound, if requested; it gets a `share` of the time left for bounds."""
     from leafcut.order.certificate import certify
 
     if not job.settings.solve.bound:
         return solution
-    return certify(problem, solution, None, job.cancelled, late=job.bound_late(share))
+    return certify(problem, solution, None, job.cancelled, deadline=job.bounds.part(share))
 
 
-def _order_after_first(job: Job, stages: Sequence[Stage], search: SearchOne, options: SolveOptions) -> list[Solution]:
-    """Order the stages one after another; the user's first choices stay first."""
+def _around_first(job: Job, stages: Sequence[Stage], search: SearchOne, options: SolveOptions) -> list[Solution]:
+    """Order the stages one after the other; choices that the user wants first stay first."""
     from leafcut.order.solve import keep_better
 
     choices, solutions = list[Ints](), list[Solution]()
     for number, stage in enumerate(stages):
-        problem, first = _linked_problem(stages, number, choices), stage.first
+        problem, first = _placed(stages, number, choices), stage.first
         if not len(first):
             solution = keep_better(problem, search(number, problem, options), stage.given)
         else:
-            remaining, node_of = _remove_ends(problem, first, first[:0])
+            rest, node_of = _without(problem, first, first[:0])
             solution = Solution(first, 0.0, problem.metric.unit, "given", 0)
             if len(node_of):
-                solution = search(number, remaining, options)
+                solution = search(number, rest, options)
             nodes = np.concatenate([first, node_of[solution.nodes]]) if len(node_of) else first
             solution = _with_nodes(problem, solution, nodes.astype(np.int32))
-            solution = _with_bound(job, problem, solution, 1.0 / len(stages))
+            solution = _with_bound(job, problem, solution, 1.0 / (len(stages) - number))
         choices.append(solution.nodes)
         solutions.append(solution)
     return solutions
@@ -195,53 +194,42 @@ def _order_after_first(job: Job, stages: Sequence[Stage], search: SearchOne, opt
 
 def solve_together(
     stages: Sequence[Stage], search: SearchOne, options: SolveOptions, quick: SearchOne, cancelled: threading.Event,
-    bound_late: Callable[[RoutingProblem], Callable[[float], bool]] = lambda _: lambda _: False,
+    bounds: Callable[[RoutingProblem], Deadline] = lambda _: Deadline(),
 ) -> list[Solution]:  # fmt: skip
-    """Return a solution for every stage; a stage that follows another starts at its end.
+    """Return a solution for every stage; a stage that follows another one starts where that one ends.
 
     Parameters
     ----------
     quick
         `search` without progress reports.
-    bound_late
-        Returns, for a problem, the function by which `solve` ends its lower bound.
+    bounds
+        Returns the deadline of the lower bound of a problem.
     """
-    followers = [number for number, stage in enumerate(stages) if stage.follows and number]
-    if not followers or options.algorithm in ("nn", "none"):
-        orders, solutions = list[Ints](), list[Solution]()
+    linked = [number for number, stage in enumerate(stages) if stage.follows and number]
+    if not linked or options.algorithm in ("nn", "none"):
+        orders, found = list[Ints](), list[Solution]()
         for number, _ in enumerate(stages):
-            solutions.append(search(number, _linked_problem(stages, number, orders), options))
-            orders.append(solutions[-1].nodes)
+            found.append(search(number, _placed(stages, number, orders), options))
+            orders.append(found[-1].nodes)
     else:
-        orders = _quick_orders(stages, quick, options)
-        solutions = []
+        orders = _outlined(stages, quick, options)
+        found = []
         for number, stage in enumerate(stages):
             fixed = stage.follows and number > 0, number + 1 < len(stages) and stages[number + 1].follows
-            solutions.append(
-                _search_between(number, _linked_problem(stages, number, orders), orders[number], fixed, search, options)
-            )
-            orders[number] = solutions[-1].nodes
+            found.append(_between(number, _placed(stages, number, orders), orders[number], fixed, search, options))
+            orders[number] = found[-1].nodes
     given = [stage.given for stage in stages]
     usable = all(len(nodes) for nodes in given) and options.algorithm != "nn"
-    if usable and _total_cost(stages, given) < _total_cost(stages, orders):
+    if usable and _total(stages, given) < _total(stages, orders):
         orders = given
     return [
-        _with_cost(
-            number,
-            _linked_problem(stages, number, orders),
-            orders[number],
-            solution,
-            options,
-            quick,
-            cancelled,
-            bound_late,
-        )
-        for number, solution in enumerate(solutions)
+        _stated(number, _placed(stages, number, orders), orders[number], solution, options, quick, cancelled, bounds)
+        for number, solution in enumerate(found)
     ]
 
 
-def _linked_problem(stages: Sequence[Stage], number: int, orders: Sequence[Ints]) -> RoutingProblem:
-    """Return the problem of a stage that starts at the end of the previous stage in these orders."""
+def _placed(stages: Sequence[Stage], number: int, orders: Sequence[Ints]) -> RoutingProblem:
+    """Return the problem of a stage that starts where the stage before it ends in these orders."""
     stage = stages[number]
     if not stage.follows or not number:
         return stage.problem
@@ -250,81 +238,81 @@ def _linked_problem(stages: Sequence[Stage], number: int, orders: Sequence[Ints]
     return replace(stage.problem, start=(x, y))
 
 
-def _total_cost(stages: Sequence[Stage], orders: Sequence[Ints]) -> float:
+def _total(stages: Sequence[Stage], orders: Sequence[Ints]) -> float:
     from leafcut.order.instance import path_cost
 
-    return sum(path_cost(_linked_problem(stages, number, orders), nodes) for number, nodes in enumerate(orders))
+    return sum(path_cost(_placed(stages, number, orders), nodes) for number, nodes in enumerate(orders))
 
 
-def _quick_orders(stages: Sequence[Stage], quick: SearchOne, options: SolveOptions) -> list[Ints]:
+def _outlined(stages: Sequence[Stage], quick: SearchOne, options: SolveOptions) -> list[Ints]:
     """Return quick orders of all stages, each searched between its neighbours."""
-    quick_options = _quick_search_options(options)
+    few = _quick(options)
     orders: list[Ints] = []
 
-    spent, limit = 0.0, math.inf if options.time_limit is None else _QUICK_PART * options.time_limit
+    spent, most = 0.0, math.inf if options.time_limit is None else _QUICK_PART * options.time_limit
 
-    def search_stage(number: int, problem: RoutingProblem) -> Ints:
+    def searched(number: int, problem: RoutingProblem) -> Ints:
         nonlocal spent
-        solution = quick(number, problem, quick_options)
-        spent += solution.seconds
-        return solution.nodes
+        found = quick(number, problem, few)
+        spent += found.seconds
+        return found.nodes
 
     for number in range(len(stages)):
-        orders.append(search_stage(number, _linked_problem(stages, number, orders)))
-    best, lowest = list(orders), _total_cost(stages, orders)
-    if all(len(stage.given) for stage in stages) and _total_cost(stages, [s.given for s in stages]) < lowest:
+        orders.append(searched(number, _placed(stages, number, orders)))
+    best, least = list(orders), _total(stages, orders)
+    if all(len(stage.given) for stage in stages) and _total(stages, [s.given for s in stages]) < least:
         best = [stage.given for stage in stages]
-        lowest = _total_cost(stages, best)
+        least = _total(stages, best)
     if sum(stage.problem.n_clusters for stage in stages) > _MANY:
         return best
     orders = list(best)
     for _ in range(_ROUNDS[options.preset]):
         for number in range(len(stages)):
-            if spent > limit:
+            if spent > most:
                 return best
-            problem = _linked_problem(stages, number, orders)
+            problem = _placed(stages, number, orders)
             if number + 1 < len(stages) and stages[number + 1].follows:
                 x, y = stages[number + 1].problem.entry[orders[number + 1][0]].tolist()
                 problem = replace(problem, end=(x, y))
-            orders[number] = search_stage(number, problem)
-        total = _total_cost(stages, orders)
-        if total < lowest:
-            best, lowest = list(orders), total
+            orders[number] = searched(number, problem)
+        total = _total(stages, orders)
+        if total < least:
+            best, least = list(orders), total
     return best
 
 
-def _search_between(
+def _between(
     number: int,
     problem: RoutingProblem,
-    known_path: Ints,
+    known: Ints,
     fixed: tuple[bool, bool],
     search: SearchOne,
     options: SolveOptions,
 ) -> Solution:
-    """Return the path of a stage; a `fixed` end stays as in the known path."""
+    """Return the path of a stage; where an end is `fixed`, it is that of the known path."""
     from leafcut.order.instance import path_cost
 
-    low, high = int(fixed[0]), len(known_path) - int(fixed[1])
+    low, high = int(fixed[0]), len(known) - int(fixed[1])
     if high - low < 2:
-        return _known_solution(problem, known_path, options)
-    inner, node_of = _remove_ends(problem, known_path[:low], known_path[high:])
-    solution = search(
-        number, inner, replace(options, bound=False, target_gap=None) if low or high < len(known_path) else options
+        return _known(problem, known, options)
+    inner, node_of = _without(problem, known[:low], known[high:])
+    found = search(
+        number, inner, replace(options, bound=False, target_gap=None) if low or high < len(known) else options
     )
-    nodes = np.concatenate([known_path[:low], node_of[solution.nodes], known_path[high:]]).astype(np.int32)
-    if path_cost(problem, known_path) < path_cost(problem, nodes):
-        nodes = known_path
-    return replace(solution, nodes=nodes)
+    nodes = np.concatenate([known[:low], node_of[found.nodes], known[high:]]).astype(np.int32)
+    if path_cost(problem, known) < path_cost(problem, nodes):
+        nodes = known
+    return replace(found, nodes=nodes)
 
 
-def _known_solution(problem: RoutingProblem, nodes: Ints, options: SolveOptions) -> Solution:
+def _known(problem: RoutingProblem, nodes: Ints, options: SolveOptions) -> Solution:
     return Solution(nodes, 0.0, problem.metric.unit, "exact", options.seed)
 
 
-def _remove_ends(problem: RoutingProblem, first: Ints, last: Ints) -> tuple[RoutingProblem, Ints]:
+def _without(problem: RoutingProblem, first: Ints, last: Ints) -> tuple[RoutingProblem, Ints]:
     """Return the problem without its first and last nodes, and its nodes as nodes of `problem`."""
-    removed = np.isin(problem.cluster, problem.cluster[np.concatenate([first, last])])
-    node_of = np.flatnonzero(~removed).astype(np.int32)
+    gone = np.isin(problem.cluster, problem.cluster[np.concatenate([first, last])])
+    node_of = np.flatnonzero(~gone).astype(np.int32)
     clusters, cluster = np.unique(problem.cluster[node_of], return_inverse=True)
     number = np.full(problem.n_clusters, -1, dtype=np.int32)
     number[clusters] = np.arange(len(clusters), dtype=np.int32)
@@ -349,9 +337,9 @@ def _remove_ends(problem: RoutingProblem, first: Ints, last: Ints) -> tuple[Rout
     return inner, node_of
 
 
-def _with_cost(
-    number: int, problem: RoutingProblem, nodes: Ints, searched: Solution, options: SolveOptions, quick: SearchOne,
-    cancelled: threading.Event, bound_late: Callable[[RoutingProblem], Callable[[float], bool]],
+def _stated(
+    number: int, problem: RoutingProblem, nodes: Ints, found: Solution, options: SolveOptions, quick: SearchOne,
+    cancelled: threading.Event, bounds: Callable[[RoutingProblem], Deadline],
 ) -> Solution:  # fmt: skip
     """Return the solution of a whole stage with its cost, and with a bound if requested."""
     from leafcut.order.certificate import certify
@@ -359,22 +347,18 @@ def _with_cost(
 
     cost = path_cost(problem, nodes)
     if (
-        np.array_equal(nodes, searched.nodes)
-        and searched.cost == cost
-        and (searched.lower_bound is not None or not options.bound)
+        np.array_equal(nodes, found.nodes)
+        and found.cost == cost
+        and (found.lower_bound is not None or not options.bound)
     ):
-        return searched
-    solution = _with_nodes(problem, searched, nodes)
+        return found
+    solution = _with_nodes(problem, found, nodes)
     if not options.bound:
         return solution
-    # The optimal order of a few tasks is its own bound.
-    bound = (
-        quick(number, problem, _quick_search_options(options, bound=True)).lower_bound
-        if problem.n_clusters <= _FEW
-        else None
-    )
-    return certify(problem, solution, bound, cancelled, late=bound_late(problem))
+    # The best order of a few tasks is its own bound.
+    bound = quick(number, problem, _quick(options, bound=True)).lower_bound if problem.n_clusters <= _FEW else None
+    return certify(problem, solution, bound, cancelled, deadline=bounds(problem))
 
 
-def _quick_search_options(options: SolveOptions, bound: bool = False) -> SolveOptions:
+def _quick(options: SolveOptions, bound: bool = False) -> SolveOptions:
     return replace(options, iterations=_ITERATIONS, time_limit=None, bound=bound, target_gap=None)

@@ -14,8 +14,8 @@ from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind
 from leafcut.options import Settings
+from leafcut.order.deadline import Deadline
 from leafcut.processes.course import run_process
-from leafcut.processes.deadline import Deadline
 from leafcut.processes.job import Job
 
 if TYPE_CHECKING:
@@ -45,9 +45,9 @@ def drawn_works(
         raise PlanError(f"{drawing}: is a {format_.name}; speeds and feeds are chosen for a drawing with holes")
     # The material is for the speeds; in drilling, the option only selects presets of a Fusion library.
     asked = settings.asked - {"material"}
-    outcome = run_process(
-        process, Job(replace(settings, asked=asked), machine, Deadline.of(settings.solve), progress), [source], "drill"
-    )
+    limits = Deadline.of(settings.solve), Deadline.of_bounds(settings.solve)
+    job = Job(replace(settings, asked=asked), machine, limits[0], progress, bounds=limits[1])
+    outcome = run_process(process, job, [source], "drill")
     issues += [issue for issue in outcome.issues if issue.severity is not Severity.NOTE]
     times = clock(outcome.path_after, machine)
     path = times.path

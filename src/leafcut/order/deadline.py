@@ -19,8 +19,8 @@ BOUND_PART = 0.1
 class Deadline:
     """Seconds that the searches of a run may take together.
 
-    Only searches count: reading, planning, compiling and proof always finish. Each search gets a part of the time left.
-    Later searches get the time that an earlier search does not need.
+    Only searches and lower bounds count: reading, planning, compiling and proof always finish. Each search gets a part
+    of the time left. Later searches get the time that an earlier search does not need.
 
     Attributes
     ----------
@@ -40,6 +40,11 @@ class Deadline:
         if options.time_limit is None:
             return cls()
         return cls((1.0 - BOUND_PART if options.bound else 1.0) * options.time_limit)
+
+    @classmethod
+    def of_bounds(cls, options: SolveOptions) -> Deadline:
+        """Return the deadline of all lower bounds of a run: the rest of its time limit."""
+        return cls() if options.time_limit is None else cls(BOUND_PART * options.time_limit)
 
     @property
     def left(self) -> float:
