@@ -225,6 +225,14 @@ def test_real_boards_have_the_holes_slots_and_tools_that_a_plain_search_finds(da
     assert not part.issues
 
 
+def test_a_tool_zero_with_a_diameter_drills(text_file):
+    """Without a diameter T0 ends the work."""
+    head, body = "M48\nMETRIC\nT0C0.3\nT1C0.8\n%\n", "T0\nX1.0Y2.0\nT1\nX3.0Y4.0\n"
+    part = read(text_file("zero.drl", f"{head}{body}T0\nM30\n"))
+    assert holes(part) == [(1.0, 2.0, 0.3, "T0"), (3.0, 4.0, 0.8, "T1")]
+    assert not part.issues
+
+
 def test_a_g_code_program_is_not_taken_for_a_drill_file():
     assert sniff_excellon(b"%\nO0001\nG21 G90\nM48\nT1 M6\nG81 X1 Y1 Z-2 R1 F100\nM30\n%\n") == 0
 
