@@ -175,7 +175,7 @@ def _block_around_cuts(moves: StraightMoves, cutters: dict[int, Cutter], stock: 
     ends = moves.ends
     cutting = ~moves.rapid & (np.minimum(ends[:, 2], ends[:, 5]) < 0.0)
     if not cutting.any():
-        raise PlanError("nothing is cut below Z0, so the top of the stock is not known; give --workpiece")
+        raise PlanError("the program cuts nothing below Z0, so the top of the stock is unknown; give --workpiece")
     radius = np.array([cutters[number].radius for number in moves.tool[cutting].tolist()])[:, None]
     start, stop = ends[cutting, :3], ends[cutting, 3:]
     low = (np.minimum(start, stop)[:, :2] - radius).min(axis=0)

@@ -40,30 +40,30 @@ class Job:
         """Return the same run without progress messages."""
         return replace(self, progress=None, observe=None)
 
-    def for_words(self, words: Dialect) -> Job:
-        """Return the run for a dialect: without moves to machine zero, the machine has no safe height.
+    def for_dialect(self, dialect: Dialect) -> Job:
+        """Return the run for a dialect. If it has no moves to machine zero, the machine gets no safe height.
 
-        The tool then rises to the clearance height.
+        The tool then retracts to the clearance height.
         """
-        if words.has_machine_moves or self.machine.safe_z is None:
+        if dialect.has_machine_moves or self.machine.safe_z is None:
             return self
         return replace(self, machine=replace(self.machine, safe_z=None))
 
-    def tell(self, step: str, share: float = 0.0, trial: Trial | None = None) -> None:
+    def report(self, step: str, share: float = 0.0, trial: Trial | None = None) -> None:
         """Report progress."""
         if self.progress is not None:
             self.progress(Progress(step, share, trial=trial))
 
-    def looking(self, what: str) -> Heartbeat:
+    def start_step(self, step: str) -> Heartbeat:
         """Report that a stage starts; return the function that the stage calls while it works.
 
         This function repeats the report from time to time. The receiver may raise to end the run (a cancelled job).
         """
-        return looking_for(self.progress, what)
+        return looking_for(self.progress, step)
 
-    def passing_on(self, what: str, left: float = 1.0, part: float = 1.0) -> OnProgress | None:
+    def search_progress(self, step: str, left: float = 1.0, part: float = 1.0) -> OnProgress | None:
         """Return the progress callback of a search that does `part` of the whole work, while `left` of it is left."""
-        return passing_on(self.progress, what, left, part)
+        return passing_on(self.progress, step, left, part)
 
 
 def machine_of(settings: Settings) -> Machine:
@@ -88,7 +88,7 @@ def library_of(settings: Settings, machine: Machine) -> ToolLibrary | None:
     return load_tools(job.tools, machine.units, material) if job.tools is not None else None
 
 
-def check_words_used(settings: Settings, machine: Machine, words: Dialect) -> None:
+def check_dialect_options(settings: Settings, machine: Machine, dialect: Dialect) -> None:
     """Refuse options that this controller or this machine cannot use.
 
     Raises
@@ -96,27 +96,27 @@ def check_words_used(settings: Settings, machine: Machine, words: Dialect) -> No
     OptionError
         Names the option and the reason.
     """
-    torch = words.torch
+    torch = dialect.torch
     powered = torch is not None and bool(torch.power)
-    no_power = f"{words.name} programs have no laser power"
-    for name, used, why in (
-        ("program_number", words.program_number, f"{words.name} programs have no number"),
-        ("line_numbers", words.line_numbers, f"{words.name} takes no numbered blocks"),
+    no_power = f"{dialect.name} programs have no laser power"
+    for name, supported, reason in (
+        ("program_number", dialect.program_number, f"{dialect.name} programs have no number"),
+        ("line_numbers", dialect.line_numbers, f"{dialect.name} takes no numbered blocks"),
         ("beam_power", powered, no_power),
         ("mark_power", powered, no_power),
-        ("coolant", words.torch is None, f"{words.name} has no coolant"),
+        ("coolant", dialect.torch is None, f"{dialect.name} has no coolant"),
     ):
-        if name in settings.asked and not used:
-            raise OptionError(f"{flag_name(name)}: {why}; leave it out")
+        if name in settings.asked and not supported:
+            raise OptionError(f"{flag_name(name)}: {reason}; leave it out")
 
 
 def refuse(problems: Sequence[Difference]) -> None:
-    """Write nothing when there is a difference or a danger.
+    """Raise if there is a difference or a danger, so that nothing is written.
 
     Raises
     ------
     VerifyError
-        The first one, and how many more there are.
+        The first of them, and the number of others.
     """
     if problems:
         more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
@@ -128,12 +128,12 @@ _LARGE_UNITS = {"in": "inches", "ft": "feet", "cm": "centimetres", "m": "metres"
 
 
 def refuse_too_large(problems: Sequence[Difference], part: Part, settings: Settings) -> None:
-    """Write nothing when a part exceeds the travel; a drawing may state the wrong unit (ezdxf states metres, unasked).
+    """Raise if a part exceeds the travel; hint at a wrong unit in the drawing (ezdxf writes metres by default).
 
     Raises
     ------
     VerifyError
-        As `refuse`.
+        As in `refuse`.
     """
     try:
         refuse(problems)
@@ -145,12 +145,12 @@ def refuse_too_large(problems: Sequence[Difference], part: Part, settings: Setti
 
 
 def refuse_missing(settings: Settings, source: object, issues: Iterable[Issue]) -> None:
-    """Write nothing where work is missing and ``--strict`` asks for all of it.
+    """Raise if work is missing and ``--strict`` is set.
 
     Raises
     ------
     PlanError
-        The first of what is missing, and how much more there is.
+        The first missing work, and the number of others.
     """
     missing = missing_work(issues) if settings.read.strict else ()
     if missing:
@@ -161,10 +161,10 @@ def refuse_missing(settings: Settings, source: object, issues: Iterable[Issue]) 
 def machine_issues(
     machine: Machine, box: tuple[float, float, float, float] | None = None, zero_is_set: bool = False
 ) -> list[Issue]:
-    """Return what is not known of the machine: what could not be checked, and what was taken for it.
+    """Return issues on the machine: unchecked limits, and assumed values.
 
-    A part on the negative side of the zero is a warning, or a note if ``--origin`` set the zero; `box` is that of its
-    work (`placing.negative_axes`).
+    A part on the negative side of the zero is a warning, or a note if ``--origin`` set the zero. `box` is the extent of
+    its work (`placing.negative_axes`).
     """
     issues = []
     if box is not None and (axes := negative_axes(box, machine)):
@@ -176,11 +176,11 @@ def machine_issues(
         )
         issues.append(Issue("L403", message, severity=Severity.NOTE if zero_is_set else Severity.WARNING))
     if machine.assumed:
-        values = ", ".join(f"{key} {words.partition(' (')[0]}" for key, words in machine.assumed.items())
+        values = ", ".join(f"{key} {source.partition(' (')[0]}" for key, source in machine.assumed.items())
         message = f"the profile of {machine.name} is incomplete; assumed: {values}"
         issues.append(Issue("L408", f"{message}; see leafcut list machines", severity=Severity.NOTE))
     if machine.work_offset is None:
-        # Where an axis has no known end, that is told with what the profile does not say.
+        # An unknown travel limit is already reported with the assumed values.
         checked = ": only its size was checked against the travel"
         if not any(math.isfinite(machine.reach(axis)) for axis in range(3)):
             checked = ", and so is the travel: nothing was checked against it"

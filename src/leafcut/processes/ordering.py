@@ -1,9 +1,9 @@
 """Search for the order of a plan: its stages are ordered together, within the time limit of the job.
 
-If a stage starts where another one ends, the shortest path of one may make the whole longer. So all stages are first
-ordered quickly, one after the other, and again between their neighbours; that fixes the first and last choice of each.
-Then each is searched thoroughly between these ends. The quick searches do a small, fixed amount of work, so that more
-time never gives a longer result.
+If a stage starts where another ends, the shortest path of a single stage may lengthen the whole. So all stages are
+first ordered quickly, and again between their neighbours, which fixes the first and last choice of each. Then each is
+searched thoroughly between these ends. The quick searches do a small, fixed amount of work: more time never gives a
+longer result.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 #: Rounds of quick searches between the neighbours, and the iterations of each search.
 _ROUNDS, _ITERATIONS = {"fast": 0, "default": 2, "thorough": 2}, 2
-#: Up to this many tasks the quick search finds the best order, or nearly.
+#: Number of tasks up to which the quick search is (nearly) optimal.
 _FEW = 18
 #: Share of the time limit for all quick searches; a started search, and the first of each stage, always finish.
 _QUICK_PART = 0.3
@@ -50,7 +50,7 @@ def find_order(
     Parameters
     ----------
     options
-        Options of the search; without them those of the job.
+        Options of the search; by default, of the job.
     deadline
         Time of the search; without it the job's. A nearest-neighbour order has no limit.
 
@@ -65,34 +65,34 @@ def find_order(
 
     options, settings = options or job.settings.solve, job.settings
     deadline = Deadline() if options.algorithm == "nn" else deadline or job.deadline
-    total = left = sum(stage.problem.n_clusters for stage in stages)
+    total = remaining = sum(stage.problem.n_clusters for stage in stages)
 
     def search(number: int, problem: RoutingProblem, options: SolveOptions) -> Solution:
-        nonlocal left
+        nonlocal remaining
         tasks = stages[number].problem.n_clusters
         try:
-            job.tell(stages[number].name, 1.0 - left / total)
+            job.report(stages[number].name, 1.0 - remaining / total)
         except KeyboardInterrupt:
             job.cancelled.set()  # Ctrl-C between two searches: keep the best order, as within a search
-        own = replace(options, time_limit=deadline.part(problem.n_clusters / left).seconds)
+        stage_options = replace(options, time_limit=deadline.part(problem.n_clusters / remaining).seconds)
         solution = solve(
-            problem, own, _ants(settings.aco, stages[number]), firefly=settings.firefly,
-            progress=job.passing_on(stages[number].name, left / total, tasks / total), observe=job.observe,
-            cancelled=job.cancelled, bounds=job.bounds.part(tasks / left),
+            problem, stage_options, _ant_options(settings.aco, stages[number]), firefly=settings.firefly,
+            progress=job.search_progress(stages[number].name, remaining / total, tasks / total), observe=job.observe,
+            cancelled=job.cancelled, bounds=job.bounds.part(tasks / remaining),
         )  # fmt: skip
         deadline.spend(solution.seconds)
-        left = max(left - tasks, 1)
+        remaining = max(remaining - tasks, 1)
         return solution
 
     def quick(number: int, problem: RoutingProblem, options: SolveOptions) -> Solution:
-        ants = _ants(settings.aco, stages[number])
+        ants = _ant_options(settings.aco, stages[number])
         bounds = job.bounds.part(problem.n_clusters / total)
         solution = solve(problem, options, ants, firefly=settings.firefly, cancelled=job.cancelled, bounds=bounds)
         deadline.spend(solution.seconds)
         return solution
 
     if options.algorithm != "nn" and any(len(stage.first) for stage in stages):
-        solutions = _around_first(job, stages, search, options)
+        solutions = _order_after_first(job, stages, search, options)
     else:
         solutions = solve_together(
             stages, search, options, quick, job.cancelled, lambda part: job.bounds.part(part.n_clusters / total)
@@ -116,17 +116,17 @@ def check_order(stages: Sequence[Stage], order: Order) -> None:
         return
     for stage, nodes in zip(stages, order.choices, strict=True):
         problem = stage.problem
-        known = nodes[(nodes >= 0) & (nodes < problem.n_nodes)]
-        tasks, place = problem.cluster[known], np.full(problem.n_clusters, -1)
-        place[tasks] = np.arange(len(tasks))
+        valid = nodes[(nodes >= 0) & (nodes < problem.n_nodes)]
+        tasks, position = problem.cluster[valid], np.full(problem.n_clusters, -1)
+        position[tasks] = np.arange(len(tasks))
         before, after = problem.precedence.T
-        if len(nodes) != problem.n_clusters or (place < 0).any():
-            wrong = f"{len(nodes)} visits do not do each of the {problem.n_clusters} tasks once"
-        elif (place[before] > place[after]).any():
-            wrong = "a task is done before another one that must come first"
+        if len(nodes) != problem.n_clusters or (position < 0).any():
+            fault = f"{len(nodes)} visits do not do each of the {problem.n_clusters} tasks once"
+        elif (position[before] > position[after]).any():
+            fault = "a task is done before its predecessor"
         else:
             continue
-        raise PlanError(f"{stage.name}: {wrong}; this is a fault of the algorithm, choose another --algorithm")
+        raise PlanError(f"{stage.name}: {fault}; this is a fault of the algorithm, choose another --algorithm")
 
 
 def nearest_order(job: Job, stages: Sequence[Stage]) -> Order:
@@ -134,31 +134,33 @@ def nearest_order(job: Job, stages: Sequence[Stage]) -> Order:
     return find_order(job.quiet(), stages, SolveOptions(algorithm="nn", bound=False))
 
 
-def _ants(options: AcoOptions, stage: Stage) -> AcoOptions:
+def _ant_options(options: AcoOptions, stage: Stage) -> AcoOptions:
     """Return the options with one ant for each part of a stage, if they ask for that."""
     return replace(options, n_ants=stage.parts) if stage.parts and options.n_ants == ANTS_AS_PARTS else options
 
 
 def restated(job: Job, stages: Sequence[Stage], order: Order) -> list[Solution]:
-    """Return the solutions of an order whose choices may be others than those found: at their own cost and bound."""
-    if all(np.array_equal(one.nodes, nodes) for one, nodes in zip(order.solutions, order.choices, strict=True)):
+    """Return the solutions of an order whose choices may differ from its solutions, with recomputed cost and bound."""
+    if all(
+        np.array_equal(searched.nodes, nodes) for searched, nodes in zip(order.solutions, order.choices, strict=True)
+    ):
         return list(order.solutions)
     given = all(np.array_equal(stage.given, nodes) for stage, nodes in zip(stages, order.choices, strict=True))
     solutions = []
-    for number, (found, nodes) in enumerate(zip(order.solutions, order.choices, strict=True)):
-        problem = _placed(stages, number, order.choices)
-        solution = replace(_with_nodes(problem, found, nodes), algorithm="none" if given else "nn")
-        # The bound of the search holds only for the end of the stage before it in the searched order.
+    for number, (previous, nodes) in enumerate(zip(order.solutions, order.choices, strict=True)):
+        problem = _linked_problem(stages, number, order.choices)
+        solution = replace(_with_nodes(problem, previous, nodes), algorithm="none" if given else "nn")
+        # The bound of the search holds only for the end of the previous stage in the searched order.
         solutions.append(_with_bound(job, problem, solution, 1.0 / (len(stages) - number)))
     return solutions
 
 
-def _with_nodes(problem: RoutingProblem, found: Solution, nodes: Ints) -> Solution:
+def _with_nodes(problem: RoutingProblem, previous: Solution, nodes: Ints) -> Solution:
     """Return a solution with other nodes, at their cost and without a bound."""
     from leafcut.order.instance import path_cost
 
     cost = path_cost(problem, nodes)
-    return replace(found, nodes=nodes, cost=cost, history=((found.seconds, cost),), lower_bound=None)
+    return replace(previous, nodes=nodes, cost=cost, history=((previous.seconds, cost),), lower_bound=None)
 
 
 def _with_bound(job: Job, problem: RoutingProblem, solution: Solution, share: float) -> Solution:
@@ -170,20 +172,20 @@ def _with_bound(job: Job, problem: RoutingProblem, solution: Solution, share: fl
     return certify(problem, solution, None, job.cancelled, deadline=job.bounds.part(share))
 
 
-def _around_first(job: Job, stages: Sequence[Stage], search: SearchOne, options: SolveOptions) -> list[Solution]:
-    """Order the stages one after the other; choices that the user wants first stay first."""
+def _order_after_first(job: Job, stages: Sequence[Stage], search: SearchOne, options: SolveOptions) -> list[Solution]:
+    """Order the stages one after another; the user's first choices stay first."""
     from leafcut.order.solve import keep_better
 
     choices, solutions = list[Ints](), list[Solution]()
     for number, stage in enumerate(stages):
-        problem, first = _placed(stages, number, choices), stage.first
+        problem, first = _linked_problem(stages, number, choices), stage.first
         if not len(first):
             solution = keep_better(problem, search(number, problem, options), stage.given)
         else:
-            rest, node_of = _without(problem, first, first[:0])
+            remaining, node_of = _remove_ends(problem, first, first[:0])
             solution = Solution(first, 0.0, problem.metric.unit, "given", 0)
             if len(node_of):
-                solution = search(number, rest, options)
+                solution = search(number, remaining, options)
             nodes = np.concatenate([first, node_of[solution.nodes]]) if len(node_of) else first
             solution = _with_nodes(problem, solution, nodes.astype(np.int32))
             solution = _with_bound(job, problem, solution, 1.0 / (len(stages) - number))
@@ -196,7 +198,7 @@ def solve_together(
     stages: Sequence[Stage], search: SearchOne, options: SolveOptions, quick: SearchOne, cancelled: threading.Event,
     bounds: Callable[[RoutingProblem], Deadline] = lambda _: Deadline(),
 ) -> list[Solution]:  # fmt: skip
-    """Return a solution for every stage; a stage that follows another one starts where that one ends.
+    """Return a solution for every stage; a stage that follows another starts at its end.
 
     Parameters
     ----------
@@ -205,31 +207,42 @@ def solve_together(
     bounds
         Returns the deadline of the lower bound of a problem.
     """
-    linked = [number for number, stage in enumerate(stages) if stage.follows and number]
-    if not linked or options.algorithm in ("nn", "none"):
-        orders, found = list[Ints](), list[Solution]()
+    followers = [number for number, stage in enumerate(stages) if stage.follows and number]
+    if not followers or options.algorithm in ("nn", "none"):
+        orders, solutions = list[Ints](), list[Solution]()
         for number, _ in enumerate(stages):
-            found.append(search(number, _placed(stages, number, orders), options))
-            orders.append(found[-1].nodes)
+            solutions.append(search(number, _linked_problem(stages, number, orders), options))
+            orders.append(solutions[-1].nodes)
     else:
-        orders = _outlined(stages, quick, options)
-        found = []
+        orders = _quick_orders(stages, quick, options)
+        solutions = []
         for number, stage in enumerate(stages):
             fixed = stage.follows and number > 0, number + 1 < len(stages) and stages[number + 1].follows
-            found.append(_between(number, _placed(stages, number, orders), orders[number], fixed, search, options))
-            orders[number] = found[-1].nodes
+            solutions.append(
+                _search_between(number, _linked_problem(stages, number, orders), orders[number], fixed, search, options)
+            )
+            orders[number] = solutions[-1].nodes
     given = [stage.given for stage in stages]
     usable = all(len(nodes) for nodes in given) and options.algorithm != "nn"
-    if usable and _total(stages, given) < _total(stages, orders):
+    if usable and _total_cost(stages, given) < _total_cost(stages, orders):
         orders = given
     return [
-        _stated(number, _placed(stages, number, orders), orders[number], solution, options, quick, cancelled, bounds)
-        for number, solution in enumerate(found)
+        _with_cost(
+            number,
+            _linked_problem(stages, number, orders),
+            orders[number],
+            solution,
+            options,
+            quick,
+            cancelled,
+            bounds,
+        )
+        for number, solution in enumerate(solutions)
     ]
 
 
-def _placed(stages: Sequence[Stage], number: int, orders: Sequence[Ints]) -> RoutingProblem:
-    """Return the problem of a stage that starts where the stage before it ends in these orders."""
+def _linked_problem(stages: Sequence[Stage], number: int, orders: Sequence[Ints]) -> RoutingProblem:
+    """Return the problem of a stage that starts at the end of the previous stage in these orders."""
     stage = stages[number]
     if not stage.follows or not number:
         return stage.problem
@@ -238,81 +251,81 @@ def _placed(stages: Sequence[Stage], number: int, orders: Sequence[Ints]) -> Rou
     return replace(stage.problem, start=(x, y))
 
 
-def _total(stages: Sequence[Stage], orders: Sequence[Ints]) -> float:
+def _total_cost(stages: Sequence[Stage], orders: Sequence[Ints]) -> float:
     from leafcut.order.instance import path_cost
 
-    return sum(path_cost(_placed(stages, number, orders), nodes) for number, nodes in enumerate(orders))
+    return sum(path_cost(_linked_problem(stages, number, orders), nodes) for number, nodes in enumerate(orders))
 
 
-def _outlined(stages: Sequence[Stage], quick: SearchOne, options: SolveOptions) -> list[Ints]:
+def _quick_orders(stages: Sequence[Stage], quick: SearchOne, options: SolveOptions) -> list[Ints]:
     """Return quick orders of all stages, each searched between its neighbours."""
-    few = _quick(options)
+    quick_options = _quick_search_options(options)
     orders: list[Ints] = []
 
-    spent, most = 0.0, math.inf if options.time_limit is None else _QUICK_PART * options.time_limit
+    spent, limit = 0.0, math.inf if options.time_limit is None else _QUICK_PART * options.time_limit
 
-    def searched(number: int, problem: RoutingProblem) -> Ints:
+    def search_stage(number: int, problem: RoutingProblem) -> Ints:
         nonlocal spent
-        found = quick(number, problem, few)
-        spent += found.seconds
-        return found.nodes
+        solution = quick(number, problem, quick_options)
+        spent += solution.seconds
+        return solution.nodes
 
     for number in range(len(stages)):
-        orders.append(searched(number, _placed(stages, number, orders)))
-    best, least = list(orders), _total(stages, orders)
-    if all(len(stage.given) for stage in stages) and _total(stages, [s.given for s in stages]) < least:
+        orders.append(search_stage(number, _linked_problem(stages, number, orders)))
+    best, lowest = list(orders), _total_cost(stages, orders)
+    if all(len(stage.given) for stage in stages) and _total_cost(stages, [s.given for s in stages]) < lowest:
         best = [stage.given for stage in stages]
-        least = _total(stages, best)
+        lowest = _total_cost(stages, best)
     if sum(stage.problem.n_clusters for stage in stages) > _MANY:
         return best
     orders = list(best)
     for _ in range(_ROUNDS[options.preset]):
         for number in range(len(stages)):
-            if spent > most:
+            if spent > limit:
                 return best
-            problem = _placed(stages, number, orders)
+            problem = _linked_problem(stages, number, orders)
             if number + 1 < len(stages) and stages[number + 1].follows:
                 x, y = stages[number + 1].problem.entry[orders[number + 1][0]].tolist()
                 problem = replace(problem, end=(x, y))
-            orders[number] = searched(number, problem)
-        total = _total(stages, orders)
-        if total < least:
-            best, least = list(orders), total
+            orders[number] = search_stage(number, problem)
+        total = _total_cost(stages, orders)
+        if total < lowest:
+            best, lowest = list(orders), total
     return best
 
 
-def _between(
+def _search_between(
     number: int,
     problem: RoutingProblem,
-    known: Ints,
+    known_path: Ints,
     fixed: tuple[bool, bool],
     search: SearchOne,
     options: SolveOptions,
 ) -> Solution:
-    """Return the path of a stage; where an end is `fixed`, it is that of the known path."""
+    """Return the path of a stage; a `fixed` end stays as in the known path."""
     from leafcut.order.instance import path_cost
 
-    low, high = int(fixed[0]), len(known) - int(fixed[1])
+    low, high = int(fixed[0]), len(known_path) - int(fixed[1])
     if high - low < 2:
-        return _known(problem, known, options)
-    inner, node_of = _without(problem, known[:low], known[high:])
-    found = search(
-        number, inner, replace(options, bound=False, target_gap=None) if low or high < len(known) else options
+        return _known_solution(problem, known_path, options)
+    inner, node_of = _remove_ends(problem, known_path[:low], known_path[high:])
+    solution = search(
+        number, inner, replace(options, bound=False, target_gap=None) if low or high < len(known_path) else options
     )
-    nodes = np.concatenate([known[:low], node_of[found.nodes], known[high:]]).astype(np.int32)
-    if path_cost(problem, known) < path_cost(problem, nodes):
-        nodes = known
-    return replace(found, nodes=nodes)
+    nodes = np.concatenate([known_path[:low], node_of[solution.nodes], known_path[high:]]).astype(np.int32)
+    if path_cost(problem, known_path) < path_cost(problem, nodes):
+        nodes = known_path
+    return replace(solution, nodes=nodes)
 
 
-def _known(problem: RoutingProblem, nodes: Ints, options: SolveOptions) -> Solution:
+def _known_solution(problem: RoutingProblem, nodes: Ints, options: SolveOptions) -> Solution:
     return Solution(nodes, 0.0, problem.metric.unit, "exact", options.seed)
 
 
-def _without(problem: RoutingProblem, first: Ints, last: Ints) -> tuple[RoutingProblem, Ints]:
+def _remove_ends(problem: RoutingProblem, first: Ints, last: Ints) -> tuple[RoutingProblem, Ints]:
     """Return the problem without its first and last nodes, and its nodes as nodes of `problem`."""
-    gone = np.isin(problem.cluster, problem.cluster[np.concatenate([first, last])])
-    node_of = np.flatnonzero(~gone).astype(np.int32)
+    removed = np.isin(problem.cluster, problem.cluster[np.concatenate([first, last])])
+    node_of = np.flatnonzero(~removed).astype(np.int32)
     clusters, cluster = np.unique(problem.cluster[node_of], return_inverse=True)
     number = np.full(problem.n_clusters, -1, dtype=np.int32)
     number[clusters] = np.arange(len(clusters), dtype=np.int32)
@@ -337,8 +350,8 @@ def _without(problem: RoutingProblem, first: Ints, last: Ints) -> tuple[RoutingP
     return inner, node_of
 
 
-def _stated(
-    number: int, problem: RoutingProblem, nodes: Ints, found: Solution, options: SolveOptions, quick: SearchOne,
+def _with_cost(
+    number: int, problem: RoutingProblem, nodes: Ints, searched: Solution, options: SolveOptions, quick: SearchOne,
     cancelled: threading.Event, bounds: Callable[[RoutingProblem], Deadline],
 ) -> Solution:  # fmt: skip
     """Return the solution of a whole stage with its cost, and with a bound if requested."""
@@ -347,18 +360,22 @@ def _stated(
 
     cost = path_cost(problem, nodes)
     if (
-        np.array_equal(nodes, found.nodes)
-        and found.cost == cost
-        and (found.lower_bound is not None or not options.bound)
+        np.array_equal(nodes, searched.nodes)
+        and searched.cost == cost
+        and (searched.lower_bound is not None or not options.bound)
     ):
-        return found
-    solution = _with_nodes(problem, found, nodes)
+        return searched
+    solution = _with_nodes(problem, searched, nodes)
     if not options.bound:
         return solution
-    # The best order of a few tasks is its own bound.
-    bound = quick(number, problem, _quick(options, bound=True)).lower_bound if problem.n_clusters <= _FEW else None
+    # The optimal order of a few tasks is its own bound.
+    bound = (
+        quick(number, problem, _quick_search_options(options, bound=True)).lower_bound
+        if problem.n_clusters <= _FEW
+        else None
+    )
     return certify(problem, solution, bound, cancelled, deadline=bounds(problem))
 
 
-def _quick(options: SolveOptions, bound: bool = False) -> SolveOptions:
+def _quick_search_options(options: SolveOptions, bound: bool = False) -> SolveOptions:
     return replace(options, iterations=_ITERATIONS, time_limit=None, bound=bound, target_gap=None)

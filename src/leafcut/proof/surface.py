@@ -74,7 +74,7 @@ def check_surface(
                 path, before, tool_moves, triangles, above, np.full(len(tool_moves), disc_radius), dogleg
             )
             meeting_rows.update(rows)
-    body = "what is above the flutes of the tool meets the surface"
+    body = "the tool meets the surface above its flutes"
     wrong += [
         Difference("shank or holder in the part", 0, int(path.line[row]), f"{body}; {_from_to(path, before, row)}")
         for row in sorted(meeting_rows)

@@ -1,8 +1,7 @@
-"""Excellon drill files through gerbonara: holes by tool, and slots, routed or G85, as straight slots.
+"""Excellon drill files, read with gerbonara: holes by tool, and slots (routed or G85) as straight slots.
 
-gerbonara knows the dialects of KiCad, Altium, Eagle, Allegro and others. What it does not know is put into words that
-it does before it reads (G85 slots, one-digit G words, feeds and speeds of a machine's own file), line by line, so that
-messages name the line of the file.
+gerbonara supports the dialects of KiCad, Altium, Eagle, Allegro and others. Unsupported commands (G85 slots, one-digit
+G codes, a machine's own feeds and speeds) are translated line by line, so that messages keep the line numbers.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from leafcut.errors import ReadError, count_of, shown
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Hole, Part, Slot
 from leafcut.options import ReadOptions
-from leafcut.read.filter_holes import layer_filter, sift
+from leafcut.read.filter_holes import layer_filter, select_holes
 from leafcut.read.format import (
     COPIES_PER_BYTE,
     FREE_COPIES,
@@ -30,12 +29,12 @@ from leafcut.read.format import (
     units_unknown,
 )
 
-#: A command is never this long; a longer line is no drill file, and slow to match.
+#: Longest command, characters: a longer line is not a drill file, and slow to match.
 MAX_COMMAND = 200
-#: No board needs as many drills; gerbonara sorts all tools at each of them.
+#: Most tools: gerbonara sorts all tools at each definition, and no board needs more.
 MAX_TOOLS = 5_000
 
-#: The usual format of coordinates without a point: digits before it and after it.
+#: Default coordinate format without a decimal point: digits before and after it.
 _DIGITS = {"mm": (3, 3), "in": (2, 4)}
 _NUMBER = r"[+-]?\d*\.?\d*"
 _COORDINATE = re.compile(rf"[XY]{_NUMBER}")
@@ -43,15 +42,15 @@ _SLOT = re.compile(rf"((?:X{_NUMBER})?(?:Y{_NUMBER})?)G85((?:X{_NUMBER})?(?:Y{_N
 _TOOL = re.compile(r"T(\d{1,6})((?:[A-Z][+-]?[.\d]*)*)")
 _TOOL_DIAMETER = re.compile(r"C([.\d]+)")
 _REPEAT = re.compile(r"R(\d+)")
-#: Excellon, CNC-7: these reset hit counters, cutter distances and clocks of the machine. R,T resets the tools.
+#: Excellon, CNC-7: reset hit counters, cutter distances and clocks of the machine. R,T resets the tools.
 _COUNTERS = {"R,H", "R,D", "R,C", "R,CP", "R,CR"}
-#: G93 sets the zero of the program: to the zero that it has.
+#: G93 that sets the program zero to the current zero.
 _NO_ZERO_SET = re.compile(r"G93(?:X[+-]?0*\.?0*)?(?:Y[+-]?0*\.?0*)?")
 _FORMAT_COMMENT = re.compile(
     r";\s*FORMAT=\{(\d):(\d)\s*/[^/]*/[^/]*/\s*(suppress leading|suppress trailing|keep)?", re.I
 )
 _GERBONARA_PLACE = re.compile(r"^.*?:(\d+) \"(.*?)\": (.*)$", re.DOTALL)
-#: gerbonara's warnings that change nothing about the holes.
+#: Warnings of gerbonara that do not affect the holes.
 _HARMLESS = re.compile(
     r"header statement found|implicit number format|intended for CAM tools|in the middle of the file"
     r"|M30 statement found|end of program statement"
@@ -63,7 +62,7 @@ _TOOL_ZERO = 1_000_000
 
 @dataclass
 class _Prepared:
-    """The commands in gerbonara's words, and the line of the file that each came from."""
+    """The commands translated for gerbonara, with their line numbers in the file."""
 
     lines: list[str] = field(default_factory=list)
     numbers: list[int] = field(default_factory=list)
@@ -80,7 +79,7 @@ class _Prepared:
 
 
 class EmptyDrillFile(ReadError):
-    """A whole drill file without a tool and a hole, as KiCad writes of a board that has no unplated ones."""
+    """A complete drill file without tools and holes, as KiCad writes for a board without unplated holes."""
 
 
 def read_excellon(source: Source, options: ReadOptions) -> Part:
@@ -89,21 +88,21 @@ def read_excellon(source: Source, options: ReadOptions) -> Part:
     Raises
     ------
     ReadError
-        A command is not known, a coordinate cannot be read with certainty, or there are no holes and slots; where there
-        is not even a tool, an `EmptyDrillFile`.
+        A command is unknown, a coordinate is ambiguous, or there are no holes and slots; `EmptyDrillFile` if there are
+        no tools either.
     """
     prepared = _prepare(source, options.units)
     issues: list[Issue] = []
     _check_whole(source, prepared, issues)
     parser = _parse(source, prepared, issues)
     own_units = _unit_name(parser.settings.unit)
-    holes, slots = _objects(source, parser, options, issues)
-    kept, noticed = sift(holes, options)
+    holes, slots = _holes_and_slots(source, parser, options, issues)
+    kept, selection_issues = select_holes(holes, options)
     if not kept and not slots:
         tools = ", ".join(f"T{n}" for n in sorted(parser.tools)) or "none"
-        told = "; ".join(i.message for i in (*issues, *noticed))
-        line = f"no holes: {told or 'no coordinates follow the header'} (tools: {tools})"
-        raise ReadError(source.path, line) if told or parser.tools else EmptyDrillFile(source.path, line)
+        reasons = "; ".join(i.message for i in (*issues, *selection_issues))
+        message = f"no holes: {reasons or 'no coordinates follow the header'} (tools: {tools})"
+        raise ReadError(source.path, message) if reasons or parser.tools else EmptyDrillFile(source.path, message)
     units = options.units or own_units
     part = Part(source.name, kept, tuple(slots), source=source.file_name, format="excellon", units=units or "mm")
     if units is None:
@@ -112,7 +111,7 @@ def read_excellon(source: Source, options: ReadOptions) -> Part:
         issues.append(_format_assumed(part, prepared.metric))
     if prepared.has_plain_integers and (narrow := _too_narrow(holes)):
         issues.append(narrow)
-    return replace(part, issues=(*issues, *noticed))
+    return replace(part, issues=(*issues, *selection_issues))
 
 
 def _format_assumed(part: Part, metric: bool | None) -> Issue:
@@ -126,25 +125,27 @@ def _format_assumed(part: Part, metric: bool | None) -> Issue:
 
 
 def _too_narrow(holes: list[Hole]) -> Issue | None:
-    """Return a warning where all of several holes lie inside one of them: their numbers are read in a wrong format."""
-    places = {(hole.x, hole.y) for hole in holes}
-    if len(places) < 2:
+    """Return a warning if all holes fit inside the widest: the coordinate format must be wrong."""
+    positions = {(hole.x, hole.y) for hole in holes}
+    if len(positions) < 2:
         return None
-    (left, low), (right, high) = (tuple(pick(values) for values in zip(*places, strict=True)) for pick in (min, max))
+    (left, low), (right, high) = (tuple(pick(values) for values in zip(*positions, strict=True)) for pick in (min, max))
     widest = max(hole.diameter for hole in holes)
     if max(right - left, high - low) >= widest:
         return None
     return Issue(
         "L102",
-        f"{len(places)} holes span {right - left:.3g} × {high - low:.3g} mm, less than the widest of them, "
+        f"{len(positions)} holes span {right - left:.3g} × {high - low:.3g} mm, less than the widest of them, "
         f"{widest:g} mm: that cannot be right; export the file with decimal points",
     )
 
 
 def _prepare(source: Source, units: str | None) -> _Prepared:
-    most = FREE_COPIES + COPIES_PER_BYTE * len(source.data)
-    reason = f"repeats (R) make more than {most:,} holes of a file of {size_of(source)}; repeat less, or split the file"
-    prepared, repeats = _Prepared(), ReadBudget(source.path, most, reason)
+    max_holes = FREE_COPIES + COPIES_PER_BYTE * len(source.data)
+    reason = (
+        f"repeats (R) make more than {max_holes:,} holes of a file of {size_of(source)}; repeat less, or split the file"
+    )
+    prepared, repeats = _Prepared(), ReadBudget(source.path, max_holes, reason)
     in_header = False
     for number, raw in enumerate(source.text().splitlines(), 1):
         line = raw.strip()
@@ -178,7 +179,7 @@ def _check_whole(source: Source, prepared: _Prepared, issues: list[Issue]) -> No
     if last is None or prepared.lines[last] in ("M30", "M00"):
         return
     if prepared.lines[last][0] in "XYG" and not source.data.endswith((b"\n", b"\r")):
-        # Half a number is a number too: the hole would be somewhere else.
+        # Half a number is still a number: the hole would be in the wrong place.
         reason = "the file is incomplete: its last line is cut off; export or send it again"
         raise ReadError(source.path, reason, prepared.numbers[last])
     issues.append(Issue("L101", "the file does not end with M30: it may be incomplete, with holes missing"))
@@ -197,7 +198,7 @@ def _comment(prepared: _Prepared, line: str, number: int) -> None:
 
 
 def _command(source: Source, prepared: _Prepared, line: str, number: int, in_header: bool) -> None:
-    """Add one command, in gerbonara's words."""
+    """Add one command, translated for gerbonara."""
     if re.match(r"G[0-5](?!\d)", line):
         line = f"G0{line[1:]}"
     if line == "G91":
@@ -217,8 +218,8 @@ def _command(source: Source, prepared: _Prepared, line: str, number: int, in_hea
         if len(prepared.tools) > MAX_TOOLS:
             raise ReadError(source.path, f"more than {MAX_TOOLS:,} tools; split the file", number)
         return
-    words = _COORDINATE.findall(line)
-    prepared.has_plain_integers |= any("." not in word for word in words) and line[0] in "XYG"
+    coordinates = _COORDINATE.findall(line)
+    prepared.has_plain_integers |= any("." not in word for word in coordinates) and line[0] in "XYG"
     if "G85" in line:
         match = _SLOT.fullmatch(line)
         if not match or not match.group(1) or not match.group(2):
@@ -237,7 +238,7 @@ def _tool(prepared: _Prepared, match: re.Match[str], number: int, in_header: boo
         name = f"T{index}"
     if diameter:
         prepared.tools.add(name)
-        # One or two digits without a point are a size in whole units, not a number in the coordinates' format.
+        # One or two digits without a point are a size in whole units; gerbonara would apply the coordinate format.
         text = diameter.group(1)
         prepared.add(f"{name}C{text}{'.' if '.' not in text and len(text) <= 2 else ''}", number)
     if not diameter or not in_header:
@@ -245,7 +246,7 @@ def _tool(prepared: _Prepared, match: re.Match[str], number: int, in_header: boo
 
 
 def _parse(source: Source, prepared: _Prepared, issues: list[Issue]) -> Any:
-    """Return gerbonara's parser after it has read the prepared lines."""
+    """Return gerbonara's parser after reading the prepared lines."""
     from gerbonara.cam import FileSettings
     from gerbonara.excellon import ExcellonParser
 
@@ -255,13 +256,13 @@ def _parse(source: Source, prepared: _Prepared, issues: list[Issue]) -> Any:
         try:
             parser.do_parse("\n".join(prepared.lines), filename="drill file")
         except (SyntaxError, ValueError) as problem:
-            line, text, reason = _place(str(problem), prepared)
+            line, text, reason = _locate(str(problem), prepared)
             raise ReadError(source.path, f"'{shown(text)}': {_reason(reason)}", line) from None
     for warning in caught:
         message = str(warning.message)
         if issubclass(warning.category, DeprecationWarning) or _HARMLESS.search(message):
             continue
-        line, text, reason = _place(message, prepared)
+        line, text, reason = _locate(message, prepared)
         if "first tool definition" in reason or "Bare coordinate" in reason:
             raise ReadError(source.path, f"'{shown(text)}' comes before any tool is selected", line)
         issues.append(Issue("L101", f"'{shown(text)}': {shown(reason, 100)}", f"{source.file_name}:{line}"))
@@ -270,8 +271,8 @@ def _parse(source: Source, prepared: _Prepared, issues: list[Issue]) -> Any:
     return parser
 
 
-def _place(message: str, prepared: _Prepared) -> tuple[int | None, str, str]:
-    """Return (line of the file, command, reason) of a message of gerbonara."""
+def _locate(message: str, prepared: _Prepared) -> tuple[int | None, str, str]:
+    """Return (line of the file, command, reason) of a gerbonara message."""
     match = _GERBONARA_PLACE.match(message)
     if match is None:
         return None, "", message
@@ -291,22 +292,23 @@ def _reason(text: str) -> str:
 
 
 def _unit_name(unit: Any) -> str | None:
-    """Return our name of gerbonara's unit, None when the file gave none."""
     return None if unit is None else {"mm": "mm", "in": "in"}[unit.shorthand]
 
 
-def _objects(source: Source, parser: Any, options: ReadOptions, issues: list[Issue]) -> tuple[list[Hole], list[Slot]]:
-    """Return holes and slots in mm, in the order of the file."""
+def _holes_and_slots(
+    source: Source, parser: Any, options: ReadOptions, issues: list[Issue]
+) -> tuple[list[Hole], list[Slot]]:
+    """Return holes and slots in mm, in file order."""
     chosen = layer_filter(options.layers)
     names = {id(tool): f"T{number}" for number, tool in parser.tools.items()}
     holes: list[Hole] = []
     slots: list[Slot] = []
     out_of_range = hidden = 0
-    for found in parser.objects:
-        layer = names.get(id(found.tool), "")
-        factor = factor_of(options, _unit_name(found.unit))
-        width = round((found.tool.diameter or 0.0) * factor_of(options, _unit_name(found.tool.unit)), 6)
-        numbers = (found.x1, found.y1, found.x2, found.y2) if hasattr(found, "x1") else (found.x, found.y)
+    for item in parser.objects:
+        layer = names.get(id(item.tool), "")
+        factor = factor_of(options, _unit_name(item.unit))
+        width = round((item.tool.diameter or 0.0) * factor_of(options, _unit_name(item.tool.unit)), 6)
+        numbers = (item.x1, item.y1, item.x2, item.y2) if hasattr(item, "x1") else (item.x, item.y)
         ends = [round(v * factor, 6) for v in numbers]
         if not all(abs(v) <= MAX_COORDINATE for v in (*ends, width)):
             out_of_range += 1

@@ -166,7 +166,9 @@ def frame_of(job: SendJob, facts: Facts) -> FrameBox:
     heights = all_places[np.isfinite(all_places[:, 2]), 2]
     place = facts.machine_place()
     if not len(feed_places) or place is None:
-        raise SendError("there is nothing to frame: the program cuts nothing, or the machine does not say where it is")
+        raise SendError(
+            "framing is not possible: the program cuts nothing, or the machine does not report its position"
+        )
     low, high = feed_places[:, :2].min(axis=0), feed_places[:, :2].max(axis=0)
     # For a laser that never moves Z, frame at its current height.
     top = max([place[2], *heights.tolist()])

@@ -69,12 +69,12 @@ def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family:
             "its travel; set its zero by hand and add --unhomed, or turn homing on"
         )
     if facts.homing and not facts.homed and not unhomed:
-        reason = "the controller says that it was not homed" if facts.homed is False else _UNSURE
+        reason = "the controller reports that it was not homed" if facts.homed is False else _UNSURE
         raise SendError(f"{reason}: add --home; or set its zero by hand and add --unhomed")
     if not facts.knows_place and restarted:
         raise SendError(
-            "the board started anew when its port was opened, and has forgotten where it was: bring the tool to the "
-            "program's zero by hand, and add --zero-here"
+            "the board restarted when its port was opened, and lost its position: move the tool to the program's "
+            "zero by hand, and add --zero-here"
         )
 
 
@@ -312,7 +312,7 @@ def _check_travel(job: SendJob, facts: Facts, *, unhomed: bool) -> None:
             raise SendError(
                 f"line {int(lines[first])} goes to {name} {values[first]:.3f} mm in {facts.names.coordinates}, outside "
                 f"the travel of {low[axis]:g} to {high[axis]:g} mm ({facts.names.travel[axis]}); the work zero is at "
-                f"{zero:.3f}: set it anew, or move the part"
+                f"{zero:.3f}: set it again, or move the part"
             )
 
 
@@ -333,7 +333,7 @@ def _check_start(job: SendJob, facts: Facts, path: Toolpath) -> None:
     z = place[2] - facts.origin(540)[2]
     if z < float(known.max()) - _ROOM:
         raise SendError(
-            f"line {int(path.line[rows[0]])} moves in X or Y before the program says a height, and the tool is at "
+            f"line {int(path.line[rows[0]])} moves in X or Y before the program sets a height, and the tool is at "
             f"Z{z:.3f}, below the program's highest, Z{float(known.max()):.3f}; raise it first, or add --accept L805"
         )
 

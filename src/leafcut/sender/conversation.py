@@ -286,7 +286,7 @@ class Conversation(ABC):
                 case Status():
                     continue
                 case Strange(words):
-                    raise SendError(f"what came over the line to '{text}' makes no sense: '{words}'")
+                    raise SendError(f"the answer to '{text}' makes no sense: '{words}'")
                 case _:
                     answers.append(answer)
         raise SendError(f"the controller does not answer to '{text}'")

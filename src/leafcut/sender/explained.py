@@ -10,7 +10,7 @@ from __future__ import annotations
 from leafcut.sender.answers import Status
 
 _ERRORS = {
-    1: "a word does not begin with a letter",
+    1: "a word does not start with a letter",
     2: "a number is missing or cannot be read",
     3: "a $ command is not understood",
     4: "a value is negative",
@@ -33,7 +33,7 @@ _ERRORS = {
     23: "a G or M word needs a whole number",
     24: "two words both need X, Y or Z",
     25: "a word is repeated",
-    26: "a word needs X, Y or Z, and none is given",
+    26: "a word needs X, Y or Z",
     27: "the line number is out of range",
     28: "a word that is needed is missing (P or L)",
     29: "the controller has only the work offsets G54 to G59",
@@ -142,7 +142,7 @@ _ERRORS_OF = {
         130: "the jog was cancelled",
         150: "a pin in its configuration cannot be used",
         151: "a value for its configuration cannot be used",
-        152: "its configuration is wrong: see what it says when it starts",
+        152: "its configuration is wrong: see its messages at start-up",
         160: "a file could not be sent to it",
         161: "a file could not be had from it",
         162: "the setting is read-only",
@@ -165,14 +165,14 @@ _ALARMS_OF = {
         11: "homing is needed first",
         12: "a limit switch is pressed; free it first",
         13: "the probe was touched while it was guarded",
-        14: "the spindle does not turn as it was told",
+        14: "the spindle does not follow its command",
         15: "homing did not find the second limit switch of an axis that squares itself",
         16: "its test of itself failed",
         17: "a motor reports a fault",
         18: "homing failed",
     },
     "FluidNC": {
-        10: "the spindle does not do as it was told",
+        10: "the spindle does not follow its command",
         11: "a control or limit input was on when it started",
         12: "limit switches at both ends are pressed, or it is unclear which",
         13: "it was stopped hard: its position is lost; home it",
@@ -194,7 +194,7 @@ _STATES = {
     "Tool": "waiting for a tool change",
     "Stopped": "stopped short, and may have lost steps",
     # FluidNC, Types.h: `State`. Most versions report Alarm for both.
-    "ConfigAlarm": "locked, as its configuration is wrong: see what it says when it starts",
+    "ConfigAlarm": "locked, as its configuration is wrong: see its messages at start-up",
     "Critical": "locked by something critical: look at its switches, and reset it",
 }
 

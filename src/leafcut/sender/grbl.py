@@ -169,8 +169,8 @@ class GrblConversation(Conversation):
         self.write(b"\n")
         if not any(isinstance(answer, Accepted | Refused) for answer in self.heard(ANSWER_SECONDS)):
             raise SendError(
-                f"what answers on {self.port.name} says what it does, but takes no line; "
-                "reset it, and look at the cable"
+                f"what answers on {self.port.name} reports its state, but accepts no line; "
+                "reset it, and check the cable"
             )
         self.listen()
 

@@ -103,9 +103,7 @@ class _Settings(dict[str, str]):
         try:
             return float(text) if text else default
         except ValueError:
-            raise SendError(
-                f"the controller says ${setting}={text}, which is no number; look at its settings"
-            ) from None
+            raise SendError(f"the controller has ${setting}={text}, which is no number; look at its settings") from None
 
     def known(self, setting: int) -> float | None:
         """Return a setting as a number; None if the controller lacks it."""

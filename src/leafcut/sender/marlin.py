@@ -72,7 +72,7 @@ PLANNED_SECONDS = 30.0
 #: Words that may be missing in the firmware: it then has one plane, millimetres only, and no outputs to turn off.
 _NOTHING_TO_DO = ("G17", "G21", "M5", "M9")
 
-_NO_BUSY = "the firmware does not say that it is busy (M113 S2, HOST_KEEPALIVE_FEATURE): turn that on"
+_NO_BUSY = "the firmware does not report that it is busy; turn on M113 S2 (HOST_KEEPALIVE_FEATURE)"
 _NO_SETTINGS = "the firmware does not say its settings (M503): build it with them"
 _NO_TRAVEL = "the firmware does not say its travel (M211): it has no soft end stops"
 

@@ -122,7 +122,7 @@ def _place_before(job: SendJob, row: int, line: int) -> XYZ:
     if not all(math.isfinite(value) for value in (x, y, z)):
         hole = next((hole for hole in job.holes if hole.first > line), None)
         alternative = (
-            f"; go on from line {hole.first} (--from-hole {hole.number})" if hole else "; begin from the start"
+            f"; go on from line {hole.first} (--from-hole {hole.number})" if hole else "; start from the first line"
         )
         raise OptionError(f"--from-line {line}: where the tool is before it is not known{alternative}")
     return x, y, z
@@ -137,9 +137,9 @@ def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, place: XYZ, h
         The state cannot be restored: inverse time feed (G93), no units, or no feed for the descent.
     """
     if modal.feed_mode != 94:
-        raise OptionError("G93 gives each move a time: the program cannot be resumed there; begin from the start")
+        raise OptionError("G93 gives each move a time: the program cannot be resumed there; start from the first line")
     if modal.unit is None:
-        raise OptionError("the program has not said its units there; begin from the start")
+        raise OptionError("the program has not set its units there; start from the first line")
     x, y, z = place
     heights = path.end[np.isin(path.kind, (Kind.RAPID, Kind.FEED)), 2]
     known = heights[np.isfinite(heights)]
@@ -188,7 +188,7 @@ def _way_down(job: SendJob, modal: Modal, row: int, z: float) -> str:
         fed = path.value[(path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)]
         feed = float(fed.min()) * 60.0 if len(fed) else 0.0
     if not feed:
-        raise OptionError("the program has no feed to come down with there; begin from the start")
+        raise OptionError("the program has no feed for the descent there; start from the first line")
     return f"G1 Z{number_in_mm(z)} F{number_in_mm(feed)}"
 
 
@@ -253,7 +253,9 @@ def with_motion(rest: list[SentStep], motion: int | None) -> list[SentStep]:
             continue
         if any(word.letter in "XYZ" for word in words):
             if motion is None:
-                raise OptionError(f"line {step.number} moves, and no motion (G0 to G3) is active; begin from the start")
+                raise OptionError(
+                    f"line {step.number} moves, and no motion (G0 to G3) is active; start from the first line"
+                )
             done[k] = SentLine(f"G{motion}{step.text}", step.number)
             break
     return done

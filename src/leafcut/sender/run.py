@@ -367,7 +367,7 @@ class SendRun:
             case Greeting():
                 raise _Ended(f"the controller was reset{self._location_in_motion()}")
             case Strange(words):
-                raise _Ended(f"what came over the line makes no sense: '{words}'; look at the cable")
+                raise _Ended(f"the answer makes no sense: '{words}'; look at the cable")
             case Status():
                 self._process_status(answer)
             case _:
@@ -378,7 +378,7 @@ class SendRun:
         line = self.counter.answered()
         self._owed_since, self._rests = self.talk.clock(), 0
         if line is None:
-            raise _Ended("the controller answers to what was not sent: is another program speaking to it?")
+            raise _Ended("the controller answers a line that was not sent: is another program connected to it?")
         if line.number:
             self.taken = line.number
             self._history.append(line.number)
@@ -541,7 +541,7 @@ class SendRun:
         try:
             return self.talk.stop_unheard()
         except LeafcutError:
-            return "nothing that would stop it could be sent"
+            return "no stop could be sent"
 
     def _hear_late(self, answer: ControllerAnswer) -> None:
         """Count answers and update the position while the machine comes to rest."""

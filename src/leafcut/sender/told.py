@@ -42,7 +42,7 @@ def ending_in_words(ending: Ending, job: SendJob) -> str:
         advice = f"go on with {ending.go_on}" if ending.go_on else "begin from the start"
         parts.append(advice + ("" if ending.homed else " after homing it, or setting its place"))
     else:
-        parts.append("nothing of the program was run")
+        parts.append("no line of the program was run")
     return brief("; ".join(parts))
 
 

@@ -95,7 +95,7 @@ def fit(programs: Sequence[Measured], machine: Machine) -> Fitted:
     if "corner" not in parameters:
         held["corner"] = "LinuxCNC's corners go by the program's own G64 P, and have no value of the machine"
     if len(programs) < 2:
-        held |= dict.fromkeys(parameters, "one program tells nothing apart; measure at least two")
+        held |= dict.fromkeys(parameters, "one program is not enough; measure at least two")
         return Fitted(machine, before, before, None, None, {}, math.nan, held)
     errors: dict[str, float] = {}
     condition = math.nan
@@ -120,11 +120,11 @@ def fit(programs: Sequence[Measured], machine: Machine) -> Fitted:
 
 def _reason_held(error: float, name: str) -> str:
     if not math.isfinite(error):
-        return "the programs do not tell it from the rest, or it changes the time of none of them"
+        return "the programs do not determine it, or it does not change their times"
     if error > 1.0:
-        return "the programs do not tell it, or their times contradict each other"
+        return "the programs do not determine it, or their times contradict each other"
     if error > _KNOWN[name]:
-        return f"the programs do not tell it: its standard error is {100 * error:.0f} %"
+        return f"the programs do not determine it: its standard error is {100 * error:.0f} %"
     return f"the best {name} lies beyond what machines have; check what was measured"
 
 

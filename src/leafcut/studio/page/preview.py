@@ -101,7 +101,7 @@ def look(
         return _program(loaded, options or {}, progress)
     kinds = _EXAMPLE if format_.name == "example" else _MAPS.get(format_.name, format_.processes)
     kinds = registry.offered(kinds, format_.name)
-    loaded = replace(loaded, kept={})
+    loaded = replace(loaded, cache={})
     whole = whole_of(format_, loaded, kinds, settings)
     tried = [work] if work in kinds else whole.likeliest(kinds)
     error, broken = "", True
