@@ -7,8 +7,8 @@ import random
 import pytest
 
 from leafcut.model.sequence import PieceOfWork
-from leafcut.processes.program.plan.precedence import freeing
-from leafcut.processes.program.plan.precedence.freeing import freeing_stages, work_before_freeing
+from leafcut.processes.program.plan.precedence import precedence
+from leafcut.processes.program.plan.precedence.precedence import freeing_stages, work_before_freeing
 
 
 def piece(may: bool = False, frees: bool = False, bottom: float = -6.0) -> PieceOfWork:
@@ -74,7 +74,7 @@ def test_all_work_is_before_every_later_piece_that_may_free_a_part_but_for_parts
 def test_where_pairs_would_be_too_many_parts_come_free_in_their_old_order_and_nothing_else_is_lost(seed: int) -> None:
     pieces = random_work(random.Random(seed))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(freeing, "_MOST_PAIRS", 0)
+        patch.setattr(precedence, "_MOST_PAIRS", 0)
         for b, later in enumerate(pieces):
             if later.may_free:
                 same = [a for a in range(b) if stage_of(pieces)[a] == stage_of(pieces)[b]]

@@ -11,8 +11,9 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.processes.program.plan.precedence import precedence
-from leafcut.processes.program.plan.precedence.split_outlines import closed_together
 from leafcut.processes.program.plan.resequencing import find_sequence
+from leafcut.processes.program.proof.order_rules import KEEP
+from leafcut.processes.program.proof.outlines import Line, joined_outlines
 from rewriting import program_of
 
 
@@ -38,18 +39,18 @@ def test_left_out_are_those_pairs_that_others_imply(seed: int, at_once: int, mon
     assert {(a, b) for a, b in kept.tolist()} == pairs - implied(pairs, n)
 
 
-def square(x: float, y: float, first: int) -> list[tuple[int, np.ndarray]]:
+def square(x: float, y: float, first: int) -> list[Line]:
     """Return a square in four lines with tabs at its corners, made by four pieces."""
     lines = [[(1, 0), (9, 0)], [(10, 1), (10, 9)], [(9, 10), (1, 10)], [(0, 9), (0, 1)]]
-    return [(first + k, np.add(line, (x, y), dtype=float)) for k, line in enumerate(lines)]
+    return [Line(first + k, np.add(line, (x, y), dtype=float)) for k, line in enumerate(lines)]
 
 
 def test_outlines_that_share_nothing_are_found_as_each_by_itself() -> None:
     squares = [square(100.0 * k, 7.0 * k, 4 * k) for k in range(6)]
     mixed = [line for lines in zip(*squares, strict=True) for line in lines]
-    alone = [found for lines in squares for found in closed_together(lines, 3.0)]
-    together = list(closed_together(mixed, 3.0))
-    assert [(area.wkb, pieces) for area, pieces in together] == [(area.wkb, pieces) for area, pieces in alone]
+    alone = [found for lines in squares for found in joined_outlines(lines, 3.0, KEEP.closure)]
+    together = list(joined_outlines(mixed, 3.0, KEEP.closure))
+    assert [(found.area.wkb, found.owners) for found in together] == [(found.area.wkb, found.owners) for found in alone]
     assert len(alone) == 6
 
 

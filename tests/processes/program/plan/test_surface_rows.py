@@ -4,18 +4,27 @@ from __future__ import annotations
 
 import numpy as np
 
-from leafcut.model.sequence import PieceOfWork
-from leafcut.processes.program.plan.precedence.passes import rows_in_order
+from leafcut.model.toolpath import Kind, ToolpathBuilder
+from leafcut.processes.program.proof.features import features_of, states_of_path
+from leafcut.processes.program.proof.order_rules import KEEP, rows_in_order, visits_of
+from leafcut.processes.program.proof.traces import traces_of
 
 
 def found(*rows: list[tuple[float, float]], bottoms: dict[int, float] | None = None) -> list[tuple[int, int]]:
     """Return the pairs of rows that keep their order."""
     deep = bottoms or {}
-    pieces = [
-        PieceOfWork(k, k + 1, "cut", row[0], row[-1], 5, 5, deep.get(k, -1.0), 1 + k) for k, row in enumerate(rows)
-    ]
-    paths = [(k, np.array(row, dtype=float)) for k, row in enumerate(rows)]
-    return [tuple(pair) for pair in rows_in_order(paths, pieces).tolist()]
+    builder = ToolpathBuilder()
+    visit: list[int] = []
+    for k, points in enumerate(rows):
+        builder.rapid(*points[0], 5.0)
+        builder.rapid(z=deep.get(k, -1.0))
+        for x, y in points[1:]:
+            builder.feed(x, y, feed=1.0)
+            visit.append(k)
+    path = builder.build()
+    features = features_of(path, states_of_path(path), path.kind == Kind.FEED)
+    visits = visits_of(features, traces_of(features), np.array(visit), len(rows))
+    return [tuple(pair) for pair in rows_in_order(visits, KEEP).tolist()]
 
 
 def row(y: float, x0: float = 0.0, x1: float = 60.0) -> list[tuple[float, float]]:

@@ -9,7 +9,7 @@ import pytest
 
 from leafcut.processes.program.plan.resequencing import find_sequence
 from leafcut.processes.program.proof.certificate import certify
-from leafcut.processes.program.proof.passes import told_width
+from leafcut.processes.program.proof.tool_widths import narrowest_tool
 from rewriting import program_of, some_order
 
 HEAD = "G21 G90 G17 / {}T1 M6 / S1000 M3 / G0 Z5 / "
@@ -111,7 +111,7 @@ def test_lines_of_a_laser_beside_each_other_are_free(cut: str) -> None:
     ],
 )
 def test_the_narrowest_tool_is_what_comments_about_tools_say(text: str, width: float) -> None:
-    assert told_width(program_of(text + " / G21 G90 / G0 X0")) == pytest.approx(width)
+    assert narrowest_tool(program_of(text + " / G21 G90 / G0 X0")) == pytest.approx(width)
 
 
 @pytest.mark.parametrize("seed", range(25))

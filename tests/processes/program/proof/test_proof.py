@@ -258,6 +258,19 @@ def test_an_inner_cut_after_its_outer_contour_is_caught() -> None:
     assert (found.original, found.new) == (6, 13)
 
 
+@pytest.mark.hazard
+@pytest.mark.parametrize(
+    "cut, what",
+    [
+        ("G0 X0 Y0\nM3\nG1 X1\nM5\n", "inner after outer"),
+        ("G0 X6 Y0\nM3\nG1 X6 Y12\nM5\n", "order"),
+    ],
+)
+def test_an_arc_of_a_program_without_z_is_judged_as_an_arc(cut: str, what: str) -> None:
+    head, circle = "G21 G90\nF1000 S500\n", "G0 X10 Y0\nM3\nG2 X10 Y0 I-10 J0\nM5\n"
+    assert what in [d.what for d in certified(head + cut + circle, head + circle + cut).differences]
+
+
 def test_an_inner_cut_may_not_move_behind_an_outer_one_with_a_lead_in_and_an_overcut_either() -> None:
     """The outer cut begins outside, meets its first corner nowhere, and crosses itself beyond its start."""
     head = "G21 G90\nM3 S1\n"

@@ -10,7 +10,8 @@ import pytest
 
 from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder, arc_sweep, plane_axes, position_before
 from leafcut.processes.program.proof.features import Features, features_of, states_of_path
-from leafcut.processes.program.proof.inner_first import exchanged
+from leafcut.processes.program.proof.order_rules import FREE
+from leafcut.processes.program.proof.outlines import lines_of, outlines_of, starts_inside
 from leafcut.processes.program.proof.touching_order import inverted
 from leafcut.processes.program.proof.traces import touching, traces_of
 
@@ -49,6 +50,13 @@ def scribble(seed: int, n: int = 60, size: float = 20.0) -> Toolpath:
 
 def cuts_of(path: Toolpath) -> Features:
     return features_of(path, states_of_path(path), (path.kind >= Kind.FEED) & (path.kind <= Kind.DRILL))
+
+
+def inside(features: Features, run: np.ndarray) -> list[int]:
+    """Return the runs that begin inside an outline of another run."""
+    lines = lines_of(features, traces_of(features), run, FREE.closure.sagitta)
+    found = starts_inside(lines, outlines_of(lines, None, FREE.closure))
+    return sorted(k for outline, inner in found for k in inner.tolist() if k not in outline.owners)
 
 
 def line_of(path: Toolpath, row: int) -> np.ndarray:
@@ -164,12 +172,9 @@ def test_what_is_inside_a_closed_cut_is_what_a_walk_around_shows() -> None:
             builder.feed(x, y, feed=1.0)
         features = cuts_of(builder.build())
         run = np.minimum(np.arange(len(features)), 40)
-        rank = np.concatenate([np.arange(n, n + 40), np.arange(n)])
-        found = exchanged(traces_of(features), features.end[:, :2], run, rank)
         seen = np.arctan2(*(np.vstack([outline, outline[:1]])[:, None] - spots)[..., ::-1].transpose(2, 0, 1))
         turn = ((np.diff(seen, axis=0) + math.pi) % math.tau - math.pi).sum(axis=0)
-        assert sorted(inner for inner, _ in found) == np.flatnonzero(np.abs(turn) > 1).tolist()
-        assert exchanged(traces_of(features), features.end[:, :2], run, np.arange(40 + n)) == []
+        assert inside(features, run) == np.flatnonzero(np.abs(turn) > 1).tolist()
 
 
 def test_inside_a_full_circle_is_inside_up_to_the_circle() -> None:
@@ -181,5 +186,4 @@ def test_inside_a_full_circle_is_inside_up_to_the_circle() -> None:
     builder.rapid(10.0, 0.0)
     builder.arc(True, (10.0, 0.0, -1.0), Arc((0.0, 0.0, 0.0)), feed=1.0)
     features = cuts_of(builder.build())
-    found = exchanged(traces_of(features), features.end[:, :2], np.arange(6), np.array([1, 2, 3, 4, 5, 0]))
-    assert [inner for inner, _ in found] == [0, 1, 2]
+    assert inside(features, np.arange(6)) == [0, 1, 2]

@@ -21,8 +21,8 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import BEAMS
 from leafcut.model.sequence import PieceOfWork, Section, Sequence
 from leafcut.model.toolpath import Kind, arc_sweep
-from leafcut.processes.program.plan.precedence.split_outlines import TOUCHING
 from leafcut.processes.program.plan.sections.program_rows import TOLERANCE, Rows
+from leafcut.processes.program.proof.outlines import TOUCHING
 
 #: Ends nearer to each other than this part of the cut, or than `TOUCHING`, are those of a closed one.
 _CLOSED_PART = 0.1

@@ -12,31 +12,25 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
-import shapely
 
 from leafcut.gcode.program import Program
-from leafcut.geometry.arrays import Indices
 from leafcut.model.certificate import Certificate, Counts
 from leafcut.model.difference import Difference
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.program.proof.barriers import ComparisonGroups, compare_unrun, compare_walls, misplaced
+from leafcut.processes.program.proof.changed_order import ChangedOrder
 from leafcut.processes.program.proof.explanation import explain
-from leafcut.processes.program.proof.features import FIRST_CYCLE, Features, first_with_units
-from leafcut.processes.program.proof.inner_first import exchanged, loops_in, outline_of
-from leafcut.processes.program.proof.loosened import loosened
+from leafcut.processes.program.proof.features import FIRST_CYCLE, first_with_units
 from leafcut.processes.program.proof.matching import Feature, Pairing, Room, pair
-from leafcut.processes.program.proof.passes import misordered, told_width
 from leafcut.processes.program.proof.program_work import STILL, ProgramWork, cuts_with_beam, read_work
-from leafcut.processes.program.proof.rapids import compare_rapids, gaps_of, heights_of
+from leafcut.processes.program.proof.rapids import compare_rapids, gaps_of
 from leafcut.processes.program.proof.reversed_cuts import as_it_is, one_way, runs_turned
 from leafcut.processes.program.proof.same_work import only_moves
 from leafcut.processes.program.proof.stated import no_longer_stated
-from leafcut.processes.program.proof.tabbed import BEAM_TAB, MILL_TAB, freed
-from leafcut.processes.program.proof.touching_order import inverted
-from leafcut.processes.program.proof.traces import Traces, traces_of
-from leafcut.proof.difference import MOST_LISTED, place, shorten
+from leafcut.processes.program.proof.tool_widths import narrowest_tool
+from leafcut.proof.difference import MOST_LISTED, shorten
 from leafcut.proof.envelope import check_envelope
 from leafcut.units import MM_PER_INCH
 
@@ -224,12 +218,12 @@ def _compare_work(
     turned = runs_turned(both[0], both[1], pairing.new_of)
     no_mill = beam or _is_flat(before.path)
     found.add(*compare_rapids(before, after, pairing.new_of, turned, grouping.mark_of, tolerance, no_mill))
-    found.add(_disordered(before, after, pairing.new_of, tolerance, no_mill, found.look))
-    if no_mill and found.noting:
-        run = _runs_of_cuts(before)
-        found.notes += came_free(before.features, traces_of(before.features), run, pairing.new_of, look=found.look)
+    order = ChangedOrder(before, after, gaps_of(before), pairing.new_of, no_mill, found.look)
+    found.add((*order.touching(tolerance), *order.inside()))
     if not no_mill:
-        found.add(_passes(before, after, pairing.new_of, told_width(programs[0])))
+        found.add(order.passes(narrowest_tool(programs[0])))
+    elif found.noting:
+        found.notes += order.parts_note()
     return pairing, len(np.unique(turned[turned >= 0]))
 
 
@@ -248,83 +242,6 @@ def _is_flat(path: Toolpath) -> bool:
     """Return whether the tool never moves up or down: a plotter, or a laser that is dark in rapids by itself."""
     z = path.end[path.kind <= Kind.DRILL, 2]
     return not bool((np.abs(np.diff(z[np.isfinite(z)])) > STILL).any() or (path.kind == Kind.DRILL).any())
-
-
-def _disordered(
-    before: ProgramWork, after: ProgramWork, new_of: Indices, tolerance: float, flat: bool, look: Heartbeat
-) -> Iterator[Difference]:
-    """Yield the cuts whose order matters and has changed."""
-    features = before.features
-    if (np.diff(new_of[new_of >= 0]) > 0).all():
-        return
-    known = np.isfinite(features.end[:, :2]).all(axis=1)
-    for one in _overtaken(new_of, np.flatnonzero(~known)):
-        yield _both(
-            before, after, new_of, one, one, "order", "the position of {} is unknown, and it has moved in the order"
-        )
-    traces = traces_of(features)
-    look()
-    touching = inverted(traces, new_of, tolerance)
-    for one, other in touching.pairs[:MOST_LISTED].tolist():
-        yield _both(before, after, new_of, one, other, "order", "{} touches {}, which came after it and is now before")
-    if not touching.proved:
-        yield Difference("order", 0, 0, "so many cuts lie on top of each other that their order cannot be proved")
-    look()
-    run = _runs_of_cuts(before)
-    places = features.end[:, :2]
-    for inner, outer in exchanged(traces, places, run, new_of, inner_may_come_first=flat):
-        was, now = ("before", "after") if inner < outer else ("after", "before")
-        text = f"{{}} lies inside a closed cut that ends at {{}}, and was made {was} it; now it is made {now} it"
-        text += ", in a part that is free by then" if flat else ""
-        yield _both(before, after, new_of, inner, outer, f"inner {now} outer", text)
-    tab = BEAM_TAB if flat else MILL_TAB
-    for inner, outer in freed(traces, run, new_of, tab, look, inner_may_come_first=flat):
-        was, now = ("before", "after") if inner < outer else ("after", "before")
-        text = (
-            f"{{}} lies inside an outline with tabs that ends at {{}}, and was made {was} it; now it is made {now} it"
-        )
-        yield _both(before, after, new_of, inner, outer, f"inner {now} outer", text)
-
-
-def _runs_of_cuts(work: ProgramWork) -> Indices:
-    """Return the run of cuts that each feature belongs to, int64[n], from 0: no move across lies within a run."""
-    run: Indices = np.cumsum(heights_of(work, gaps_of(work)).follows == 0)
-    return np.subtract(run, run[:1], dtype=np.int64)
-
-
-def _passes(before: ProgramWork, after: ProgramWork, new_of: Indices, width: float) -> Iterator[Difference]:
-    """Yield the passes of a mill `width` wide that do not touch, but whose order matters and has changed."""
-    features, gaps = before.features, gaps_of(before)
-    if (np.diff(new_of[new_of >= 0]) > 0).all():
-        return
-    first = ~gaps.opened_by_feature[gaps.gap_of]
-    visit = np.cumsum(gaps.across[gaps.gap_of] | first, dtype=np.int64)
-    traces = traces_of(features)
-    for one, other, text in misordered(features, traces, visit, gaps.cross[gaps.gap_of], new_of, width):
-        yield _both(before, after, new_of, one, other, "order", text)
-    shifts = [mark.key for mark in before.marks if mark.kind == Kind.SHIFT]
-    origin = np.searchsorted(shifts, features.row).astype(np.int64)
-    text = "{} was made before the part whose outline ends at {} came free; now it is made after it"
-    for other, outline in loosened(features, traces, visit, origin, new_of):
-        yield _both(before, after, new_of, other, outline, "part free too early", text)
-
-
-def _overtaken(rank: Indices, which: Indices) -> list[int]:
-    """Return those of `which` that now have other features before them."""
-    highest = np.maximum.accumulate(np.concatenate([[-1], rank]))[:-1]
-    lowest = np.minimum.accumulate(np.where(rank >= 0, rank, len(rank) + rank.max(initial=0))[::-1])[::-1]
-    here = rank[which]
-    wrong: list[int] = which[(here >= 0) & ((highest[which] > here) | (lowest[which] < here))].tolist()
-    return wrong
-
-
-def _both(
-    before: ProgramWork, after: ProgramWork, new_of: Indices, one: int, other: int, what: str, text: str
-) -> Difference:
-    """Return a difference between two features, at the lines of the first one in both programs."""
-    said = [place(*before.features.end[k]) + f" (line {before.features.line[k]})" for k in (one, other)]
-    lines = int(before.features.line[one]), int(after.features.line[new_of[one]])
-    return Difference(what, *lines, text.format(*said))
 
 
 def _reach(features: list[Feature]) -> Bounds | None:
@@ -382,61 +299,3 @@ def _counts(work: ProgramWork) -> Counts:
         stages=len(set(ends)),
         tool_changes=int((work.path.kind == Kind.TOOL).sum()),
     )
-
-
-def came_free(features: Features, traces: Traces, run: Indices, new_of: Indices, look: Heartbeat = unseen) -> list[str]:
-    """Return a note if outlines of parts are cut in another order, else nothing.
-
-    `run` gives each feature the number of its run of cuts, int64[n], rising: no move across lies within a run. `new_of`
-    is the place of each feature in the new program, int64[n], -1 where it is gone.
-    """
-    n = int(run[-1]) + 1 if len(run) else 0
-    last = np.searchsorted(run, np.arange(n), side="right") - 1
-    ends = np.full(n, -1, dtype=np.int64)
-    np.maximum.at(ends, run, new_of)
-    parts = _outlines(traces, run, look) if (np.diff(ends[ends >= 0]) < 0).any() else np.zeros(0, dtype=np.int64)
-    parts = parts[ends[parts] >= 0]
-    later = np.maximum.accumulate(np.concatenate([[-1], ends[parts]]))[:-1]
-    moved = parts[later > ends[parts]]
-    if not len(moved):
-        return []
-    one = int(moved[0])
-    other = int(parts[(parts < one) & (ends[parts] > ends[one])][0])
-    said = [
-        f"X{x:.3f} Y{y:.3f} (line {features.line[last[k]]})" for k in (one, other) for x, y in [_end(features, last[k])]
-    ]
-    return [
-        f"parts come free in another order: {len(moved)} of {len(parts)} outlines are now cut before one that used to "
-        f"come first, such as the outline that ends at {said[0]}: it is now cut before the path that ends at {said[1]}"
-    ]
-
-
-def _end(features: Features, feature: int) -> tuple[float, float]:
-    return float(features.end[feature, 0]), float(features.end[feature, 1])
-
-
-def _outlines(traces: Traces, run: Indices, look: Heartbeat) -> Indices:
-    """Return the runs that are outlines of parts: closed, and inside no other run, or inside a hole of another part."""
-    number, begin = np.unique(run[traces.feature], return_index=True)
-    of: list[int] = []
-    shapes: list[shapely.Polygon] = []
-    for k, first, stop in zip(number.tolist(), begin.tolist(), [*begin[1:].tolist(), len(traces.feature)], strict=True):
-        look()
-        if stop - first > 1:
-            outline = outline_of(traces.pick(np.arange(first, stop)))
-            largest = max(
-                (shapely.Polygon(loop) for loop in loops_in(outline) if len(loop) > 2),
-                key=lambda p: p.area,
-                default=None,
-            )
-            if largest is not None:
-                of.append(k)
-                shapes.append(largest)
-    if not shapes:
-        return np.zeros(0, dtype=np.int64)
-    spots = np.array([shapely.points(shape.exterior.coords[0]) for shape in shapes], dtype=object)
-    areas = shapely.make_valid(np.array(shapes, dtype=object))
-    inner, outer = shapely.STRtree(areas).query(spots, predicate="within")
-    depth = np.bincount(inner[inner != outer], minlength=len(shapes))
-    parts: Indices = np.array(of, dtype=np.int64)[depth % 2 == 0]
-    return parts

@@ -19,13 +19,14 @@ import shapely
 from leafcut.geometry.arrays import Indices, Mask
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.proof.features import AMOUNT, EXACT, Features
-from leafcut.processes.program.proof.inner_first import outline_of
 from leafcut.processes.program.proof.program_work import STILL, ProgramWork
 from leafcut.processes.program.proof.rapids import RapidGaps, gaps_of
 from leafcut.processes.program.proof.traces import traces_of
 
 #: Ends nearer than this are one place, mm.
 _CLOSED = 0.01
+#: Largest distance of an arc from its chords, mm.
+_SAGITTA = 0.001
 #: A cut runs towards here as it is compared. It is along no line that anybody draws.
 _ONWARD = np.array([0.8386705679, 0.5446390350])
 #: What is the same in all of a run that can be turned; a dwell has no feed, but a time of its own.
@@ -136,7 +137,11 @@ def _is_simple(cuts: Features) -> bool:
 
     straight = (cuts.kind == Kind.FEED).all()
     places = np.concatenate([cuts.start[:1, :2], cuts.end[:, :2]])
-    outline = places if straight else outline_of(traces_of(cuts))
+    if straight:
+        outline = places
+    else:
+        chords = traces_of(cuts).flattened(_SAGITTA)
+        outline = np.concatenate([chords.begin[:1], chords.end])
     outline = outline[np.concatenate([[True], (np.diff(outline, axis=0) != 0.0).any(axis=1)])]
     return bool(shapely.is_simple(shapely.linestrings(outline)))
 

@@ -17,6 +17,8 @@ _PIECE = math.pi / 4
 _MOST_PIECES = 1024
 #: Radii that differ by less are those of one circle, mm.
 _SAME_RADIUS = 0.01
+#: Chords of one piece of an arc.
+_MOST_CHORDS = 360
 #: Halvings after which two arcs that are not apart yet count as touching.
 _MOST_HALVINGS = 40
 #: Halves looked at together; beyond, the two touch along so much of their length that they count as touching.
@@ -113,6 +115,24 @@ class Traces:
         bow[curved] = self.arcs.bow(which, (high - low)[curved])
         return Traces(twice.feature, begin, end, bow, twice.arc, low, high, self.arcs)
 
+    def flattened(self, sagitta: float) -> Traces:
+        """Return the pieces with every arc as chords that are no farther than `sagitta` from it, mm."""
+        # The distance of a circle from its chord falls with the square of the angle, that of a spiral with the angle.
+        spiral = (self.arc >= 0) & (np.abs(self.arcs.grows[self.arc]) > _SAME_RADIUS) if len(self.arcs.grows) else False
+        ratio = self.bow / sagitta
+        count = np.ceil(np.where(spiral, ratio, np.sqrt(ratio)) - 1e-9).clip(1, _MOST_CHORDS).astype(np.int64)
+        if (count == 1).all():
+            return self
+        parts = self.pick(np.repeat(np.arange(len(count)), count))
+        nth = np.arange(len(parts.feature)) - np.repeat(np.cumsum(count) - count, count)
+        step = (parts.high - parts.low) / np.repeat(count, count)
+        low, high = parts.low + nth * step, parts.low + (nth + 1) * step
+        begin, end = parts.begin.copy(), parts.end.copy()
+        inner = np.flatnonzero(nth > 0)
+        begin[inner] = self.arcs.at(parts.arc[inner], low[inner])
+        end[inner - 1] = begin[inner]
+        return replace(parts, begin=begin, end=end, low=low, high=high, bow=np.minimum(parts.bow, sagitta))
+
 
 def traces_of(features: Features) -> Traces:
     """Return the traces of features; one whose end is not known has none, one whose start is not known is a point."""
@@ -121,7 +141,9 @@ def traces_of(features: Features) -> Traces:
     start = np.where(np.isnan(start) | pointed[:, None], x_y, start)
     known = np.isfinite(x_y).all(axis=1)
     curved = (features.kind == Kind.ARC_CW) | (features.kind == Kind.ARC_CCW)
-    curved &= np.isfinite(features.end).all(axis=1) & np.isfinite(features.start).all(axis=1)
+    curved &= np.isfinite(features.end[:, :2]).all(axis=1) & np.isfinite(features.start[:, :2]).all(axis=1)
+    # A laser's program may state no Z at all; seen from above, an arc in the XY plane needs none.
+    curved &= (features.of("plane") == 17) | (np.isfinite(features.end[:, 2]) & np.isfinite(features.start[:, 2]))
     straight = np.flatnonzero(known & ~curved)
     rows = np.flatnonzero(curved)
     arcs = _arcs(features.pick(rows))

@@ -12,7 +12,7 @@ from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.sequence import Kept, Section, Sequence
 from leafcut.model.toolpath import Kind
-from leafcut.processes.program.plan.precedence.precedence import related, with_precedence
+from leafcut.processes.program.plan.precedence.precedence import are_related, with_precedence
 from leafcut.processes.program.plan.sections.program_rows import TOLERANCE, Rows
 
 #: What must be the same for the work of both sections. Tool, speed, coolant and the rest of it.
@@ -98,9 +98,7 @@ class _Merger:
             elif any(piece.may_free for piece in later.pieces):
                 # A part would come free before the work in between.
                 return False
-            elif any(
-                map(len, related(self.program, self.rows, item.pieces, later.pieces, self.process, self.look).values())
-            ):
+            elif are_related(self.program, self.rows, (item.pieces, later.pieces), self.process, self.look):
                 return False
         return False
 

@@ -21,7 +21,7 @@ from leafcut.gcode.words import BlockError, tokenise
 from leafcut.model.kinds import BEAMS
 from leafcut.model.sequence import Kept, Section, Sequence
 from leafcut.model.toolpath import last_rows
-from leafcut.processes.program.plan.precedence.freeing import freeing_stages
+from leafcut.processes.program.plan.precedence.precedence import freeing_stages
 from leafcut.processes.program.plan.precedence.staying import why_pieces_stay
 from leafcut.processes.program.plan.sections.program_rows import Rows
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -13,7 +14,8 @@ from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.program_interpreter import CALLED
 from leafcut.gcode.words import BlockError, tokenise
 from leafcut.model.kinds import BEAMS, ProgramKind
-from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, last_rows
+from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, Toolpath, last_rows
+from leafcut.processes.program.proof.features import Features, States, features_of
 
 #: Why a block stays, by the kind of its row.
 _BARRIERS = {
@@ -55,6 +57,8 @@ class Rows:
 
     Attributes
     ----------
+    path
+        The rows.
     before
         float64[n, 3]: where the tool is before the row, mm.
     block
@@ -69,6 +73,7 @@ class Rows:
         float64[m]: how deep cuts go sideways under the work offset of each of `Program.modals`, mm; NaN without any.
     """
 
+    path: Toolpath
     before: NDArray[np.float64]
     block: NDArray[np.int32]
     cut: NDArray[np.bool_]
@@ -76,6 +81,15 @@ class Rows:
     sideways: NDArray[np.bool_]
     beam: NDArray[np.bool_]
     deepest: NDArray[np.float64]
+
+    @cached_property
+    def features(self) -> Features:
+        """The cuts, holes and dwells of the program."""
+        kind = self.path.kind
+        # A beam without power that was not switched off may cut.
+        dim = (kind >= Kind.FEED) & (kind <= Kind.ARC_CCW) & self.sideways & ~self.travel
+        states = States(np.zeros(len(self.path), dtype=np.int32), {"plane": np.zeros(1, dtype=np.int64)})
+        return features_of(self.path, states, self.cut | dim | (kind == Kind.DWELL), self.before)
 
 
 def read_rows(program: Program, process: str) -> Rows:
@@ -95,7 +109,7 @@ def read_rows(program: Program, process: str) -> Rows:
     if process not in BEAMS:
         dark = np.zeros(len(path), dtype=bool)
         deepest = _deepest(program, block, feed & (sideways | (path.kind != Kind.FEED)))
-        return Rows(before, block, feed | drill, (rapid | drill) & sideways, sideways, dark, deepest)
+        return Rows(path, before, block, feed | drill, (rapid | drill) & sideways, sideways, dark, deepest)
     beam = _beam(program)
     off = np.array([program.modals[k].spindle == 0 for k in program.before.tolist()], dtype=bool)[block]
     off &= ~beam & (np.bincount(block[path.kind == Kind.SPINDLE], minlength=program.n_blocks) == 0)[block]
@@ -103,7 +117,7 @@ def read_rows(program: Program, process: str) -> Rows:
     # An arc is said from where it begins, so it stays with what brings the tool there.
     off &= path.kind == Kind.FEED
     across = (rapid & ~beam) | off if process == ProgramKind.PLASMA else rapid | off
-    return Rows(before, block, cut, across & sideways, sideways, beam, np.full(len(program.modals), np.nan))
+    return Rows(path, before, block, cut, across & sideways, sideways, beam, np.full(len(program.modals), np.nan))
 
 
 def _deepest(program: Program, block: NDArray[np.int32], aside: NDArray[np.bool_]) -> NDArray[np.float64]:

@@ -1,0 +1,247 @@
+"""Work whose order has a meaning and has changed, by the order rules in doubt `FREE`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import islice
+
+import numpy as np
+import shapely
+
+from leafcut.geometry.arrays import Indices, Mask
+from leafcut.model.difference import Difference
+from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.toolpath import Kind
+from leafcut.processes.program.proof.order_rules import (
+    FREE,
+    LEVEL,
+    freed_parts,
+    lowest_level,
+    near_lines,
+    passes_at_levels,
+    passes_side_by_side,
+    rows_in_order,
+    visits_of,
+)
+from leafcut.processes.program.proof.outlines import BEAM_TAB, MILL_TAB, lines_of, outlines_of, starts_inside
+from leafcut.processes.program.proof.program_work import ProgramWork
+from leafcut.processes.program.proof.rapids import RapidGaps, heights_of
+from leafcut.processes.program.proof.touching_order import inverted
+from leafcut.processes.program.proof.traces import traces_of
+from leafcut.proof.difference import MOST_LISTED, place
+
+#: Two features of the original, the earlier one first, and their relation in words.
+_Pair = tuple[int, int, str]
+
+
+class ChangedOrder:
+    """The work of a program that another one does in a different order.
+
+    Parameters
+    ----------
+    new_of
+        int64[n]: the place of each feature in the new program, -1 if it is missing.
+    flat
+        There is no mill: a beam or a pen does no roughing.
+    """
+
+    def __init__(
+        self,
+        before: ProgramWork,
+        after: ProgramWork,
+        gaps: RapidGaps,
+        new_of: Indices,
+        flat: bool,
+        look: Heartbeat = unseen,
+    ) -> None:
+        self.before, self.after, self.gaps = before, after, gaps
+        self.features, self.new_of, self.flat, self.look = before.features, new_of, flat, look
+        self.unchanged = bool((np.diff(new_of[new_of >= 0]) > 0).all())
+        self.traces = traces_of(self.features)
+        # No move across lies within a run: the tool goes on without a rapid.
+        run = np.cumsum(heights_of(before, gaps).follows == 0)
+        self.run: Indices = np.subtract(run, run[:1], dtype=np.int64)
+
+    def touching(self, tolerance: float) -> Iterator[Difference]:
+        """Yield features at unknown places that have moved, and cuts that touch and have changed places."""
+        if self.unchanged:
+            return
+        known = np.isfinite(self.features.end[:, :2]).all(axis=1)
+        for one in _overtaken(self.new_of, np.flatnonzero(~known)):
+            yield self._difference("order", one, one, "the position of {} is unknown, and it has moved in the order")
+        self.look()
+        found = inverted(self.traces, self.new_of, tolerance)
+        for one, other in found.pairs[:MOST_LISTED].tolist():
+            yield self._difference("order", one, other, "{} touches {}, which came after it and is now before")
+        if not found.proved:
+            yield Difference("order", 0, 0, "so many cuts lie on top of each other that their order cannot be proved")
+
+    def inside(self) -> Iterator[Difference]:
+        """Yield work inside a closed cut, or inside an outline with tabs, that has changed places with it.
+
+        A beam may only cut it earlier than the original.
+        """
+        if self.unchanged or not len(self.traces.feature):
+            return
+        n = int(self.run[-1]) + 1
+        first = np.searchsorted(self.run, np.arange(n))
+        last = np.searchsorted(self.run, np.arange(n), side="right") - 1
+        begins, ends = self.new_of[first], np.full(n, -1)
+        np.maximum.at(ends, self.run, self.new_of)
+        latest = np.maximum.accumulate(np.concatenate([[-1], begins]))[:n]
+        missing = len(self.new_of)
+        soonest = np.minimum.accumulate(np.concatenate([[missing], np.where(begins < 0, missing, begins)[::-1]]))[:n]
+        moved = ((latest > ends) | (soonest[::-1] < ends)) & (ends >= 0)
+        tab = BEAM_TAB if self.flat else MILL_TAB
+        lines = lines_of(self.features, self.traces, self.run, FREE.closure.sagitta)
+        counts = {False: 0, True: 0}
+        for outline, within in starts_inside(lines, outlines_of(lines, tab, FREE.closure, self.look, moved)):
+            if counts[outline.joined] > MOST_LISTED or (begins[outline.owners] < 0).any():
+                continue
+            inner = np.setdiff1d(within, outline.owners)
+            closes, closed = outline.owners[-1], ends[outline.owners].max()
+            changed = (inner < closes) & (begins[inner] > closed)
+            if not self.flat:
+                changed |= (inner > closes) & (begins[inner] < closed) & (begins[inner] >= 0)
+            for k in inner[changed].tolist():
+                counts[outline.joined] += 1
+                was, now = ("before", "after") if k < closes else ("after", "before")
+                what = "an outline with tabs" if outline.joined else "a closed cut"
+                text = f"{{}} lies inside {what} that ends at {{}}, and was made {was} it; now it is made {now} it"
+                text += ", in a part that is free by then" if self.flat and not outline.joined else ""
+                yield self._difference(f"inner {now} outer", int(first[k]), int(last[closes]), text)
+
+    def passes(self, width: float) -> Iterator[Difference]:
+        """Yield the passes of a mill of this width that do not touch, and the parts that come free too early."""
+        if self.unchanged or not len(self.features):
+            return
+        first = ~self.gaps.opened_by_feature[self.gaps.gap_of]
+        visit = np.cumsum(self.gaps.across[self.gaps.gap_of] | first, dtype=np.int64)
+        visit = np.unique(visit, return_inverse=True)[1].ravel()
+        yield from (self._difference("order", *pair) for pair in islice(self._passes(visit, width), 2 * MOST_LISTED))
+        text = "{} was made before the part whose outline ends at {} came free; now it is made after it"
+        for other, outline in islice(self._freed_too_early(visit), MOST_LISTED + 1):
+            yield self._difference("part free too early", other, outline, text)
+
+    def _passes(self, visit: Indices, width: float) -> Iterator[_Pair]:
+        visits = visits_of(self.features, self.traces, visit, int(visit[-1]) + 1)
+        begins = self.new_of[visits.first]
+        crossed = self.gaps.cross[self.gaps.gap_of[visits.first]]
+        chosen = visits.cuts & visits.level & (crossed > visits.bottom + LEVEL) & _moved(begins)
+
+        def wanted(a: Indices, b: Indices) -> Mask:
+            changed: Mask = (a < b) & (begins[a] > begins[b])
+            return changed
+
+        if np.count_nonzero(chosen) > 1:
+            owner = np.where(chosen[visit], visit, -1)
+            near, of = near_lines(lines_of(self.features, self.traces, owner, FREE.closure.sagitta))
+            for rule, text in (
+                (passes_at_levels, "{} is at another level beside {}, which came after it and is now before"),
+                (passes_side_by_side, "{} runs side by side with {}, which came after it and is now before"),
+            ):
+                for pairs in rule(visits, near, of, FREE, width, wanted):
+                    self.look()
+                    yield from ((*visits.first[pair].tolist(), text) for pair in pairs)
+        for one, other in rows_in_order(visits, FREE, width).tolist():
+            if 0 <= begins[other] < begins[one]:
+                text = "{} is a row beside {}, which came after it and is now before"
+                yield int(visits.first[one]), int(visits.first[other]), text
+
+    def _freed_too_early(self, visit: Indices) -> Iterator[tuple[int, int]]:
+        """Yield (feature, last feature of an outline): work that was made before a part came free, and now after it.
+
+        Two parts may come free in either order.
+        """
+        features = self.features
+        visits = visits_of(features, self.traces, visit, int(visit[-1]) + 1)
+        shifts = [mark.key for mark in self.before.marks if mark.kind == Kind.SHIFT]
+        origin = np.searchsorted(shifts, features.row[visits.first])
+        zeros = np.column_stack([features.of("frame", visits.first), origin])
+        zero = np.unique(zeros, axis=0, return_inverse=True)[1].ravel()
+        deepest = np.full(int(zero.max()) + 1, np.inf)
+        np.minimum.at(deepest, zero, visits.floor)
+        with np.errstate(invalid="ignore"):
+            above = np.where(np.isfinite(visits.floor), visits.floor - deepest[zero], np.inf)
+        ends = np.full(len(above), -1, dtype=np.int64)
+        np.maximum.at(ends, visit, self.new_of)
+        latest = np.maximum.accumulate(np.concatenate([[-1], ends]))[:-1]
+        overtakes = (above <= FREE.surely_through) & (ends >= 0) & (latest > ends)
+        if not overtakes.any():
+            return
+        level = lowest_level(features, visits, visit, FREE) & (above <= FREE.through)[visit]
+        lines = lines_of(features, self.traces, np.where(level, visit, -1), FREE.closure.sagitta)
+        freed = freed_parts(visits, list(outlines_of(lines, None, FREE.closure, self.look)), above, FREE)
+        for outline in np.flatnonzero(overtakes & freed.surely).tolist():
+            later = ends[:outline] > ends[outline]
+            later &= ~(freed.may[:outline] & (visits.floor[:outline] <= visits.floor[outline] + FREE.same_depth))
+            if later.any():
+                yield int(visits.first[np.argmax(later)]), int(visits.last[outline])
+
+    def parts_note(self) -> list[str]:
+        """Return a note if outlines of parts are cut in another order, otherwise nothing."""
+        features, run = self.features, self.run
+        n = int(run[-1]) + 1 if len(run) else 0
+        last = np.searchsorted(run, np.arange(n), side="right") - 1
+        ends = np.full(n, -1, dtype=np.int64)
+        np.maximum.at(ends, run, self.new_of)
+        if (np.diff(ends[ends >= 0]) > 0).all():
+            return []
+        parts = self._part_outlines()
+        parts = parts[ends[parts] >= 0]
+        later = np.maximum.accumulate(np.concatenate([[-1], ends[parts]]))[:-1]
+        moved = parts[later > ends[parts]]
+        if not len(moved):
+            return []
+        one = int(moved[0])
+        other = int(parts[(parts < one) & (ends[parts] > ends[one])][0])
+        said = [
+            f"X{features.end[k, 0]:.3f} Y{features.end[k, 1]:.3f} (line {features.line[k]})"
+            for k in last[[one, other]].tolist()
+        ]
+        return [
+            f"parts come free in another order: {len(moved)} of {len(parts)} outlines are now cut before one that used "
+            f"to come first, such as the outline that ends at {said[0]}: it is now cut before the one that ends at "
+            f"{said[1]}"
+        ]
+
+    def _part_outlines(self) -> Indices:
+        """Return the runs that are outlines of parts: closed, and inside no other run, or inside a hole of a part."""
+        lines = lines_of(self.features, self.traces, self.run, FREE.closure.sagitta)
+        outlines = list(outlines_of(lines, None, FREE.closure, self.look))
+        if not outlines:
+            return np.zeros(0, dtype=np.int64)
+        starts = {line.owner: line.points[0] for line in reversed(lines)}
+        owner = np.array([outline.owners[0] for outline in outlines])
+        areas = np.array([outline.area for outline in outlines], dtype=object)
+        inner, outer = shapely.STRtree(areas).query(
+            shapely.points(np.array([starts[k] for k in owner.tolist()])), predicate="within"
+        )
+        depth = np.bincount(inner[owner[inner] != owner[outer]], minlength=len(owner))
+        parts: Indices = np.unique(owner[depth % 2 == 0])
+        return parts
+
+    def _difference(self, what: str, one: int, other: int, text: str) -> Difference:
+        """Return a difference between two features, at the lines of the first one in both programs."""
+        features = self.features
+        said = [place(*features.end[k]) + f" (line {features.line[k]})" for k in (one, other)]
+        lines = int(features.line[one]), int(self.after.features.line[self.new_of[one]])
+        return Difference(what, *lines, text.format(*said))
+
+
+def _moved(begins: Indices) -> Mask:
+    """Return which visits have another one before or after them than they had."""
+    here = begins >= 0
+    most = np.maximum.accumulate(begins) > begins
+    least = np.minimum.accumulate(np.where(here, begins, np.iinfo(np.int64).max)[::-1])[::-1] < begins
+    moved: Mask = here & (most | least)
+    return moved
+
+
+def _overtaken(rank: Indices, which: Indices) -> list[int]:
+    """Return the features of `which` that now have other features before them."""
+    highest = np.maximum.accumulate(np.concatenate([[-1], rank]))[:-1]
+    lowest = np.minimum.accumulate(np.where(rank >= 0, rank, len(rank) + rank.max(initial=0))[::-1])[::-1]
+    here = rank[which]
+    wrong: list[int] = which[(here >= 0) & ((highest[which] > here) | (lowest[which] < here))].tolist()
+    return wrong

@@ -1,0 +1,373 @@
+"""Order rules: the work of a program whose order has a meaning, for the planner and for the proof.
+
+A rule that depends on unknown facts, such as the width of the tool or the thickness of the material, has two answers.
+The planner asks in doubt `KEEP`: every pair whose order may matter. The proof asks in doubt `FREE`: the pairs whose
+order matters for certain, since the author of the new program may know more.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from leafcut.geometry.arrays import Floats, Indices, Mask
+from leafcut.geometry.index import NearLines, unique_pairs
+from leafcut.model.toolpath import Kind
+from leafcut.processes.program.proof.features import FIRST_CYCLE, Features
+from leafcut.processes.program.proof.outlines import IN_DOUBT_CLOSED, IN_DOUBT_OPEN, Closure, Line, Outline
+from leafcut.processes.program.proof.traces import Traces
+
+#: Depths that differ by less are one level, mm.
+LEVEL = 0.01
+#: A cut with a smaller part of its length at its lowest level follows a surface.
+_LEVEL_PART = 0.25
+#: A cut is closed if its ends are closer, mm.
+_CLOSED = 1.0
+#: Shorter moves are not sideways, mm.
+_STILL = 1e-6
+#: Places along a cut at which its distance from another one is measured.
+_PLACES = 40
+#: Segments of a line in the index, so that its box is small; pairs of lines compared at once.
+_SEGMENTS, _PAIRS = 32, 2000
+#: A straight row is longer than the distance of its ends by at most this factor.
+_STRAIGHT = 1.01
+#: Rows of a surface: largest distance, mm, and smallest number.
+_WIDEST_ROW, _LEAST_ROWS = 100.0, 3
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """The thresholds of the rules.
+
+    Attributes
+    ----------
+    keep
+        In doubt the order is kept.
+    closure
+        When a line is closed.
+    width
+        Of a tool whose width is unknown, mm: passes at different depths keep their order within it.
+    beside, beside_part
+        Passes at one depth run side by side if this part of the shorter one is within this distance of the other, mm.
+    lean, widening
+        Rows are parallel within this part of their length; each is at most this factor farther than the one before.
+    through, surely_through, around_through
+        A cut within these distances of the deepest one, mm, may be through the material, is through for certain, and
+        is an outline in which a piece of scrap may lie.
+    area, sure_area
+        Smallest area of a part, mm²: of one that may be cut free, and of one that is for certain.
+    tab
+        Height of a tab, mm: lower rises belong to the lowest level.
+    smaller
+        An area within another one is smaller than this part of it; otherwise both are passes of one outline.
+    same_depth
+        Parts whose outlines differ in depth by no more, mm, may come free in any order.
+    """
+
+    keep: bool
+    closure: Closure
+    width: float
+    beside: float
+    beside_part: float
+    lean: float
+    widening: float
+    through: float
+    surely_through: float
+    around_through: float
+    area: float
+    sure_area: float
+    tab: float
+    smaller: float
+    same_depth: float
+
+
+#: 12.7 mm (half an inch) is wider than the tools of desktop machines and of most routers.
+KEEP = Doubt(
+    keep=True, closure=IN_DOUBT_CLOSED, width=12.7, beside=1.0, beside_part=0.45, lean=0.02, widening=1.05,
+    through=1.0, surely_through=1.0, around_through=0.6, area=1.0, sure_area=1.0, tab=0.2, smaller=0.95,
+    same_depth=LEVEL,
+)  # fmt: skip
+FREE = Doubt(
+    keep=False, closure=IN_DOUBT_OPEN, width=6.0, beside=0.99, beside_part=0.55, lean=0.015, widening=1.01,
+    through=1.1, surely_through=0.9, around_through=0.4, area=0.5, sure_area=1.5, tab=0.15, smaller=0.94,
+    same_depth=0.02,
+)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Visits:
+    """The work between two moves across, a row for each.
+
+    Attributes
+    ----------
+    first, last
+        int64[n]: its features.
+    start
+        float64[n, 2]: the place where it begins, mm.
+    bottom, floor
+        float64[n]: the lowest place, and the lowest one of cuts that go sideways, mm; infinite where there is none.
+    cuts, level, closed
+        bool[n]: it goes sideways; an essential part of it at its lowest level; and back to its start.
+    ends
+        float64[n, 2, 2]: where its sideways cuts begin and end, NaN without any.
+    length
+        float64[n]: of its sideways cuts, seen from above, mm.
+    sideways
+        bool[m]: the feature goes sideways.
+    """
+
+    first: Indices
+    last: Indices
+    start: Floats
+    bottom: Floats
+    floor: Floats
+    cuts: Mask
+    level: Mask
+    closed: Mask
+    ends: Floats
+    length: Floats
+    sideways: Mask
+
+
+def visits_of(features: Features, traces: Traces, visit: Indices, n: int) -> Visits:
+    """Return the visits 0 … n - 1; `visit` is the number of each feature, rising, each at least once."""
+    kind, z, start = features.kind, features.end[:, 2], features.of("start z")
+    made = kind != Kind.DWELL
+    bottom, floor = np.full((2, n), np.inf)
+    np.fmin.at(bottom, visit[made], z[made])
+    step = np.hypot(*(traces.end - traces.begin).T)
+    curved, arcs = traces.arc >= 0, traces.arcs
+    turn = np.abs(arcs.sweep) * (arcs.radius + 0.5 * arcs.grows) * np.all(arcs.axes[:, :2] == (0, 1), axis=1)
+    step[curved] = np.maximum(step[curved], turn[traces.arc[curved]] * (traces.high - traces.low)[curved])
+    of_feature = np.bincount(traces.feature, step, minlength=len(features))
+    sideways = made & (kind < FIRST_CYCLE) & (of_feature > _STILL)
+    np.fmin.at(floor, visit[sideways], z[sideways])
+    length = np.bincount(visit, np.where(sideways, of_feature, 0.0), minlength=n).astype(np.float64)
+    lowest = bottom[visit] + LEVEL
+    flat = np.bincount(visit, np.where(sideways & (z <= lowest) & (start <= lowest), of_feature, 0.0), minlength=n)
+    ends = np.full((n, 2, 2), np.nan)
+    rows = np.flatnonzero(sideways[traces.feature])
+    for side, at, order in ((0, traces.begin, rows[::-1]), (1, traces.end, rows)):
+        ends[visit[traces.feature[order]], side] = at[order]
+    first = np.searchsorted(visit, np.arange(n))
+    last = np.searchsorted(visit, np.arange(n), side="right") - 1
+    begin, end = features.start[first, :2], features.end[first, :2]
+    drilled = ~np.isfinite(begin) | (kind[first] >= FIRST_CYCLE)[:, None]
+    return Visits(
+        first,
+        last,
+        np.where(drilled, end, begin),
+        bottom,
+        floor,
+        length > 0,
+        flat >= _LEVEL_PART * length,
+        np.hypot(*(ends[:, 1] - ends[:, 0]).T) <= _CLOSED,
+        ends,
+        length,
+        sideways,
+    )
+
+
+def near_lines(lines: Sequence[Line]) -> tuple[NearLines, Indices]:
+    """Return an index of lines in short parts, and the piece of work of each part."""
+    coordinates: list[Floats] = []
+    owner: list[int] = []
+    for line in lines:
+        for begin in range(0, len(line.points) - 1, _SEGMENTS):
+            coordinates.append(line.points[begin : begin + _SEGMENTS + 1])
+            owner.append(line.owner)
+    shapes: Any = shapely.linestrings(
+        np.concatenate(coordinates), indices=np.repeat(np.arange(len(owner)), [len(part) for part in coordinates])
+    )
+    # GEOS finds nothing near to a line without length.
+    still = np.flatnonzero([(part == part[0]).all() for part in coordinates])
+    shapes[still] = shapely.points(np.array([coordinates[k][0] for k in still]).reshape(-1, 2))
+    return NearLines(shapes), np.array(owner, dtype=np.int64)
+
+
+#: bool[k] of pairs (int64[k], int64[k]) of visits: the pairs that are asked for.
+PairFilter = Callable[[Indices, Indices], Mask]
+
+
+def passes_at_levels(
+    visits: Visits, near: NearLines, owner: Indices, doubt: Doubt, width: float, wanted: PairFilter
+) -> Iterator[Indices]:
+    """Yield int64[k, 2], pairs of cuts at different depths that are closer than the tool is wide.
+
+    Cuts that follow a surface, and holes, are free: in doubt keep only from their like.
+    """
+    both = np.logical_and if doubt.keep else np.logical_or
+    follows, still = visits.cuts & ~visits.level, ~visits.cuts
+
+    def chosen(a: Indices, b: Indices) -> Mask:
+        a, b = owner[a], owner[b]
+        apart = _apart(visits, a, b) & ~both(follows[a], follows[b]) & ~both(still[a], still[b])
+        found: Mask = apart & wanted(a, b)
+        return found
+
+    depths = visits.bottom[owner]
+    depths = depths[np.isfinite(depths)]
+    if np.ptp(depths) > LEVEL if len(depths) else False:
+        for a, b in near.pairs(near, max(min(doubt.width, width), min(doubt.beside, width)), chosen):
+            yield unique_pairs(owner[a], owner[b])
+
+
+def passes_side_by_side(
+    visits: Visits, near: NearLines, owner: Indices, doubt: Doubt, width: float, wanted: PairFilter
+) -> Iterator[Indices]:
+    """Yield int64[k, 2], pairs of cuts at one depth that run side by side closer than a finishing allowance.
+
+    Two closed cuts are free, as they are of two parts.
+    """
+    both = np.logical_and if doubt.keep else np.logical_or
+    follows, reach = visits.cuts & ~visits.level, min(doubt.beside, width)
+
+    def chosen(a: Indices, b: Indices) -> Mask:
+        a, b = owner[a], owner[b]
+        found: Mask = visits.cuts[a] & visits.cuts[b] & ~(visits.closed[a] & visits.closed[b]) & (a != b)
+        found &= ~_apart(visits, a, b) & ~both(follows[a], follows[b]) & wanted(a, b)
+        return found
+
+    for a, b in near.pairs(near, reach, chosen):
+        pairs = unique_pairs(owner[a], owner[b])
+        for k in range(0, len(pairs), _PAIRS):
+            part = pairs[k : k + _PAIRS]
+            yield part[_beside(near.lines, owner, part, reach) >= doubt.beside_part]
+
+
+def _apart(visits: Visits, a: Indices, b: Indices) -> Mask:
+    """Return whether visits lie at different depths; not if a depth is unknown."""
+    with np.errstate(invalid="ignore"):
+        gap = np.abs(visits.bottom[a] - visits.bottom[b])
+    different: Mask = (gap > LEVEL) & np.isfinite(gap)
+    return different
+
+
+def _beside(lines: NDArray[np.object_], owner: Indices, pairs: Indices, reach: float) -> Floats:
+    """Return the part of the shorter one of two cuts that is within reach of the other, float64[k]."""
+    used, number = np.unique(pairs, return_inverse=True)
+    mine = np.flatnonzero(np.isin(owner, used) & (shapely.get_type_id(lines) == 1))
+    whole = np.full(len(used), shapely.MultiLineString(), dtype=object)
+    order = mine[np.argsort(owner[mine], kind="stable")]
+    if len(order):
+        shapely.multilinestrings(lines[order], indices=np.searchsorted(used, owner[order]), out=whole)
+    shapely.prepare(whole)
+    both = whole[number.reshape(-1, 2)]
+    rows = np.arange(len(pairs))
+    short = np.argmin(shapely.length(both), axis=1)
+    where = (np.arange(_PLACES) + 0.5) / _PLACES
+    places = shapely.line_interpolate_point(both[rows, short][:, None], where, normalized=True)
+    part: Floats = shapely.dwithin(both[rows, 1 - short][:, None], places, reach).mean(axis=1)
+    return part
+
+
+def rows_in_order(visits: Visits, doubt: Doubt, width: float = math.inf) -> Indices:
+    """Return int64[k, 2], the visits that follow each other as rows of a surface: each farther to the same side."""
+    found: list[tuple[int, int]] = []
+    run: list[tuple[int, int]] = []
+    last = 0.0
+    with np.errstate(invalid="ignore"):
+        size = np.hypot(*(visits.ends[:, 1] - visits.ends[:, 0]).T)
+    row = visits.cuts & (visits.length <= _STRAIGHT * size) & (visits.level | doubt.keep)
+    for number in range(1, len(row)):
+        step = math.nan
+        if row[number - 1] and row[number] and abs(visits.bottom[number] - visits.bottom[number - 1]) <= LEVEL:
+            step = _step(visits.ends[number - 1], visits.ends[number], doubt.lean, min(_WIDEST_ROW, width))
+        if not run or math.isnan(step) or step * last < 0 or abs(step) > doubt.widening * abs(last):
+            found += run if len(run) + 1 >= _LEAST_ROWS else []
+            run = []
+        if not math.isnan(step):
+            run.append((number - 1, number))
+            last = step
+    found += run if len(run) + 1 >= _LEAST_ROWS else []
+    return np.array(found, dtype=np.int64).reshape(-1, 2)
+
+
+def _step(row: Floats, follower: Floats, lean: float, widest: float) -> float:
+    """Return how far a row lies to the left of the one before it, mm, seen along +x or +y; NaN if they are no rows."""
+    along, other = row[1] - row[0], follower[1] - follower[0]
+    length, other_length = float(np.hypot(*along)), float(np.hypot(*other))
+    along = along / length
+    if along[0] < -1e-9 or (abs(along[0]) <= 1e-9 and along[1] < 0):
+        along = -along
+    across = np.array([-along[1], along[0]])
+    step = float((follower.mean(axis=0) - row.mean(axis=0)) @ across)
+    common = min(np.max(row @ along), np.max(follower @ along)) - max(np.min(row @ along), np.min(follower @ along))
+    shorter = min(length, other_length)
+    even = abs(float(other @ across)) <= lean * other_length
+    wide = LEVEL < abs(step) <= min(widest, shorter)
+    return step if even and wide and common >= 0.5 * shorter else math.nan
+
+
+class Freed(NamedTuple):
+    """Which visits may cut a part free, and which do so for certain, bool[n] each."""
+
+    may: Mask
+    surely: Mask
+
+
+def lowest_level(features: Features, visits: Visits, visit: Indices, doubt: Doubt) -> Mask:
+    """Return the features that cut sideways at the lowest level of their visit: a tab lies higher.
+
+    A cut that never rises has no tabs and belongs to it as a whole.
+    """
+    z, start = features.end[:, 2], features.start[:, 2]
+    aside = np.flatnonzero(visits.sideways)
+    of = visit[aside]
+    with np.errstate(invalid="ignore"):
+        rises = ~(z[aside] <= start[aside] + LEVEL)
+        follows = of[1:] == of[:-1]
+        rises[1:] |= follows & ~(start[aside][1:] <= z[aside][:-1] + LEVEL)
+    steady = np.ones(len(visits.first), dtype=bool)
+    steady[of[rises]] = False
+    limit = visits.floor[visit] + doubt.tab
+    level: Mask = visits.sideways & (steady[visit] | ((z <= limit) & (start <= limit)))
+    return level
+
+
+def freed_parts(visits: Visits, outlines: Sequence[Outline], above: Floats, doubt: Doubt) -> Freed:
+    """Return the visits that cut a part free.
+
+    An outline within another one through the material is scrap, unless other work begins inside it.
+
+    Parameters
+    ----------
+    outlines
+        Of the lowest level of the visits that may be through.
+    above
+        float64[n]: distance of each visit from the deepest cut, mm.
+    """
+    n = len(visits.first)
+    # Any of the cuts that close an outline together may be the last.
+    parts = [(outline, owner) for outline in outlines for owner in outline.owners if outline.area.area >= doubt.area]
+    if not parts:
+        return Freed(*np.zeros((2, n), dtype=bool))
+    owner = np.array([number for _, number in parts])
+    alone = np.array([outline.alone for outline, _ in parts], dtype=bool)
+    shapes = np.array([outline.area for outline, _ in parts], dtype=object)
+    size, depth = shapely.area(shapes), above[owner]
+    starts = np.flatnonzero(np.isfinite(visits.start).all(axis=1))
+    spots: Any = shapely.points(visits.start[starts])
+    around, spot = shapely.STRtree(spots).query(shapes, predicate="contains")
+    holds = _any(len(shapes), around[owner[around] != starts[spot]])
+    tree = shapely.STRtree(shapes)
+    inner, outer = tree.query(shapes, predicate="within")
+    smaller = size[inner] < doubt.smaller * size[outer]
+    scrap = _any(len(shapes), inner[smaller & (depth[outer] <= doubt.around_through)])
+    inner, outer = tree.query(shapely.point_on_surface(shapes), predicate="within")
+    doubtful = _any(len(shapes), inner[size[inner] < doubt.smaller * size[outer]])
+    may = (~scrap | holds) & (depth <= doubt.through)
+    surely = alone & (~doubtful | holds) & (depth <= doubt.surely_through) & (size >= doubt.sure_area)
+    return Freed(_any(n, owner[may]), _any(n, owner[surely]))
+
+
+def _any(n: int, which: Indices) -> Mask:
+    found = np.zeros(n, dtype=bool)
+    found[which] = True
+    return found

@@ -1,0 +1,313 @@
+"""Areas that cuts enclose: a single cut, or several with tabs between them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from leafcut.geometry.arrays import Floats, Indices, Mask
+from leafcut.geometry.index import linked
+from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.toolpath import Kind
+from leafcut.processes.program.proof.features import Features
+from leafcut.processes.program.proof.traces import Traces
+
+#: Cuts closer than this touch, mm.
+TOUCHING = 0.05
+#: Consecutive cuts whose ends are closer than this are one line, mm: programs state three decimals, or four of an inch.
+MEETING = 0.01
+#: Largest tab, mm. The gap between the cuts of a mill includes its width.
+MILL_TAB, BEAM_TAB = 12.0, 3.0
+#: A larger group of connected lines is a filling, not an outline.
+_MOST_LINES = 64
+#: The convex hull replaces the area of a line with more points.
+_MOST_POINTS = 20_000
+#: A line is not inside the area that it encloses, mm.
+_EDGE = 1e-5
+#: In doubt free: a third end at up to this multiple of the nearest distance makes the place of a tab unclear.
+_CLEARLY = 1.02
+#: Lines at two depths are one if their middles and lengths differ by less, mm.
+_SAME_LINE = 0.05
+
+
+@dataclass(frozen=True)
+class Closure:
+    """When a line counts as closed.
+
+    Attributes
+    ----------
+    gap
+        Largest distance between its ends, mm.
+    open_part
+        Largest distance between its ends, as a part of its length.
+    alone
+        A line with a smaller gap, mm, is closed without doubt.
+    rings_only
+        Several lines enclose an area only if they form a ring: exactly two lines meet at each joint.
+    sagitta
+        Largest distance of an arc from its chords, mm.
+    """
+
+    gap: float
+    open_part: float
+    alone: float
+    rings_only: bool
+    sagitta: float
+
+
+#: In doubt a line is closed, or is not.
+IN_DOUBT_CLOSED = Closure(TOUCHING, 0.1, 0.005, False, 0.02)
+IN_DOUBT_OPEN = Closure(MEETING, 0.0, MEETING, True, 0.002)
+#: In doubt open: largest gap of a single line with a tab, as a part of its length.
+_TABBED_PART = 0.09
+
+
+class Line(NamedTuple):
+    """A line without gaps, float64[n, 2] in mm, and the number of the piece of work that cuts it."""
+
+    owner: int
+    points: Floats
+
+
+class Outline(NamedTuple):
+    """An area, and the pieces of work that cut it, rising.
+
+    Attributes
+    ----------
+    alone
+        A single line closes it without doubt.
+    joined
+        Several lines enclose it, or a single one with a tab.
+    """
+
+    area: Any
+    owners: list[int]
+    alone: bool
+    joined: bool = False
+
+
+def lines_of(features: Features, traces: Traces, owner: Indices, sagitta: float) -> list[Line]:
+    """Return the lines of all pieces of work, arcs as chords; a hole or a dwell is its place, twice.
+
+    `owner` numbers the piece of each feature; features with -1 are left out.
+    """
+    traces = traces.pick(np.flatnonzero(owner[traces.feature] >= 0)).flattened(sagitta)
+    waits = features.kind[traces.feature] == Kind.DWELL
+    cuts = traces.pick(~waits)
+    of = owner[cuts.feature]
+    starts = np.ones(len(of), dtype=bool)
+    starts[1:] = (of[1:] != of[:-1]) | (np.abs(cuts.begin[1:] - cuts.end[:-1]) > MEETING).any(axis=1)
+    heads = np.flatnonzero(starts)
+    points = np.insert(cuts.end, heads, cuts.begin[heads], axis=0)
+    parts = np.split(points, heads[1:] + np.arange(1, len(heads))) if len(heads) else []
+    lines = [Line(number, part) for number, part in zip(of[heads].tolist(), parts, strict=True)]
+    places = np.column_stack([owner[traces.feature[waits]], traces.end[waits]])
+    lines += [Line(int(number), np.array([(x, y), (x, y)])) for number, x, y in np.unique(places, axis=0).tolist()]
+    return lines
+
+
+def is_point(line: Line) -> bool:
+    """Return whether a line is a single place."""
+    return bool((line.points == line.points[0]).all())
+
+
+def area_of(points: Floats, closure: Closure) -> tuple[Any, bool]:
+    """Return the area that a line encloses, None without one, and whether it is closed without doubt."""
+    if len(points) < 4:
+        return None, False
+    if closure is IN_DOUBT_CLOSED and len(points) > _MOST_POINTS:
+        hull: Any = shapely.convex_hull(shapely.multipoints(points))
+        alone = bool(np.abs(points[-1] - points[0]).max() <= closure.alone)
+        return (hull, alone) if hull.geom_type == "Polygon" else (None, False)
+    length = float(np.hypot(*np.diff(points, axis=0).T).sum())
+    gap = float(np.hypot(*(points[-1] - points[0])))
+    closed = gap <= max(closure.gap, closure.open_part * length) and length > TOUCHING
+    whole = np.concatenate([points, points[:1]]) if closed else points
+    if closed:
+        ring: Any = shapely.polygons(whole)
+        if shapely.is_valid(ring) and ring.area > 0:
+            return ring, gap <= closure.alone
+    # A lead-in and a lead-out cross the outline, or the line goes round several times.
+    area = _enclosed(shapely.linestrings(whole), MEETING)
+    if area is None:
+        return None, False
+    return area, gap <= closure.alone or not closed or _enclosed(shapely.linestrings(points), MEETING) is not None
+
+
+def _enclosed(lines: Any, meeting: float) -> Any:
+    """Return the area inside lines that may miss each other by a distance, mm; None without one."""
+    strip: Any = shapely.get_parts(shapely.buffer(lines, 0.5 * meeting, quad_segs=2))
+    rings = shapely.get_rings(strip)
+    inner: Any = shapely.polygons(rings[~np.isin(np.arange(len(rings)), _exteriors(strip))])
+    if not len(inner):
+        return None
+    if len(inner) == 1:
+        return shapely.buffer(inner[0], 0.5 * meeting - _EDGE, join_style="mitre")
+    # Growing by more and shrinking again joins areas that share an edge.
+    grown = shapely.union_all(shapely.buffer(inner, meeting, join_style="mitre"))
+    return shapely.buffer(grown, -0.5 * meeting - _EDGE, join_style="mitre")
+
+
+def _exteriors(polygons: NDArray[np.object_]) -> Indices:
+    """Return the places of the exterior rings among all rings of polygons."""
+    count = 1 + shapely.get_num_interior_rings(polygons)
+    exteriors: Indices = np.cumsum(count) - count
+    return exteriors
+
+
+def joined_outlines(lines: Sequence[Line], tab: float, closure: Closure, look: Heartbeat = unseen) -> Iterator[Outline]:
+    """Yield the areas that several open lines enclose, and in doubt open also a single line with one tab.
+
+    Lines that touch belong together, and lines whose ends are nearest to each other and within `tab`, mm.
+    """
+    if len(lines) < (1 if closure.rings_only else 2):
+        return
+    shapes: Any = shapely.linestrings(
+        np.concatenate([line.points for line in lines]),
+        indices=np.repeat(np.arange(len(lines)), [len(line.points) for line in lines]),
+    )
+    one, other = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=TOUCHING)
+    joint, begins, ends, tabs = _joints(shapes, tab, closure.rings_only)
+    links = np.concatenate([one[one < other], begins]), np.concatenate([other[one < other], ends])
+    group = linked(len(lines), *links)
+    order = np.argsort(group, kind="stable")
+    edges = np.flatnonzero(np.diff(group[order], prepend=-1, append=-1))
+    parts = [order[low:high] for low, high in pairwise(edges.tolist())]
+    by_group = np.argsort(group[begins], kind="stable")
+    begins, ends, tabs = begins[by_group], ends[by_group], tabs[by_group]
+    for members in sorted(parts, key=lambda part: int(part[0])):
+        look()
+        if len(members) < 2 and not closure.rings_only:
+            continue
+        # Passes at several depths cut the same line.
+        rounded = shapely.set_precision(shapes[members], TOUCHING / 10)
+        if len(members) > _MOST_LINES and len(np.unique(shapely.to_wkb(shapely.normalize(rounded)))) > _MOST_LINES:
+            continue
+        here = slice(*np.searchsorted(group[begins], group[members[0]] + np.arange(2)))
+        rings = _rings(members, joint, shapes) if closure.rings_only else [members]
+        for ring in rings:
+            closing = tabs[here][np.isin(begins[here], ring) & np.isin(ends[here], ring)]
+            if len(ring) == 1 and not _has_tab(shapes[ring[0]]):
+                continue
+            area = _enclosed(shapely.multilinestrings([*shapes[ring], *closing]), TOUCHING)
+            if area is not None:
+                yield Outline(area, sorted({lines[k].owner for k in ring.tolist()}), False, True)
+
+
+def _has_tab(line: Any) -> bool:
+    """Return whether a line is open by no more than a small part of its length, and goes round nothing by itself."""
+    points = shapely.get_coordinates(line)
+    gap = float(np.hypot(*(points[-1] - points[0])))
+    enough = len(points) > 3 and gap <= _TABBED_PART * shapely.length(line)
+    return bool(enough and area_of(points, IN_DOUBT_OPEN)[0] is None)
+
+
+def _joints(
+    lines: NDArray[np.object_], tab: float, clear: bool
+) -> tuple[Indices, Indices, Indices, NDArray[np.object_]]:
+    """Return the joint of both ends of each line, int64[n, 2], and by tab: the lines on both sides and the gap, a line.
+
+    Two joints have a tab between them if each is the other's nearest, within `tab`; with `clear`, only if no third one
+    is about as near.
+    """
+    ends = shapely.get_coordinates(np.stack([shapely.get_point(lines, 0), shapely.get_point(lines, -1)], axis=1))
+    _, first, of = np.unique((ends / TOUCHING).round(), axis=0, return_index=True, return_inverse=True)
+    spots: Any = shapely.points(ends[first])
+    one, other = shapely.STRtree(spots).query(spots, predicate="dwithin", distance=2 * TOUCHING)
+    # Rounding may divide one place.
+    stands = np.arange(len(spots))
+    np.minimum.at(stands, one, other)
+    stands = stands[stands]
+    kept = np.unique(stands)
+    tree = shapely.STRtree(spots[kept])
+    (here, there), apart = tree.query_nearest(
+        spots[kept], max_distance=tab, exclusive=True, all_matches=False, return_distance=True
+    )
+    if clear:
+        around, _ = tree.query(spots[kept[here]], predicate="dwithin", distance=_CLEARLY * apart)
+        alone = np.bincount(around, minlength=len(here)) == 2
+        here, there = here[alone], there[alone]
+    nearest = np.full(len(kept), -1)
+    nearest[here] = there
+    here = np.flatnonzero(nearest >= 0)
+    here = here[(nearest[nearest[here]] == here) & (here < nearest[here])]
+    one, other = kept[here], kept[nearest[here]]
+    joined = np.arange(len(spots))
+    joined[other] = one
+    joint = joined[stands]
+    begin, end = first[one], first[other]
+    tabs: Any = shapely.linestrings(np.stack([ends[begin], ends[end]], axis=1))
+    return joint[of].reshape(-1, 2), begin // 2, end // 2, tabs
+
+
+def _rings(members: Indices, joint: Indices, shapes: NDArray[np.object_]) -> list[Indices]:
+    """Return the lines of each ring in a group: at each of its joints exactly two different lines meet."""
+    lengths, centres = shapely.length(shapes[members]), shapely.get_coordinates(shapely.centroid(shapes[members]))
+    same: list[list[int]] = []
+    between: dict[tuple[int, int], list[int]] = {}
+    for k, (begin, end) in enumerate(joint[members].tolist()):
+        known = between.setdefault((min(begin, end), max(begin, end)), [])
+        for number in known:
+            apart = max(np.abs(centres[k] - centres[same[number][0]]).max(), abs(lengths[k] - lengths[same[number][0]]))
+            if apart <= _SAME_LINE:
+                same[number].append(k)
+                break
+        else:
+            known.append(len(same))
+            same.append([k])
+    ends = joint[members[[alike[0] for alike in same]]]
+    degree = Counter(ends.ravel().tolist())
+    joints, of = np.unique(ends, return_inverse=True)
+    joint_of = of.reshape(-1, 2)
+    ring_of = linked(len(joints), joint_of[:, 0], joint_of[:, 1])
+    good = np.ones(len(joints), dtype=bool)
+    good[ring_of[[degree[j] != 2 for j in joints.tolist()]]] = False
+    of_line = ring_of[joint_of[:, 0]]
+    rings = [np.flatnonzero(of_line == root) for root in np.unique(of_line[good[of_line]])]
+    return [members[np.concatenate([same[k] for k in ring.tolist()])] for ring in rings]
+
+
+def outlines_of(
+    lines: Sequence[Line], tab: float | None, closure: Closure, look: Heartbeat = unseen, chosen: Mask | None = None
+) -> Iterator[Outline]:
+    """Yield the outlines that lines cut, single ones first; joined ones only with a `tab`, mm.
+
+    `chosen` are the pieces of work whose single outlines are wanted, bool[n]; None stands for all.
+    """
+    open_: list[Line] = []
+    for line in lines:
+        look()
+        area, alone = area_of(line.points, closure) if chosen is None or chosen[line.owner] else (None, False)
+        if area is not None:
+            yield Outline(area, [line.owner], alone)
+        if (area is None or closure.rings_only) and not is_point(line):
+            open_.append(line)
+    if tab is not None:
+        if closure.rings_only:
+            open_ = [line for line in open_ if _is_open(line.points)]
+        yield from joined_outlines(open_, tab, closure, look)
+
+
+def _is_open(points: Floats) -> bool:
+    steps = np.hypot(*np.diff(points, axis=0).T)
+    return float(steps.sum()) > TOUCHING and float(np.hypot(*(points[-1] - points[0]))) > MEETING
+
+
+def starts_inside(lines: Sequence[Line], outlines: Iterable[Outline]) -> Iterator[tuple[Outline, Indices]]:
+    """Yield outlines, and the pieces of work with a line that begins inside, rising."""
+    if not lines:
+        return
+    starts: Any = shapely.points(np.array([line.points[0] for line in lines]))
+    tree = shapely.STRtree(starts)
+    owner = np.array([line.owner for line in lines])
+    for outline in outlines:
+        inner = np.unique(owner[tree.query(outline.area, predicate="contains")])
+        if len(inner):
+            yield outline, inner
