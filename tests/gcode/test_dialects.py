@@ -9,7 +9,7 @@ import pytest
 
 from leafcut.errors import OptionError
 from leafcut.gcode.dialects import Dialect, dialect, dialect_template, dialects, parse_dialect
-from leafcut.gcode.modal import GROUP_OF, M_GROUP_OF
+from leafcut.gcode.word_groups import GROUP_OF, M_GROUP_OF
 from packages import Installer
 
 MILLS = [

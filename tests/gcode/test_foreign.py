@@ -10,9 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from leafcut.errors import ReadError
-from leafcut.gcode.blocks import BlockRunner
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.fast_path import FastPath
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.toolpath import Kind
@@ -382,41 +380,37 @@ ODD = st.sampled_from(
 
 @settings(max_examples=settings().max_examples * 5)
 @given(st.lists(PLAIN | ROUND | ODD, max_size=30), st.sampled_from(["linuxcnc", "grbl-laser", "haas", "fagor8055"]))
-def test_plain_lines_give_the_same_by_the_quick_way_and_by_the_full_one(body: list[str], words: str) -> None:
-    """Rows, blocks, states and reasons are equal bit for bit, and so are refusals."""
+def test_an_empty_comment_behind_a_line_changes_nothing(body: list[str], words: str) -> None:
+    """Plain lines, which the reader takes apart at once, do bit for bit what the same lines with a comment do."""
     head = "G71 G90 G0 X0. Y0. Z0. F100" if words == "fagor8055" else "G21 G90 G0 X0. Y0. Z0. F100"
-    text = "\n".join([head, *body])
 
-    def outcome() -> Program | str:
+    def outcome(comment: str) -> Program | str:
         try:
-            return interpret_program(text, dialect(words))
+            return interpret_program("\n".join([head, *(line + comment for line in body)]), dialect(words))
         except ReadError as problem:
             return str(problem)
 
-    one = outcome()
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(FastPath, "open", lambda self: False)
-        other = outcome()
-    if isinstance(one, str) or isinstance(other, str):
-        assert one == other
+    plain, commented = outcome(""), outcome("()")
+    if isinstance(plain, str) or isinstance(commented, str):
+        assert plain == commented
         return
-    check_structure(one)
+    check_structure(plain)
     for name in ("kind", "end", "value", "ref", "line"):
-        assert np.array_equal(getattr(one.path, name), getattr(other.path, name), equal_nan=name in ("end", "value"))
-    assert (one.path.arcs, one.path.cycles, one.fixed) == (other.path.arcs, other.path.cycles, other.fixed)
-    assert np.array_equal(one.line, other.line) and np.array_equal(one.first, other.first)
-    assert [one.modal(b) for b in range(one.n_blocks + 1)] == [other.modal(b) for b in range(one.n_blocks + 1)]
+        left, right = getattr(plain.path, name), getattr(commented.path, name)
+        assert np.array_equal(left, right, equal_nan=name in ("end", "value"))
+    for name in ("arcs", "cycles"):
+        assert getattr(plain.path, name) == getattr(commented.path, name)
+    assert plain.fixed == commented.fixed
+    assert np.array_equal(plain.line, commented.line) and np.array_equal(plain.first, commented.first)
+    states = [[p.modal(b) for b in range(p.n_blocks + 1)] for p in (plain, commented)]
+    assert states[0] == states[1]
 
 
-def test_the_lines_of_a_lasers_picture_are_plain(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A power of its own in every line, before F or behind it, takes none of them off the quick way."""
-    ran = []
-    run_block = BlockRunner.run
-    monkeypatch.setattr(BlockRunner, "run", lambda self, block: (ran.append(block.line), run_block(self, block))[1])
+def test_every_line_of_a_lasers_picture_has_its_own_power() -> None:
+    """S may come before F or behind it."""
     rows = [f"X{0.1 * k:.1f} S{(k * 37) % 1000}" for k in range(50)]
     text = "\n".join(["G21 G90 G0 X0 Y0", "M4 S0", "G1 X1 F3000", *rows, "G1 X9 S20 F900", "G1X0F800S3.5", "S7", "M5"])
     program = interpret_program(text, dialect("grbl-laser"))
-    assert ran == [1, 2, 57]
     cuts = program.path.kind == Kind.FEED
     assert [program.modal(b + 1).rpm for b in range(3, 53)] == [float((k * 37) % 1000) for k in range(50)]
     assert np.array_equal(program.path.value[cuts][-2:] * 60.0, [900.0, 800.0])
@@ -425,7 +419,7 @@ def test_the_lines_of_a_lasers_picture_are_plain(monkeypatch: pytest.MonkeyPatch
 
 def test_the_lines_of_a_program_are_those_of_its_text() -> None:
     """One by one, from the end, in slices and joined, as of a tuple."""
-    from leafcut.gcode.lines import Lines
+    from leafcut.gcode.program import Lines
 
     for text in ("", "G0 X1\n", "\n\nG0 X1\r\n(é – 3 µm)\nM2", HEAD):
         plain = tuple(text.splitlines(keepends=True))

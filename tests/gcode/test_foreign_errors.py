@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from leafcut.errors import OptionError, ReadError
-from leafcut.gcode import blocks, canned
+from leafcut.gcode import canned, interpreter
 from leafcut.gcode import control_flow as flow
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
@@ -174,7 +174,7 @@ def test_recursion_is_refused(lines: str) -> None:
 
 def test_repeats_cannot_fill_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     """A thousand lines with L9999 come to ten million holes."""
-    monkeypatch.setattr(blocks, "MAX_ROWS", 50_000)
+    monkeypatch.setattr(interpreter, "MAX_ROWS", 50_000)
     text = HEAD + "G91 G81 X1 R-1 Z-1 L9999\n" + "X1 L9999\n" * 10
     with pytest.raises(ReadError, match=":8: the program comes to more than 50,000 moves"):
         interpret_program(text, dialect("linuxcnc"))

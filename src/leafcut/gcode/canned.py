@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from leafcut.gcode.state import CycleWords, InterpreterState, whole
+from leafcut.gcode.state import CycleValues, State, whole
 from leafcut.gcode.words import BlockError, UnclearBlock, Word
 from leafcut.model.cycles import DWELLING, PECKING
 from leafcut.model.toolpath import DrillCycle
@@ -23,23 +23,23 @@ MAX_REPEATED_HOLES = 1_000_000
 MAX_PECKS = 10_000
 
 
-def start_cycle(state: InterpreterState, number: int) -> None:
+def start_cycle(state: State, number: int) -> None:
     """Make a cycle the active one. In RS274/NGC a change of cycle forgets the words of the one before."""
     if state.cycle != number and state.dialect.groups == "rs274":
-        state.cycle_words = CycleWords()
+        state.cycle_values = CycleValues()
     elif state.cycle != number:
-        state.cycle_words.spare.clear()
+        state.cycle_values.spare.clear()
     state.cycle = number
 
 
-def end_cycle(state: InterpreterState) -> None:
+def end_cycle(state: State) -> None:
     """G80, or a move that ends the cycle."""
     state.cycle = None
-    state.cycle_words = CycleWords()
+    state.cycle_values = CycleValues()
     state.path.end_cycles()
 
 
-def run_cycle(state: InterpreterState, letters: dict[str, Word]) -> None:
+def run_cycle(state: State, letters: dict[str, Word]) -> None:
     """Drill one block: at its place, or at several places with repeats."""
     if state.plane != 17:
         raise UnclearBlock("canned cycles are understood in the XY plane (G17) only")
@@ -61,36 +61,36 @@ def run_cycle(state: InterpreterState, letters: dict[str, Word]) -> None:
         state.path.drill(x, y, cycle, feed=feed, line=state.line)
 
 
-def _place(state: InterpreterState, letters: dict[str, Word], letter: str, here: float) -> float:
+def _place(state: State, letters: dict[str, Word], letter: str, here: float) -> float:
     """Return the coordinate of the hole, or with G91 the step to it."""
     word = letters.pop(letter, None)
     if word is None:
         return 0.0 if state.incremental else here
-    return state.length(word)
+    return state.mm(word)
 
 
-def _repeats(state: InterpreterState, letters: dict[str, Word]) -> int:
+def _repeats(state: State, letters: dict[str, Word]) -> int:
     letter = state.dialect.repeat_letter
-    if state.may_store and letter == "K" and "K" not in letters:
+    if state.stores_cycles and letter == "K" and "K" not in letters:
         letter = "L"  # as older Fanucs have it
     word = letters.pop(letter, None) if letter else None
     repeats = 1 if word is None else whole(word, MAX_REPEATS)
-    if repeats == 0 and not state.may_store:
+    if repeats == 0 and not state.stores_cycles:
         raise BlockError(f"{word}: a cycle with no repeats")
     return repeats
 
 
-def _cycle(state: InterpreterState, letters: dict[str, Word]) -> DrillCycle:
+def _cycle(state: State, letters: dict[str, Word]) -> DrillCycle:
     """Return the cycle that the words of this block and of the blocks before it describe."""
     fagor = state.dialect.cycle_words == "fagor"
     name = f"G{state.cycle}"
-    words = state.cycle_words
+    words = state.cycle_values
     _take(state, letters, words, ("Z", "I") if fagor else ("R", "Z"))
-    if "Q" in letters and (name in PECKING or (state.lenient and not fagor)):
+    if "Q" in letters and (name in PECKING or (state.keeps_unknown and not fagor)):
         words.peck = _peck_word(state, letters.pop("Q"))
         words.spare |= set() if name in PECKING else {"Q"}
     dwelling = name in (*state.dialect.dwell_cycles, "G86", "G89") or (fagor and name in ("G81", "G85"))
-    if (dwelling or (state.lenient and not fagor)) and state.dialect.dwell_letter in letters:
+    if (dwelling or (state.keeps_unknown and not fagor)) and state.dialect.dwell_letter in letters:
         words.dwell = state.dwell(letters.pop(state.dialect.dwell_letter))
         state.last_dwell = words.dwell if dwelling else state.last_dwell
         words.spare |= set() if dwelling else {"P"}
@@ -99,8 +99,8 @@ def _cycle(state: InterpreterState, letters: dict[str, Word]) -> DrillCycle:
     elif fagor and name == "G85" and words.dwell:
         raise UnclearBlock("G85 with a dwell is not understood")
     r_plane, bottom = _planes(state, words, fagor)
-    peck = _peck(words, name, r_plane - bottom, state.may_store)
-    if name == "G82" and words.dwell is None and not state.may_store:
+    peck = _peck(words, name, r_plane - bottom, state.stores_cycles)
+    if name == "G82" and words.dwell is None and not state.stores_cycles:
         raise BlockError(f"G82 needs its dwell, {state.dialect.dwell_letter}")
     dwell = words.dwell or 0.0
     if name == "G84" and words.dwell is None and state.dialect.groups == "rs274":
@@ -111,14 +111,14 @@ def _cycle(state: InterpreterState, letters: dict[str, Word]) -> DrillCycle:
     return DrillCycle(name, r_plane, bottom, state.to_initial, peck, dwell if waits else 0.0)
 
 
-def _peck_word(state: InterpreterState, word: Word) -> float:
+def _peck_word(state: State, word: Word) -> float:
     """Return the Q of a cycle, mm. Without a point it is in thousandths on many Fanucs, whatever holds for X."""
-    if state.lenient and state.dialect.point_required and "." not in word.text:
-        raise UnclearBlock(f"{word} has no decimal point: its unit differs between controls")
-    return state.length(word)
+    if state.keeps_unknown and state.dialect.point_required and "." not in word.text:
+        raise UnclearBlock(f"{word} has no decimal point: in what unit it is differs between controls")
+    return state.mm(word)
 
 
-def _take(state: InterpreterState, letters: dict[str, Word], words: CycleWords, names: tuple[str, str]) -> None:
+def _take(state: State, letters: dict[str, Word], words: CycleValues, names: tuple[str, str]) -> None:
     """Take the words of the R plane and of the bottom, and see that the old ones still mean the same."""
     given = [name in letters for name in names]
     known = words.r is not None or words.z is not None
@@ -129,12 +129,12 @@ def _take(state: InterpreterState, letters: dict[str, Word], words: CycleWords, 
         raise kind(f"units or G90/G91 changed inside a cycle; give {names[0]} and {names[1]} again")
     words.incremental, words.unit = state.incremental, state.unit
     if given[0]:
-        words.r = state.length(letters.pop(names[0]))
+        words.r = state.mm(letters.pop(names[0]))
     if given[1]:
-        words.z = state.length(letters.pop(names[1]))
+        words.z = state.mm(letters.pop(names[1]))
 
 
-def _planes(state: InterpreterState, words: CycleWords, fagor: bool) -> tuple[float, float]:
+def _planes(state: State, words: CycleValues, fagor: bool) -> tuple[float, float]:
     """Return the R plane and the bottom, mm. With G91, R counts from the initial plane and Z from R."""
     initial = state.path.position[2] if state.path.initial_plane is None else state.path.initial_plane
     r, z = words.r, words.z
@@ -156,7 +156,7 @@ def _planes(state: InterpreterState, words: CycleWords, fagor: bool) -> tuple[fl
     return r, z
 
 
-def _peck(words: CycleWords, name: str, depth: float, may_lack: bool) -> float:
+def _peck(words: CycleValues, name: str, depth: float, may_lack: bool) -> float:
     if name not in PECKING:
         return words.peck or 0.0 if "Q" in words.spare else 0.0
     if words.peck is None or not words.peck > 0.0:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from leafcut.errors import shown
-from leafcut.gcode.modal import GROUP_OF, M_GROUP_OF
+from leafcut.gcode.word_groups import GROUP_OF, M_GROUP_OF
 from leafcut.model.kinds import CutMethod
 
 #: The values that a key takes, where these are few.

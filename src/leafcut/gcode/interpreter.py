@@ -1,33 +1,77 @@
-"""The interpreter: text of a program in, `Toolpath` out.
+"""The interpreter of G-code blocks, and the strict reader of leafcut's own programs.
 
-One block after the other: its words are sorted into modal groups, then carried out in the order of RS274/NGC table 8
-(feed mode, F, S, T, tool change, spindle, coolant, dwell, plane, units, offsets, distance mode, motion, stop). Every
-word must be understood; one that is not is an error that names it, with file and line.
+The words of a block are sorted into modal groups, then carried out in the order of RS274/NGC table 8: feed mode, F, S,
+T, tool change, spindle, coolant, dwell, plane, units, offsets, distance mode, motion, stop.
 
     interpret("G21\\nG0 Z5\\nG81 X1 Y2 Z-3 R1 F100\\nM2", dialect("linuxcnc"))
+
+A block that is not understood is an error in leafcut's own programs. In programs of other CAMs (`State.keeps_unknown`)
+it becomes a row FOREIGN: it is kept word for word in its place, and the axes that it may move are unknown until they
+are programmed again. A block that makes no sense is an error in both.
 """
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Mapping
+from dataclasses import replace
 
 from leafcut.errors import OptionError, ReadError
 from leafcut.gcode.canned import end_cycle, run_cycle, start_cycle
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.klartext import interpret_klartext
-from leafcut.gcode.modal import PAUSE, SortedBlock, sort_words
+from leafcut.gcode.linuxcnc_refusals import is_linuxcnc, is_malformed, is_refused
 from leafcut.gcode.motion import run_arc, run_home, run_machine, run_probe, run_straight
-from leafcut.gcode.origin import run_shift
+from leafcut.gcode.origin import chooses_origin, run_origin, run_shift
+from leafcut.gcode.saying import may_stop, obeyed_among
 from leafcut.gcode.sinumerik import call_cycle, drill_call, end_call, sinumerik_block
-from leafcut.gcode.state import AXES, InterpreterState, unit_of, whole
-from leafcut.gcode.torch import leave_outputs, material_block, run_outputs, say_power, spindle_number
-from leafcut.gcode.words import Block, BlockError, Word, lines
-from leafcut.model.toolpath import SPEED_ALONE, UNKNOWN, Toolpath
+from leafcut.gcode.state import AXES, State, named_axes, unit_of, whole
+from leafcut.gcode.torch import leave_outputs, lower_feed, material_block, run_outputs, set_speed, spindle_number
+from leafcut.gcode.word_groups import (
+    ENDS_TRANSFORM,
+    GROUP_OF,
+    M_GROUP_OF,
+    NO_MOTION,
+    OTHER_AXES,
+    OUTPUT_CODES,
+    PAUSE,
+    TRANSFORMS,
+    SortedBlock,
+    sort_words,
+)
+from leafcut.gcode.words import Block, BlockError, UnclearBlock, Word, lines
+from leafcut.model.cycles import PECKING
+from leafcut.model.toolpath import STILL, UNKNOWN, Kind, Toolpath
 from leafcut.units import MM_PER_UNIT
 
 _SHIFTS = (920, 921)
 #: G38.2 as a motion.
 _PROBE = 38
+_PROBES = (382, 383, 384, 385)
+_MOTIONS = frozenset({0, 10, 20, 30})
+#: Cycles of `model.cycles`; G76, G87 and G88 wait for a person or move aside at the bottom.
+_CYCLES = frozenset({730, 810, 820, 830, 840, 850, 860, 890})
+#: M words that may call another program; M72 restores stored modes, M73 restores them at the end of a call.
+_CALLS = frozenset({197, 198, 72})
+_JUMPS_ON_SIGNAL = 96
+_RESTORES_LATER = 73
+#: Statements that Fagor controls have in parentheses: those that do something, jump, and show a message.
+_FAGOR_STATEMENT = re.compile(r"P[ \t]*[0-9]+[ \t]*=|(?:CALL|PCALL|MCALL|PROBE|DIGIT|ERROR|OPEN|WRITE|DGWZ)\b", re.I)
+_FAGOR_JUMP = re.compile(r"(?:GOTO|RPT|IF|SUB|RET|WHILE|ENDIF|ENDWHILE)\b", re.I)
+_FAGOR_MESSAGE = re.compile(r"MSG\b", re.I)
+#: Groups and letters that a block with an unknown number may have to be understood in part.
+_CLEAR_GROUPS = frozenset(
+    {"motion", "cycle", "plane", "distance", "arc distance", "feed mode", "units", "retract", "radius", "path",
+     "length", "offset", "non-modal"}
+)  # fmt: skip
+_CLEAR_LETTERS = frozenset("ABCDFHIJKLPQRSUVWXYZ")
+_OF_MACHINE = "only the machine knows the numbers in it"
+_MESSAGE = "it shows a message or writes a record"
+_ALL = (True, True, True)
+_NONE = (False, False, False)
+#: A program with more rows has a slip in a repeat, and would fill the memory.
+MAX_ROWS = 10_000_000
 
 
 def interpret(
@@ -39,125 +83,217 @@ def interpret(
     left_over: bool = False,
     material_feeds: Mapping[int, float] | None = None,
 ) -> Toolpath:
-    """Return the motions and commands of a program.
+    """Return the motions and commands of a program in which every word must be understood.
 
-    Positions are NaN until the program moves their axis. Text after the end of the program is not looked at. G28 and
-    G30 are taken to end at machine zero.
+    Positions are NaN until the program moves their axis. Text after the end of the program is ignored. G28 and G30 are
+    taken to end at machine zero.
 
     Parameters
     ----------
     text
         The program.
     dialect
-        How to read it (`gcode.dialects.dialect`).
+        The dialect of its controller (`gcode.dialects.dialect`).
     file
         Its name, for messages.
     units
-        "mm" or "in" for a program that does not state them before its first length; None: that is an error.
+        "mm" or "in" for a program that does not state its units before the first length; None: that is an error.
     left_over
-        True: start with what another program may have left active (G1, G18, G91, G95, G99), so that a program which
-        does not state its own modes comes out wrong. False: start as a control is when it is switched on.
+        True: start with modes that another program may have left active (G1, G18, G91, G95, G99), so that a program
+        that does not state its own modes is read wrong. False: start with the modes at switch-on.
     material_feeds
         Feeds of the controller's table of materials, mm/s, by number: M190 selects the number, and the F word of the
-        dialect takes its feed. Selecting any other number is refused. None: any may be selected, no feed be taken.
+        dialect takes its feed. Selecting any other number is refused. None: any number may be selected, but the feed
+        of none is known.
 
     Raises
     ------
     ReadError
-        A word or a block cannot be understood, with its line; or the end is missing where the controller asks for it.
+        A word or a block is not understood, with its line; or the end is missing where the controller requires it.
     """
     if units is not None and units not in MM_PER_UNIT:
         raise OptionError(f"unknown unit '{units}'; use mm or in")
     if dialect.language == "klartext":
         return interpret_klartext(text, file)
-    state = InterpreterState(dialect, unit=None if units is None else MM_PER_UNIT[units])
+    state = State(unit=None if units is None else MM_PER_UNIT[units], dialect=dialect)
     state.material_feeds = material_feeds
     if left_over:
         state.motion, state.plane, state.incremental, state.to_initial = 1, 18, True, False
-        # A control without G94 has no other feed mode that could be left over.
+        # A control without G94 has no other feed mode.
         state.feed_mode = 95 if 940 in dialect.g_codes else 94
         state.offset_on = dialect.length_offset == "edge"
         leave_outputs(state)
-    reader = Reader(state)
+    interpreter = Interpreter(state)
     siemens = dialect.language == "sinumerik"
     for number, line in lines(text):
         if not line or line.isspace():
             continue
         try:
-            # Here a later reader of foreign programs can keep a block that is not understood, word for word.
-            reader.run(sinumerik_block(line, number) if siemens else material_block(state, line, number))
+            interpreter.run(sinumerik_block(line, number) if siemens else material_block(state, line, number))
         except BlockError as problem:
             raise ReadError(file, str(problem), number) from None
-        if reader.ended:
+        if interpreter.ended:
             break
-    reader.check_end(file)
-    return reader.state.path.build()
+    interpreter.check_end(file)
+    return state.path.build()
 
 
-class Reader:
-    """Carries out block after block."""
+def _known_codes(dialect: Dialect) -> frozenset[int]:
+    """Return the G codes, in tenths, whose meaning is known in programs of other CAMs."""
+    if dialect.cycle_words == "fagor":
+        return dialect.g_codes
+    # G69 ends a rotation nearly everywhere. G70 and G71 are bolt circles on Haas, and cycles of a lathe in LinuxCNC.
+    no_units = dialect.groups == "fanuc" or is_linuxcnc(dialect)
+    other = {690, 700, 710} if no_units else {690}
+    return frozenset(GROUP_OF) - (other - dialect.g_codes)
 
-    def __init__(self, state: InterpreterState) -> None:
+
+def _probes(words: SortedBlock) -> bool:
+    """Return whether a block moves until a probe trips: G38.2 to G38.5, and G31 on Fanuc and Mach."""
+    return words.g.get("motion") in _PROBES or any(str(w) == "G31" for w in words.unknown or ())
+
+
+class Interpreter:
+    """Carries out block after block.
+
+    Attributes
+    ----------
+    ended
+        The program has ended.
+    begins
+        Set before `run`: a subprogram starts with this block, so it may have a program number.
+
+    The following describe the last block; all but `call` and `returns` concern programs of other CAMs.
+
+    reason
+        Why the block must stay in its place, or ``""``.
+    unclear
+        What is not understood, each with the axes that are unknown afterwards.
+    unknown, obeyed
+        Words that are not understood; comments that a controller acts on.
+    named
+        The word that distinguishes a stop or a reference point from others.
+    refused
+        LinuxCNC refuses the block.
+    opaque
+        The word after which anything may have changed, or ``""``.
+    call, label, returns
+        The subprogram that the block calls (M98) and how often; the N number that it calls (M97) or returns to
+        (M99 P); whether it ends a subprogram (M99).
+    jumps, restores
+        It jumps to an unknown line; it restores modes at the end of the call (M73).
+    """
+
+    def __init__(self, state: State) -> None:
         self.state = state
-        self.ended = False
+        self.ended = self.begins = False
         self._by_word = False
-        self._percents = 0
-        self._blocks = 0
+        self._percents = self._blocks = 0
         dialect = state.dialect
-        self._g, self._m = dialect.g_codes, dialect.m_codes
         self._separate = dialect.groups == "fanuc"
-        #: What M words do to the spindle: a beam may be lit by M4, which turns other spindles backwards.
         self._turning = {3: 1, 4: -1, 5: 0}
-        if dialect.torch is not None:
-            self._turning[dialect.torch.on_code] = 1
+        if state.keeps_unknown:
+            self._g, self._m = _known_codes(dialect), frozenset(M_GROUP_OF) - OUTPUT_CODES - {PAUSE}
+        else:
+            self._g, self._m = dialect.g_codes, dialect.m_codes
+            # A beam may be lit by M4. In other CAMs' programs M3 and M4 differ: the power follows the speed or not.
+            if dialect.torch is not None:
+                self._turning[dialect.torch.on_code] = 1
+        self._reset()
+
+    def _reset(self) -> None:
+        self.reason = self.named = self.opaque = ""
+        self.unclear: list[tuple[str, tuple[bool, bool, bool]]] = []
+        self.unknown: tuple[Word, ...] = ()
+        self.obeyed: list[str] = []
+        self.call: tuple[int | None, int] | None = None
+        self.label: int | None = None
+        self.returns = self.jumps = self.restores = self.refused = False
 
     def run(self, block: Block) -> None:
         """Carry out one block."""
+        state = self.state
+        self._reset()
         if block.percent is not None:
             self._percent(block.percent)
             return
         if block.call is not None:
             self._call(block)
             return
+        if state.keeps_unknown:
+            state.line = block.line
+            self._comments(block)
         if not block.words:
             return
-        if block.deleted:
+        if block.deleted and not state.keeps_unknown:
             raise BlockError("'/': whether the block is run depends on a switch of the machine")
-        state = self.state
         state.line = block.line
-        if state.dialect.one_command:
+        if state.dialect.one_command and not state.keeps_unknown:
             _check_one_command(block, state.dialect.tool_change == "pause")
-        words = sort_words(block, self._g, self._m, self._separate)
-        letters = words.letters
-        letters.pop("N", None)
-        if "O" in letters:
-            self._program_number(whole(letters.pop("O")))
+        self._run_words(block)
+
+    def _run_words(self, block: Block) -> None:
+        state, keeps_unknown = self.state, self.state.keeps_unknown
+        without_value = {word.letter for word in block.words if math.isnan(word.value)}
+        if keeps_unknown:
+            self.refused = is_linuxcnc(state.dialect) and is_malformed(block.words)
+            macro = next((w for w in block.words if w.letter == "G" and w.value == 65.0), None)
+            if macro is not None:
+                # The remaining words are macro arguments.
+                self._blocks, self.opaque = self._blocks + 1, str(macro)
+                return
+        if without_value:
+            block = replace(block, words=tuple(w for w in block.words if not math.isnan(w.value)))
+        words = self._sorted(block)
+        words.letters.pop("N", None)
+        if "O" in words.letters:
+            self._program_number(whole(words.letters.pop("O")))
         self._blocks += 1
+        if keeps_unknown:
+            self._subprograms(words)
+            self.refused |= is_linuxcnc(state.dialect) and is_refused(state, words)
+            self.unknown = tuple(words.unknown or ())
+        if without_value:
+            self.reason = _OF_MACHINE
+            if without_value != {"F"}:
+                self._run_without_values(words, without_value)
+                return
+            state.unknown_modes.add("feed")
+        self._carry_out(words)
+
+    def _carry_out(self, words: SortedBlock) -> None:
+        state, off_last = self.state, self.state.dialect.off_after_motion
         self._settings(words)
         self._tool_words(words)
-        run_outputs(state, words)
-        off_last = state.dialect.off_after_motion
-        self._switches(words, off=None if not off_last else False)
+        if not state.keeps_unknown:
+            run_outputs(state, words)
+        self._switches(words, off=False if off_last else None)
         self._modes(words)
-        self._offsets(words)
-        self._motion(words)
-        if letters:
-            raise BlockError(f"{next(iter(letters.values()))} has no meaning in this block")
+        if state.keeps_unknown:
+            self._act_or_keep(words)
+        else:
+            self._offsets(words)
+            self._motion(words)
+            if words.letters:
+                raise BlockError(f"{next(iter(words.letters.values()))} has no meaning in this block")
         if off_last:
             self._switches(words, off=True)
         self._stop(words.m.get("stop"))
+        stops = [99] if self.returns else words.m.get("stop", [])
+        self.named = next((f"M{code}" for code in stops if code > 1), self.named)
+        if len(state.path) > MAX_ROWS:
+            raise BlockError(f"the program comes to more than {MAX_ROWS:,} moves")
 
-    def _call(self, block: Block) -> None:
-        self.state.line = block.line
-        self._blocks += 1
-        name, arguments = block.call or ("", ())
-        if name:
-            call_cycle(self.state, name, arguments)
-        else:
-            end_call(self.state)
+    def _sorted(self, block: Block) -> SortedBlock:
+        keeps_unknown = self.state.keeps_unknown
+        # G80 with G0 to G3 is in the safe start line of most posts, and has only one meaning.
+        separate = self._separate or (keeps_unknown and any(w.letter == "G" and w.value == 80 for w in block.words))
+        return sort_words(block, self._g, self._m, separate, keeps_unknown)
+
+    # -- start and end of the program ----------------------------------------------------------------------------------
 
     def check_end(self, file: str) -> None:
-        """End the program where its text ends, or refuse one that does not end as its controller asks for."""
+        """End the program where its text ends; refuse one without the end that its controller requires."""
         required = self.state.dialect.end_required
         if not self.state.dialect.end_word and not self.ended:
             self.state.path.end(line=self.state.line)
@@ -166,58 +302,230 @@ class Reader:
         raise ReadError(file, f"the program has no end; {self.state.dialect.end_word} is missing")
 
     def _percent(self, rest: str) -> None:
-        if self._blocks == 0 and self._percents == 0:
-            if rest and self.state.dialect.percent != "title":
-                raise BlockError("only '%' may stand on its line")
-            self._percents = 1
-        else:
+        if self._blocks or self._percents:
             self.ended = True
+        elif rest and not self.state.keeps_unknown and self.state.dialect.percent != "title":
+            raise BlockError("only '%' may stand on its line")
+        self._percents = 1
 
     def _program_number(self, number: int) -> None:
-        if self._blocks:
-            raise BlockError(f"O{number}: a second program or a subprogram is not understood")
+        if self._blocks and not self.begins:
+            raise BlockError(f"O{number}: another program begins before this one has ended")
+
+    # -- comments, subprograms and blocks that are kept ----------------------------------------------------------------
+
+    def _comments(self, block: Block) -> None:
+        """Note block delete and comments that a controller acts on."""
+        self.obeyed = obeyed_among(block.comments)
+        if block.deleted:
+            self.reason = "a switch of the machine may skip it"
+        if self.obeyed:
+            self.reason = "its comment may stop the program" if may_stop(self.obeyed) else _MESSAGE
+        if not block.comments or self.state.dialect.cycle_words != "fagor":
+            return
+        for comment in block.comments:
+            if _FAGOR_JUMP.match(comment):
+                self.jumps = True
+            elif _FAGOR_STATEMENT.match(comment):
+                self.opaque = f"({comment[:20]})"
+            elif _FAGOR_MESSAGE.match(comment):
+                self.reason = _MESSAGE
+
+    def _subprograms(self, words: SortedBlock) -> None:
+        """Note calls and ends of subprograms, and the codes after which nothing is certain."""
+        unknown, letters = words.unknown or [], words.letters
+        for word in list(unknown):
+            if word.letter != "M":
+                continue
+            if word.value in _CALLS:
+                self.opaque = str(word)
+            elif word.value == _JUMPS_ON_SIGNAL:
+                self.jumps = True
+            elif word.value == _RESTORES_LATER:
+                self.restores = True
+            elif word.value in (97, 98):
+                times = whole(letters.pop("L"), 9_999) if "L" in letters else 1
+                number = whole(letters.pop("P")) if "P" in letters else None
+                if word.value == 98:
+                    self.call = (number, times)
+                else:
+                    self.call, self.label = (None, times), number
+                    self.jumps |= number is None
+                unknown.remove(word)
+            elif word.value in (99, 47):
+                self.label = whole(letters.pop("P")) if "P" in letters else None
+                self.returns = True
+                unknown.remove(word)
+
+    def _run_without_values(self, words: SortedBlock, unknown: set[str]) -> None:
+        """Carry out a block in which the numbers of the letters `unknown` are not known; it becomes a row FOREIGN."""
+        state, g = self.state, words.g
+        named = named_axes({**words.letters, **dict.fromkeys(unknown, Word("", 0.0, ""))})
+        clear = unknown <= _CLEAR_LETTERS and g.keys() <= _CLEAR_GROUPS and not words.unknown
+        if self.opaque or not clear or "tool change" in words.m or g.get("non-modal", 40) not in (40, 530, 280, 300):
+            self.opaque = self.opaque or _OF_MACHINE
+            return
+        if "F" in unknown:
+            state.unknown_modes.add("feed")
+        if "S" in unknown:
+            state.unknown_modes.add("speed")
+        g.pop("path", None)
+        if g.get("non-modal") == 40:
+            g.pop("non-modal")
+        self._settings(words)
+        self._tool_words(words)
+        self._switches(words, off=None)
+        self._modes(words)
+        self._choose_motion_or_keep(g)
+        if state.cycle is not None:
+            end_cycle(state)
+            state.motion, state.unknown_motion = None, "a cycle with numbers that only the machine knows"
+        if "offset" in g:
+            state.set_frame(g["offset"])
+        if "length" in g or (unknown & set("HD")):
+            state.length, named = -state.line, (*named[:2], True)
+            state.offset_on = True
+        place = tuple(UNKNOWN if gone else p for p, gone in zip(state.path.position, named, strict=True))
+        state.path.set_place(Kind.FOREIGN, (place[0], place[1], place[2]), 0, state.line)
+        if any(named):
+            state.path.initial_plane = None
+        self._stop(words.m.get("stop"))
+
+    def forget_all(self, cause: str) -> None:
+        """Add a row FOREIGN after which nothing is known."""
+        state = self.state
+        state.forget(cause)
+        state.path.set_place(Kind.FOREIGN, (UNKNOWN, UNKNOWN, UNKNOWN), 1, state.line)
+
+    def _keep(self, reason: str, lost: tuple[bool, bool, bool]) -> None:
+        """Note why this block is kept unchanged, and which axes are unknown afterwards."""
+        self.unclear.append((reason, lost))
+
+    def _act_or_keep(self, words: SortedBlock) -> None:
+        """Carry out offsets and motion; if anything is unclear, one row FOREIGN replaces them."""
+        state, path = self.state, self.state.path
+        named = named_axes(words.letters)
+        rows, arcs, place = len(path), len(path.arcs), tuple(path.position)
+        probing = state.feed_rate if named[2] and _probes(words) and state.feed_mode == 94 else 0.0
+        try:
+            self._unknown_words(words, named)
+            self._offsets_or_keep(words)
+            self._motion(words)
+        except UnclearBlock as problem:
+            self._keep(str(problem), _ALL if state.cycle is not None else named)
+        if words.letters and not words.unknown and not self.unclear and not self.opaque:
+            self._keep(f"{next(iter(words.letters.values()))} has no meaning in this block", named)
+        if not self.unclear:
+            return
+        path.cut_back(rows, arcs)
+        state.length_row = -1
+        lost = [any(axes[axis] for _, axes in self.unclear) for axis in range(3)]
+        after = [UNKNOWN if gone else p for p, gone in zip(place, lost, strict=True)]
+        if any(lost):
+            path.initial_plane = None
+        stays = not any(lost) and not any(named) and not words.g
+        path.set_place(Kind.FOREIGN, (after[0], after[1], after[2]), STILL if stays else 0, state.line, probing)
+        if words.g.get("length") == 432:
+            state.set_dynamic_length()
+        self.reason = self.unclear[0][0]
+
+    def _unknown_words(self, words: SortedBlock, named: tuple[bool, bool, bool]) -> None:
+        state = self.state
+        for word in words.unknown or ():
+            if word.letter == "M":
+                self._keep(f"{word} is not understood", named)
+                if word.value == 61 and "Q" in words.letters:
+                    state.tool = whole(words.letters["Q"], 99_999)
+                self._feed_output(word, words.letters)
+                continue
+            code = round(word.value * 10)
+            if code in ENDS_TRANSFORM and not any(named):
+                if state.transform:
+                    state.transform = 0
+                    state.move_origin(_ALL)
+                continue
+            if code in TRANSFORMS:
+                state.transform = code
+            state.shift += 1
+            if any(named) or code not in NO_MOTION:
+                state.unknown_motion = str(word)
+            self._keep(f"{word} is not understood", named if str(word) == "G31" and any(named) else _ALL)
+
+    def _feed_output(self, word: Word, letters: dict[str, Word]) -> None:
+        """Let the analog output of a torch's feed lower the feed; the block is kept all the same."""
+        state = self.state
+        if state.dialect.torch is not None and word.value == 52:
+            state.adaptive = "P" not in letters or letters["P"].value != 0.0
+        elif word.value in (67, 68) and {"E", "Q"} <= letters.keys():
+            lower_feed(state, whole(letters["E"]), letters["Q"].value)
+
+    # -- feed, speed, tool, spindle, coolant ---------------------------------------------------------------------------
 
     def _settings(self, words: SortedBlock) -> None:
         """Units, feed mode, F and S."""
-        state, letters = self.state, words.letters
-        units = words.g.get("units")
-        if units is not None:
-            unit = unit_of(units)
-            if state.unit not in (None, unit) and "F" in letters:
+        state, letters, g = self.state, words.letters, words.g
+        unit_before, mode_before, feed = state.unit, state.feed_mode, letters.get("F")
+        if "units" in g:
+            unit = unit_of(g["units"])
+            if state.unit not in (None, unit) and feed is not None:
                 raise BlockError("a change of units in the block of an F: which of them F is in is not certain")
-            state.know_unit(unit)
-        mode = words.g.get("feed mode")
-        if mode is not None and mode // 10 != state.feed_mode:
-            # What F meant before means nothing now.
-            state.feed_mode, state.feed = mode // 10, 0.0
-        dwells = words.g.get("non-modal") == 40 and state.dialect.dwell_letter == "F"
-        if "F" in letters and state.feed_mode != 93 and not dwells:
-            state.set_feed(letters.pop("F"))
+            state.set_unit(unit)
+        state.feed_mode = g.get("feed mode", 10 * state.feed_mode) // 10
+        if state.feed_mode != mode_before:
+            # The last F has no meaning in another mode.
+            state.feed_rate = state.feed = 0.0
+        elif unit_before is not None and state.unit is not None and unit_before != state.unit:
+            state.feed *= unit_before / state.unit
+        if feed is not None:
+            state.feed = feed.value
+            dwells = g.get("non-modal") == 40 and state.dialect.dwell_letter == "F"
+            if state.feed_mode != 93 and not dwells:
+                state.set_feed(letters.pop("F"))
         if "S" in letters:
-            word = letters.pop("S")
-            if word.value < 0.0:
-                raise BlockError(f"{word} is negative")
+            self._speed(letters.pop("S"), "spindle" in words.m)
+        if "speed" in g:
+            state.surface = g["speed"] == 960
+            if state.surface:
+                letters.pop("D", None)
+                self._keep("constant surface speed (G96) is not understood", _NONE)
+
+    def _speed(self, word: Word, starts: bool) -> None:
+        state = self.state
+        state.unknown_modes.discard("speed")
+        if word.value < 0.0:
+            raise BlockError(f"{word} is negative")
+        if starts:
             state.rpm = word.value
-            if state.spindle and "spindle" not in words.m and not say_power(state):
-                state.path.spindle(state.spindle * state.rpm, line=state.line, number=SPEED_ALONE)
+        else:
+            set_speed(state, word.value)
 
     def _tool_words(self, words: SortedBlock) -> None:
         state, letters = self.state, words.letters
+        by_d = state.dialect.length_offset == "D"
+        if state.keeps_unknown:
+            if by_d and "T" in letters:
+                _split_tool(letters)
+            if "tool change" in words.m and state.next_tool is None and "T" not in letters:
+                self._keep("M6 without a T before it", _NONE)
+                state.tool = None
+                del words.m["tool change"]
         if "T" in letters:
-            state.pending_tool = whole(letters.pop("T"), 99_999)
+            state.next_tool = whole(letters.pop("T"), 99_999)
         if "tool change" in words.m:
-            if state.pending_tool is None:
+            if state.next_tool is None:
                 raise BlockError("M6 without a T before it")
-            self._change_tool(state.pending_tool)
+            self._change_tool(state.next_tool)
         if state.dialect.length_offset == "edge" and "D" in letters:
             self._edge(letters.pop("D"))
-        if state.dialect.length_offset == "D" and "D" in letters:
+        if by_d and "D" in letters:
             state.offset_number = whole(letters.pop("D"), 99_999)
             if state.offset_on and words.g.get("length") is None:
                 state.path.offset(state.offset_number, line=state.line)
+        if state.keeps_unknown and by_d and state.offset_on and state.offset_number not in (None, state.length):
+            state.length, state.path.position[2] = state.offset_number or 0, UNKNOWN
 
     def _edge(self, word: Word) -> None:
-        """Take the lengths of the tool's first edge, or none."""
+        """Take the lengths of the tool's first cutting edge (D1), or none (D0)."""
         number = whole(word, 1)
         if number and self.state.tool is None:
             raise BlockError(f"{word} before a tool was called")
@@ -226,15 +534,20 @@ class Reader:
 
     def _change_tool(self, number: int) -> None:
         state = self.state
-        if state.cycle is not None:
+        if state.cycle is not None and not state.keeps_unknown:
             raise BlockError("a tool change inside a canned cycle; G80 is missing before it")
         state.path.tool(number, line=state.line)
         state.tool = number
-        state.pending_tool = None if state.dialect.changes_by_hand else number
+        state.next_tool = None if state.dialect.changes_by_hand else number
 
     def _switches(self, words: SortedBlock, off: bool | None) -> None:
         """Spindle and coolant: all of them, or only those that switch off (True), or on (False)."""
         state = self.state
+        other = words.letters.get("$") if state.keeps_unknown else None
+        if "spindle" in words.m and "speed" in state.unknown_modes and 5 not in words.m["spindle"]:
+            self._keep("its speed is not known", _NONE)
+            state.spindle = self._turning[words.m.pop("spindle")[0]]
+            words.letters.pop("$", None)
         torch = state.dialect.torch
         for code in words.m.get("spindle", ())[:1]:
             if off is None or off == (code == 5):
@@ -247,12 +560,20 @@ class Reader:
             for code in coolant:
                 state.coolant = 0 if code == 9 else state.coolant | (1 if code == 7 else 2)
             state.path.coolant(state.coolant, line=state.line)
+        if other is not None and other.value not in (0.0, -1.0):
+            self._keep(f"{other}: another spindle is not understood", _NONE)
+
+    # -- modes ---------------------------------------------------------------------------------------------------------
 
     def _modes(self, words: SortedBlock) -> None:
-        """Dwell, plane, distance, arc distance, retract: all that a motion of this block already obeys."""
-        state, g = self.state, words.g
+        """Dwell, plane, distance modes, retract, compensation and path control: the motion in the block obeys them."""
+        state, g, letters = self.state, words.g, words.letters
+        radius, path = g.pop("radius", None), g.pop("path", None)
+        state.unknown_modes -= g.keys()
+        if state.keeps_unknown and g.get("non-modal") == 40 and not self._states_dwell(letters):
+            g.pop("non-modal")
         if g.get("non-modal") == 40:
-            state.path.dwell(self._dwell_seconds(words.letters), line=state.line)
+            state.path.dwell(self._dwell_seconds(letters), line=state.line)
         if "plane" in g:
             state.plane = g["plane"] // 10
         if "distance" in g:
@@ -261,21 +582,45 @@ class Reader:
             state.absolute_centres = g["arc distance"] == 901
         if "retract" in g:
             state.to_initial = g["retract"] == 980
-        self._compensation(g.get("radius"), words.letters)
-        if g.get("path") == 640:
-            # A toolpath without such a row is one that ends its moves where they end (G61).
-            tolerance = words.letters.pop("P", None)
-            words.letters.pop("Q", None)
-            state.path.blending(640, 0.0 if tolerance is None else state.length(tolerance), line=state.line)
-            state.rounds = True
-        elif "path" in g and state.rounds:
-            state.path.blending(g["path"], line=state.line)
-            state.rounds = False
+        if radius is not None:
+            (self._compensation_or_keep if state.keeps_unknown else self._compensation)(radius, letters)
+        if path is not None:
+            self._path_control(path, letters)
 
-    def _compensation(self, code: int | None, letters: dict[str, Word]) -> None:
-        """Radius compensation, where a torch keeps half of its kerf away."""
+    def _path_control(self, code: int, letters: dict[str, Word]) -> None:
+        """G61, G61.1 or G64 with P, the tolerance of corners, and Q, that of short moves.
+
+        Without Q, P is for short moves, too. Source: LinuxCNC, G64; seen with rs274.
+        """
         state = self.state
-        if code is None or (code == 400 and state.radius == 40):
+        given = [letters.pop(letter, None) if code == 640 else None for letter in "PQ"]
+        tolerance = 0.0 if given[0] is None else state.mm(given[0])
+        if state.keeps_unknown:
+            joining = tolerance if given[1] is None else state.mm(given[1])
+            new = (code, tolerance, joining)
+            if not state.blending_stated or new != (state.blending, state.tolerance, state.joining):
+                state.blending_stated = True
+                state.blending, state.tolerance, state.joining = new
+                state.path.blending(code, tolerance, joining, line=state.line)
+        elif code == 640 or state.rounds:
+            # A toolpath without such a row stops at the end of every move (G61).
+            state.path.blending(code, tolerance, line=state.line)
+            state.rounds = code == 640
+
+    def _compensation_or_keep(self, code: int, letters: dict[str, Word]) -> None:
+        """Radius compensation of any program: a row RADIUS when it changes."""
+        state, mode = self.state, code // 10
+        register = letters.pop("D", None) if mode != 40 else None
+        if code in (411, 421):
+            letters.pop("L", None)
+        if mode != state.radius or register is not None:
+            state.radius = mode
+            state.path.radius(mode, 0.0 if register is None else register.value, line=state.line)
+
+    def _compensation(self, code: int, letters: dict[str, Word]) -> None:
+        """Radius compensation of leafcut's programs: a torch keeps half of its kerf away."""
+        state = self.state
+        if code == 400 and state.radius == 40:
             return
         torch = state.dialect.torch
         if code != 400 and (torch is None or not torch.compensation):
@@ -285,7 +630,7 @@ class Reader:
             if "D" not in letters:
                 raise BlockError(f"G{code / 10:g} needs D")
             word = letters.pop("D")
-            register = state.length(word) if code in (411, 421) else float(whole(word, 9_999))
+            register = state.mm(word) if code in (411, 421) else float(whole(word, 9_999))
         state.radius = code // 10
         state.path.radius(state.radius, register, line=state.line)
 
@@ -301,8 +646,30 @@ class Reader:
             return word.value
         raise BlockError(f"G4 needs its time, {dialect.dwell_letter}")
 
+    def _states_dwell(self, letters: dict[str, Word]) -> bool:
+        """Return whether a dwell states its time in the form of its controller; otherwise take its words.
+
+        Fanuc, Haas and Mach take X as well, or U, in seconds; a number without a point may be in thousandths.
+        """
+        dialect = self.state.dialect
+        given = [letter for letter in "PXUFSK" if letter in letters]
+        if not given:
+            return True
+        if dialect.dwell_letter in given:
+            word = letters[dialect.dwell_letter]
+            if dialect.dwell_unit not in ("ms", "cs") or "." not in word.text:
+                return True
+        word = letters.pop(dialect.dwell_letter if dialect.dwell_letter in given else given[0])
+        if word.letter in "XU" and "." in word.text and word.value >= 0.0 and dialect.groups == "fanuc":
+            self.state.path.dwell(word.value, line=self.state.line)
+        else:
+            self._keep(f"how long it dwells with {word} is not known", _NONE)
+        return False
+
+    # -- offsets -------------------------------------------------------------------------------------------------------
+
     def _offsets(self, words: SortedBlock) -> None:
-        """Tool length and work offset."""
+        """Tool length and work offset of leafcut's programs."""
         state, g = self.state, words.g
         length = g.get("length")
         if length == 430:
@@ -310,7 +677,7 @@ class Reader:
             state.offset_on = True
             torch = state.dialect.torch
             if torch is not None and torch.mark_tool is not None:
-                # Where the tool is in X and Y the controller's table knows alone.
+                # The position in X and Y is in the controller's table only.
                 state.path.position[:2] = [UNKNOWN, UNKNOWN]
         elif length is not None:
             if state.dialect.length_offset_off not in (f"G{length // 10}", ""):
@@ -329,9 +696,78 @@ class Reader:
             raise BlockError(f"G43 without {state.dialect.length_offset or 'H'}, and no tool was called")
         return number
 
+    def _offsets_or_keep(self, words: SortedBlock) -> None:
+        """Tool length and work offset of any program; the position in another one is unknown."""
+        state, g, letters = self.state, words.g, words.letters
+        length = g.get("length")
+        if length == 490 or (length is not None and state.dialect.length_offset_off == f"G{length // 10}"):
+            state.set_length(0)
+        elif length == 430:
+            number = state.offset_number if state.dialect.length_offset == "D" else state.tool
+            if "H" in letters:
+                number = whole(letters.pop("H"), 99_999)
+            if number is None:
+                raise UnclearBlock("G43 without H, and no tool was called")
+            state.set_length(number)
+        elif length == 431:
+            # The length is in the block: with Z, or with K in LinuxCNC before 2.4.
+            for letter in ("X", "Y", "Z", "I", "J", "K"):
+                letters.pop(letter, None)
+            state.move_origin(_ALL)
+            state.set_dynamic_length()
+        elif length is not None:
+            state.shift += 1
+            letters.pop("H", None)
+            self._keep(f"G{length / 10:g} is not understood", (False, False, True))
+        if "offset" in g:
+            state.set_frame(g["offset"])
+
+    # -- motion --------------------------------------------------------------------------------------------------------
+
     def _motion(self, words: SortedBlock) -> None:
-        self._choose_motion(words.g)
-        self._move(words)
+        if self.state.keeps_unknown:
+            self._choose_motion_or_keep(words.g)
+            self._move_or_keep(words)
+        else:
+            self._choose_motion(words.g)
+            self._move(words)
+
+    def _choose_motion(self, g: dict[str, int]) -> None:
+        state = self.state
+        if "motion" in g:
+            if state.cycle is not None:
+                end_cycle(state)
+            state.motion = g["motion"] // 10
+        cycle = g.get("cycle")
+        if cycle == 800:
+            end_cycle(state)
+            if not self._separate:
+                state.motion = None
+        elif cycle is not None:
+            start_cycle(state, cycle // 10)
+
+    def _choose_motion_or_keep(self, g: dict[str, int]) -> None:
+        """Choose the motion or the cycle; note the name of one that is not understood."""
+        state = self.state
+        motion, cycle = g.get("motion"), g.get("cycle")
+        if motion is None and cycle is None:
+            return
+        number = cycle if cycle not in (None, 800) else motion
+        if number is not None and number not in (_MOTIONS | _CYCLES):
+            end_cycle(state)
+            state.motion, state.unknown_motion = None, f"G{number / 10:g}"
+            state.cycle_words = ()
+            return
+        before = state.cycle
+        self._choose_motion(g)
+        if cycle == 800 and motion is not None:
+            state.motion = motion // 10
+        if self._separate and cycle == 800 and state.motion is None:
+            state.unknown_motion = state.unknown_motion or "what was active before the cycle"
+        else:
+            state.unknown_motion = ""
+        if state.cycle is None or (state.cycle != before and not self._separate):
+            state.cycle_words = ()
 
     def _move(self, words: SortedBlock) -> None:
         state, g, letters = self.state, words.g, words.letters
@@ -362,19 +798,100 @@ class Reader:
             axis = next(a for a in AXES if a in letters)
             raise BlockError(f"{letters[axis]} without G0, G1 or another motion")
 
-    def _choose_motion(self, g: dict[str, int]) -> None:
+    def _move_or_keep(self, words: SortedBlock) -> None:
+        state, g, letters = self.state, words.g, words.letters
+        moving = not letters.keys().isdisjoint(AXES)
+        special = g.get("non-modal")
+        if special is not None and chooses_origin(special):
+            if "motion" in g and g["motion"] != 0 and moving:
+                raise BlockError(f"G{special / 10:g} and a motion in one block, and only one set of axes")
+            run_origin(state, special, letters)
+            return
+        self._check_clear(special, words, moving)
+        if special in (280, 300):
+            if state.cycle is not None or g.get("motion", 0) != 0:
+                raise BlockError("G28 or G30 with another motion active; G80 is missing before it")
+            self.named = " ".join([f"G{special // 10}", *(str(letters.pop(p)) for p in "P" if p in letters)])
+            run_home(state, letters)
+            return
+        if special == 530 and self._separate and state.motion is None:
+            state.motion = 0
+        if state.cycle is not None:
+            self._drill_or_keep(words)
+        else:
+            self._move(words)
+        if state.cycle == 84 and state.cycle_values.dwell is None and state.last_dwell and not self._separate:
+            self.reason = "the tap dwells as a cycle before it does"
+
+    def _check_clear(self, special: int | None, words: SortedBlock, moving: bool) -> None:
+        """Raise `UnclearBlock` for a move whose axes, motion or modes are not understood."""
+        state, g, letters = self.state, words.g, words.letters
+        other = next((letter for letter in OTHER_AXES if letter in letters), None)
+        if other is not None:
+            if other in "ABC" and state.rotary is None:
+                state.rotary = state.line, other
+            raise UnclearBlock(f"the axis {other} is not understood")
+        if state.transform and moving:
+            raise UnclearBlock(f"G{state.transform / 10:g} is active, which is not understood")
+        # G28 and G30 move at rapid, whatever motion is active.
+        home = special in (280, 300) and "motion" not in g
+        if state.unknown_motion and not home and (moving or "motion" in g or g.get("cycle", 800) != 800):
+            raise UnclearBlock(f"{state.unknown_motion} is not understood")
+        if state.unknown_modes and moving:
+            self._check_modes_known()
+        if special == 530 and not moving:
+            raise UnclearBlock("G53 without an axis")
+        repeat = letters.get(state.dialect.repeat_letter)
+        if (
+            special not in (280, 300)
+            and state.cycle is not None
+            and repeat is not None
+            and repeat.value == 0.0
+            and ("X" in letters or "Y" in letters)
+        ):
+            raise UnclearBlock(f"{repeat}: whether the tool goes to a place where nothing is drilled")
+
+    def _check_modes_known(self) -> None:
+        """Raise `UnclearBlock` if a mode that matters to the active motion is unknown."""
         state = self.state
-        if "motion" in g:
-            if state.cycle is not None:
+        needed = {"distance": "G90 or G91"}
+        if state.cycle is not None:
+            needed |= {"plane": "which plane", "retract": "G98 or G99"}
+        elif state.motion is not None and state.motion >= 2:
+            needed |= {"plane": "which plane"}
+        for name, words in needed.items():
+            if name in state.unknown_modes:
+                raise UnclearBlock(f"{words} is active is not known")
+
+    def _drill_or_keep(self, words: SortedBlock) -> None:
+        """Drill a hole of a cycle; if it is not understood, neither are the holes that follow."""
+        state, letters, fagor = self.state, words.letters, self.state.dialect.cycle_words == "fagor"
+        repeat = state.dialect.repeat_letter
+        for letter in "ZIKB" if fagor else "RZPQ":
+            if letter in letters and letter != repeat:
+                state.cycle_words = tuple({**dict(state.cycle_words), letter: letters[letter].value}.items())
+        spare = {repeat, "K" if fagor else "", "I" if fagor else ""}
+        other = next((w for w in "IJKDE" if w in letters and w not in spare), None)
+        try:
+            if other is not None and state.dialect.groups == "fanuc":
+                raise UnclearBlock(f"G{state.cycle} with {letters[other]} is not understood")
+            self._move(words)
+        except UnclearBlock:
+            name = f"G{state.cycle}"
+            if other is not None or (name in PECKING and state.cycle_values.peck is None):
                 end_cycle(state)
-            state.motion = g["motion"] // 10
-        cycle = g.get("cycle")
-        if cycle == 800:
-            end_cycle(state)
-            if not self._separate:
-                state.motion = None
-        elif cycle is not None:
-            start_cycle(state, cycle // 10)
+                state.motion, state.unknown_motion = None, name
+            raise
+
+    def _call(self, block: Block) -> None:
+        """MCALL of a Siemens control."""
+        self.state.line = block.line
+        self._blocks += 1
+        name, arguments = block.call or ("", ())
+        if name:
+            call_cycle(self.state, name, arguments)
+        else:
+            end_call(self.state)
 
     def _stop(self, codes: list[int] | None) -> None:
         if not codes:
@@ -384,14 +901,22 @@ class Reader:
         if code in (2, 30) or (pauses and code in (0, 1)):
             state.path.end(line=state.line)
             self.ended = self._by_word = True
-        elif code == (PAUSE if pauses else 0) and state.dialect.changes_by_hand and state.pending_tool is not None:
-            self._change_tool(state.pending_tool)
+        elif code == (PAUSE if pauses else 0) and state.dialect.changes_by_hand and state.next_tool is not None:
+            self._change_tool(state.next_tool)
         else:
             state.path.pause(optional=code == 1, line=state.line)
 
 
+def _split_tool(letters: dict[str, Word]) -> None:
+    """Take T5.2 of a Fagor for T5 D2. Source: Fagor 8055, programming manual, 5.6.4."""
+    tool, point, offset = letters["T"].text.partition(".")
+    if point and offset.isdecimal() and tool.isdecimal():
+        letters["T"] = Word("T", float(tool), tool)
+        letters.setdefault("D", Word("D", float(offset), offset))
+
+
 def _check_one_command(block: Block, tool_alone: bool) -> None:
-    """Refuse a block of a firmware that obeys the first command of it alone; T may be one."""
+    """Refuse a block of a firmware that obeys only the first command of it; T may be one."""
     if tool_alone and [word.letter for word in block.words] == ["T"]:
         return
     commands = [word for word in block.words if word.letter in "GM"]

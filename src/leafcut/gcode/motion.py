@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import math
 
-from leafcut.gcode.state import AXES, InterpreterState
+from leafcut.gcode.state import AXES, State
 from leafcut.gcode.words import BlockError, UnclearBlock, Word
 from leafcut.geometry.arrays import Point3
 from leafcut.model.toolpath import Arc, plane_axes
 
 #: How far the two radii of an arc may differ: always this much, mm …
-RADIUS_TOLERANCE = 0.0127
+_RADIUS_TOLERANCE = 0.0127
 #: … and this much more of the radius (LinuxCNC: SPIRAL_RELATIVE_TOLERANCE; GRBL has the same 0.1 %).
-RADIUS_RELATIVE_TOLERANCE = 0.001
+_RADIUS_RELATIVE_TOLERANCE = 0.001
 #: How far a given radius may be too small to reach, mm.
 SHORT_RADIUS_TOLERANCE = 0.002
 #: More turns than this in one block is a slip.
 MAX_TURNS = 10_000
 
 
-def run_straight(state: InterpreterState, letters: dict[str, Word]) -> None:
+def run_straight(state: State, letters: dict[str, Word]) -> None:
     """Run G0 or G1."""
     before = list(state.path.position)
     x, y, z = (state.target(letters, axis) for axis in range(3))
@@ -31,7 +31,7 @@ def run_straight(state: InterpreterState, letters: dict[str, Word]) -> None:
     state.path.feed(x, y, z, feed=state.feed_for(letters, math.hypot(*moved)), line=state.line)
 
 
-def run_probe(state: InterpreterState, letters: dict[str, Word]) -> None:
+def run_probe(state: State, letters: dict[str, Word]) -> None:
     """Run G38.2 straight down: on until the probe trips, and an alarm where it does not."""
     if "X" in letters or "Y" in letters or "Z" not in letters:
         raise BlockError("a probe (G38.2) that does not go straight down is not understood")
@@ -41,19 +41,19 @@ def run_probe(state: InterpreterState, letters: dict[str, Word]) -> None:
     state.path.probe(z, feed=state.feed_for(letters, before - z), line=state.line)
 
 
-def run_machine(state: InterpreterState, letters: dict[str, Word]) -> None:
+def run_machine(state: State, letters: dict[str, Word]) -> None:
     """Run a move in machine coordinates, G53 with G0."""
     if state.motion != 0:
         raise UnclearBlock("G53 is understood with G0 only")
     if state.incremental:
         raise BlockError("G53 cannot be incremental (G91)")
-    x, y, z = (state.length(letters.pop(axis)) if axis in letters else None for axis in AXES)
+    x, y, z = (state.mm(letters.pop(axis)) if axis in letters else None for axis in AXES)
     if x is None and y is None and z is None:
         raise BlockError("G53 without an axis")
     state.path.machine(x, y, z, line=state.line)
 
 
-def run_home(state: InterpreterState, letters: dict[str, Word]) -> None:
+def run_home(state: State, letters: dict[str, Word]) -> None:
     """Run G28 or G30: at rapid over the point that is programmed, then to the machine's zero in the same axes.
 
     That the reference point is machine zero is a convention; the program does not say it.
@@ -67,7 +67,7 @@ def run_home(state: InterpreterState, letters: dict[str, Word]) -> None:
     state.path.machine(x, y, z, line=state.line)
 
 
-def run_arc(state: InterpreterState, letters: dict[str, Word]) -> None:
+def run_arc(state: State, letters: dict[str, Word]) -> None:
     """Run G2 or G3 with a centre (I J K) or a radius (R), with P turns."""
     begin = (state.path.position[0], state.path.position[1], state.path.position[2])
     targets = [state.target(letters, axis) for axis in range(3)]
@@ -80,10 +80,10 @@ def run_arc(state: InterpreterState, letters: dict[str, Word]) -> None:
     if "R" in letters:
         if targets[first] is None and targets[second] is None:
             raise BlockError("an arc with R needs an end point")
-        center = _centre_of_radius(begin, end, axes, state.length(letters.pop("R")), clockwise)
+        center = _centre_of_radius(begin, end, axes, state.mm(letters.pop("R")), clockwise)
     else:
         center = _centre_of_offsets(state, letters, begin, axes)
-        _check_radii(begin, end, center, axes)
+        check_radii(begin[first], begin[second], end[first], end[second], center[first], center[second])
     turns = 1
     if "P" in letters and state.dialect.arc_turns:
         word = letters.pop("P")
@@ -109,7 +109,7 @@ def _flat(point: list[float] | Point3, axes: tuple[int, int, int]) -> tuple[floa
 
 
 def _centre_of_offsets(
-    state: InterpreterState, letters: dict[str, Word], begin: Point3, axes: tuple[int, int, int]
+    state: State, letters: dict[str, Word], begin: Point3, axes: tuple[int, int, int]
 ) -> list[float]:
     """Return the centre given by two of I, J and K; the third coordinate is the start's."""
     names = ["IJK"[axis] for axis in axes[:2]]
@@ -120,17 +120,17 @@ def _centre_of_offsets(
         word = letters.pop(name, None)
         if word is None and state.absolute_centres:
             raise BlockError(f"an arc with an absolute centre (G90.1) needs {name}")
-        value = 0.0 if word is None else state.length(word)
+        value = 0.0 if word is None else state.mm(word)
         center[axis] = value if state.absolute_centres else begin[axis] + value
     return center
 
 
-def _check_radii(begin: Point3, end: list[float], center: list[float], axes: tuple[int, int, int]) -> None:
-    inner = math.dist(_flat(begin, axes), _flat(center, axes))
-    outer = math.dist(_flat(end, axes), _flat(center, axes))
+def check_radii(u0: float, v0: float, u1: float, v1: float, uc: float, vc: float) -> None:
+    """Refuse an arc from (u0, v0) to (u1, v1) round (uc, vc) whose start and end are on different circles."""
+    inner, outer = math.hypot(u0 - uc, v0 - vc), math.hypot(u1 - uc, v1 - vc)
     if inner == 0.0:
         raise BlockError("an arc of radius 0")
-    if abs(inner - outer) > max(RADIUS_TOLERANCE, RADIUS_RELATIVE_TOLERANCE * inner):
+    if abs(inner - outer) > _RADIUS_TOLERANCE and abs(inner - outer) > _RADIUS_RELATIVE_TOLERANCE * inner:
         raise BlockError(f"the arc does not end on its circle: the radius is {inner:.4f} mm, then {outer:.4f} mm")
 
 

@@ -6,9 +6,11 @@ it, and what each of them takes from the lines before.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
+from typing import overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +19,51 @@ from leafcut.gcode.obeyed import Obeyed
 from leafcut.model.toolpath import Toolpath
 
 
-@dataclass(frozen=True, slots=True)
+class Lines(Sequence[str]):
+    """The lines of a program with their ends, kept as one text: a million separate ones need five times the memory.
+
+    A slice is a tuple.
+    """
+
+    __slots__ = ("_starts", "_text")
+
+    def __init__(self, lines: Sequence[str]) -> None:
+        self._text = "".join(lines)
+        self._starts = np.zeros(len(lines) + 1, dtype=np.int64)
+        np.cumsum(np.fromiter(map(len, lines), dtype=np.int64, count=len(lines)), out=self._starts[1:])
+
+    def __len__(self) -> int:
+        return len(self._starts) - 1
+
+    def __iter__(self) -> Iterator[str]:
+        return (self._text[begin:end] for begin, end in pairwise(map(int, self._starts)))
+
+    @overload
+    def __getitem__(self, index: int) -> str: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[str, ...]: ...
+    def __getitem__(self, index: int | slice) -> str | tuple[str, ...]:
+        if isinstance(index, slice):
+            return tuple(self[k] for k in range(*index.indices(len(self))))
+        at = range(len(self))[index]
+        return self._text[int(self._starts[at]) : int(self._starts[at + 1])]
+
+    def __eq__(self, other: object) -> bool:
+        return (
+            isinstance(other, Sequence)
+            and len(self) == len(other)
+            and all(a == b for a, b in zip(self, other, strict=True))
+        )
+
+    def __hash__(self) -> int:
+        return hash(self._text)
+
+
+@dataclass(slots=True, unsafe_hash=True)
 class Modal:
-    """What is active between two blocks, as far as the meaning of the next one may depend on it.
+    """Modal state between two blocks: all that the meaning of the next block may depend on.
+
+    `Program.modals` are values: do not change them. The interpreter's own state is a subclass.
 
     Attributes
     ----------

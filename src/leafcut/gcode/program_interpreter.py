@@ -11,26 +11,39 @@ from __future__ import annotations
 
 import io
 import math
-from dataclasses import replace
+from array import array
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
+from itertools import islice
+
+import numpy as np
 
 from leafcut.errors import OptionError, ReadError
-from leafcut.gcode.block_record import BlockRecord
-from leafcut.gcode.blocks import BlockRunner
 from leafcut.gcode.control_flow import Control, Flow, control_of
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.expressions import ProgramParameters, Reading, read_block, spelled_words
-from leafcut.gcode.fast_path import FastPath
-from leafcut.gcode.foreign_state import ForeignState
+from leafcut.gcode.interpreter import Interpreter
 from leafcut.gcode.jumps import Statement, Undecided, board_command, has_statements, is_output, statement_of
 from leafcut.gcode.material import MaterialFeeds
-from leafcut.gcode.obeyed import obeyed_lines
-from leafcut.gcode.program import Program
+from leafcut.gcode.motion import check_radii
+from leafcut.gcode.obeyed import Obeyed, obeyed_lines
+from leafcut.gcode.program import Lines, Modal, Program
 from leafcut.gcode.saying import Stretches, as_read, is_obeyed, may_read_parameters, say, shown_comments, text_behind
-from leafcut.gcode.words import Block, BlockError, Word, has_nested_comment, split_line, words_of
+from leafcut.gcode.state import State
+from leafcut.gcode.torch import set_speed
+from leafcut.gcode.words import (
+    PLAIN_LINE,
+    PLAIN_LINE_WITH_POINTS,
+    Block,
+    BlockError,
+    Word,
+    has_nested_comment,
+    split_line,
+    words_of,
+)
 from leafcut.model.heartbeat import Heartbeat, unseen
-from leafcut.model.toolpath import STILL, Kind
-from leafcut.units import MM_PER_UNIT
+from leafcut.model.toolpath import STILL, Arc, Kind
+from leafcut.units import MM_PER_UNIT, SECONDS_PER_MINUTE
 
 #: Spaces, and what old editors and tape punches leave at the end of a file.
 _FILLING = " \t\f\x1a\0"
@@ -45,7 +58,13 @@ _COMPUTED = "its numbers come from parameters or expressions"
 _NESTED = "a comment is inside a comment: controllers differ in where it ends"
 _SENDS = "it sends a record"
 _GOAL = "a jump leads here"
+_PIERCED = "the controller makes only a pierce of it (#<pierce-only>=1)"
+_MOTION = [f.name for f in fields(Modal)].index("motion")
+_FEED = [f.name for f in fields(Modal)].index("feed")
+_SPEED = [f.name for f in fields(Modal)].index("rpm")
 _AGAIN = "it may be run again"
+#: Mask of the line number: `look` is called every 4,096 lines.
+_LINES_BETWEEN_CHECKS = 0xFFF
 _MAYBE = "only the machine knows whether it is run"
 
 
@@ -89,7 +108,7 @@ def interpret_program(
     """
     if units is not None and units not in MM_PER_UNIT:
         raise OptionError(f"unknown unit '{units}'; use mm or in")
-    state = ForeignState(dialect, default_unit=None if units is None else MM_PER_UNIT[units])
+    state = State(dialect=dialect, keeps_unknown=True, default_unit=None if units is None else MM_PER_UNIT[units])
     return _ProgramPass(text, state, file, look, material_feed).program()
 
 
@@ -139,10 +158,94 @@ _TELLS = ("$X", "$G", "$I", "$N", "$#", "$$")
 _UNIT_OF = {20.0: MM_PER_UNIT["in"], 21.0: MM_PER_UNIT["mm"]}
 
 
+@dataclass
+class _BlockRecord:
+    """The blocks so far. `current` is the number of the state that is active now."""
+
+    state: State
+    line: array[int] = field(default_factory=lambda: array("i"))
+    first: array[int] = field(default_factory=lambda: array("i"))
+    before: array[int] = field(default_factory=lambda: array("i"))
+    fixed: dict[int, str] = field(default_factory=dict)
+    obeyed: tuple[Obeyed, ...] = ()
+    said: dict[int, str] = field(default_factory=dict)
+    current: int = 0
+    calls: list[tuple[int, int]] = field(default_factory=list)
+    _numbers: dict[tuple, int] = field(default_factory=dict)
+    _plain: dict[tuple[int, float, float], int] = field(default_factory=dict)
+    _called: int = 0
+
+    def __post_init__(self) -> None:
+        self.note_state()
+
+    def note_state(self) -> None:
+        """Take note of the state that is active now."""
+        values = self.state.modal_values()
+        self.current = self._numbers.setdefault(values, len(self._numbers))
+        self._plain = {}
+
+    def add(self, line: int, rows: int, reason: str) -> None:
+        """Add a block on `line` whose rows begin at `rows`, and then look at the state; `reason`: why it is fixed."""
+        if reason:
+            self.fixed[len(self.line)] = reason
+        self.line.append(line)
+        self.first.append(rows)
+        self.before.append(self.current)
+        self.note_state()
+
+    def say(self, said: str) -> None:
+        """Note what the block that comes next says."""
+        self.said[len(self.line)] = said
+
+    def note_depth(self, before: int, after: int) -> None:
+        """Note how many calls deep the program is before and after the block that was added last."""
+        if before == 0 and after:
+            self._called = len(self.line) - 1
+        elif before and after == 0:
+            self.calls.append((self._called, len(self.line)))
+
+    def current_of(self, motion: int, feed: float, speed: float) -> int:
+        """Return the number of the state that differs from that of the last look by motion, feed and speed only."""
+        number = self._plain.get((motion, feed, speed))
+        if number is None:
+            values = list(self.state.modal_values())
+            values[_MOTION], values[_FEED], values[_SPEED] = motion, feed, speed
+            number = self._plain[motion, feed, speed] = self._numbers.setdefault(tuple(values), len(self._numbers))
+        return number
+
+    def program(self, lines: tuple[str, ...], last_line: int, assumed: bool = False, title: int = 0) -> Program:
+        """Return the program."""
+        path = self.state.path.build()
+        return Program(
+            Lines(lines),
+            path,
+            np.array(self.line, dtype=np.int32),
+            np.array(self.first + array("i", [len(path)]), dtype=np.int32),
+            np.array(self.before + array("i", [self.current]), dtype=np.int32),
+            tuple(Modal(*values) for values in self._numbers),
+            self._fixed(),
+            last_line,
+            self.obeyed,
+            self.said,
+            assumed,
+            dark_rapids=(torch := self.state.dialect.torch) is not None and torch.dark_rapids,
+            title_lines=title,
+            calls=tuple(self.calls),
+        )
+
+    def _fixed(self) -> dict[int, str]:
+        """Return why blocks stay; where the controller makes pierces of all cuts to come, every one does."""
+        start = next((said.line for said in self.obeyed if said.pierces_only), None)
+        if start is None:
+            return self.fixed
+        after = [block for block, line in enumerate(self.line) if line > start]
+        return {**dict.fromkeys(after, _PIERCED), **self.fixed}
+
+
 class _ProgramPass:
     """One program on its way through."""
 
-    def __init__(self, text: str, state: ForeignState, file: str, look: Heartbeat, material_feed: float | None) -> None:
+    def __init__(self, text: str, state: State, file: str, look: Heartbeat, material_feed: float | None) -> None:
         self.file, self.look = file, look
         self.lines = lines_of(text, state.dialect, file)
         self.state = state
@@ -150,8 +253,8 @@ class _ProgramPass:
         self.feeds: MaterialFeeds | None = None
         if material_feed is not None and torch is not None and torch.material_feed:
             self.feeds = MaterialFeeds(self.lines, torch.material_feed, material_feed)
-        self.runner = BlockRunner(state)
-        self.record = BlockRecord(state, obeyed=obeyed_lines(self.lines, state.dialect))
+        self.runner = Interpreter(state)
+        self.record = _BlockRecord(state, obeyed=obeyed_lines(self.lines, state.dialect))
         self.obeyed = {said.line for said in self.record.obeyed}
         self.parameters = ProgramParameters(state.known_value)
         self.parameters.fanuc = state.dialect.groups == "fanuc" or has_statements(self.lines)
@@ -166,12 +269,12 @@ class _ProgramPass:
         self.restored: list[int] = []
 
     def program(self) -> Program:
-        quick, flow, n = FastPath(self.lines, self.state, self.record, self.look), self.flow, len(self.lines)
+        flow, n = self.flow, len(self.lines)
         at = self._title
         while at < n and not self.ended:
             self.look(at / n)
-            if not flow.looped(at) and quick.open():
-                at = quick.run(at)
+            if self.state.takes_plain_lines and not flow.looped(at):
+                at = self._run_plain_lines(at)
                 if at == n:
                     break
             at = self._step(at)
@@ -184,8 +287,72 @@ class _ProgramPass:
         self._fix_what_is_run_again()
         last = at if self.ended and not flow.calls else n
         self._check_after_percent(last)
-        program = self.record.program(self.lines, last, self.state.assumed, self._title)
+        program = self.record.program(self.lines, last, self.state.assumed_units, self._title)
         return program if self.feeds is None else replace(program, feed_words=self.feeds.words)
+
+    def _run_plain_lines(self, start: int) -> int:
+        """Carry out plain lines from `start` (from 0) on; return the first line that `_step` must carry out."""
+        state, record, lines = self.state, self.record, self.lines
+        path, arcs, unit, motion, feed = (
+            state.path,
+            state.path.arcs,
+            state.unit or 1.0,
+            state.motion or 0,
+            state.feed_rate,
+        )
+        match = (PLAIN_LINE_WITH_POINTS if state.dialect.point_required else PLAIN_LINE).fullmatch
+        add_row, add_line = path.rows.extend, record.line.append
+        add_first, add_before = record.first.append, record.before.append
+        flat = state.plane == 17 and not state.absolute_centres
+        row, number = len(path), start
+        for line in islice(lines, start, None):
+            number += 1
+            if not number & _LINES_BETWEEN_CHECKS:
+                self.look(number / len(lines))
+            found = match(line)
+            if found is None or found.lastindex is None:
+                return number - 1
+            g, x, y, z, i, j, s, f, s_last = found.groups()
+            code = motion if g is None else int(g)
+            feed_now = feed if f is None else float(f) * unit / SECONDS_PER_MINUTE
+            if (code and not feed_now > 0.0) or feed_now < 0.0 or (s is not None and s_last is not None):
+                return number - 1
+            s = s or s_last
+            x0, y0, z0 = path.position
+            x1 = x0 if x is None else float(x) * unit + 0.0
+            y1 = y0 if y is None else float(y) * unit + 0.0
+            z1 = z0 if z is None else float(z) * unit + 0.0
+            arc = -1
+            if code >= 2:
+                if not flat or (i is None and j is None) or math.isnan(x0 + y0) or (s is not None and s[0] == "-"):
+                    return number - 1
+                u, v = x0 + float(i or 0.0) * unit, y0 + float(j or 0.0) * unit
+                try:
+                    check_radii(x0, y0, x1, y1, u, v)
+                except BlockError:
+                    return number - 1
+                arc = len(arcs)
+                arcs.append(Arc((u, v, z0)))
+            elif i is not None or j is not None or (s is not None and s[0] == "-"):
+                return number - 1
+            add_line(number)
+            add_first(row)
+            add_before(record.current)
+            if s is not None:
+                state.line = number
+                set_speed(state, float(s))
+                row = len(path)
+            if arc >= 0 or x is not None or y is not None or z is not None:
+                add_row((code, x1, y1, z1, feed_now if code else 0.0, max(arc, 0), number))
+                row += 1
+                path.position = [x1, y1, z1]
+                path.initial_plane = None
+            if code != motion or f is not None or s is not None:
+                state.motion, state.feed_rate = motion, feed = code, feed_now
+                if f is not None:
+                    state.feed = float(f)
+                record.current = record.current_of(code, state.feed, state.rpm)
+        return len(lines)
 
     def _check_after_percent(self, last: int) -> None:
         """Refuse words after a percent sign that ends the program: GRBL and Marlin skip the sign and go on.
@@ -251,7 +418,7 @@ class _ProgramPass:
         for k, text in said.items():
             self.state.line = k + 1
             rows = len(self.state.path)
-            self.runner.lose_all(f"line {at + 1}")
+            self.runner.forget_all(f"line {at + 1}")
             self.record.say(text)
             self.record.add(k + 1, rows, _MAYBE)
         if unknown.again is not None:
@@ -304,7 +471,7 @@ class _ProgramPass:
         elif command.startswith(("$H", "$J")):
             path.set_place(Kind.FOREIGN, (math.nan, math.nan, math.nan), 1, at + 1)
         else:
-            self.runner.lose_all(command)
+            self.runner.forget_all(command)
         self.record.say(self._text_of(at))
         self.record.add(at + 1, rows, f"{command} is a command of the board")
         return at + 1
@@ -339,7 +506,7 @@ class _ProgramPass:
             self.parameters.put(key, value)
         if runner.opaque or of_machine:
             self.parameters.forget()
-            runner.lose_all(runner.opaque or "a parameter of the machine")
+            runner.forget_all(runner.opaque or "a parameter of the machine")
         reason = runner.reason or (_LOOPED if looped else _DIRECTS if runner.call else self._computed(reading, line))
         if runner.opaque or of_machine:
             reason = f"{runner.opaque or 'a parameter of the machine'} may change anything"

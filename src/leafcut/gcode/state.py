@@ -1,25 +1,33 @@
-"""What the interpreter remembers between blocks, and the readings of single words that depend on it."""
+"""The state of the interpreter between two blocks, and the meaning of single words that depends on it."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from operator import attrgetter
 
 from leafcut.gcode.dialects import Dialect
+from leafcut.gcode.program import Modal
 from leafcut.gcode.words import BlockError, UnclearBlock, Word
 from leafcut.model.toolpath import UNKNOWN, DrillCycle, Kind, ToolpathBuilder
 from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
 
 AXES = ("X", "Y", "Z")
+#: Register of a tool length that is in no register (G43.1, G43.2); registers go up to 99,999.
+DYNAMIC_LENGTH = 100_000
+#: Rows after which an active length offset may have another value: the tool or the controller's table may have changed.
+#: Moves in machine coordinates (G28, G53) cancel the offset on Fanuc and Haas.
+_MAY_CHANGE_LENGTH = frozenset({Kind.TOOL, Kind.PAUSE, Kind.SHIFT, Kind.MACHINE, Kind.FOREIGN})
+_modal_values = attrgetter(*(f.name for f in fields(Modal)))
 
 
 @dataclass
-class CycleWords:
-    """The words of a canned cycle that stay from hole to hole: as given, in mm and s.
+class CycleValues:
+    """Modal words of a canned cycle, in mm and s.
 
-    `incremental` is the distance mode they were given in; `unit` the millimetres in one unit then.
-    `spare` holds the letters that the active cycle was given and does not use.
+    `incremental` and `unit` are the distance mode and the unit (mm) that the words were given in.
+    `spare` holds letters that the active cycle was given and does not use.
     """
 
     r: float | None = None
@@ -32,68 +40,151 @@ class CycleWords:
 
 
 @dataclass
-class InterpreterState:
-    """Modal state and the toolpath so far.
+class State(Modal):
+    """Modal state, the toolpath so far, and all else that the interpreter remembers.
 
-    `unit` is millimetres in one unit of the program, or None before G20 or G21. `feed` is in mm/s, or mm per
-    revolution with G95; with G93 every cutting block brings its own. `motion` is 0 to 3 or None, `cycle` the number of
-    the canned cycle or None, `call` the cycle that Siemens calls at every place (MCALL). `last_dwell` is the dwell of
-    the last cycle that had one, s.
-    `pending_tool` is the tool that the next change brings. `may_store` says that a cycle with no repeats is stored,
-    `lenient` that a cycle may have words that it does not use.
-    `rounds`: G64 is on since the program said so. `radius` is 40, 41 or 42. `shift` counts changes of the origin.
-    `override` is the part of the feed that an output asks for, heard while `adaptive` (M52). `dark` and
-    `holds_height` say that outputs keep a torch off, and at its height, though it is lit. `material` is the number of
-    the controller's material that M190 selected, `material_feeds` the known feeds of its table by number, mm/s.
+    Attributes
+    ----------
+    keeps_unknown
+        The policy for blocks that are not understood. True (programs of other CAMs): they are kept, and what they may
+        change is unknown afterwards. False (leafcut's own programs): they are errors.
+    motion
+        As in `Modal`, but kept while a cycle is active.
+    feed_rate
+        mm/s, or mm per revolution with G95. With G93 every cutting block has its own.
+    cycle_values
+        The words of the active cycle in mm and s.
+    call
+        The cycle that a Siemens control runs at every place (MCALL).
+    last_dwell
+        Dwell of the last cycle that had one, s.
+    offset_number, offset_on
+        The last D word, where lengths are chosen by D, and whether a length offset is active.
+    length_row
+        First row since the last G43; -1 before the first.
+    override, adaptive
+        Factor of the feed that an analog output sets, and whether it is active (M52).
+    dark, holds_height
+        Outputs keep a lit torch dark, and at its height.
+    material, material_feeds
+        The controller's material that M190 selected; the known feeds of its table by number, mm/s.
+    rounds, blending_stated
+        The program has stated G64, or any of G61, G61.1 and G64.
+    default_unit, assumed_units
+        Unit, mm, of a program that does not state its units before the first length, and whether that was the case.
+    unknown_modes
+        Modes that something invisible may have changed: plane, distance, retract, feed, speed.
+    unknown_motion
+        The active motion or cycle where it is not understood, or ``""``.
+    transform
+        G code, in tenths, that rotates, scales or mirrors all that follows; 0 without one.
+    surface
+        G96 (constant surface speed) is active.
+    rotary
+        Line and letter of the first move of a rotary axis.
+    feed_forgotten
+        G94 or G95 came after the last F; LinuxCNC forgets it.
     """
 
-    dialect: Dialect
-    unit: float | None = None
+    dialect: Dialect = field(kw_only=True)
+    keeps_unknown: bool = False
     path: ToolpathBuilder = field(default_factory=ToolpathBuilder)
     line: int = 0
-    incremental: bool = False
-    absolute_centres: bool = False
-    plane: int = 17
-    feed_mode: int = 94
-    feed: float = 0.0
-    rpm: float = 0.0
-    spindle: int = 0
-    coolant: int = 0
-    motion: int | None = None
-    cycle: int | None = None
-    cycle_words: CycleWords = field(default_factory=CycleWords)
+    feed_rate: float = 0.0
+    cycle_values: CycleValues = field(default_factory=CycleValues)
     call: DrillCycle | None = None
     last_dwell: float = 0.0
-    #: Holes of cycles that were repeated so far.
+    #: Holes of repeated cycles so far.
     repeated_holes: int = 0
-    rounds: bool = False
-    to_initial: bool = True
-    pending_tool: int | None = None
-    tool: int | None = None
     offset_number: int | None = None
     offset_on: bool = False
-    may_store: bool = False
-    lenient: bool = False
-    radius: int = 40
-    shift: int = 0
+    length_row: int = -1
     override: float = 1.0
     adaptive: bool = False
     dark: bool = False
     holds_height: bool = False
     material: int | None = None
     material_feeds: Mapping[int, float] | None = None
+    rounds: bool = False
+    blending_stated: bool = False
+    default_unit: float | None = None
+    assumed_units: bool = False
+    unknown_modes: set[str] = field(default_factory=set)
+    unknown_motion: str = ""
+    transform: int = 0
+    surface: bool = False
+    rotary: tuple[int, str] | None = None
+    feed_forgotten: bool = False
+    _feed_without_unit: float | None = None
 
     def __post_init__(self) -> None:
         self.path.slants = self.dialect.groups == "rs274"
+        if self.keeps_unknown:
+            # The state at switch-on: Fanuc has G98, RS274/NGC G99 (seen with rs274).
+            self.to_initial = self.stores_cycles
+            self.unknown_motion = "what is active when the control is switched on" if self.stores_cycles else ""
 
-    def know_unit(self, unit: float) -> None:
-        """Take the units that the program states."""
+    @property
+    def stores_cycles(self) -> bool:
+        """Whether a cycle with no repeats is stored, and G82 and pecks may come without their words."""
+        return self.keeps_unknown and self.dialect.groups == "fanuc"
+
+    @property
+    def takes_plain_lines(self) -> bool:
+        """Whether a line of G0 to G3, coordinates, F and S is carried out at once: all modes are known and ordinary."""
+        return (
+            self.unit is not None
+            and self.motion is not None
+            and self.cycle is None
+            and not self.incremental
+            and self.feed_mode == 94
+            and not self.unknown_motion
+            and not self.unknown_modes
+            and not self.feed_forgotten
+            and not self.transform
+            and self.override == 1.0
+        )
+
+    def modal_values(self) -> tuple[object, ...]:
+        """Return the fields of `Modal`, in order."""
+        values: tuple[object, ...] = _modal_values(self)
+        return values if self.cycle is None else (None, *values[1:])
+
+    def forget(self, cause: str) -> None:
+        """Forget position and modes after `cause` has done something that the program does not show.
+
+        Units and feed mode are assumed to be unchanged: the numbers that follow would make no sense otherwise, and the
+        order of the work does not depend on them.
+        """
+        self.path.position = [UNKNOWN, UNKNOWN, UNKNOWN]
+        self.path.initial_plane = None
+        self.cycle, self.cycle_values, self.cycle_words = None, CycleValues(), ()
+        self.motion, self.unknown_motion = None, f"what {cause} left active"
+        self.unknown_modes = {"plane", "distance", "retract", "feed", "speed"}
+        self.feed = self.feed_rate = 0.0
+        self.tool = self.next_tool = self.offset_number = None
+        self.radius = 0
+        self.length = -self.line
+        self.shift += 1
+
+    def set_unit(self, unit: float) -> None:
+        """Take the unit that the program states, in mm."""
         self.unit = unit
+        if self._feed_without_unit is not None:
+            feed, self._feed_without_unit = self._feed_without_unit, None
+            self.feed_rate = feed * unit / (1.0 if self.feed_mode == 95 else SECONDS_PER_MINUTE)
 
-    def length(self, word: Word) -> float:
+    def _assume_unit(self) -> None:
+        if self.default_unit is not None:
+            self.set_unit(self.default_unit)
+            self.assumed_units = True
+
+    def mm(self, word: Word) -> float:
         """Return the length of a word in mm."""
         if word.value == 0.0:
             return 0.0
+        if self.unit is None:
+            self._assume_unit()
         if self.unit is None:
             raise BlockError(f"{word} comes before the units are stated ({self.dialect.units_mm} for mm)")
         if self.dialect.point_required and "." not in word.text:
@@ -106,11 +197,11 @@ class InterpreterState:
         return word.value * self.unit
 
     def target(self, letters: dict[str, Word], axis: int) -> float | None:
-        """Take the word of an axis and return where it goes, mm, or None where it is not given."""
+        """Take the word of an axis and return the coordinate it moves to, mm; None without such a word."""
         word = letters.pop(AXES[axis], None)
         if word is None:
             return None
-        value, here = self.length(word), self.path.position[axis]
+        value, here = self.mm(word), self.path.position[axis]
         if not self.incremental:
             return value
         if math.isnan(here) and value != 0.0:
@@ -118,30 +209,38 @@ class InterpreterState:
         return None if math.isnan(here) else here + value
 
     def set_feed(self, word: Word) -> None:
-        """Take an F word in the mode that is active."""
+        """Take an F word in the active feed mode; before the units are stated, it may wait for them."""
+        self.unknown_modes.discard("feed")
+        if self.unit is None and self.default_unit is not None and word.value > 0.0:
+            self._feed_without_unit = word.value
+            return
+        self._feed_without_unit = None
         if word.value < 0.0:
             raise BlockError(f"{word} is negative")
         if word.value == 0.0:
-            self.feed = 0.0
+            self.feed_rate = 0.0
             return
         if self.unit is None:
             raise BlockError(f"{word} comes before the units are stated ({self.dialect.units_mm} for mm)")
-        self.feed = word.value * self.unit / (1.0 if self.feed_mode == 95 else SECONDS_PER_MINUTE)
+        self.feed_rate = word.value * self.unit / (1.0 if self.feed_mode == 95 else SECONDS_PER_MINUTE)
 
     def feed_for(self, letters: dict[str, Word], length: float) -> float:
         """Return the feed, mm/s, of a cut of `length` mm.
 
         With G93, F is the reciprocal of the minutes that the cut takes, and every block needs its own.
         """
+        if self._feed_without_unit is not None:
+            self._assume_unit()
         if self.feed_mode == 93:
-            word = letters.pop("F", None)
-            if word is None or not word.value > 0.0:
-                raise BlockError("a cut in inverse time (G93) needs its own F")
-            if not length > 0.0:
-                raise BlockError("a cut in inverse time (G93) needs a known length")
-            return length * word.value / SECONDS_PER_MINUTE
-        feed = self.feed
+            return self._feed_of_time(letters, length)
+        if "feed" in self.unknown_modes:
+            raise UnclearBlock("its feed is not known")
+        feed = self.feed_rate
         if self.feed_mode == 95:
+            if "speed" in self.unknown_modes:
+                raise UnclearBlock("its feed per revolution is that of a speed that is not known")
+            if self.surface:
+                raise UnclearBlock("a feed per revolution (G95) with constant surface speed (G96)")
             if self.spindle == 0:
                 raise BlockError("a feed per revolution (G95) needs a turning spindle")
             feed *= self.rpm / SECONDS_PER_MINUTE
@@ -149,13 +248,54 @@ class InterpreterState:
             raise BlockError("a cut without a feed; F is missing")
         return feed * self.override if self.adaptive else feed
 
+    def _feed_of_time(self, letters: dict[str, Word], length: float) -> float:
+        if self.rotary is not None and not length > 0.0:
+            line, axis = self.rotary
+            raise BlockError(
+                f"a cut in inverse time (G93) needs a known length, but line {line} moves the rotary axis {axis}: "
+                "programs with four or five axes are not read"
+            )
+        word = letters.pop("F", None)
+        if word is None or not word.value > 0.0:
+            raise BlockError("a cut in inverse time (G93) needs its own F")
+        if not length > 0.0:
+            raise BlockError("a cut in inverse time (G93) needs a known length")
+        return length * word.value / SECONDS_PER_MINUTE
+
     def move_origin(self, unknown: tuple[bool, bool, bool], known: dict[int, float] | None = None) -> None:
-        """Add a row SHIFT: the origin moved; `known` tells the new coordinates of axes, `unknown` axes have none."""
+        """Add a row SHIFT: the origin moved. `known`: new coordinates by axis; `unknown`: axes without a known one."""
         self.shift += 1
         place = [UNKNOWN if lost else p for p, lost in zip(self.path.position, unknown, strict=True)]
         for axis, value in (known or {}).items():
             place[axis] = value
         self.path.set_place(Kind.SHIFT, (place[0], place[1], place[2]), self.shift, line=self.line)
+
+    def set_frame(self, number: int) -> None:
+        """Take a work offset, in tenths; the position in another one is not known."""
+        if number != self.frame:
+            self.frame = number
+            self.path.set_place(Kind.FRAME, (UNKNOWN, UNKNOWN, UNKNOWN), number, line=self.line)
+
+    def set_dynamic_length(self) -> None:
+        """Take a tool length that is in no register (G43.1, G43.2), until the next G43 or G49."""
+        self.length = DYNAMIC_LENGTH
+        self.path.offset(DYNAMIC_LENGTH, line=self.line)
+
+    def set_length(self, register: int) -> None:
+        """Take the tool length offset of a register; 0 cancels it.
+
+        Another one than the active moves the origin of Z by an amount that the program does not state. The active one
+        changes nothing, unless the tool or the table may have changed since.
+        """
+        self.offset_on = register != 0
+        since, self.length_row = self.length_row, len(self.path)
+        if register == self.length and since >= 0 and not _MAY_CHANGE_LENGTH.intersection(self.path.kinds_from(since)):
+            return
+        self.path.offset(register, line=self.line)
+        if register != self.length:
+            self.length = register
+            self.path.position[2] = UNKNOWN
+            self.path.initial_plane = None
 
     def dwell(self, word: Word) -> float:
         """Return the seconds that a dwell word means in this dialect."""
@@ -167,6 +307,32 @@ class InterpreterState:
         if unit in ("ms", "cs") and not whole:
             raise UnclearBlock(f"{word}: with a decimal point, its meaning differs between machines")
         return word.value / (100.0 if unit == "cs" else 1000.0)
+
+    def known_value(self, name: str) -> float | None:
+        """Return the value of a system parameter that follows from the program itself, or None."""
+        if name.isdecimal() and self.dialect.groups != "rs274":
+            return None
+        lengths = {"_x": 0, "_y": 1, "_z": 2, "5420": 0, "5421": 1, "5422": 2}
+        if name in lengths:
+            place = self.path.position[lengths[name]]
+            return None if math.isnan(place) or self.unit is None else place / self.unit
+        if self.unknown_modes and name.startswith("_"):
+            return float(self.line) if name == "_line" else None
+        if self.unit is not None and name in ("_metric", "_imperial"):
+            return float((self.unit == 1.0) == (name == "_metric"))
+        flags = {"_absolute": not self.incremental, "_incremental": self.incremental}
+        if name in flags:
+            return float(flags[name])
+        numbers = {"_feed": self.feed, "_rpm": self.rpm, "_current_tool": self.tool}
+        if name in numbers:
+            number = numbers[name]
+            return None if not number else float(number)
+        return float(self.line) if name == "_line" else None
+
+
+def named_axes(letters: dict[str, Word]) -> tuple[bool, bool, bool]:
+    """Return which of X, Y and Z a block names."""
+    return (AXES[0] in letters, AXES[1] in letters, AXES[2] in letters)
 
 
 def whole(word: Word, most: int = 99_999_999) -> int:

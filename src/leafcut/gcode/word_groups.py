@@ -1,4 +1,4 @@
-"""Modal groups: which words exclude each other in one block (RS274/NGC section 3.4, table 4)."""
+"""Groups of words that exclude each other in one block (RS274/NGC section 3.4, table 4)."""
 
 from __future__ import annotations
 
@@ -40,6 +40,20 @@ PAUSE = 226
 M_GROUP_OF = {code: group for group, codes in _M_GROUPS.items() for code in codes}
 #: Words for a machine's own outputs: what they do is known only where a dialect says what listens to them.
 OUTPUT_CODES = frozenset(code for group in ("output", "adaptive", "material") for code in _M_GROUPS[group])
+
+#: G codes in tenths that rotate, scale, mirror or wrap all that follows, with the code that ends them.
+#: After G66 a macro runs at every move, rapids included.
+TRANSFORMS = {
+    160: 150, 510: 500, 511: 501, 660: 670, 661: 670, 680: 690, 682: 690, 121: 131, 1120: 1130, 70: 80, 434: 490,
+    435: 490,
+}  # fmt: skip
+ENDS_TRANSFORM = frozenset(TRANSFORMS.values()) - {490}
+#: G codes in tenths that are not understood, but choose no motion: one-shots, limits, accuracy, more work offsets.
+NO_MOTION = frozenset({
+    80, 90, 110, 220, 221, 230, 231, 250, 260, 350, 360, 370, 480, 600, 620, 630, 650, 1030, *range(1100, 1300, 10),
+    1530, 1540, 1870, 1880,
+})  # fmt: skip
+OTHER_AXES = ("A", "B", "C", "U", "V", "W")
 
 
 @dataclass(slots=True)
