@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from leafcut.gcode.state import CycleValues, State, whole
+from leafcut.gcode.state import CycleValues, InterpreterState, whole
 from leafcut.gcode.words import BlockError, UnclearBlock, Word
 from leafcut.model.cycles import DWELLING, PECKING
 from leafcut.model.toolpath import DrillCycle
@@ -23,7 +23,7 @@ MAX_REPEATED_HOLES = 1_000_000
 MAX_PECKS = 10_000
 
 
-def start_cycle(state: State, number: int) -> None:
+def start_cycle(state: InterpreterState, number: int) -> None:
     """Make a cycle the active one. In RS274/NGC a change of cycle forgets the words of the one before."""
     if state.cycle != number and state.dialect.groups == "rs274":
         state.cycle_values = CycleValues()
@@ -32,14 +32,14 @@ def start_cycle(state: State, number: int) -> None:
     state.cycle = number
 
 
-def end_cycle(state: State) -> None:
+def end_cycle(state: InterpreterState) -> None:
     """G80, or a move that ends the cycle."""
     state.cycle = None
     state.cycle_values = CycleValues()
     state.path.end_cycles()
 
 
-def run_cycle(state: State, letters: dict[str, Word]) -> None:
+def run_cycle(state: InterpreterState, letters: dict[str, Word]) -> None:
     """Drill one block: at its place, or at several places with repeats."""
     if state.plane != 17:
         raise UnclearBlock("canned cycles are understood in the XY plane (G17) only")
@@ -61,7 +61,7 @@ def run_cycle(state: State, letters: dict[str, Word]) -> None:
         state.path.drill(x, y, cycle, feed=feed, line=state.line)
 
 
-def _place(state: State, letters: dict[str, Word], letter: str, here: float) -> float:
+def _place(state: InterpreterState, letters: dict[str, Word], letter: str, here: float) -> float:
     """Return the coordinate of the hole, or with G91 the step to it."""
     word = letters.pop(letter, None)
     if word is None:
@@ -69,7 +69,7 @@ def _place(state: State, letters: dict[str, Word], letter: str, here: float) -> 
     return state.mm(word)
 
 
-def _repeats(state: State, letters: dict[str, Word]) -> int:
+def _repeats(state: InterpreterState, letters: dict[str, Word]) -> int:
     letter = state.dialect.repeat_letter
     if state.stores_cycles and letter == "K" and "K" not in letters:
         letter = "L"  # as older Fanucs have it
@@ -80,7 +80,7 @@ def _repeats(state: State, letters: dict[str, Word]) -> int:
     return repeats
 
 
-def _cycle(state: State, letters: dict[str, Word]) -> DrillCycle:
+def _cycle(state: InterpreterState, letters: dict[str, Word]) -> DrillCycle:
     """Return the cycle that the words of this block and of the blocks before it describe."""
     fagor = state.dialect.cycle_words == "fagor"
     name = f"G{state.cycle}"
@@ -111,14 +111,14 @@ def _cycle(state: State, letters: dict[str, Word]) -> DrillCycle:
     return DrillCycle(name, r_plane, bottom, state.to_initial, peck, dwell if waits else 0.0)
 
 
-def _peck_word(state: State, word: Word) -> float:
+def _peck_word(state: InterpreterState, word: Word) -> float:
     """Return the Q of a cycle, mm. Without a point it is in thousandths on many Fanucs, whatever holds for X."""
     if state.keeps_unknown and state.dialect.point_required and "." not in word.text:
         raise UnclearBlock(f"{word} has no decimal point: in what unit it is differs between controls")
     return state.mm(word)
 
 
-def _take(state: State, letters: dict[str, Word], words: CycleValues, names: tuple[str, str]) -> None:
+def _take(state: InterpreterState, letters: dict[str, Word], words: CycleValues, names: tuple[str, str]) -> None:
     """Take the words of the R plane and of the bottom, and see that the old ones still mean the same."""
     given = [name in letters for name in names]
     known = words.r is not None or words.z is not None
@@ -134,7 +134,7 @@ def _take(state: State, letters: dict[str, Word], words: CycleValues, names: tup
         words.z = state.mm(letters.pop(names[1]))
 
 
-def _planes(state: State, words: CycleValues, fagor: bool) -> tuple[float, float]:
+def _planes(state: InterpreterState, words: CycleValues, fagor: bool) -> tuple[float, float]:
     """Return the R plane and the bottom, mm. With G91, R counts from the initial plane and Z from R."""
     initial = state.path.position[2] if state.path.initial_plane is None else state.path.initial_plane
     r, z = words.r, words.z

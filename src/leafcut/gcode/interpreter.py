@@ -5,7 +5,7 @@ T, tool change, spindle, coolant, dwell, plane, units, offsets, distance mode, m
 
     interpret("G21\\nG0 Z5\\nG81 X1 Y2 Z-3 R1 F100\\nM2", dialect("linuxcnc"))
 
-A block that is not understood is an error in leafcut's own programs. In programs of other CAMs (`State.keeps_unknown`)
+A block that is not understood is an error in leafcut's own programs. In programs of other CAMs (`InterpreterState.keeps_unknown`)
 it becomes a row FOREIGN: it is kept word for word in its place, and the axes that it may move are unknown until they
 are programmed again. A block that makes no sense is an error in both.
 """
@@ -26,7 +26,7 @@ from leafcut.gcode.motion import run_arc, run_home, run_machine, run_probe, run_
 from leafcut.gcode.origin import chooses_origin, run_origin, run_shift
 from leafcut.gcode.saying import may_stop, obeyed_among
 from leafcut.gcode.sinumerik import call_cycle, drill_call, end_call, sinumerik_block
-from leafcut.gcode.state import AXES, State, named_axes, unit_of, whole
+from leafcut.gcode.state import AXES, InterpreterState, named_axes, unit_of, whole
 from leafcut.gcode.torch import leave_outputs, lower_feed, material_block, run_outputs, set_speed, spindle_number
 from leafcut.gcode.word_groups import (
     ENDS_TRANSFORM,
@@ -115,7 +115,7 @@ def interpret(
         raise OptionError(f"unknown unit '{units}'; use mm or in")
     if dialect.language == "klartext":
         return interpret_klartext(text, file)
-    state = State(unit=None if units is None else MM_PER_UNIT[units], dialect=dialect)
+    state = InterpreterState(unit=None if units is None else MM_PER_UNIT[units], dialect=dialect)
     state.material_feeds = material_feeds
     if left_over:
         state.motion, state.plane, state.incremental, state.to_initial = 1, 18, True, False
@@ -184,7 +184,7 @@ class Interpreter:
         It jumps to an unknown line; it restores modes at the end of the call (M73).
     """
 
-    def __init__(self, state: State) -> None:
+    def __init__(self, state: InterpreterState) -> None:
         self.state = state
         self.ended = self.begins = False
         self._by_word = False

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from leafcut.gcode.dialects import Dialect
-from leafcut.gcode.state import AXES, State
+from leafcut.gcode.state import AXES, InterpreterState
 from leafcut.gcode.word_groups import ENDS_TRANSFORM, NO_MOTION, OTHER_AXES, SortedBlock
 from leafcut.gcode.words import Word
 
@@ -27,7 +27,7 @@ def is_malformed(words: tuple[Word, ...]) -> bool:
     return "N" in letters[1:] or "O" in letters[1 + numbered :] or len(set(codes)) < len(codes)
 
 
-def is_refused(state: State, words: SortedBlock) -> bool:
+def is_refused(state: InterpreterState, words: SortedBlock) -> bool:
     """Return whether LinuxCNC refuses a block in the state before it; updates `state.feed_forgotten`."""
     g, letters = words.g, words.letters
     starts = g.get("radius", 400) != 400
@@ -46,7 +46,7 @@ def is_refused(state: State, words: SortedBlock) -> bool:
     return again or strange or unfed or torn or two or _has_spare_words(state, words)
 
 
-def _has_spare_words(state: State, words: SortedBlock) -> bool:
+def _has_spare_words(state: InterpreterState, words: SortedBlock) -> bool:
     """Return whether a cycle is given a P or a Q that it does not use."""
     cycle, letters = words.g.get("cycle", 10 * (state.cycle or 0)) // 10, words.letters
     others = words.unknown or words.m or not words.g.keys().isdisjoint(("non-modal", "path"))
@@ -55,7 +55,7 @@ def _has_spare_words(state: State, words: SortedBlock) -> bool:
     return ("P" in letters and cycle not in _TAKES_P) or ("Q" in letters and cycle not in _TAKES_Q)
 
 
-def _feeds(state: State, words: SortedBlock) -> bool:
+def _feeds(state: InterpreterState, words: SortedBlock) -> bool:
     """Return whether a block chooses G1, or moves at feed rate."""
     g = words.g
     active = state.cycle if state.cycle is not None else state.motion

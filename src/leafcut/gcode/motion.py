@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from leafcut.gcode.state import AXES, State
+from leafcut.gcode.state import AXES, InterpreterState
 from leafcut.gcode.words import BlockError, UnclearBlock, Word
 from leafcut.geometry.arrays import Point3
 from leafcut.model.toolpath import Arc, plane_axes
@@ -19,7 +19,7 @@ SHORT_RADIUS_TOLERANCE = 0.002
 MAX_TURNS = 10_000
 
 
-def run_straight(state: State, letters: dict[str, Word]) -> None:
+def run_straight(state: InterpreterState, letters: dict[str, Word]) -> None:
     """Run G0 or G1."""
     before = list(state.path.position)
     x, y, z = (state.target(letters, axis) for axis in range(3))
@@ -31,7 +31,7 @@ def run_straight(state: State, letters: dict[str, Word]) -> None:
     state.path.feed(x, y, z, feed=state.feed_for(letters, math.hypot(*moved)), line=state.line)
 
 
-def run_probe(state: State, letters: dict[str, Word]) -> None:
+def run_probe(state: InterpreterState, letters: dict[str, Word]) -> None:
     """Run G38.2 straight down: on until the probe trips, and an alarm where it does not."""
     if "X" in letters or "Y" in letters or "Z" not in letters:
         raise BlockError("a probe (G38.2) that does not go straight down is not understood")
@@ -41,7 +41,7 @@ def run_probe(state: State, letters: dict[str, Word]) -> None:
     state.path.probe(z, feed=state.feed_for(letters, before - z), line=state.line)
 
 
-def run_machine(state: State, letters: dict[str, Word]) -> None:
+def run_machine(state: InterpreterState, letters: dict[str, Word]) -> None:
     """Run a move in machine coordinates, G53 with G0."""
     if state.motion != 0:
         raise UnclearBlock("G53 is understood with G0 only")
@@ -53,7 +53,7 @@ def run_machine(state: State, letters: dict[str, Word]) -> None:
     state.path.machine(x, y, z, line=state.line)
 
 
-def run_home(state: State, letters: dict[str, Word]) -> None:
+def run_home(state: InterpreterState, letters: dict[str, Word]) -> None:
     """Run G28 or G30: at rapid over the point that is programmed, then to the machine's zero in the same axes.
 
     That the reference point is machine zero is a convention; the program does not say it.
@@ -67,7 +67,7 @@ def run_home(state: State, letters: dict[str, Word]) -> None:
     state.path.machine(x, y, z, line=state.line)
 
 
-def run_arc(state: State, letters: dict[str, Word]) -> None:
+def run_arc(state: InterpreterState, letters: dict[str, Word]) -> None:
     """Run G2 or G3 with a centre (I J K) or a radius (R), with P turns."""
     begin = (state.path.position[0], state.path.position[1], state.path.position[2])
     targets = [state.target(letters, axis) for axis in range(3)]
@@ -109,7 +109,7 @@ def _flat(point: list[float] | Point3, axes: tuple[int, int, int]) -> tuple[floa
 
 
 def _centre_of_offsets(
-    state: State, letters: dict[str, Word], begin: Point3, axes: tuple[int, int, int]
+    state: InterpreterState, letters: dict[str, Word], begin: Point3, axes: tuple[int, int, int]
 ) -> list[float]:
     """Return the centre given by two of I, J and K; the third coordinate is the start's."""
     names = ["IJK"[axis] for axis in axes[:2]]

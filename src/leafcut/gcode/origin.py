@@ -6,7 +6,7 @@ else the axis is not known until it is programmed again.
 
 from __future__ import annotations
 
-from leafcut.gcode.state import AXES, State, named_axes, whole
+from leafcut.gcode.state import AXES, InterpreterState, named_axes, whole
 from leafcut.gcode.words import BlockError, UnclearBlock, Word
 
 _G10, _G28_1, _G30_1, _G52, _G92 = 100, 281, 301, 520, 920
@@ -18,7 +18,7 @@ def chooses_origin(code: int) -> bool:
     return code in (_G10, _G28_1, _G30_1, _G52, _G92, *_G92_OFF)
 
 
-def run_shift(state: State, code: int, letters: dict[str, Word]) -> None:
+def run_shift(state: InterpreterState, code: int, letters: dict[str, Word]) -> None:
     """Run G92 with axes, or G92.1 and its relatives, which do nothing before the first G92: a row SHIFT."""
     if code in _G92_OFF:
         if state.shift:
@@ -30,7 +30,7 @@ def run_shift(state: State, code: int, letters: dict[str, Word]) -> None:
     state.move_origin((False, False, False), {axis: state.mm(word) for axis, word in values.items()})
 
 
-def run_origin(state: State, code: int, letters: dict[str, Word]) -> None:
+def run_origin(state: InterpreterState, code: int, letters: dict[str, Word]) -> None:
     """Run one of these codes: a row SHIFT.
 
     Raises
@@ -54,7 +54,7 @@ def run_origin(state: State, code: int, letters: dict[str, Word]) -> None:
         state.move_origin(_take_axes(letters)[0])
 
 
-def _set_table(state: State, letters: dict[str, Word]) -> None:
+def _set_table(state: InterpreterState, letters: dict[str, Word]) -> None:
     """Run G10: L2 and L20 set a work offset, the other tables are not understood."""
     if "L" not in letters:
         raise UnclearBlock("G10 without L is not understood")

@@ -29,7 +29,7 @@ from leafcut.gcode.motion import check_radii
 from leafcut.gcode.obeyed import Obeyed, obeyed_lines
 from leafcut.gcode.program import Lines, Modal, Program
 from leafcut.gcode.saying import Stretches, as_read, is_obeyed, may_read_parameters, say, shown_comments, text_behind
-from leafcut.gcode.state import State
+from leafcut.gcode.state import InterpreterState
 from leafcut.gcode.torch import set_speed
 from leafcut.gcode.words import (
     PLAIN_LINE,
@@ -108,7 +108,9 @@ def interpret_program(
     """
     if units is not None and units not in MM_PER_UNIT:
         raise OptionError(f"unknown unit '{units}'; use mm or in")
-    state = State(dialect=dialect, keeps_unknown=True, default_unit=None if units is None else MM_PER_UNIT[units])
+    state = InterpreterState(
+        dialect=dialect, keeps_unknown=True, default_unit=None if units is None else MM_PER_UNIT[units]
+    )
     return _ProgramPass(text, state, file, look, material_feed).program()
 
 
@@ -162,7 +164,7 @@ _UNIT_OF = {20.0: MM_PER_UNIT["in"], 21.0: MM_PER_UNIT["mm"]}
 class _BlockRecord:
     """The blocks so far. `current` is the number of the state that is active now."""
 
-    state: State
+    state: InterpreterState
     line: array[int] = field(default_factory=lambda: array("i"))
     first: array[int] = field(default_factory=lambda: array("i"))
     before: array[int] = field(default_factory=lambda: array("i"))
@@ -245,7 +247,9 @@ class _BlockRecord:
 class _ProgramPass:
     """One program on its way through."""
 
-    def __init__(self, text: str, state: State, file: str, look: Heartbeat, material_feed: float | None) -> None:
+    def __init__(
+        self, text: str, state: InterpreterState, file: str, look: Heartbeat, material_feed: float | None
+    ) -> None:
         self.file, self.look = file, look
         self.lines = lines_of(text, state.dialect, file)
         self.state = state

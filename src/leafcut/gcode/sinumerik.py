@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 import re
 
-from leafcut.gcode.state import State
+from leafcut.gcode.state import InterpreterState
 from leafcut.gcode.word_groups import SortedBlock
 from leafcut.gcode.words import Block, BlockError, Word, words_of
 from leafcut.model.toolpath import DrillCycle
@@ -55,7 +55,7 @@ def _shown(text: str) -> str:
     return re.sub(r"[^\x20-\x7e]+", " ", text[:30])
 
 
-def call_cycle(state: State, name: str, arguments: tuple[str, ...]) -> None:
+def call_cycle(state: InterpreterState, name: str, arguments: tuple[str, ...]) -> None:
     """Obey MCALL with a cycle: it is run in every block with a place that follows.
 
     Raises
@@ -113,11 +113,11 @@ def _number(name: str, said: dict[str, str], key: str) -> float:
     return float(text)
 
 
-def _length(state: State, name: str, said: dict[str, str], key: str) -> float:
+def _length(state: InterpreterState, name: str, said: dict[str, str], key: str) -> float:
     return state.mm(Word(key, _number(name, said, key), said[key]))
 
 
-def drill_call(state: State, words: SortedBlock) -> None:
+def drill_call(state: InterpreterState, words: SortedBlock) -> None:
     """Drill at the place of a block: under MCALL any block that moves does, also one with F or G0 alone.
 
     Raises
@@ -138,7 +138,7 @@ def drill_call(state: State, words: SortedBlock) -> None:
     state.path.drill(*place, cycle, feed=state.feed_for(letters, math.nan), line=state.line)
 
 
-def end_call(state: State) -> None:
+def end_call(state: InterpreterState) -> None:
     """Obey MCALL alone."""
     state.call = None
     state.path.end_cycles()

@@ -40,7 +40,7 @@ class CycleValues:
 
 
 @dataclass
-class State(Modal):
+class InterpreterState(Modal):
     """Modal state, the toolpath so far, and all else that the interpreter remembers.
 
     Attributes

@@ -13,7 +13,7 @@ import numpy as np
 
 from leafcut.errors import PostError
 from leafcut.gcode.dialects import Dialect, Torch
-from leafcut.gcode.state import State, whole
+from leafcut.gcode.state import InterpreterState, whole
 from leafcut.gcode.word_groups import SortedBlock
 from leafcut.gcode.words import Block, BlockError, Word, split_line, tokenise
 from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Arc, Kind, Motion, Toolpath
@@ -25,7 +25,7 @@ KERF_REGISTER = 1
 LEAST_PERCENT, MOST_PERCENT = 10.0, 100.0
 
 
-def run_outputs(state: State, words: SortedBlock) -> None:
+def run_outputs(state: InterpreterState, words: SortedBlock) -> None:
     """Carry out M52, M62 to M68 and M190 of a block."""
     letters = words.letters
     if "adaptive" in words.m:
@@ -44,7 +44,7 @@ def run_outputs(state: State, words: SortedBlock) -> None:
             _switch(state, whole(_needed(letters, "P", code)), code in (62, 64))
 
 
-def material_block(state: State, line: str, number: int) -> Block:
+def material_block(state: InterpreterState, line: str, number: int) -> Block:
     """Return the block of a line, in which F may be the feed of the controller's material that is selected.
 
     Raises
@@ -76,7 +76,7 @@ def _needed(letters: dict[str, Word], letter: str, code: int) -> Word:
     return letters.pop(letter)
 
 
-def leave_outputs(state: State) -> None:
+def leave_outputs(state: InterpreterState) -> None:
     """Leave the outputs as a program that was broken off may: the feed lowered, the torch dark, its height held."""
     torch = state.dialect.torch
     if torch is None:
@@ -102,14 +102,14 @@ def _take_wait(letters: dict[str, Word]) -> None:
         letters.pop(letter, None)
 
 
-def lower_feed(state: State, number: int, percent: float) -> None:
+def lower_feed(state: InterpreterState, number: int, percent: float) -> None:
     """Set an analog output; the one that the torch's feed obeys lowers it from here on."""
     torch = state.dialect.torch
     if torch is not None and number == torch.feed_output:
         state.override = percent / 100.0 if LEAST_PERCENT <= percent <= MOST_PERCENT else 1.0
 
 
-def _switch(state: State, number: int, high: bool) -> None:
+def _switch(state: InterpreterState, number: int, high: bool) -> None:
     torch = state.dialect.torch
     if torch is None:
         return
@@ -121,7 +121,7 @@ def _switch(state: State, number: int, high: bool) -> None:
         state.path.height_control(not high, line=state.line)
 
 
-def set_speed(state: State, rpm: float) -> None:
+def set_speed(state: InterpreterState, rpm: float) -> None:
     """Take an S word: the speed of a spindle that turns, or the power of a beam that is on; 0 keeps a beam dark."""
     state.rpm = rpm
     if not state.spindle:
