@@ -114,7 +114,7 @@ def _cycle(state: InterpreterState, letters: dict[str, Word]) -> DrillCycle:
 def _peck_word(state: InterpreterState, word: Word) -> float:
     """Return the Q of a cycle, mm. Without a point it is in thousandths on many Fanucs, whatever holds for X."""
     if state.keeps_unknown and state.dialect.point_required and "." not in word.text:
-        raise UnclearBlock(f"{word} has no decimal point: in what unit it is differs between controls")
+        raise UnclearBlock(f"{word} has no decimal point: its unit differs between controls")
     return state.mm(word)
 
 

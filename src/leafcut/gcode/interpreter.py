@@ -5,7 +5,8 @@ T, tool change, spindle, coolant, dwell, plane, units, offsets, distance mode, m
 
     interpret("G21\\nG0 Z5\\nG81 X1 Y2 Z-3 R1 F100\\nM2", dialect("linuxcnc"))
 
-A block that is not understood is an error in leafcut's own programs. In programs of other CAMs (`InterpreterState.keeps_unknown`)
+A block that is not understood is an error in leafcut's own programs. In programs of other CAMs
+(`InterpreterState.keeps_unknown`)
 it becomes a row FOREIGN: it is kept word for word in its place, and the axes that it may move are unknown until they
 are programmed again. A block that makes no sense is an error in both.
 """
@@ -310,7 +311,7 @@ class Interpreter:
 
     def _program_number(self, number: int) -> None:
         if self._blocks and not self.begins:
-            raise BlockError(f"O{number}: another program begins before this one has ended")
+            raise BlockError(f"O{number}: another program starts before the end of the first")
 
     # -- comments, subprograms and blocks that are kept ----------------------------------------------------------------
 

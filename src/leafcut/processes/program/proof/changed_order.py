@@ -201,7 +201,7 @@ class ChangedOrder:
         ]
         return [
             f"parts come free in another order: {len(moved)} of {len(parts)} outlines are now cut before one that used "
-            f"to come first, such as the outline that ends at {said[0]}: it is now cut before the one that ends at "
+            f"to come first, such as the outline that ends at {said[0]}: it is now cut before the path that ends at "
             f"{said[1]}"
         ]
 
