@@ -106,7 +106,7 @@ def _claims(process_: Process) -> tuple[str, ...]:
 
 
 #: Processes of other packages: an entry point is a class that inherits from `base.Process`.
-PACKAGED = PluginKind("process", "leafcut.processes", _reserved_words, _process_of, lambda one: one.title, _claims)
+PACKAGED = PluginKind("process", "leafcut.processes", _reserved_words, _process_of, lambda process_: process_.title, _claims)
 
 
 def process(name: str) -> Process:

@@ -47,9 +47,9 @@ def shipped_machines() -> list[str]:
     )
 
 
-def _path_of(name: str, found: Any) -> Path:
+def _path_of(name: str, entry: Any) -> Path:
     """Return the path of the profile of an entry point, after checking that it loads."""
-    path = file_of(name, found)
+    path = file_of(name, entry)
     load_machine(str(path))
     return path
 
