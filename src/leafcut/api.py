@@ -112,7 +112,7 @@ def optimize(
     settings = _collected(process, options, options_file, defaults_file)
     inputs = [*_named(*sources), options_file, defaults_file, *files_read(settings)]
     asked = registry.of_drawings(process)
-    outputs = [output, report, *(asked.writes_besides(settings) if asked else ())]
+    outputs = [output, report, *(asked.other_outputs(settings) if asked else ())]
     for k, target in enumerate(outputs):
         check_output(target, [*inputs, *outputs[:k]])
     settings = _usual(settings, process)

@@ -94,7 +94,7 @@ class Engraving(Process):
     def run(self, run: Job, sources: Sequence[Source], asked: str) -> Outcome[Any]:
         raise NotImplementedError
 
-    def look_at(self, source: Source | str, settings: Settings) -> Part:
+    def preview_part(self, source: Source | str, settings: Settings) -> Part:
         return Part(str(source))
 
 
@@ -108,7 +108,7 @@ def test_a_process_from_outside_is_asked_for_by_its_own_word(install: Installer)
         match="--peck: not used for engraving; it applies to drilling and choosing speeds and feeds; leave it out",
     ):
         settings_for(collect({"peck": 2}), Engraving())
-    assert registry.look_at("engrave", "a.dxf", Settings()).name == "a.dxf"
+    assert registry.preview_part("engrave", "a.dxf", Settings()).name == "a.dxf"
 
 
 class Misnamed(Engraving):

@@ -10,7 +10,7 @@ import pytest
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.part import Hole, Part
-from leafcut.processes.registry import does_with, machine_for, names, suited
+from leafcut.processes.registry import machine_can_do, machine_for, names, rate_works
 from leafcut.processes.suitability import HOLES_PER_OUTLINE, WholeDrawing
 from leafcut.read import read_whole
 from leafcut.read.machine import load_machine, machine_names
@@ -31,7 +31,7 @@ def circle(x: float, y: float, diameter: float, layer: str = "", kind: str = "cu
 
 def best(*contours: Contour, holes: tuple[Hole, ...] = ()) -> tuple[str, str]:
     """Return the likeliest kind of work, and the reason."""
-    work, said = next(iter(suited(WORKS, WholeDrawing(Part("p", holes, contours=contours))).items()))
+    work, said = next(iter(rate_works(WORKS, WholeDrawing(Part("p", holes, contours=contours))).items()))
     return work, said.reason
 
 
@@ -48,7 +48,7 @@ def best(*contours: Contour, holes: tuple[Hole, ...] = ()) -> tuple[str, str]:
 )
 def test_examples_suit_what_they_are_examples_of(name: str, work: str, reason: str) -> None:
     drawing = WholeDrawing(read_whole(EXAMPLES / name))
-    found, said = next(iter(suited(WORKS, drawing).items()))
+    found, said = next(iter(rate_works(WORKS, drawing).items()))
     assert (found, said.reason) == (work, reason)
 
 
@@ -68,7 +68,7 @@ def test_examples_suit_what_they_are_examples_of(name: str, work: str, reason: s
 )
 def test_real_drawings_suit_what_they_are_of(name: str, work: str) -> None:
     drawing = WholeDrawing(read_whole(DATA / "dxf" / f"{name}.dxf"))
-    assert next(iter(suited(WORKS, drawing))) == work
+    assert next(iter(rate_works(WORKS, drawing))) == work
 
 
 def test_one_outline_weighs_as_much_as_some_holes() -> None:
@@ -89,7 +89,7 @@ def test_holes_count_as_circles_do() -> None:
     holes = tuple(Hole(9.0 * k, 5.0, 3.0) for k in range(HOLES_PER_OUTLINE + 1))
     assert best(square(-5, -5, 100), holes=holes) == ("drill", "holes")
     assert best(holes=tuple(Hole(200.0 * k, 0.0, 160.0) for k in range(20)))[0] == "cut"
-    said = suited(WORKS, WholeDrawing(Part("p", (Hole(0, 0, 5), Hole(90, 0, 80), Hole(5, 5, 0)))))
+    said = rate_works(WORKS, WholeDrawing(Part("p", (Hole(0, 0, 5), Hole(90, 0, 80), Hole(5, 5, 0)))))
     masks = {work: one.holes.tolist() for work, one in said.items() if one.holes is not None}
     assert masks["drill"] == [True, False, True] and masks["cut"] == [True, True, False]
 
@@ -115,7 +115,7 @@ def test_names_of_layers_outweigh_counts() -> None:
 
 def test_what_is_worked_is_told_by_contour() -> None:
     part = Part("p", contours=(square(0, 0, 50, "POCKET"), circle(70, 70, 5, "h"), square(-9, -9, 99, "edge")))
-    said = suited(WORKS, WholeDrawing(part))
+    said = rate_works(WORKS, WholeDrawing(part))
     assert {work: one.contours.tolist() for work, one in said.items() if one.contours is not None} == {
         "pocket": [True, False, False],
         "drill": [False, True, False],
@@ -125,15 +125,15 @@ def test_what_is_worked_is_told_by_contour() -> None:
 
 @pytest.mark.parametrize("work", names())
 def test_every_process_has_a_machine_that_does_it(work: str) -> None:
-    assert any(does_with(work, load_machine(name).head) for name in machine_names())
+    assert any(machine_can_do(work, load_machine(name).head) for name in machine_names())
 
 
 def test_beams_and_torches_do_not_drill_and_spindles_do_not_cut_sheet() -> None:
     heads = {name: load_machine(name).head for name in machine_names()}
-    assert not does_with("drill", heads["laser-table"]) and does_with("drill", heads["haas-vf2"])
-    assert not does_with("cut", heads["haas-vf2"]) and does_with("cut", heads["water-table"])
-    assert not does_with("pocket", heads["plasma-table"])
-    assert all(does_with("simulate", head) for head in heads.values())
+    assert not machine_can_do("drill", heads["laser-table"]) and machine_can_do("drill", heads["haas-vf2"])
+    assert not machine_can_do("cut", heads["haas-vf2"]) and machine_can_do("cut", heads["water-table"])
+    assert not machine_can_do("pocket", heads["plasma-table"])
+    assert all(machine_can_do("simulate", head) for head in heads.values())
 
 
 def test_drill_files_have_a_machine_for_circuit_boards() -> None:

@@ -220,7 +220,7 @@ class Process(Work, Protocol):
         """
         ...
 
-    def least(self, plan: Plan, best: Candidate, given: Candidate, nearest: Candidate | None) -> Candidate:
+    def fastest(self, plan: Plan, best: Candidate, given: Candidate, nearest: Candidate | None) -> Candidate:
         """Return the fastest candidate by the machine model, which is more detailed than the costs of the search.
 
         If the user selects an order (`nn`, `none`, or a fixed order), it stays.
@@ -299,7 +299,7 @@ class Process(Work, Protocol):
         """Return the process-specific part of the outcome."""
         ...
 
-    def writes_besides(self, settings: Settings) -> list[Path]:
+    def other_outputs(self, settings: Settings) -> list[Path]:
         """Return the files that it writes beside the program."""
         return []
 
@@ -313,6 +313,6 @@ class Process(Work, Protocol):
 
         return PathReport(outcome)
 
-    def look_at(self, source: Source | str, settings: Settings) -> Part:
+    def preview_part(self, source: Source | str, settings: Settings) -> Part:
         """Return the placed part of an input, for a preview."""
         ...

@@ -66,7 +66,7 @@ def _prove_order(process: Process, plan: Plan, order: Order, given: Candidate, n
     trial = 0
     while True:
         try:
-            best = process.least(plan, process.generate(plan, order), given, nearest)
+            best = process.fastest(plan, process.generate(plan, order), given, nearest)
             order = best.order
             return process.prove(plan, given, best)
         except OrderRefused as refused:

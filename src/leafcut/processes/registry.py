@@ -106,7 +106,9 @@ def _claims(process_: Process) -> tuple[str, ...]:
 
 
 #: Processes of other packages: an entry point is a class that inherits from `base.Process`.
-PACKAGED = PluginKind("process", "leafcut.processes", _reserved_words, _process_of, lambda process_: process_.title, _claims)
+PACKAGED = PluginKind(
+    "process", "leafcut.processes", _reserved_words, _process_of, lambda process_: process_.title, _claims
+)
 
 
 def process(name: str) -> Process:
@@ -230,21 +232,21 @@ def offered(works: Sequence[str], format_name: str) -> tuple[str, ...]:
     return (*(name for work in works for name in (work, companions.get(work, "")) if name), *plugins)
 
 
-def look_at(work: str, source: Source | str, settings: Settings) -> Part:
+def preview_part(work: str, source: Source | str, settings: Settings) -> Part:
     """Return the part of an input as a kind of work reads it; for other commands, its holes."""
     from leafcut.read import read
 
-    return process(work).look_at(source, settings) if work in names() else read(source, settings.read)
+    return process(work).preview_part(source, settings) if work in names() else read(source, settings.read)
 
 
-def suited(works: Sequence[str], drawing: WholeDrawing) -> dict[str, Suitability]:
+def rate_works(works: Sequence[str], drawing: WholeDrawing) -> dict[str, Suitability]:
     """Return the suitability of a drawing for each kind of work that rates it, the best first."""
     ratings = {name: process(name).suits(drawing) for name in works if name in names()}
     given_ratings = {name: rating for name, rating in ratings.items() if rating is not None}
     return dict(sorted(given_ratings.items(), key=lambda pair: -pair[1].score))
 
 
-def does_with(work: str, head: Head) -> bool:
+def machine_can_do(work: str, head: Head) -> bool:
     """Return whether a machine with this head can do a kind of work; other commands need no head."""
     return work not in names() or not process(work).heads or head in process(work).heads
 

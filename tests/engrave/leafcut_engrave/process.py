@@ -96,6 +96,6 @@ class Engraving(Process):
         lines = outcome.detail.lines
         return PathReport(outcome, [Fact("counts.lines", lines, "", f"{lines} line{'' if lines == 1 else 's'}")])
 
-    def look_at(self, source: Source | str, settings: Settings) -> Part:
+    def preview_part(self, source: Source | str, settings: Settings) -> Part:
         """Return the lines as placed."""
         return placed(read_contours(source, settings.read), settings.read)

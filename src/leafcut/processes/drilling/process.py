@@ -200,7 +200,7 @@ class Drilling(Process):
 
         return DrillingReport(outcome)
 
-    def look_at(self, source: Source | str, settings: Settings) -> Part:
+    def preview_part(self, source: Source | str, settings: Settings) -> Part:
         """Return the holes and slots after placement."""
         from leafcut.processes.placing import placed
         from leafcut.read import read

@@ -46,7 +46,7 @@ class Nesting(Process):
         """Return the settings of the cutting process, which will cut the nest."""
         return for_cutting(settings)
 
-    def look_at(self, source: Source | str, settings: Settings) -> Part:
+    def preview_part(self, source: Source | str, settings: Settings) -> Part:
         """Return the contours unchanged, because nests are placed by them."""
         from leafcut.read import read_contours
 

@@ -215,7 +215,7 @@ class Pocketing(Process):
 
         return PocketReport(outcome)
 
-    def look_at(self, source: Source | str, settings: Settings) -> Part:
+    def preview_part(self, source: Source | str, settings: Settings) -> Part:
         """Return the pockets, as they are placed."""
         from leafcut.processes.placing import placed
         from leafcut.read import read_pockets

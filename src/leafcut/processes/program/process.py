@@ -134,7 +134,7 @@ class ForeignProgram(Process):
 
         return rewritten(plan, order)
 
-    def least(self, plan: Plan, best: Candidate, given: Candidate, nearest: Candidate | None) -> Candidate:
+    def fastest(self, plan: Plan, best: Candidate, given: Candidate, nearest: Candidate | None) -> Candidate:
         """Return the program in its own order if the new order takes more time than the original."""
         import numpy as np
 
@@ -194,7 +194,7 @@ class ForeignProgram(Process):
 
         return ProgramReport(outcome)
 
-    def look_at(self, source: Source | str, settings: Settings) -> Part:
+    def preview_part(self, source: Source | str, settings: Settings) -> Part:
         """Refuse: a program has motions, and no drawing."""
         from leafcut.read import read
 

@@ -172,7 +172,7 @@ class SheetCutting(Process):
 
         return SheetDetail((given.detail[0], None if nearest is None else nearest.detail[0], best.detail[0]))
 
-    def writes_besides(self, settings: Settings) -> list[Path]:
+    def other_outputs(self, settings: Settings) -> list[Path]:
         """Return the plan file and the table of norms, where they are asked for."""
         options = settings.of(CutOptions)
         return [file for file in (options.save_plan, options.save_norms) if file is not None]
@@ -191,7 +191,7 @@ class SheetCutting(Process):
 
         return SheetReport(outcome)
 
-    def look_at(self, source: Source | str, settings: Settings) -> Part:
+    def preview_part(self, source: Source | str, settings: Settings) -> Part:
         """Return the contours, as they are placed."""
         from leafcut.processes.placing import placed
         from leafcut.read import read_contours

@@ -44,7 +44,7 @@ def head_of(name: str, folder: Folder) -> Head | None:
 def fits(name: str, work: str, folder: Folder) -> bool:
     """Return whether a machine can do a kind of work; True if unknown."""
     head = head_of(name, folder)
-    return head is None or registry.does_with(work, head)
+    return head is None or registry.machine_can_do(work, head)
 
 
 def offered(machines: Mapping[str, str], work: str, chosen: str, folder: Folder) -> dict[str, str]:

@@ -120,7 +120,7 @@ def _drawing(
     from leafcut.report.json_answer import issues_as_json
     from leafcut.studio.drawing.scene import part_scene, unitless
 
-    part = registry.look_at(work, source, settings)
+    part = registry.preview_part(work, source, settings)
     looking_for(progress, "drawing the preview")
     scenes = {"part": part_scene(part)}
     issues = tuple(issues_as_json(part.issues))

@@ -67,8 +67,8 @@ def whole_of(format_: Format, source: Source, kinds: Sequence[str], settings: Se
     try:
         part = read_whole(source, settings.read)
     except LeafcutError:
-        return Whole(machine=machine)  # the reading for a kind of work reports the error
-    suits = registry.suited(kinds, WholeDrawing(part))
+        return Whole(machine=machine)  # what can be read of it says why the rest cannot
+    suits = registry.rate_works(works, WholeDrawing(part))
     drawn = Thumbnails(part)
     pictures = {
         work: drawn.picture(selection.contours, selection.holes, registry.process(work).pictured)
@@ -91,7 +91,7 @@ def _zero(work: str, source: Source, part: Part, settings: Settings) -> Zero:
         return origin[0], origin[1]
     unplaced = settings.but(replace(settings.read, origin=None))
     try:
-        before = registry.look_at(work, source, unplaced).extents
+        before = registry.preview_part(work, source, unplaced).extents
     except LeafcutError:
         return None
     after = part.extents
