@@ -267,7 +267,7 @@ def test_few_keys_make_a_machine_and_what_is_taken_for_the_others_is_told(tmp_pa
     assert (machine.name, machine.description) == ("mine", "mine")
     assert machine.max_feed == pytest.approx(2000 / 60)
     assert machine.acceleration == (500.0, 500.0, 500.0)
-    assert set(machine.assumed) == {"max_feed"} | {key.name for key in PROFILE_KEYS if key.told and key.default}
+    assert set(machine.assumed) == {"max_feed"} | {key.name for key in PROFILE_KEYS if key.reported and key.default}
     required = {key.name for key in PROFILE_KEYS if key.required}
     assert required == {"controller", "rapid.velocity"}
     (told,) = [i for i in leafcut.optimize("example:plate-10", machine=file, thickness=5).issues if i.code == "L408"]
