@@ -99,7 +99,7 @@ def test_a_drawing_that_is_kept_is_parsed_once(monkeypatch: pytest.MonkeyPatch) 
     parse = dxf_document._load_document
     monkeypatch.setattr(dxf_document, "_load_document", lambda *all_of: parsed.append("") or parse(*all_of))
     plain = drawing(lambda _, space: space.add_circle((0, 0), 3))
-    source = replace(plain, data=plain.data + b"late\n", kept={})
+    source = replace(plain, data=plain.data + b"late\n", cache={})
     issues = [read(source).issues, read(source).issues]
     read_whole(source)
     assert len(parsed) == 1

@@ -218,8 +218,10 @@ def test_a_remnant_is_filled_once_for_the_same_parts_and_ends_with_its_time(monk
     pieces = pieces_of([NestPart("square", (Contour(square),), quantity=3)])
     stock = Stock(200.0, 60.0, 1, None, (edge,), "rest")
     looked = []
-    place = nest_remnant.place
-    monkeypatch.setattr(nest_remnant, "place", lambda *given, **more: looked.append(1) or place(*given, **more))
+    find_position = nest_remnant.find_position
+    monkeypatch.setattr(
+        nest_remnant, "find_position", lambda *given, **more: looked.append(1) or find_position(*given, **more)
+    )
     packer = nest_remnant.RemnantPacker(pieces, stock, 5.0, 5.0)
     first, again = packer.fill(Counter({0: 3}), False), packer.fill(Counter({0: 3}), True)
     assert len(first) == len(again) == len(looked) == 3 and packer.repeatable
