@@ -41,7 +41,7 @@ class Shelves:
         return 1.0
 
     @property
-    def room(self) -> float:
+    def sheet_area(self) -> float:
         return float(self.size)
 
     def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
