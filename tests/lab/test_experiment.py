@@ -61,7 +61,7 @@ def test_of_many_runs_each_curve_has_fewer_points(monkeypatch: pytest.MonkeyPatc
 
     assert max(points()) > 6
     monkeypatch.setattr(experiment, "_ALL_POINTS", 20)
-    monkeypatch.setattr(experiment, "_LEAST_POINTS", 2)
+    monkeypatch.setattr(experiment, "_MIN_POINTS", 2)
     assert max(points()) <= 6  # a fourth of 20, and the answer
 
 

@@ -114,7 +114,7 @@ def test_branching_falls_towards_two_as_ants_agree() -> None:
 def test_of_a_long_search_every_second_or_fourth_iteration_is_kept_and_the_newest(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(room, "MOST_KEPT", 10)
+    monkeypatch.setattr(room, "MAX_KEPT", 10)
     study = Study()
     study.begin()
     for number in range(1, 36):

@@ -27,7 +27,7 @@ ROOT = Path(__file__).parents[2]
 def small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Draw small pictures of the stock, since large ones take half a second each."""
     monkeypatch.setattr("leafcut.report.stock_picture.LONGER", 100)
-    monkeypatch.setattr("leafcut.report.stock_picture._MOST", 200)
+    monkeypatch.setattr("leafcut.report.stock_picture._MAX_CELLS", 200)
 
 
 @pytest.fixture(scope="module", params=["sheet", "pocket", "holes", "program"])

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from leafcut.model.part import Slot
 from leafcut.model.toolpath import ToolpathBuilder
 from leafcut.processes.registry import report_of
-from leafcut.report.drawing import MOST_NUMBERS, build_scene, drawing, tool_class
+from leafcut.report.drawing import MAX_NUMBERS, build_scene, drawing, tool_class
 from leafcut.report.frame import Frame
 from leafcut.report.labels import Surroundings, crossing, place_labels
 from leafcut.report.page import path_svg
@@ -115,13 +115,13 @@ def numbers_of(svg: str) -> list[str]:
 
 
 def test_few_stops_are_numbered_from_one_in_order(outcome_of):
-    points = [(20.0 * (i % 10), 20.0 * (i // 10)) for i in range(MOST_NUMBERS)]
+    points = [(20.0 * (i % 10), 20.0 * (i // 10)) for i in range(MAX_NUMBERS)]
     numbers = numbers_of(path_svg(report_of(outcome_of(points)), "after"))
-    assert sorted(map(int, numbers)) == list(range(1, MOST_NUMBERS + 1))
+    assert sorted(map(int, numbers)) == list(range(1, MAX_NUMBERS + 1))
 
 
 def test_many_stops_have_a_ramp_and_a_start_and_an_end_instead(outcome_of):
-    points = [(20.0 * (i % 10), 20.0 * (i // 10)) for i in range(MOST_NUMBERS + 1)]
+    points = [(20.0 * (i % 10), 20.0 * (i // 10)) for i in range(MAX_NUMBERS + 1)]
     svg = path_svg(report_of(outcome_of(points)), "after")
     assert numbers_of(svg) == []
     assert {"start", "end"} <= set(texts(svg))

@@ -17,7 +17,7 @@ from leafcut.processes.registry import report_of
 from leafcut.report import views
 from leafcut.report.page import write_page
 from leafcut.report.styles import drawing_css, ramp_css
-from leafcut.report.views import HEAD_LINES, MOST_ISSUE_ROWS, WHOLE_PROGRAM_LINES
+from leafcut.report.views import HEAD_LINES, MAX_ISSUE_ROWS, WHOLE_PROGRAM_LINES
 from page_parser import Page
 
 
@@ -25,7 +25,7 @@ from page_parser import Page
 def small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Draw small pictures of the stock, since large ones take half a second each."""
     monkeypatch.setattr("leafcut.report.stock_picture.LONGER", 100)
-    monkeypatch.setattr("leafcut.report.stock_picture._MOST", 200)
+    monkeypatch.setattr("leafcut.report.stock_picture._MAX_CELLS", 200)
 
 
 def test_every_page_is_well_formed_and_complete_loads_nothing_and_runs_nothing(every_outcome):
@@ -125,11 +125,11 @@ def test_a_long_program_shows_its_head_only(outcome_of):
 
 
 def test_warnings_come_before_notes_and_many_issues_are_counted(outcome_of):
-    notes = [Issue("L406", f"note {i}", "", Severity.NOTE) for i in range(MOST_ISSUE_ROWS)]
+    notes = [Issue("L406", f"note {i}", "", Severity.NOTE) for i in range(MAX_ISSUE_ROWS)]
     issues = (*notes, Issue("L201", "a warning", "plate.dxf:7"))
     words = Page(write_page(report_of(outcome_of(issues=issues)))).words
     assert words.index("a warning plate.dxf:7") < words.index("note 0")
-    assert f"+ 1 more; in all: 1 × L201 (an entity is not a hole), {MOST_ISSUE_ROWS} × L406" in words
+    assert f"+ 1 more; in all: 1 × L201 (an entity is not a hole), {MAX_ISSUE_ROWS} × L406" in words
 
 
 def test_an_option_in_a_message_is_kept_on_one_line_and_what_a_file_says_stays_text(outcome_of):

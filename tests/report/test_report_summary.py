@@ -15,7 +15,7 @@ from leafcut.processes.drilling.model import DrillingDetail
 from leafcut.processes.registry import report_of
 from leafcut.report.json_answer import as_json
 from leafcut.report.page import write_page
-from leafcut.report.summary import MOST_ISSUES, print_summary
+from leafcut.report.summary import MAX_ISSUES, print_summary
 from leafcut.report.wording import at_most_words, clean, cost_words, percent_words, time_words
 from page_parser import Page
 
@@ -87,9 +87,9 @@ def test_issues_that_say_the_same_are_grouped_and_at_most_twelve_are_named(outco
     issues = tuple(Issue(code, "something") for code in codes for _ in range(3))
     lines = shown(outcome_of(issues=issues)).splitlines()
     named = [line for line in lines if line.startswith("L")]
-    assert [line.split()[0] for line in named] == codes[:MOST_ISSUES]
+    assert [line.split()[0] for line in named] == codes[:MAX_ISSUES]
     assert all("3 ×" in line for line in named)
-    assert f"+ {3 * (14 - MOST_ISSUES)} more" in [line.strip() for line in lines]
+    assert f"+ {3 * (14 - MAX_ISSUES)} more" in [line.strip() for line in lines]
 
 
 def test_issues_of_the_motion_and_the_machine_come_first_of_their_kind_and_are_never_folded(outcome_of):
@@ -97,10 +97,10 @@ def test_issues_of_the_motion_and_the_machine_come_first_of_their_kind_and_are_n
     issues = tuple(Issue(code, "something", severity=Severity.NOTE) for code in (*others, "L805", "L808"))
     warnings = tuple(Issue(code, "a warning") for code in (others[0], "L806"))
     lines = [line.split()[0] for line in shown(outcome_of(issues=(*issues, *warnings))).splitlines() if line[:1] == "L"]
-    assert lines[:5] == ["L806", others[0], "L805", "L808", others[0]] and len(lines) == MOST_ISSUES
-    many = tuple(Issue(code, "a warning") for code in others[: MOST_ISSUES + 1])
+    assert lines[:5] == ["L806", others[0], "L805", "L808", others[0]] and len(lines) == MAX_ISSUES
+    many = tuple(Issue(code, "a warning") for code in others[: MAX_ISSUES + 1])
     lines = [line.split()[0] for line in shown(outcome_of(issues=(*issues, *many))).splitlines() if line[:1] == "L"]
-    assert lines[MOST_ISSUES:] == ["L805", "L808"]
+    assert lines[MAX_ISSUES:] == ["L805", "L808"]
 
 
 def test_what_is_not_verified_is_said_to_be_so(outcome_of):

@@ -10,7 +10,7 @@ from PIL import Image
 
 from leafcut.material.height_field import HeightField, StockBlock
 from leafcut.report import stock_picture
-from leafcut.report.stock_mesh import MOST_CELLS, stock_stl
+from leafcut.report.stock_mesh import MAX_CELLS, stock_stl
 from leafcut.report.stock_picture import BOTTOM, DEPTHS, LEFT, LONGER, RIGHT, THROUGH, TOP, stock_png
 
 BLOCK = StockBlock((10.0, 20.0, -6.0), (30.0, 32.0, 0.0))
@@ -58,7 +58,7 @@ def test_a_solid_is_closed_looks_outwards_and_has_the_volume_of_what_is_left() -
 def test_a_solid_of_many_cells_takes_every_second_one() -> None:
     data, step = stock_stl(HeightField.of_block(BLOCK, 0.02))
     assert step == 2
-    assert len(triangles(data)) < 4.2 * MOST_CELLS
+    assert len(triangles(data)) < 4.2 * MAX_CELLS
 
 
 def test_a_picture_has_y_upwards_its_colours_by_depth_and_its_scale() -> None:

@@ -17,7 +17,7 @@ from leafcut.studio.jobs.task import Task
 from leafcut.studio.page.compare_jobs import compared_figures, compared_options
 from leafcut.studio.page.job_words import wanted_words
 from leafcut.studio.page.page_state import View
-from leafcut.studio.page.panel_jobs import MOST_ROWS, JobsPanel
+from leafcut.studio.page.panel_jobs import MAX_ROWS, JobsPanel
 from leafcut.studio.studio import Studio
 from leafcut.studio.wording import words
 
@@ -39,7 +39,7 @@ def rows(panel: JobsPanel) -> list[Any]:
 
 
 def test_the_list_shows_one_page_of_many_jobs_and_reaches_all(studio: Studio) -> None:
-    count = 2 * MOST_ROWS
+    count = 2 * MAX_ROWS
     noted(studio, count)
     page: Any = SimpleNamespace(open_job=lambda job: None)
     with Client(page_of("/")):
@@ -48,9 +48,9 @@ def test_the_list_shows_one_page_of_many_jobs_and_reaches_all(studio: Studio) ->
         seen: list[str] = []
         for _ in range(2):
             shown = [row.props["data-focus"] for row in rows(panel)]
-            assert len(shown) == MOST_ROWS
+            assert len(shown) == MAX_ROWS
             seen += shown
-            panel._turn(panel._skip + MOST_ROWS, count)
+            panel._turn(panel._skip + MAX_ROWS, count)
         assert seen == [f"job-job-{k:04}" for k in reversed(range(count))]
         small = len(list(panel.place.descendants()))
         panel._find(SimpleNamespace(args="plate_27"))
@@ -58,7 +58,7 @@ def test_the_list_shows_one_page_of_many_jobs_and_reaches_all(studio: Studio) ->
             f"job-job-{k:04}" for k in reversed(range(count)) if f"plate_{k}".startswith("plate_27")
         ]
         assert len(list(panel.place.descendants())) < small
-    assert studio.jobs.find((), MOST_ROWS, count - 10)[1] == count
+    assert studio.jobs.find((), MAX_ROWS, count - 10)[1] == count
 
 
 @pytest.mark.parametrize(

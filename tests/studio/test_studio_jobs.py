@@ -147,10 +147,10 @@ def test_of_a_days_jobs_only_the_last_are_still_known_as_they_went(
         patched.setattr(studio.history, "finish", full)
         unknown = studio.jobs.start(SHORT)
         assert studio.jobs.wait(unknown, 30) is JobState.FAILED
-    jobs = [studio.jobs.start(SHORT) for _ in range(room._MOST_ENDED + 4)]
+    jobs = [studio.jobs.start(SHORT) for _ in range(room._MAX_ENDED + 4)]
     assert [studio.jobs.wait(job, 30) for job in jobs] == [JobState.DONE] * len(jobs)
     live = [one for one in map(studio.jobs.live, jobs) if one is not None]
-    assert (len(live), [one.messages for one in live if one.messages]) == (room._MOST_ENDED, [])
+    assert (len(live), [one.messages for one in live if one.messages]) == (room._MAX_ENDED, [])
     assert all([words for _, words in studio.jobs.messages(job)] == ["search"] for job in (*jobs, unknown))
     assert studio.jobs.wait(unknown, 30) is JobState.FAILED
 

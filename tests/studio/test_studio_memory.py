@@ -16,13 +16,13 @@ from leafcut.studio.drawing.editing import CutOrder, HoleOrder
 from leafcut.studio.jobs.history import JobRecord
 from leafcut.studio.jobs.nest_request import WantedPart
 from leafcut.studio.jobs.task import Task
-from leafcut.studio.kept_pages import LONGEST, MOST_CHARACTERS, MOST_PAGES, KeptPages
+from leafcut.studio.kept_pages import LONGEST, MAX_CHARACTERS, MAX_PAGES, KeptPages
 from leafcut.studio.page.headline import saving
 from leafcut.studio.page.kept_state import KeptState
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.pages import Page
 from leafcut.studio.page.staleness import differences
-from leafcut.studio.recent_files import MOST_RECENT, RecentFiles
+from leafcut.studio.recent_files import MAX_RECENT, RecentFiles
 from leafcut.studio.studio import Studio, open_studio
 from leafcut.studio.wording import words
 
@@ -98,13 +98,13 @@ def test_pages_are_few_and_not_for_ever_and_none_that_is_seen_goes(tmp_path: Pat
     old = pages.new_name()
     pages.put(old, "{}")
     os.utime(tmp_path / f"{old}.json", (long_ago, long_ago))
-    for _ in range(MOST_PAGES + 5):
+    for _ in range(MAX_PAGES + 5):
         pages.put(pages.new_name(), "{}")
     assert pages.get(seen) == {"source": "a"}
     assert pages.get(old) is None
-    assert len(list(tmp_path.glob("*.json"))) <= MOST_PAGES + 1
+    assert len(list(tmp_path.glob("*.json"))) <= MAX_PAGES + 1
     large = pages.new_name()
-    pages.put(large, json.dumps({"name": "x" * MOST_CHARACTERS}))
+    pages.put(large, json.dumps({"name": "x" * MAX_CHARACTERS}))
     assert pages.get(large) is None
 
 
@@ -155,9 +155,9 @@ def test_recent_files_are_told_once_and_no_more_than_some_and_what_is_gone_is_no
     assert [row.name for row in recent.newest()] == ["plate.dxf", "plate.dxf", "plate-27"]
     folder.drop_inputs([same])
     assert [row.name for row in recent.newest()] == ["plate.dxf", "plate-27"]
-    for k in range(MOST_RECENT + 3):
+    for k in range(MAX_RECENT + 3):
         recent.add(f"random:{k + 5}:1", f"random:{k + 5}:1")
-    assert len(RecentFiles(folder).newest()) == MOST_RECENT
+    assert len(RecentFiles(folder).newest()) == MAX_RECENT
     recent.clear()
     assert recent.newest() == []
 

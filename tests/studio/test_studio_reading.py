@@ -162,7 +162,7 @@ def test_a_page_that_is_gone_ends_its_reading(studio: Studio, monkeypatch: pytes
 def test_readers_that_know_how_far_they_are_report_it(
     name: str, text: str, tmp_path: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("leafcut.model.heartbeat._TOLD_AGAIN", 0.0)
+    monkeypatch.setattr("leafcut.model.heartbeat._REPORT_INTERVAL", 0.0)
     told: list[tuple[str, float]] = []
     file = tmp_path / name
     file.write_text(text)

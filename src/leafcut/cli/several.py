@@ -14,7 +14,7 @@ from leafcut.units import FACTORS
 #: Table and report of a batch.
 TABLE, PAGE = "batch.csv", "batch.html"
 #: Extension of a list of inputs, and the maximum number of inputs.
-LIST, MOST_INPUTS = ".list", 100_000
+LIST, MAX_INPUTS = ".list", 100_000
 #: Units that options may have.
 UNIT_WORDS = frozenset(unit for units in FACTORS.values() for unit in units)
 #: Standard input.
@@ -45,8 +45,8 @@ def inputs_of(words: Iterable[str]) -> list[str]:
             inputs += _listed(path)
         else:
             inputs.append(word)
-    if len(inputs) > MOST_INPUTS:
-        raise OptionError(f"{count_of(len(inputs), 'input')}; at most {MOST_INPUTS:,} are possible")
+    if len(inputs) > MAX_INPUTS:
+        raise OptionError(f"{count_of(len(inputs), 'input')}; at most {MAX_INPUTS:,} are possible")
     return inputs
 
 

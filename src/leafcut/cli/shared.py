@@ -22,7 +22,7 @@ _WORST_FIRST = ("danger", "missing", "warning")
 #: For several inputs, the worst status counts; best first.
 _STATUS_ORDER = (DONE, INCOMPLETE, REFUSED, USAGE)
 #: Maximum number of warnings printed with --quiet.
-MOST_WARNINGS = 10
+MAX_WARNINGS = 10
 
 OptionsFile = Annotated[File | None, Parameter(name="--options", help="a TOML file of options")]
 NoDefaults = Annotated[
@@ -59,7 +59,7 @@ def print_issues(issues: Iterable[Any], place: str = "") -> None:
 
     worst_first = sorted((i for i in issues if i.severity != "note"), key=lambda i: _WORST_FIRST.index(i.severity))
     lines = {f"{place}{issue.severity}: {issue}": issue.code in LIMITS for issue in worst_first}
-    n_left = MOST_WARNINGS
+    n_left = MAX_WARNINGS
     for line, is_limit in lines.items():
         # Never shorten assumptions.
         if is_limit or n_left > 0:

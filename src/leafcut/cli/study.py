@@ -11,7 +11,7 @@ from leafcut.cli.json_output import print_json
 from leafcut.cli.progress import Reporter
 from leafcut.cli.shared import (
     DONE,
-    MOST_WARNINGS,
+    MAX_WARNINGS,
     NoDefaults,
     check_file_name,
     dashed,
@@ -81,6 +81,6 @@ def solve(
     for line in gap_lines(solution.cost, part.optimum, solution.lower_bound):
         print(line)
     print_defaults(solved.defaults)
-    for issue in part.issues[:MOST_WARNINGS]:
+    for issue in part.issues[:MAX_WARNINGS]:
         print(f"{issue.code}  {issue.message}{f' ({issue.place})' if issue.place else ''}")
     return DONE

@@ -22,7 +22,7 @@ from leafcut.order.executors import ExecutorError, WatchedExecutor
 from leafcut.read.registry import format_name
 
 #: Polls without a change after which a file is complete: if it ends as its format does, and otherwise (a slow copy).
-_LOOKS, _LOOKS_WITHOUT_END = 2, 10
+_POLLS, _POLLS_WITHOUT_END = 2, 10
 #: Common end of all files of a format.
 _ENDS = {"dxf": b"EOF", "svg": b"</svg>"}
 #: Bytes read at the end of a file.
@@ -39,7 +39,7 @@ class _Seen:
     """State of a file at the last poll, number of polls in this state, and the last state that was processed."""
 
     signature: _Signature
-    looks: int = 1
+    polls: int = 1
     done: _Signature | None = None
 
 
@@ -66,10 +66,10 @@ class FolderPoll:
             if seen_file is None:
                 self.seen[path] = _Seen(signature)
             elif seen_file.signature != signature:
-                seen_file.signature, seen_file.looks = signature, 1
+                seen_file.signature, seen_file.polls = signature, 1
             elif seen_file.done != signature:
-                seen_file.looks += 1
-                if seen_file.looks >= (_LOOKS if _ends(path) else _LOOKS_WITHOUT_END):
+                seen_file.polls += 1
+                if seen_file.polls >= (_POLLS if _ends(path) else _POLLS_WITHOUT_END):
                     seen_file.done = signature
                     if format_name(path):
                         ready.append(path)

@@ -16,7 +16,7 @@ from leafcut.files.whole_files import write_whole
 #: Environment variable with the path of the defaults file; empty for none.
 DEFAULTS_VARIABLE = "LEAFCUT_DEFAULTS"
 #: Maximum number of remembered hints (the latest), and maximum size of their file, bytes.
-_MOST_REMEMBERED, _LARGEST = 500, 1_000_000
+_MAX_REMEMBERED, _LARGEST = 500, 1_000_000
 
 
 def defaults_file() -> Path | None:
@@ -64,7 +64,7 @@ def first_time(hint: str) -> bool:
         return False
     with suppress(OSError, LeafcutError):
         folder.mkdir(parents=True, exist_ok=True)
-        write_whole(file, json.dumps([*shown, hint][-_MOST_REMEMBERED:], indent=0))
+        write_whole(file, json.dumps([*shown, hint][-_MAX_REMEMBERED:], indent=0))
     return True
 
 

@@ -8,8 +8,8 @@ from statistics import fmean, median
 from leafcut.errors import OptionError, count_of
 from leafcut.lab import charts
 from leafcut.lab.description import Analysis, Response
-from leafcut.lab.results import MOST_CHARTS, ReportBlock, Results, Table, number, p_words
-from leafcut.lab.statistics import LEAST_OF_PAIRS, Pair, interval, ranked
+from leafcut.lab.results import MAX_CHARTS, ReportBlock, Results, Table, number, p_words
+from leafcut.lab.statistics import MIN_OF_PAIRS, Pair, interval, ranked
 
 TITLE = "Ways compared"
 
@@ -22,7 +22,7 @@ def compared(results: Results, analysis: Analysis, response: Response) -> Report
     blocks = [{level.name: median(groups[level.name]) for level in factor.levels} for groups in complete.values()]
     words = []
     meaning = "an instance (the median of its runs)"
-    if len(blocks) < LEAST_OF_PAIRS:
+    if len(blocks) < MIN_OF_PAIRS:
         blocks = [
             dict(zip(groups, values, strict=True))
             for groups in complete.values()
@@ -67,7 +67,7 @@ def compared(results: Results, analysis: Analysis, response: Response) -> Report
                 groups, response.heading, f"{response.title} of {', '.join(rest)}, by {factor.title.lower()}"
             ),
         )
-        for rest, groups in list(by_cell.items())[:MOST_CHARTS]
+        for rest, groups in list(by_cell.items())[:MAX_CHARTS]
     ]
     return ReportBlock(heading, tuple(words), tuple(tables), tuple(drawn))
 

@@ -13,7 +13,7 @@ from leafcut.errors import OptionError
 #: Commands of a run besides those of the processes.
 SOLVE, OPTIMIZE = "solve", "optimize"
 #: Maximum number of runs of an experiment, and of seeds.
-MOST_RUNS, MOST_SEEDS = 100_000, 1000
+MAX_RUNS, MAX_SEEDS = 100_000, 1000
 #: Responses that every run has, whatever its command: wall-clock time and processor time, s.
 WALL, PROCESSOR = "wall_s", "processor_s"
 #: Responses that measure computing time, not machine time.
@@ -209,5 +209,5 @@ class Description:
             raise OptionError(
                 f"experiment '{self.name}' has no run: it needs an instance, a level of each factor, a seed"
             )
-        if self.n_runs > MOST_RUNS:
-            raise OptionError(f"experiment '{self.name}' has {self.n_runs} runs; at most {MOST_RUNS} are allowed")
+        if self.n_runs > MAX_RUNS:
+            raise OptionError(f"experiment '{self.name}' has {self.n_runs} runs; at most {MAX_RUNS} are allowed")

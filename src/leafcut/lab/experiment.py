@@ -24,9 +24,9 @@ from leafcut.processes import registry
 from leafcut.processes.settings import collect
 
 #: Maximum number of runs per algorithm, and of points per curve.
-MOST_RUNS, MOST_POINTS = 1000, 300
+MAX_RUNS, MAX_POINTS = 1000, 300
 #: Maximum number of points of all curves together (a page draws them all); minimum per curve.
-_ALL_POINTS, _LEAST_POINTS = 20_000, 10
+_ALL_POINTS, _MIN_POINTS = 20_000, 10
 
 #: Algorithms that can be compared: all with a name of their own that search a tour.
 COMPARED = tuple(name for name in ALGORITHM_TITLES if name not in ("auto", "none"))
@@ -96,8 +96,8 @@ def check_experiment(algorithms: Sequence[str], runs: int) -> None:
     for name in algorithms:
         if name not in COMPARED:
             raise OptionError(f"unknown algorithm '{name}'{nearest(name, COMPARED)}")
-    if not 1 <= runs <= MOST_RUNS:
-        raise OptionError(f"runs of each algorithm: {runs} is out of range; choose 1 to {MOST_RUNS}")
+    if not 1 <= runs <= MAX_RUNS:
+        raise OptionError(f"runs of each algorithm: {runs} is out of range; choose 1 to {MAX_RUNS}")
 
 
 def run_experiment(
@@ -129,7 +129,7 @@ def run_experiment(
     best: Solution | None = None
     stopped = False
     todo = [(algorithm, first + k) for algorithm in dict.fromkeys(algorithms) for k in range(runs)]
-    max_points = min(MOST_POINTS, max(_ALL_POINTS // len(todo), _LEAST_POINTS))
+    max_points = min(MAX_POINTS, max(_ALL_POINTS // len(todo), _MIN_POINTS))
     for number, (algorithm, seed) in enumerate(todo):
         study = Study(observe)
         on_progress = _run_progress(progress, f"{algorithm}, seed {seed}", number, len(todo))

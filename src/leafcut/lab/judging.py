@@ -9,11 +9,11 @@ from statistics import fmean
 from leafcut.errors import OptionError
 from leafcut.lab import charts, comparing
 from leafcut.lab.description import TIMES, Analysis, Response
-from leafcut.lab.results import MOST_CHARTS, ReportBlock, Results, Table, number, or_dash, p_words, variant_name
+from leafcut.lab.results import MAX_CHARTS, ReportBlock, Results, Table, number, or_dash, p_words, variant_name
 from leafcut.lab.statistics import OneWay, Pair, crossed, interval, one_way, pareto_front, trend
 
 #: Relative tolerance for equal figures of a cell.
-_ALIKE = 1e-3
+_EQUAL_SHARE = 1e-3
 
 
 def judged(results: Results) -> list[ReportBlock]:
@@ -61,7 +61,7 @@ def _anova(results: Results, analysis: Analysis, response: Response) -> ReportBl
             Table((factor.title, "Runs", f"{response.heading}: mean", "s", "Letters (Tukey)"), tuple(rows), 1, name)
         )
         tables.append(_pairs(f"{name}: every two levels", anova.fisher, anova.tukey, analysis.alpha))
-        if len(drawn) < MOST_CHARTS:
+        if len(drawn) < MAX_CHARTS:
             drawn.append((name, _chart_of(groups, factor.numeric, factor.title, response, name)))
     return ReportBlock(
         f"{_TITLES['anova']} of {factor.title.lower()}: {response.title.lower()}",
@@ -105,7 +105,7 @@ def _crossed(results: Results, analysis: Analysis, response: Response) -> Report
     first, second = (results.description.factor(name) for name in analysis.factors)
     places = [1 + [f.name for f in results.description.factors].index(f.name) for f in (first, second)]
     figures = results.figures(response.name)
-    deterministic = all(max(values) - min(values) <= _ALIKE * abs(max(values)) for values in figures.values())
+    deterministic = all(max(values) - min(values) <= _EQUAL_SHARE * abs(max(values)) for values in figures.values())
     together = deterministic and len({cell[0] for cell in figures}) > 1
     by_name: dict[str, list[tuple[str, str, float]]] = {}
     for cell, values in figures.items():
@@ -175,7 +175,7 @@ def _crossed(results: Results, analysis: Analysis, response: Response) -> Report
             ]
             for b in second.levels
         }
-        if len(drawn) < MOST_CHARTS:
+        if len(drawn) < MAX_CHARTS:
             label = f"{response.title} over {first.title.lower()}, a line for each {second.title.lower()}: {name}"
             drawn.append((name, charts.means(series, _levels_words(first.title, first), unit, label)))
     return ReportBlock(f"{_TITLES['crossed']}: {response.title.lower()}", tuple(words), tuple(tables), tuple(drawn))
@@ -332,7 +332,7 @@ def _pareto(results: Results, analysis: Analysis, response: Response) -> ReportB
     )
     drawn, words = [], []
     x_all, y_all = results.figures(second.name), results.figures(response.name)
-    for instance in results.description.instances[:MOST_CHARTS]:
+    for instance in results.description.instances[:MAX_CHARTS]:
         points = {
             variant_name(results.description, cell): (fmean(x_all[cell]), fmean(values))
             for cell, values in y_all.items()

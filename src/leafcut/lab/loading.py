@@ -14,7 +14,7 @@ from leafcut.files.schemas import EXPERIMENT
 from leafcut.files.whole_files import parse_toml, toml_bytes
 from leafcut.lab.description import (
     ANALYSES,
-    MOST_SEEDS,
+    MAX_SEEDS,
     OPTIMIZE,
     SOLVE,
     Analysis,
@@ -229,11 +229,11 @@ def _published(table: DescriptionTable) -> Published:
 def _seeds(table: DescriptionTable) -> tuple[int, ...]:
     """Return the seeds: a list, or 1 to a given number."""
     given = table.content.get("seeds", 1)
-    listed = list(range(1, given + 1)) if type(given) is int and 0 < given <= MOST_SEEDS else given
+    listed = list(range(1, given + 1)) if type(given) is int and 0 < given <= MAX_SEEDS else given
     if not isinstance(listed, list) or not listed or any(type(seed) is not int or seed < 0 for seed in listed):
-        raise table.wrong(f"seeds: give how many, 1 to {MOST_SEEDS}, or a list of whole numbers from 0 on")
-    if len(set(listed)) < len(listed) or len(listed) > MOST_SEEDS:
-        raise table.wrong(f"seeds: each once, and at most {MOST_SEEDS} of them")
+        raise table.wrong(f"seeds: give how many, 1 to {MAX_SEEDS}, or a list of whole numbers from 0 on")
+    if len(set(listed)) < len(listed) or len(listed) > MAX_SEEDS:
+        raise table.wrong(f"seeds: each once, and at most {MAX_SEEDS} of them")
     return tuple(listed)
 
 

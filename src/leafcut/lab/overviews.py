@@ -8,7 +8,7 @@ from statistics import fmean
 
 from leafcut.lab import charts
 from leafcut.lab.description import Response
-from leafcut.lab.results import MOST_CHARTS, ReportBlock, Results, Table, number, or_dash, variant_name
+from leafcut.lab.results import MAX_CHARTS, ReportBlock, Results, Table, number, or_dash, variant_name
 from leafcut.lab.statistics import interval
 from leafcut.lab.store import Row
 
@@ -47,7 +47,7 @@ def searches(results: Results) -> ReportBlock | None:
     if not curves:
         return None
     drawn = []
-    for name, variants in list(curves.items())[:MOST_CHARTS]:
+    for name, variants in list(curves.items())[:MAX_CHARTS]:
         by_iteration = any(
             step[0] != row.curve[0][0] for rows in variants.values() for row in rows for step in row.curve
         )

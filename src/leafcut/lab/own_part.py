@@ -7,7 +7,7 @@ from typing import Any
 
 from leafcut.errors import OptionError, nearest
 from leafcut.lab.description import (
-    MOST_SEEDS,
+    MAX_SEEDS,
     PROCESSOR,
     SOLVE,
     Analysis,
@@ -72,8 +72,8 @@ def compare_on(
             raise OptionError(f"unknown {option} '{value}'{nearest(value, known)}")
     if len(values) < 2:
         raise OptionError(f"choose at least two values of {option} to compare")
-    if not 1 <= runs <= MOST_SEEDS:
-        raise OptionError(f"runs of each: choose 1 to {MOST_SEEDS}")
+    if not 1 <= runs <= MAX_SEEDS:
+        raise OptionError(f"runs of each: choose 1 to {MAX_SEEDS}")
     first = int(options.get("seed") or 1)
     specs = {key: group_of(key).specs()[key] for key in options if key not in (option, "seed")}
     shared = {

@@ -10,7 +10,7 @@ from leafcut.lab.description import Description
 from leafcut.lab.store import Row
 
 #: Maximum number of instances with their own charts.
-MOST_CHARTS = 8
+MAX_CHARTS = 8
 
 DesignCell = tuple[str, ...]
 

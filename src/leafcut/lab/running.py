@@ -32,7 +32,7 @@ from leafcut.processes import registry
 from leafcut.read.format import Source
 
 #: Maximum number of stored points per curve.
-MOST_POINTS = 300
+MAX_POINTS = 300
 #: Time limit of a run in a new process, s.
 _LONGEST_PROCESS = 3600.0
 #: Packages whose versions are recorded with every run.
@@ -238,7 +238,7 @@ def _answer(
     if task.command == SOLVE:
         study = Study(None)
         solved = api.solve(task.input, observe=study, cancelled=cancelled, **task.options)
-        return solved_as_json(solved), tuple(curve_of(solved.solution, study, MOST_POINTS))
+        return solved_as_json(solved), tuple(curve_of(solved.solution, study, MAX_POINTS))
     if task.command == "nest":
         nested = api.nest([str(task.input)], cancelled=cancelled, **task.options)
         return registry.command("nest_answer")(nested), ()

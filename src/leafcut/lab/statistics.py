@@ -19,7 +19,7 @@ from leafcut.errors import OptionError
 Groups = Mapping[str, Sequence[float]]
 
 #: Minimum size of a group for a variance, and minimum number of blocks for a rank comparison.
-LEAST_OF_A_GROUP, LEAST_OF_PAIRS = 2, 5
+MIN_OF_A_GROUP, MIN_OF_PAIRS = 2, 5
 _RESAMPLES = 5000
 
 
@@ -252,8 +252,8 @@ def ranked(treatments: Groups, alpha: float = 0.05) -> Ranked:
     table = np.array([list(values) for values in treatments.values()], dtype=np.float64)
     if len(table) < 2:
         raise OptionError("a comparison needs two methods or more")
-    if table.shape[1] < LEAST_OF_PAIRS:
-        raise OptionError(f"a comparison by ranks needs {LEAST_OF_PAIRS} blocks or more; there are {table.shape[1]}")
+    if table.shape[1] < MIN_OF_PAIRS:
+        raise OptionError(f"a comparison by ranks needs {MIN_OF_PAIRS} blocks or more; there are {table.shape[1]}")
     blocks = table.shape[1]
     ranks = stats.rankdata(table, axis=0).mean(axis=1)
     statistic = p = w = None
@@ -314,9 +314,9 @@ def _checked(groups: Groups) -> dict[str, NDArray[np.float64]]:
     if len(values) < 2:
         raise OptionError("an analysis of variance needs two groups or more")
     for name, sample in values.items():
-        if len(sample) < LEAST_OF_A_GROUP:
+        if len(sample) < MIN_OF_A_GROUP:
             raise OptionError(
-                f"an analysis of variance needs {LEAST_OF_A_GROUP} figures of each level; '{name}' has {len(sample)}"
+                f"an analysis of variance needs {MIN_OF_A_GROUP} figures of each level; '{name}' has {len(sample)}"
             )
     return values
 

@@ -35,9 +35,9 @@ if TYPE_CHECKING:
     from optuna.trial import Trial
 
 #: Maximum number of trials, seeds and inputs.
-MOST_TRIALS, MOST_SEEDS, MOST_INPUTS = 10_000, 100, 1000
+MAX_TRIALS, MAX_SEEDS, MAX_INPUTS = 10_000, 100, 1000
 #: Minimum number of inputs: two for training, one for evaluation.
-LEAST_INPUTS = 3
+MIN_INPUTS = 3
 #: Names of the factor and its levels.
 FACTOR, DEFAULTS, TUNED = "parameters", "defaults", "tuned"
 #: First seed of the evaluation runs; the search uses none of these.
@@ -109,12 +109,12 @@ class TuningTask:
     def __post_init__(self) -> None:
         if self.algorithm not in RANGES:
             raise OptionError(f"--algorithm: cannot tune '{self.algorithm}'{nearest(self.algorithm, RANGES)}")
-        for flag, value, limit in (("--trials", self.trials, MOST_TRIALS), ("--seeds", self.seeds, MOST_SEEDS)):
+        for flag, value, limit in (("--trials", self.trials, MAX_TRIALS), ("--seeds", self.seeds, MAX_SEEDS)):
             if not 1 <= value <= limit:
                 raise OptionError(f"{flag}: choose 1 to {limit:,}")
-        if not LEAST_INPUTS <= len(self.inputs) <= MOST_INPUTS:
+        if not MIN_INPUTS <= len(self.inputs) <= MAX_INPUTS:
             raise OptionError(
-                f"{count_of(len(self.inputs), 'input')}: give {LEAST_INPUTS} to {MOST_INPUTS}, some to learn from and "
+                f"{count_of(len(self.inputs), 'input')}: give {MIN_INPUTS} to {MAX_INPUTS}, some to learn from and "
                 "others to judge by"
             )
         if not 0.0 < self.hold_out < 1.0:

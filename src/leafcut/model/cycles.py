@@ -29,8 +29,8 @@ _EPSILON = 1e-9
 
 #: Limits for pecks in one hole and moves in one program: more are a misplaced decimal point and would exhaust the
 #: memory.
-_MOST_PECKS = 10_000
-_MOST_ROWS = 6_000_000
+_MAX_PECKS = 10_000
+_MAX_ROWS = 6_000_000
 
 #: Down, up, and back down to the end of the previous peck.
 _MOVES_A_PECK = 3
@@ -51,7 +51,7 @@ def _peck_count(cycle: DrillCycle) -> int:
     if cycle.peck <= 0 or cycle.name not in PECKING:
         return 1
     strokes = (cycle.r_plane - cycle.bottom) / cycle.peck
-    if not strokes <= _MOST_PECKS:
+    if not strokes <= _MAX_PECKS:
         raise PlanError(f"a peck of {cycle.peck:g} mm takes {strokes:.0f} strokes a hole; use a larger one")
     return max(1, math.ceil(strokes - _EPSILON))
 
@@ -184,8 +184,8 @@ def expand(path: Toolpath, keep: Collection[str] = ()) -> Toolpath:
 def _all_steps(cycles: tuple[DrillCycle, ...], uses: NDArray[np.int64]) -> list[list[_Step]]:
     """Return the steps of every cycle, given its number of uses; raise if there are unreasonably many."""
     rows = sum(_MOVES_A_PECK * _peck_count(c) * max(n, 1) for c, n in zip(cycles, uses.tolist(), strict=True))
-    if rows > _MOST_ROWS:
-        raise PlanError(f"the drilling cycles come to {rows:,} moves, more than {_MOST_ROWS:,}; use larger pecks")
+    if rows > _MAX_ROWS:
+        raise PlanError(f"the drilling cycles come to {rows:,} moves, more than {_MAX_ROWS:,}; use larger pecks")
     return [_steps_at_r(cycle) for cycle in cycles]
 
 

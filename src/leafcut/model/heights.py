@@ -11,7 +11,7 @@ from leafcut.model.issue import Issue, Severity
 #: Tolerance for equal heights, mm.
 SAME_HEIGHT = 0.001
 #: Maximum number of heights listed; more indicate a 3D drawing.
-_MOST_NAMED = 4
+_MAX_NAMED = 4
 
 
 @dataclass(frozen=True)
@@ -49,6 +49,6 @@ class HeightCount:
 
     def __str__(self) -> str:
         rows = sorted(self.heights.items(), key=lambda row: -row[0])
-        parts = [f"{n} at Z{z:g} (the first at {x:g}, {y:g})" for z, (n, x, y) in rows[:_MOST_NAMED]]
-        rest = f", and {count_of(len(rows) - _MOST_NAMED, 'more height')}" if len(rows) > _MOST_NAMED else ""
+        parts = [f"{n} at Z{z:g} (the first at {x:g}, {y:g})" for z, (n, x, y) in rows[:_MAX_NAMED]]
+        rest = f", and {count_of(len(rows) - _MAX_NAMED, 'more height')}" if len(rows) > _MAX_NAMED else ""
         return ", ".join(parts) + rest

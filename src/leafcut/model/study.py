@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from leafcut.model.snapshot import Observer, Snapshot
 
 #: Maximum number of recorded iterations of a search; of a longer one every second, every fourth, and so on.
-MOST_KEPT = 4000
+MAX_KEPT = 4000
 
 
 class Iteration(NamedTuple):
@@ -81,7 +81,7 @@ class Study:
 
 
 class _Kept:
-    """Iterations of a search: at most `MOST_KEPT`, and the newest."""
+    """Iterations of a search: at most `MAX_KEPT`, and the newest."""
 
     def __init__(self) -> None:
         self.rows: list[Iteration] = []
@@ -93,7 +93,7 @@ class _Kept:
         if (row.number - 1) % self.every:
             return
         self.rows.append(row)
-        if len(self.rows) > MOST_KEPT:
+        if len(self.rows) > MAX_KEPT:
             self.every *= 2
             self.rows = [kept_row for kept_row in self.rows if (kept_row.number - 1) % self.every == 0]
 

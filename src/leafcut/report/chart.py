@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 WIDTH, HEIGHT = 480.0, 230.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 58.0, 10.0, 12.0, 40.0
-_MOST_POINTS = 600
+_MAX_POINTS = 600
 # Minimum share of the cost that was gained for a visible curve.
 _FLAT = 1e-5
 #: Ratio of times from which the time axis is logarithmic.
@@ -85,10 +85,10 @@ def convergence(solution: Solution, nearest: float | None, words: str) -> str:
 
 
 def _thinned(history: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    if len(history) <= _MOST_POINTS:
+    if len(history) <= _MAX_POINTS:
         return history
     last = len(history) - 1
-    return [history[i * last // (_MOST_POINTS - 1)] for i in range(_MOST_POINTS)]
+    return [history[i * last // (_MAX_POINTS - 1)] for i in range(_MAX_POINTS)]
 
 
 def _axes(history: list[tuple[float, float]], costs: list[float], total: float, under: float) -> _Axes:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from leafcut.model.outcome import Outcome, Which
 
 #: Maximum number of numbered stops; with more, the colour of the path shows the order.
-MOST_NUMBERS = 120
+MAX_NUMBERS = 120
 #: Number of colours of the ramp along a path, number of tool colours, and number of styles in which the tool colours
 #: repeat (solid, hollow, dashed, dotted).
 RAMP = 24
@@ -37,7 +37,7 @@ _SMALLEST_HOLE = 1.6
 _UNSIZED_PART = 0.3
 _LARGEST_UNSIZED = 5.0
 _RING = 1.1
-_MOST_GROUPS = 64
+_MAX_GROUPS = 64
 #: Stops of cuts are numbered up to this number, or with this spacing, user units.
 _FEW_NUMBERS = 24
 _SPACE_FOR_NUMBERS = 20.0
@@ -100,7 +100,7 @@ def build_scene(outcome: Outcome) -> Scene:
         (of_slot if operation.slots else of_hole)[order] = tools.index(operation.tool.number)
         if not operation.slots:  # a bare point gets the diameter of its drill
             diameters[order] = np.where(diameters[order] > 0, diameters[order], operation.tool.diameter)
-    numbered = max(len(before.stops), len(after.stops)) <= MOST_NUMBERS
+    numbered = max(len(before.stops), len(after.stops)) <= MAX_NUMBERS
     if len(after.cuts) and len(after.stops) > _FEW_NUMBERS:
         numbered = numbered and _apart(frame.place(np.unique(after.stops, axis=0))) >= _SPACE_FOR_NUMBERS
     smallest = _SMALLEST_OF_FEW if numbered else _SMALLEST_HOLE
@@ -155,7 +155,7 @@ def _apart(places: NDArray[np.float64]) -> float:
 
 def _dots(points: NDArray[np.float64], sizes: NDArray[np.float64], tools: NDArray[np.int64]) -> tuple[Dots, ...]:
     """Return the holes grouped by tool and size, largest first, so that no hole hides a smaller one."""
-    if len(np.unique(sizes)) > _MOST_GROUPS:  # too many sizes: round them to steps of 5 %
+    if len(np.unique(sizes)) > _MAX_GROUPS:  # too many sizes: round them to steps of 5 %
         sizes = 1.05 ** np.rint(np.log(sizes) / math.log(1.05))
     keys, group = np.unique(np.stack([-sizes, tools], axis=1), axis=0, return_inverse=True)
     group = group.reshape(-1)

@@ -24,7 +24,7 @@ _LEFT, _RIGHT, _TOP, _BOTTOM = 62.0, 16.0, 14.0, 44.0
 _FOOT = 58.0
 #: Margin around the data, as a share of its range.
 _MARGIN = 0.07
-_MOST_POINTS = 600
+_MAX_POINTS = 600
 #: Points farther from the front than this multiple of its range are not drawn.
 _MAX_DISTANCE = 2.0
 #: Positions of labels beside their marks, best first (on the right or not, vertical shift); distance and letter width.
@@ -166,9 +166,9 @@ def _unit(points: Sequence[CuttingPoint]) -> tuple[float, str]:
 
 def _thinned(points: tuple[CuttingPoint, ...], chosen: int) -> list[CuttingPoint]:
     last = len(points) - 1
-    if last < _MOST_POINTS:
+    if last < _MAX_POINTS:
         return list(points)
-    kept = {i * last // (_MOST_POINTS - 1) for i in range(_MOST_POINTS)} | {chosen}
+    kept = {i * last // (_MAX_POINTS - 1) for i in range(_MAX_POINTS)} | {chosen}
     return [points[i] for i in sorted(kept)]
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from leafcut.report.svg import element, short, text
 
-_MOST_ARROWS = 28
+_MAX_ARROWS = 28
 _SHORTEST_ARROWED = 22.0
 _ARROW = 4.2
 #: Minimum distance of arrow heads, user units.
@@ -29,10 +29,10 @@ def arrow_heads(segments: NDArray[np.float64], reach: float = _ARROW) -> str:
     long = np.flatnonzero(length >= min(_SHORTEST_ARROWED, length.max(initial=0.0) * 0.9))
     if not len(long):
         return ""
-    if len(long) > _MOST_ARROWS:
+    if len(long) > _MAX_ARROWS:
         # One from each section, at varying positions: in the rows of a grid, a fixed position would align all heads.
-        spread = np.arange(_MOST_ARROWS) + np.arange(_MOST_ARROWS) * _GOLDEN % 1.0
-        long = long[(spread * len(long) / _MOST_ARROWS).astype(np.int64)]
+        spread = np.arange(_MAX_ARROWS) + np.arange(_MAX_ARROWS) * _GOLDEN % 1.0
+        long = long[(spread * len(long) / _MAX_ARROWS).astype(np.int64)]
     heads: list[str] = []
     middles: list[tuple[float, float]] = []
     for row in long[length[long] > 2 * reach].tolist():

@@ -22,9 +22,9 @@ _HATCH, _CROSS = 6.0, 4.5
 #: Chord error of arcs, user units.
 _CHORDS = 0.06
 #: Maximum number of marked places; the issue counts them all.
-_MOST = 2_000
+_MAX_MARKS = 2_000
 #: Maximum number of hatch lines per area.
-_MOST_LINES = 300
+_MAX_LINES = 300
 
 
 def missing_points(issues: Iterable[Issue]) -> Points:
@@ -32,8 +32,8 @@ def missing_points(issues: Iterable[Issue]) -> Points:
     points: list[tuple[float, float]] = []
     for issue in issues:
         if issue.missing is not None:
-            points += issue.missing.where[:_MOST]
-            points += [c for path in issue.missing.outlines[:_MOST] for c in (path.extents[:2], path.extents[2:])]
+            points += issue.missing.where[:_MAX_MARKS]
+            points += [c for path in issue.missing.outlines[:_MAX_MARKS] for c in (path.extents[:2], path.extents[2:])]
     return np.array(points, dtype=np.float64).reshape(-1, 2)
 
 
@@ -45,7 +45,7 @@ def missing_drawing(frame: Frame, issues: Iterable[Issue]) -> str:
 def _of_work(frame: Frame, work: MissingWork, reason: str) -> str:
     words = title(f"missing: {clean(reason)}")
     if work.outlines:
-        rings = [frame.place(path.flattened(_CHORDS / frame.scale)) for path in work.outlines[:_MOST]]
+        rings = [frame.place(path.flattened(_CHORDS / frame.scale)) for path in work.outlines[:_MAX_MARKS]]
         edges = "".join(f"{lines_data(np.stack([ring[:-1], ring[1:]], axis=1))}z" for ring in rings)
         hatch = "".join(_hatch(ring) for ring in rings)
         return element("g", words, in_steps(element("path", d=edges)), element("path", d=hatch), class_="missing")
@@ -54,7 +54,7 @@ def _of_work(frame: Frame, work: MissingWork, reason: str) -> str:
     size = short(2.0 * _CROSS)
     crosses = "".join(
         f"M{short(x - _CROSS)} {short(y - _CROSS)}l{size} {size}m0 -{size}l-{size} {size}"
-        for x, y in frame.place(np.array(work.where[:_MOST])).tolist()
+        for x, y in frame.place(np.array(work.where[:_MAX_MARKS])).tolist()
     )
     return element("g", words, element("path", d=crosses), class_="missing")
 
@@ -64,7 +64,7 @@ def _hatch(ring: Points) -> str:
     area = shapely.make_valid(shapely.Polygon(ring))
     x0, y0, x1, y1 = shapely.bounds(area).tolist()
     first = _HATCH * math.ceil((x0 + y0) / _HATCH)
-    sums = np.arange(first, x1 + y1, _HATCH)[:_MOST_LINES]
+    sums = np.arange(first, x1 + y1, _HATCH)[:_MAX_LINES]
     lines = shapely.linestrings([[(s - y1, y1), (s - y0, y0)] for s in sums.tolist()])
     parts = shapely.get_parts(shapely.intersection(lines, area))
     ends = [shapely.get_coordinates(part)[[0, -1]].ravel().tolist() for part in parts if part.length > 0.0]

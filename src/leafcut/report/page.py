@@ -91,7 +91,7 @@ def _content(report: PathReport[Any]) -> dict[str, Any]:
         "missing": missing_words(outcome.issues),
         "options": [(clean(flag), clean(value)) for flag, value in outcome.options.items()],
         "searches": views.searches(outcome, report.search_name, report.nearest_cost()) if report.ordered else [],
-        "left_out": max(0, len(outcome.operations) - views.MOST_SEARCHES),
+        "left_out": max(0, len(outcome.operations) - views.MAX_SEARCHES),
         "workers": views.workers(outcome) if report.ordered else {"rows": []},
         "issues": views.issues(outcome),
         "program": views.program(outcome),

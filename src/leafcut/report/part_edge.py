@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 #: Maximum distance of shown lines from the work, as a share of its size; hides the frame of a drawing sheet.
 _BEYOND = 1.0
-_LEAST = 10.0
+_MIN_DISTANCE = 10.0
 _TOLERANCE = 0.05
 
 
@@ -24,7 +24,7 @@ def near_edge(part: Part, low: NDArray[np.float64], high: NDArray[np.float64]) -
     `low` and `high` are the corners of the work.
     """
     boxes = np.array([c.path.extents for c in part.edge]).reshape(-1, 2, 2)
-    beyond = max(_BEYOND * float((high - low).max()), _LEAST)
+    beyond = max(_BEYOND * float((high - low).max()), _MIN_DISTANCE)
     near = (boxes[:, 0] >= low - beyond).all(axis=1) & (boxes[:, 1] <= high + beyond).all(axis=1)
     return boxes[near].reshape(-1, 2)
 

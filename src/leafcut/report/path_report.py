@@ -180,7 +180,7 @@ class PathReport(Generic[D]):
             "legend": _legend(outcome, scene),
             "tools": views.tools(outcome, scene),
             "tools_say": views.tools_say(outcome),
-            "tools_left_out": max(0, len(outcome.operations) - views.MOST_TOOL_ROWS),
+            "tools_left_out": max(0, len(outcome.operations) - views.MAX_TOOL_ROWS),
             "staying": self.staying(),
             "sections": any(o.lines for o in outcome.operations),
         }

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from leafcut.material.stock_cut import StockCut
 
 #: Maximum number of drawn sheets of a nest; more would be too small to see.
-MOST_SHEETS = 6
+MAX_SHEETS = 6
 #: Distance between two sheets, as a share of the width of the first.
 _APART = 0.06
 _NO_LINES = np.zeros((0, 2, 2))
@@ -46,12 +46,12 @@ def nest_picture(outcome: NestOutcome) -> str:
     """Return the first sheets of the best nest, one above the other, as a stand-alone SVG."""
     best = outcome.nests[0]
     edges, parts, y = [_NO_LINES], [_NO_LINES], 0.0
-    for layout in best.layouts[:MOST_SHEETS]:
+    for layout in best.layouts[:MAX_SHEETS]:
         sheet = best.stock_of(layout)
         edges += [path_segments(path.moved(0.0, y)) for path in sheet.paths]
         parts += [path_segments(contour.path.moved(0.0, y)) for contour in best.contours(layout)]
         y += (1.0 + _APART) * sheet.width
-    shown, every = len(best.layouts[:MOST_SHEETS]), count(len(best.layouts), "layout")
+    shown, every = len(best.layouts[:MAX_SHEETS]), count(len(best.layouts), "layout")
     words = f"Nest: {every}" if shown == len(best.layouts) else f"Nest: the first {shown} of {every}"
     return _picture(words, {"plate": np.concatenate(edges), "cut": np.concatenate(parts)})
 

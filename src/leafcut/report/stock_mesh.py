@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from leafcut.material.height_field import HeightField
 
 #: Maximum number of cells in the mesh, four triangles each: a file of about 40 MB.
-MOST_CELLS = 200_000
+MAX_CELLS = 200_000
 _ROW = np.dtype([("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
@@ -20,10 +20,10 @@ def stock_stl(field: HeightField) -> tuple[bytes, int]:
 
     The vertices are at the cell centres, so that a reader recovers the heights; outer cells are repeated on the sides
     of the stock. Walls and a floor close the surface; where the stock is cut through, there is a hole. With more than
-    `MOST_CELLS` cells, only every second, third … is used.
+    `MAX_CELLS` cells, only every second, third … is used.
     """
     step = 1
-    while (field.heights.shape[0] // step) * (field.heights.shape[1] // step) > MOST_CELLS:
+    while (field.heights.shape[0] // step) * (field.heights.shape[1] // step) > MAX_CELLS:
         step += 1
     heights = np.maximum(field.heights[::step, ::step].astype(np.float64), field.floor)
     y, x = (

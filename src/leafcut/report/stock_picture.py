@@ -34,11 +34,11 @@ WAY, HELD = (190, 40, 66), (126, 118, 108)
 #: Longer side of the picture of the field, and minimum of its shorter side, pixels.
 LONGER, _SHORTER = 1400, 8
 #: Maximum number of cells along the longer side: more would be thinned out and only take memory.
-_MOST = 2 * LONGER
+_MAX_CELLS = 2 * LONGER
 #: Margins for text around the field, pixels: numbers of Y, the scale, and numbers of X.
 LEFT, RIGHT, TOP, BOTTOM = 96, 190, 30, 76
 #: Maximum length of the scale, and the minimum for which the page has room, pixels.
-_SCALE, _LEAST_SCALE = 460, 220
+_SCALE, _MIN_SCALE = 460, 220
 #: Strength of slope shading; strength of shadows, their radius (share of the size) and depth (share) at full strength.
 _SHADE, _SHADOW, _NEAR, _FULL = 0.4, 0.45, 0.012, 0.35
 _SIZE, _TICK = 22, 8
@@ -72,7 +72,7 @@ def stock_png(field: HeightField, top: float, over: OverStock | None = None) -> 
     """Return a height field as a PNG, seen from above, y upwards; `top` is the height of the uncut stock, mm."""
     from PIL import Image, ImageDraw, ImageFont
 
-    step = max(-(-max(field.heights.shape) // _MOST), 1)
+    step = max(-(-max(field.heights.shape) // _MAX_CELLS), 1)
     heights = field.heights[::step, ::step].astype(np.float32)
     through = heights <= field.floor + 1e-6
     lowest = float(heights[~through].min()) if (~through).any() else field.floor
@@ -85,7 +85,7 @@ def stock_png(field: HeightField, top: float, over: OverStock | None = None) -> 
     picture = _sized(Image.fromarray(coloured[::-1]))
     width, height = picture.size
     page = Image.new(
-        "RGB", (width + LEFT + RIGHT, max(height, _LEAST_SCALE + 40 * bool(through.any())) + TOP + BOTTOM), _PAPER
+        "RGB", (width + LEFT + RIGHT, max(height, _MIN_SCALE + 40 * bool(through.any())) + TOP + BOTTOM), _PAPER
     )
     if over is not None:
         _draw_paths(picture, field, over.ways)

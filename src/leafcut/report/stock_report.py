@@ -20,7 +20,7 @@ _FILES = (".png", ".stl")
 _MM3_PER_CM3 = 1000.0
 _BYTES_PER_MB = 1e6
 #: Maximum number of differing places listed.
-_MOST_PLACES = 10
+_MAX_PLACES = 10
 
 
 def check_name(output: str | None) -> None:
@@ -135,9 +135,9 @@ def _compared(stock_cut: StockCut) -> list[str]:
         f"at X{fixed(difference.x, 2)} Y{fixed(difference.y, 2)}: Z{fixed(difference.before, 3)} there, "
         f"Z{fixed(difference.after, 3)} here "
         f"({count(difference.cells, 'cell')})"
-        for difference in stock_cut.differences[:_MOST_PLACES]
+        for difference in stock_cut.differences[:_MAX_PLACES]
     ]
-    n_more = len(stock_cut.differences) - _MOST_PLACES
+    n_more = len(stock_cut.differences) - _MAX_PLACES
     return [
         f"{stock_cut.same_as} does not leave the same:",
         *lines,

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from leafcut.report.path_report import PathReport
 
 #: Maximum number of different issues, besides those of motion and machine; the report page has all.
-MOST_ISSUES = 12
-MOST_CHARACTERS = 219
+MAX_ISSUES = 12
+MAX_CHARACTERS = 219
 #: Tables with more columns have narrower spacing.
 _FEW_COLUMNS = 5
 _WORST = (Severity.DANGER, Severity.MISSING)
@@ -116,14 +116,14 @@ def _issues(outcome: Outcome) -> Table:
     table.add_column(no_wrap=True, min_width=4)
     table.add_column(overflow="fold")
     groups = group_issues((i for i in _other_issues(outcome) if i.code not in LIMITS), by_message=True)
-    folded = [g for g in groups[MOST_ISSUES:] if not g.code.startswith(MOTION)]
+    folded = [g for g in groups[MAX_ISSUES:] if not g.code.startswith(MOTION)]
     for group in (g for g in groups if g not in folded):
         style = "yellow" if group.severity is Severity.WARNING else "dim"
         number = f"{group.number:,} × " if group.number > 1 else ""
         place = f" ({group.place})" if group.place else ""
         words = Text.assemble((number, "dim"), group.message, (place, "dim"))
         # The end of a message states the remedy, so only messages of more than three lines are truncated.
-        words.truncate(MOST_CHARACTERS, overflow="ellipsis")
+        words.truncate(MAX_CHARACTERS, overflow="ellipsis")
         table.add_row(Text(group.code, style), words)
     rest = sum(group.number for group in folded)
     if rest:

@@ -10,7 +10,7 @@ from leafcut.model.kinds import BEAMS
 from leafcut.report import chart
 from leafcut.report.drawing import Scene, tool_class
 from leafcut.report.wording import (
-    LEAST_GAP,
+    MIN_GAP,
     NO_VALUE,
     SEVERITIES,
     SPARED,
@@ -40,10 +40,10 @@ PageRow = dict[str, Any]
 #: Name of the new order.
 OURS = "leafcut"
 
-MOST_ISSUE_ROWS = 200
-MOST_WORKER_ROWS = 128
-MOST_TOOL_ROWS = 100
-MOST_SEARCHES = 12
+MAX_ISSUE_ROWS = 200
+MAX_WORKER_ROWS = 128
+MAX_TOOL_ROWS = 100
+MAX_SEARCHES = 12
 #: A program with fewer lines is shown whole, a longer one by its first `HEAD_LINES`.
 WHOLE_PROGRAM_LINES = 2000
 HEAD_LINES = 200
@@ -120,7 +120,7 @@ def stacked(kinds: Mapping[str, str], rows: Sequence[tuple[str, dict[str, float]
 
 def tools_say(outcome: Outcome) -> PageRow:
     """Return which columns of the tool table have content."""
-    rows = outcome.operations[:MOST_TOOL_ROWS]
+    rows = outcome.operations[:MAX_TOOL_ROWS]
     return {
         "diameter": any(o.tool.diameter > 0 for o in rows),
         "cycle": any(o.cycle for o in rows),
@@ -143,7 +143,7 @@ def tools(outcome: Outcome, scene: Scene) -> list[PageRow]:
             "work": work_words(o),
             "assumed": o.tool.assumed,
         }
-        for o in outcome.operations[:MOST_TOOL_ROWS]
+        for o in outcome.operations[:MAX_TOOL_ROWS]
     ]
 
 
@@ -174,7 +174,7 @@ def searches(outcome: Outcome, name_of: Callable[[int], str], nearest_cost: floa
     """
     rows = []
     by_size = sorted(range(len(outcome.operations)), key=lambda k: -len(outcome.operations[k].solution.nodes))
-    for number in sorted(by_size[:MOST_SEARCHES]):
+    for number in sorted(by_size[:MAX_SEARCHES]):
         operation = outcome.operations[number]
         solution = operation.solution
         facts = [clean(solution.algorithm), cost_words(solution.cost, solution.unit)]
@@ -182,7 +182,7 @@ def searches(outcome: Outcome, name_of: Callable[[int], str], nearest_cost: floa
             facts.append(count(solution.iterations, "iteration"))
         if solution.gap is not None:
             facts.append(at_most_words(solution.gap, solution.unit))
-        if solution.stopped_early and (solution.gap is None or solution.gap > LEAST_GAP):
+        if solution.stopped_early and (solution.gap is None or solution.gap > MIN_GAP):
             facts.append("stopped early")
         if was_spared(solution):
             facts.append(SPARED)
@@ -220,13 +220,13 @@ def workers(outcome: Outcome) -> PageRow:
             "best": cost_words(w.best, o.solution.unit),
             "found": w.best <= o.solution.cost * (1 + 1e-9),
         }
-        for o, w in every[:MOST_WORKER_ROWS]
+        for o, w in every[:MAX_WORKER_ROWS]
     ]
     return {"rows": rows, "several": several, "left_out": len(every) - len(rows)}
 
 
 def issues(outcome: Outcome) -> PageRow:
-    """Return the groups of issues, and the issues themselves up to `MOST_ISSUE_ROWS`, worst first."""
+    """Return the groups of issues, and the issues themselves up to `MAX_ISSUE_ROWS`, worst first."""
     ordered = sorted(outcome.issues, key=lambda i: (SEVERITIES.index(i.severity), i.code))
     rows = [
         {
@@ -235,7 +235,7 @@ def issues(outcome: Outcome) -> PageRow:
             "message": clean(i.message),
             "place": clean(i.place),
         }
-        for i in ordered[:MOST_ISSUE_ROWS]
+        for i in ordered[:MAX_ISSUE_ROWS]
     ]
     groups = [{"code": g.code, "number": f"{g.number:,}", "words": CODES[g.code]} for g in group_issues(outcome.issues)]
     worst = [row for row in rows if row["severity"] in (Severity.DANGER, Severity.MISSING)]

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 NO_VALUE = "–"
 #: Gap below which a path counts as optimal.
-LEAST_GAP = 1e-4
+MIN_GAP = 1e-4
 #: Reason of a search that ended by `order.stop.Thrift`.
 SPARED = "more search would take longer than it saves"
 MINUS = "−"
@@ -225,7 +225,7 @@ def method_words(outcome: Outcome) -> str:
 
 def was_spared(solution: Solution) -> bool:
     """Return whether a search was stopped because it no longer paid off, before the optimum was known."""
-    return solution.spared and (solution.gap is None or solution.gap > LEAST_GAP)
+    return solution.spared and (solution.gap is None or solution.gap > MIN_GAP)
 
 
 def tool_count(outcome: Outcome) -> int:

@@ -129,9 +129,9 @@ def probe_z(conversation: GrblConversation, facts: Facts, plate: float, feed: fl
     if contact is None or touched.strip() != "1" or current is None:
         raise SendError("the controller does not say where the probe touched")
     # The tool comes to rest slightly below the contact point.
-    conversation.ask("G54")
-    conversation.ask(f"G10 L20 P1 Z{number_in_mm(plate + current[2] - contact[2] * facts.unit)}")
-    conversation.ask(jog_line({"Z": _RETRACT}, max(feed, 100.0)))
+    talk.ask("G54")
+    talk.ask(f"G10 L20 P1 Z{number_in_mm(plate + place_now[2] - contact[2] * facts.unit)}")
+    talk.ask(jog_line({"Z": _RETRACT}, max(feed, 100.0)))
 
 
 @dataclass(frozen=True)

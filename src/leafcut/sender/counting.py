@@ -15,7 +15,7 @@ GRBL_BUFFER = 128
 #: Bytes left free: some boards use one themselves (gnea/grbl, issue 302).
 SPARED = 1
 #: Limit for large buffers, bytes: a hold cannot take back buffered lines.
-MOST_AHEAD = 256
+MAX_AHEAD = 256
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class CharacterCounter:
     """The lines that are sent and not answered yet."""
 
     def __init__(self, buffer: int = GRBL_BUFFER, most_lines: int | None = None) -> None:
-        self.capacity, self.most_lines = min(buffer - SPARED, MOST_AHEAD), most_lines
+        self.capacity, self.most_lines = min(buffer - SPARED, MAX_AHEAD), most_lines
         self.waiting: deque[SentLine] = deque()
         self.bytes = 0
 

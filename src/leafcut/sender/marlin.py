@@ -64,7 +64,7 @@ START_SECONDS, KNOCK_SECONDS = 12.0, 1.0
 #: After a ``Resend:`` an ``ok`` follows that answers no line. Silence of this length means that it has arrived, s.
 QUIET_SECONDS = 0.15
 #: A line without an answer or a ``busy:`` (sent every 2 s) for this time, s, is repeated, at most this many times.
-LOST_SECONDS, MOST_AGAIN = 3.0, 3
+LOST_SECONDS, MAX_AGAIN = 3.0, 3
 #: Time in which moves are dropped after a quick stop, with a margin, s (`Planner::quick_stop`).
 DROPPED_SECONDS = 1.3
 #: Maximum time to finish the planned moves without a ``busy:``, s.
@@ -180,12 +180,12 @@ class MarlinConversation(Conversation):
             if unanswered is not None and number == unanswered.number + 1:
                 self._stray_answers += 1  # its answer was lost or is still to come
                 return self._answered()
-            if unanswered is not None:
-                self._write_line(unanswered)
-        elif unanswered is not None:
-            if now - self._heard_at > LOST_SECONDS * self.patience and self._n_repeats < MOST_AGAIN:
-                self._n_repeats += 1
-                self._write_line(unanswered)
+            if flying is not None:
+                self._put(flying)
+        elif flying is not None:
+            if now - self._heard_at > LOST_SECONDS * self.patience and self._times < MAX_AGAIN:
+                self._times += 1
+                self._put(flying)
                 self._heard_at = now
         elif self._own_lines:
             self._send_numbered(self._own_lines.popleft(), is_own=True)

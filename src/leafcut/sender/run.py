@@ -32,7 +32,7 @@ SILENCE_SECONDS = 5.0
 #: Time after which an idle machine with an unanswered line has lost the answer, s.
 OWING_SECONDS = 3.0
 #: Maximum number of errors collected by a check.
-_MOST_ERRORS = 20
+_MAX_ERRORS = 20
 
 
 class Request(StrEnum):
@@ -389,8 +389,8 @@ class SendRun:
         if not self.check or not line.number:
             raise _Ended(problem)
         self._errors.append((line.number, problem))
-        if len(self._errors) >= _MOST_ERRORS:
-            raise _Ended(f"{problem}; {_MOST_ERRORS} errors, the rest was not looked at")
+        if len(self._errors) >= _MAX_ERRORS:
+            raise _Ended(f"{problem}; {_MAX_ERRORS} errors, the rest was not looked at")
 
     def _process_status(self, status: Status) -> None:
         """Process a status: position of the machine, and whether it is at rest."""

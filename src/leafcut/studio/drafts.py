@@ -13,7 +13,7 @@ from leafcut.files.whole_files import write_whole
 from leafcut.studio.folder import Folder
 
 #: Upper limit; profiles have a few kB.
-MOST_CHARACTERS = 200_000
+MAX_CHARACTERS = 200_000
 
 
 class Drafts(MutableMapping[str, str]):
@@ -36,7 +36,7 @@ class Drafts(MutableMapping[str, str]):
     def __setitem__(self, name: str, text: str) -> None:
         file = self._place / self._folder.own_path(self._kind, name).name
         self._unwritten[name] = text
-        if len(text) <= MOST_CHARACTERS:
+        if len(text) <= MAX_CHARACTERS:
             with suppress(OSError, LeafcutError):
                 self._place.mkdir(mode=0o700, parents=True, exist_ok=True)
                 write_whole(file, text)

@@ -17,9 +17,9 @@ from leafcut.files.whole_files import write_whole
 #: Format of a page's name; it cannot be a path. It grants no access, which needs the key.
 PAGE = re.compile(r"[A-Za-z0-9_-]{16}")
 #: Maximum number of stored pages, and maximum age since the last change, s.
-MOST_PAGES, LONGEST = 60, 14 * 24 * 3600.0
+MAX_PAGES, LONGEST = 60, 14 * 24 * 3600.0
 #: Maximum number of characters of a page.
-MOST_CHARACTERS = 4_000_000
+MAX_CHARACTERS = 4_000_000
 
 
 class KeptPages:
@@ -50,7 +50,7 @@ class KeptPages:
 
     def put(self, name: str, text: str) -> None:
         """Store the choices of a page, a JSON object."""
-        if not PAGE.fullmatch(name) or len(text) > MOST_CHARACTERS:
+        if not PAGE.fullmatch(name) or len(text) > MAX_CHARACTERS:
             return
         new = not self._file(name).exists()
         with self._lock, suppress(Exception):  # the open page does not depend on its stored state
@@ -106,7 +106,7 @@ class KeptPages:
         for number, file in enumerate(self._files()):
             holder = self._held.get(file.stem)
             with suppress(OSError):
-                if (number >= MOST_PAGES or now - file.stat().st_mtime > LONGEST) and not (holder and holder()):
+                if (number >= MAX_PAGES or now - file.stat().st_mtime > LONGEST) and not (holder and holder()):
                     file.unlink()
 
 

@@ -22,7 +22,7 @@ from leafcut.files.whole_files import OutputError
 #: Lifetime of a cookie after the last load of the page, s.
 COOKIE_SECONDS = 12 * 3600
 #: Maximum number of unused addresses; the oldest is dropped.
-_MOST_UNUSED = 8
+_MAX_UNUSED = 8
 
 
 class StudioKeys:
@@ -53,7 +53,7 @@ class StudioKeys:
     def new_entry(self) -> str:
         """Return a key that admits one browser, once."""
         key = secrets.token_urlsafe(24)
-        self._unused = [*self._unused[1 - _MOST_UNUSED :], key]
+        self._unused = [*self._unused[1 - _MAX_UNUSED :], key]
         return key
 
     def enter(self, word: str) -> bool:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 #: Maximum depth of messages within messages.
 _DEEPEST = 6
 #: Maximum number of places at which a line is split.
-_MOST_PARTS = 8
+_MAX_PARTS = 8
 _GAP = "{}"
 #: Separators of a message's parts: file and problem; problem and advice; a remark.
 _BETWEEN = re.compile(r"; |: | \(")
@@ -75,7 +75,7 @@ class Messages:
             known = pattern.size + sum(gap.known for gap in filled)
             if known > best.known:
                 best = _Translation(pattern.translation.format(*(gap.text for gap in filled)), known)
-        for between in list(_BETWEEN.finditer(line))[:_MOST_PARTS] if best.known < len(line) else ():
+        for between in list(_BETWEEN.finditer(line))[:_MAX_PARTS] if best.known < len(line) else ():
             head, tail = line[: between.start()], line[between.end() :]
             if head and tail:
                 first, second = self._translated(head, depth + 1, seen), self._translated(tail, depth + 1, seen)

@@ -16,7 +16,7 @@ from leafcut.files.whole_files import write_whole
 from leafcut.studio.folder import BUILT_IN, Folder
 
 #: Maximum number of files.
-MOST_RECENT = 12
+MAX_RECENT = 12
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class RecentFiles:
         """Add an opened file; it replaces an entry with the same name and content."""
         with self._lock:
             kept = [recent for recent in self.newest() if not self._is_same(recent, source, name)]
-            rows = [RecentFile(source, name, time.time()), *kept][:MOST_RECENT]
+            rows = [RecentFile(source, name, time.time()), *kept][:MAX_RECENT]
             with suppress(LeafcutError):  # the list is only a convenience
                 write_whole(self._file, json.dumps([asdict(recent) for recent in rows]))
 

@@ -329,7 +329,7 @@ def test_a_binary_file_is_no_program(tmp_path: Path) -> None:
 def test_every_stage_names_itself_and_who_is_told_can_end_it_while_it_goes_on(
     stage: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("leafcut.model.heartbeat._TOLD_AGAIN", 0.0)
+    monkeypatch.setattr("leafcut.model.heartbeat._REPORT_INTERVAL", 0.0)
     told: list[str] = []
 
     class Cancelled(Exception):

@@ -27,7 +27,7 @@ from leafcut.studio.drawing.scene import packed
 #: Number of chords of an arc.
 _CHORDS = 32
 #: Maximum number of marks drawn for one difference.
-_MOST_MARKS = 200
+_MAX_MARKS = 200
 
 
 class Change(IntEnum):
@@ -45,7 +45,7 @@ def differences_scene(differences: Sequence[Difference], original: Toolpath, new
     moves = {side: path.kind <= Kind.DRILL for side, path in zip(strokes, (original, new), strict=True)}
     for index, difference in enumerate(differences):
         change = change_of(difference)
-        for pair in ((difference.original, difference.new), *difference.also)[:_MOST_MARKS]:
+        for pair in ((difference.original, difference.new), *difference.also)[:_MAX_MARKS]:
             for side, path, line in zip(strokes, (original, new), pair, strict=True):
                 if not line or change not in (side, Change.CHANGED):
                     continue

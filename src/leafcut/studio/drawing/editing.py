@@ -19,7 +19,7 @@ from leafcut.read.order_file import drawing_of, order_text
 
 State = TypeVar("State")
 #: Limits for a saved order: undo steps, and characters of all steps.
-_MOST_STEPS, _MOST_LETTERS = 30, 1_000_000
+_MAX_STEPS, _MAX_LETTERS = 30, 1_000_000
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ class Undoable(Generic[State]):
 
     def as_plain(self) -> dict[str, Any]:
         """Return the state and its undo and redo steps as plain values."""
-        max_steps = min(_MOST_STEPS, _MOST_LETTERS // len(json.dumps(self.state)))
+        max_steps = min(_MAX_STEPS, _MAX_LETTERS // len(json.dumps(self.state)))
         before, after = (
             steps[len(steps) - max_steps :] if len(steps) > max_steps else steps
             for steps in (self._before, self._after)
@@ -237,7 +237,7 @@ class HoleOrder(Undoable[HoleOrders]):
         return order_text(fixed, drawing_of(self._xy.tolist()))
 
 
-_OTHER = {
+_OPPOSITE = {
     "clockwise": "counter-clockwise",
     "counter-clockwise": "clockwise",
     "forward": "backward",
@@ -300,9 +300,9 @@ class CutOrder(Undoable[tuple[str, ...]]):
         """Reverse the direction of a cut."""
         rows = self._rows()
         row = self._find(rows, stop)
-        if row.get("direction") not in _OTHER:
+        if row.get("direction") not in _OPPOSITE:
             raise OptionError("the plan has no direction for this cut")
-        row["direction"] = _OTHER[row["direction"]]
+        row["direction"] = _OPPOSITE[row["direction"]]
         self._fix(row, "direction")
         self._keep(rows)
 

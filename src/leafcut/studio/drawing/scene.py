@@ -95,7 +95,7 @@ CLOSED = 16
 #: Chord tolerance for arcs of missing work, mm.
 MISSING_CHORDS = 0.05
 #: Maximum number of issues that are shown one by one, and of positions of one issue.
-MOST_ISSUES = 500
+MAX_ISSUES = 500
 
 _LEAD_TOLERANCE = 0.02
 _PLACE = re.compile(r"\((-?[\d.]+(?:e[+-]?\d+)?), (-?[\d.]+(?:e[+-]?\d+)?)\)")
@@ -382,13 +382,13 @@ def _tool_words(label: str, diameter: float) -> str:
 
 def _issues(issues: Iterable[Issue]) -> list[list[str]]:
     """Return code, severity, message and place of the first issues."""
-    return [[i.code, i.severity.value, clean(i.message), clean(i.place)] for i in list(issues)[:MOST_ISSUES]]
+    return [[i.code, i.severity.value, clean(i.message), clean(i.place)] for i in list(issues)[:MAX_ISSUES]]
 
 
 def _missing(issues: Iterable[Issue]) -> list[list[list[float]]]:
     """Return the outlines of missing work, each as points, mm."""
     paths = [path for issue in issues if issue.missing is not None for path in issue.missing.outlines]
-    return [path.flattened(MISSING_CHORDS).round(3).tolist() for path in paths[:MOST_ISSUES]]
+    return [path.flattened(MISSING_CHORDS).round(3).tolist() for path in paths[:MAX_ISSUES]]
 
 
 def _issue_places(part: Part) -> NDArray[np.float64]:
@@ -397,8 +397,8 @@ def _issue_places(part: Part) -> NDArray[np.float64]:
     named += [(c.handle, c.path.start) for c in part.contours if c.handle]
     of_handle = dict(reversed(named))
     places = []
-    for index, issue in enumerate(part.issues[:MOST_ISSUES]):
-        places += [(float(x), float(y), index) for x, y in _PLACE.findall(issue.place)[:MOST_ISSUES]]
+    for index, issue in enumerate(part.issues[:MAX_ISSUES]):
+        places += [(float(x), float(y), index) for x, y in _PLACE.findall(issue.place)[:MAX_ISSUES]]
         handle_match = _HANDLE.search(issue.place)
         if handle_match and handle_match[1] in of_handle:
             places.append((*of_handle[handle_match[1]], index))

@@ -62,9 +62,9 @@ from leafcut.studio.drawing.scene import Columns, packed
 #: Length of the cutting part of a tool, in diameters, if its library does not state it.
 _FLUTES = 3.0
 #: Maximum number of pieces of a shank and a holder that are drawn.
-_MOST_BODIES = 4
+_MAX_BODIES = 4
 #: Heights that differ by less are equal, mm; maximum number of different places that are listed.
-_TOLERANCE, _MOST_PLACES = 0.01, 200
+_TOLERANCE, _MAX_PLACES = 0.01, 200
 
 
 def outcome_solid_scenes(outcome: Outcome) -> tuple[bytes, bytes]:
@@ -131,7 +131,7 @@ def _scenes(first: _Shown, second: _Shown) -> tuple[bytes, bytes]:
     wrong = differing_cells(results[0], results[1], _TOLERANCE)
     deeper = results[1].heights < results[0].heights
     groups = regions(wrong & deeper) + regions(wrong & ~deeper)
-    places = [_place_of(group, results) for group in groups[:_MOST_PLACES]]
+    places = [_place_of(group, results) for group in groups[:_MAX_PLACES]]
     scenes = []
     for index, (run, solid) in enumerate(zip((first, second), solids, strict=True)):
         lower = results[1 - index].heights < results[index].heights
@@ -217,7 +217,7 @@ def _tool(tool: Tool, cutter: Cutter, bodies: Sequence[BodyPart]) -> dict[str, A
     slope = 0.0 if math.isinf(cutter.slope) else cutter.slope
     length = tool.flute_length or _FLUTES * tool.diameter
     shape = [cutter.radius, cutter.flat, cutter.corner, *cutter.tangent, slope]
-    above = [[part.body.value, part.above, part.radius] for part in bodies[:_MOST_BODIES]]
+    above = [[part.body.value, part.above, part.radius] for part in bodies[:_MAX_BODIES]]
     point = cutter.height(cutter.radius)
     seen = max(length, point) if math.isfinite(point) else length
     return {"words": clean(tool.label), "shape": shape, "bodies": above, "length": seen}

@@ -11,7 +11,7 @@ from leafcut.model.part import Hole, Part
 #: Size and margin of an image, in its own units.
 WIDTH, HEIGHT, MARGIN = 96, 56, 4
 #: Maximum number of outlines and holes, of points, and minimum distance of points: more would not be visible.
-_MOST, _MOST_POINTS, _LEAST_STEP = 1_500, 6_000, 0.5
+_MAX_HOLES, _MAX_POINTS, _MIN_STEP = 1_500, 6_000, 0.5
 _TOLERANCE = 0.15
 #: Smaller objects become dots.
 _SMALL = 1.0
@@ -23,15 +23,15 @@ class Thumbnails:
     def __init__(self, whole: Part) -> None:
         frame = _Frame(_around(whole))
         sizes = np.array([_size(c.path) for c in whole.contours])
-        left = _MOST_POINTS
+        left = _MAX_POINTS
         self._contours: dict[int, str] = {}
         # Largest first, so that only the smallest are left out.
-        for k in np.argsort(-sizes, kind="stable")[:_MOST].tolist():
+        for k in np.argsort(-sizes, kind="stable")[:_MAX_HOLES].tolist():
             if left <= 0:
                 break
             self._contours[k], count = frame.line(whole.contours[k].path, small=sizes[k] * frame.scale < _SMALL)
             left -= count
-        step = max(len(whole.holes) // _MOST, 1)
+        step = max(len(whole.holes) // _MAX_HOLES, 1)
         self._holes = {k: frame.circle(whole.holes[k]) for k in range(0, len(whole.holes), step)}
 
     def picture(
@@ -105,7 +105,7 @@ def _size(path: Polyline) -> float:
 
 def _thinned(places: NDArray[np.float64]) -> NDArray[np.intp]:
     """Return the indices of points to draw; consecutive points in the same grid cell are dropped."""
-    cells = np.round(places / _LEAST_STEP)
+    cells = np.round(places / _MIN_STEP)
     new = np.ones(len(places), dtype=np.bool_)
     new[1:] = np.any(cells[1:] != cells[:-1], axis=1)
     return np.flatnonzero(new)

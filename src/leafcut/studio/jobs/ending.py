@@ -13,7 +13,7 @@ import threading
 from types import TracebackType
 
 #: Interval for checking a thread that is to end, s.
-_AGAIN = 0.05
+_RETRY_SECONDS = 0.05
 #: Loaders of modules and compiled code; an aborted load would leave a broken module for all other threads.
 _LOADERS = ("<frozen importlib._bootstrap>", f"{os.sep}llvmlite{os.sep}", f"{os.sep}numba{os.sep}")
 
@@ -91,7 +91,7 @@ class Endable:
             if not self.raised and not _must_not_end(thread):
                 self.raised = True
                 ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(self._ended))
-        timer = threading.Timer(_AGAIN, self._try_to_end)
+        timer = threading.Timer(_RETRY_SECONDS, self._try_to_end)
         timer.daemon = True
         timer.start()
 

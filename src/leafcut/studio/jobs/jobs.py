@@ -30,13 +30,13 @@ AT_ONCE = 2
 #: Step name while a job reads its inputs (`model.heartbeat.looking_for`).
 READING = "reading"
 #: Maximum number of stored messages; older ones are dropped.
-_MOST_MESSAGES = 1000
+_MAX_MESSAGES = 1000
 #: Number of finished jobs kept in memory, for pages that have not shown their end yet.
-_MOST_ENDED = 16
+_MAX_ENDED = 16
 #: Maximum number of trials that are listed for a job.
-_MOST_TRIED = 64
+_MAX_TRIED = 64
 #: Maximum number of points of a running convergence chart, and minimum interval between two, s.
-_MOST_POINTS, _POINT_SECONDS = 4000, 0.02
+_MAX_POINTS, _POINT_SECONDS = 4000, 0.02
 
 
 class Cancelled(Exception):
@@ -105,13 +105,13 @@ class Live:
         step, cost, trial = progress.step, progress.cost, progress.trial
         if step != self.latest.step:
             self.reading.begin() if step == READING else self.reading.leave()
-        if trial is not None and (trial.name in self.tried or len(self.tried) < _MOST_TRIED):
+        if trial is not None and (trial.name in self.tried or len(self.tried) < _MAX_TRIED):
             self.tried[trial.name] = trial.figure, trial.cost
         now = time.perf_counter() - self.began
         if not self.messages or self.messages[-1][1] != step:
             self.messages.append((now, step))
             self.said += 1
-            del self.messages[:-_MOST_MESSAGES]
+            del self.messages[:-_MAX_MESSAGES]
         self.latest, self.latest_s = progress, now
         if cost is None:
             return
@@ -119,7 +119,7 @@ class Live:
         fresh = last is None or last[2] != step or cost < last[1]
         if fresh and (last is None or last[2] != step or now - last[0] >= _POINT_SECONDS):
             self.points.append((now, cost, step))
-            if len(self.points) > _MOST_POINTS:
+            if len(self.points) > _MAX_POINTS:
                 del self.points[1:-1:2]
 
 
@@ -328,7 +328,7 @@ class Jobs:
         """Record that the end of a job is stored, and release the oldest finished jobs."""
         with self._lock:
             self._ended.append(job)
-            while len(self._ended) > _MOST_ENDED:
+            while len(self._ended) > _MAX_ENDED:
                 self._live.pop(self._ended.popleft(), None)
 
 

@@ -13,7 +13,7 @@ from leafcut.errors import OptionError
 from leafcut.units import parse_angles
 
 #: Maximum quantity of a part; more are a mistake.
-MOST_PIECES = 100_000
+MAX_PIECES = 100_000
 
 
 @dataclass(frozen=True)
@@ -62,8 +62,8 @@ def quantity_of(typed: str) -> int:
         It is not a whole number, or out of bounds.
     """
     text = typed.strip()
-    if not text.isdecimal() or not 1 <= int(text[:9]) <= MOST_PIECES or len(text) > 9:
-        raise OptionError(f"quantity: '{text[:40]}' is not a whole number from 1 to {MOST_PIECES:,}")
+    if not text.isdecimal() or not 1 <= int(text[:9]) <= MAX_PIECES or len(text) > 9:
+        raise OptionError(f"quantity: '{text[:40]}' is not a whole number from 1 to {MAX_PIECES:,}")
     return int(text)
 
 

@@ -39,9 +39,9 @@ _DXF, _CSV = "image/vnd.dxf", "text/csv; charset=utf-8"
 
 
 #: Maximum number of holes for manual changes of the order.
-_MOST_HOLES = 20_000
+_MAX_HOLES = 20_000
 #: Maximum number of searches with a chart.
-_MOST_SEARCHES = 50
+_MAX_SEARCHES = 50
 
 
 @dataclass(frozen=True)
@@ -214,7 +214,7 @@ def _order_files(outcome: Outcome, output: str) -> dict[str, Artefact]:
     drilled = {n: tuple(o.hole_order) for n, o in enumerate(outcome.operations) if not o.slots}
     count = sum(map(len, drilled.values()))
     # A program of another CAM has no initial order.
-    if outcome.process != "drill" or outcome.nearest is None or not 0 < count <= _MOST_HOLES:
+    if outcome.process != "drill" or outcome.nearest is None or not 0 < count <= _MAX_HOLES:
         return {}
     places = outcome.part.hole_xy.tolist()
     order = order_text(drilled, drawing_of(places)).encode()
@@ -242,7 +242,7 @@ def _searches(
     """
     kept: list[dict[str, Any]] = [
         {"name": name, "history": [list(point) for point in history], "bound": bound, "unit": unit}
-        for name, history, bound, unit in searches[:_MOST_SEARCHES]
+        for name, history, bound, unit in searches[:_MAX_SEARCHES]
     ]
     if isinstance(observe, Study) and len(kept) == len(observe.searches) == 1:
         kept[0]["iterations"] = [list(row) for row in observe.iterations()]

@@ -28,7 +28,7 @@ _ALL_VARIANTS = "all_variants"
 #: File names of the parts list and the sheets of a nest.
 LIST, NEST = "parts.csv", "nest.dxf"
 #: Maximum number of drawings named in a title.
-_MOST_NAMED = 4
+_MAX_NAMED = 4
 #: Options that may name one of the user's own files, which may change under its name → kind of file.
 OWN_KINDS = {"machine": "machines", "tools": "tools"}
 
@@ -213,7 +213,7 @@ def title_of(task: Task, folder: Folder) -> str:
         names = [called(name) for name in names_of(task, folder)]
         if task.command == "nest":
             names = [f"{name} × {part.quantity}" for name, part in _counted(task, folder, names)]
-        return " · ".join(names[:_MOST_NAMED]) + (" …" if len(names) > _MOST_NAMED else "")
+        return " · ".join(names[:_MAX_NAMED]) + (" …" if len(names) > _MAX_NAMED else "")
     except OptionError:
         return "?"
 

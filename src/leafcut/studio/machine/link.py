@@ -45,7 +45,7 @@ from leafcut.studio.machine.state import (
 #: Time without a page that shows the machine before a program is held, s.
 GRACE = 5.0
 #: Maximum number of queued jogs, so that the machine does not lag behind a key.
-_MOST_JOGS = 2
+_MAX_JOGS = 2
 #: Maximum lead of the queued jogs over the machine while a key is held, s.
 _JOG_AHEAD = 0.3
 #: Alarms that keep the position: soft limit and probe alarms. Source: gnea/grbl 1.1, alarm codes.
@@ -215,7 +215,7 @@ class MachineLink:
         While a key is `held`, only moves that are soon finished are queued, so that the machine stops with the key.
         """
         with self._lock:
-            if held and (len(self._tasks) >= _MOST_JOGS or self._jog_until - self._clock() > _JOG_AHEAD):
+            if held and (len(self._tasks) >= _MAX_JOGS or self._jog_until - self._clock() > _JOG_AHEAD):
                 done: Future[Any] = Future()
                 done.set_result(None)
                 return done

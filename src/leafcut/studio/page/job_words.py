@@ -16,7 +16,7 @@ from leafcut.studio.wording import Words
 from leafcut.units import format_time
 
 #: Maximum number of search terms.
-_MOST_WORDS = 8
+_MAX_WORDS = 8
 
 
 def choices_of(task: Task, folder: Folder, words: Words) -> list[str]:
@@ -69,7 +69,7 @@ def figures_of(record: JobRecord, words: Words) -> str:
 def wanted_words(text: str, words: Words) -> list[Wanted]:
     """Return a search term for each word of a text, with the options and states whose labels contain it."""
     terms = []
-    for word in text.split()[:_MOST_WORDS]:
+    for word in text.split()[:_MAX_WORDS]:
         low = word.lower()
         options = tuple(name for _, name, _ in all_options() if low in words.option(name).lower())
         states = tuple(state for state in JobState if low in words(f"state.{state.value}").lower())

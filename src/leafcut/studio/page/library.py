@@ -8,7 +8,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from leafcut.errors import LeafcutError, OptionError
-from leafcut.studio.drafts import MOST_CHARACTERS
+from leafcut.studio.drafts import MAX_CHARACTERS
 from leafcut.studio.folder import Folder
 
 KINDS = ("machines", "tools")
@@ -59,8 +59,8 @@ def check(kind: str, name: str, text: str) -> None:
     OptionError
         The text is invalid; the message describes the error.
     """
-    if len(text) > MOST_CHARACTERS:
-        raise OptionError(f"{name}.toml: longer than {MOST_CHARACTERS:,} characters; no profile is")
+    if len(text) > MAX_CHARACTERS:
+        raise OptionError(f"{name}.toml: longer than {MAX_CHARACTERS:,} characters; no profile is")
     from leafcut.read.machine import load_machine
     from leafcut.read.tools import load_tools
 

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 #: Time after which a message that is not an error disappears, s.
 _SAID_SECONDS = 6.0
 #: Maximum number of pages that wait for a browser; NiceGUI itself drops them only after a minute.
-_MOST_UNSEEN = 20
+_MAX_UNSEEN = 20
 #: Delay before freeing the memory of closed pages, s.
 _TIDY_SECONDS = 1.0
 #: Polling interval for running jobs, s; short enough for a result to appear at once.
@@ -98,7 +98,7 @@ class _Tidier:
     def drop_unseen() -> None:
         """Drop the oldest pages that were requested but never shown, as by a program that only loads the address."""
         unseen = [client for client in Client.instances.values() if not client.has_socket_connection]
-        for client in unseen[:-_MOST_UNSEEN]:
+        for client in unseen[:-_MAX_UNSEEN]:
             client.delete()
 
 

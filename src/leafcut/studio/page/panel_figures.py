@@ -10,7 +10,7 @@ from leafcut.studio.wording import Words
 from leafcut.units import format_time
 
 #: Maximum number of parts listed here; the report lists more.
-_MOST_PARTS = 100
+_MAX_PARTS = 100
 _NORM_COLUMNS = ("part", "perimeter", "quantity", "total_perimeter", "hours", "minutes", "seconds")
 #: Kinds of time in stacking order, as in the report.
 _KINDS = ("rapid", "feed", "dwell", "tool-change", "spindle")
@@ -81,7 +81,7 @@ def _legend(rows: Sequence[tuple[str, dict[str, float], str]], kinds: dict[str, 
 
 def _parts(parts: dict[str, Any], words: Words) -> None:
     """Show pierces, time and cost of every part, the sheet and the batch."""
-    rows, cost = parts["rows"][:_MOST_PARTS], parts.get("cost", False)
+    rows, cost = parts["rows"][:_MAX_PARTS], parts.get("cost", False)
     if not rows:
         return
     text("h3", words("result.parts"))
@@ -98,7 +98,7 @@ def _parts(parts: dict[str, Any], words: Words) -> None:
 
 def _norms(norms: dict[str, Any], words: Words) -> None:
     """Show time and consumption of every kind of part, the sheet and the batch."""
-    rows = norms["rows"][:_MOST_PARTS]
+    rows = norms["rows"][:_MAX_PARTS]
     if not rows:
         return
     text("h3", words("result.norms"))

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from leafcut.studio.page.page_parts import PageParts
 
 #: Maximum number of a file's issues listed before a run.
-_MOST_ISSUES = 30
+_MAX_ISSUES = 30
 #: Attributes of a view typed by the user.
 _TYPED = ("values", "shown", "errors")
 
@@ -449,15 +449,15 @@ class InputPanel:
                 with box("details", "issues"):
                     text("summary", w("open.issues", number=len(view.seen.issues)))
                     with box("ul"):
-                        for issue in view.seen.issues[:_MOST_ISSUES]:
+                        for issue in view.seen.issues[:_MAX_ISSUES]:
                             meaning = w.issue(issue["code"])
                             with box("li", issue["severity"]):
                                 if meaning:
                                     text("b", f"{meaning}.")
                                 message = f"{w.plain(issue['message'])} {w.plain(issue['place'])}".strip()
                                 text("span", message, "", lang=w.spoken(issue["message"]))
-                        if len(view.seen.issues) > _MOST_ISSUES:
-                            text("li", w("open.more", number=len(view.seen.issues) - _MOST_ISSUES))
+                        if len(view.seen.issues) > _MAX_ISSUES:
+                            text("li", w("open.more", number=len(view.seen.issues) - _MAX_ISSUES))
 
     def _draw_second(self) -> None:
         view, w = self.view, self.view.words

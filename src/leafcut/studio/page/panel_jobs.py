@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from leafcut.studio.page.page_parts import PageParts
 
 #: Maximum number of jobs sent to the page at once.
-MOST_ROWS = 50
+MAX_ROWS = 50
 #: Minimum interval between searches while typing, s.
 _PACE = 0.25
 _COLUMNS = (("when", ""), ("what", ""), ("work", ""), ("state", ""), ("result", "n"), ("do", ""))
@@ -89,9 +89,9 @@ class JobsPanel:
         Existing rows are kept, so that a button does not disappear while it is pressed.
         """
         w = self.view.words
-        records, count = self.view.studio.jobs.find(wanted_words(self._wanted, w), MOST_ROWS, self._skip)
+        records, count = self.view.studio.jobs.find(wanted_words(self._wanted, w), MAX_ROWS, self._skip)
         if not records and self._skip:  # the last job of a page was deleted
-            self._skip = max(self._skip - MOST_ROWS, 0)
+            self._skip = max(self._skip - MAX_ROWS, 0)
             return self._list()
         if self._rows and (list(self._rows), self._count) == ([record.id for record in records], count):
             for record in records:
@@ -120,8 +120,8 @@ class JobsPanel:
         with box("div", "pager"):
             span = w("jobs.shown", first=f"{self._skip + 1:,}", last=f"{self._skip + shown:,}", count=f"{count:,}")
             text("span", span, "quiet small", role="status")
-            if count > MOST_ROWS:
-                for name, target in (("newer", self._skip - MOST_ROWS), ("older", self._skip + MOST_ROWS)):
+            if count > MAX_ROWS:
+                for name, target in (("newer", self._skip - MAX_ROWS), ("older", self._skip + MAX_ROWS)):
                     attributes = {} if 0 <= target < count else {"aria_disabled": "true"}
                     button(
                         f"{w(f'jobs.{name}')}", lambda target=target: self._turn(target, count), "small", **attributes

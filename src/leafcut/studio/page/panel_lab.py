@@ -28,7 +28,7 @@ _RUNS, _USUAL = "5", {"algorithm": ("nn", "acs", "auto"), "strategy": ("zigzag",
 #: Minimum interval between updates of results, s.
 _PACE = 1.0
 #: Maximum number of failed runs that are listed.
-_MOST_FAILED = 5
+_MAX_FAILED = 5
 #: Kinds of work with alternatives that can be compared on a part.
 _COMPARABLE = ("solve", "drill", "program", "cut", "pocket")
 
@@ -242,7 +242,7 @@ class LabPanel:
         w = self.view.words
         text("p", w("lab.failed", number=f"{len(rows):,}"), "hint", role="note")
         with box("ul", "small"):
-            for row in rows[:_MOST_FAILED]:
+            for row in rows[:_MAX_FAILED]:
                 line = self.view.studio.folder.without_paths(row.failed)
                 text("li", f"{row.instance}, {', '.join(row.levels.values())}: {w.plain(line)}", dir="auto")
 

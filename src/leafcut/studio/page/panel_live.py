@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from leafcut.studio.page.page_parts import PageParts
 
 #: Maximum number of points of the convergence chart sent at once, and of workers shown.
-_MOST_POINTS, _MOST_WORKERS = 300, 8
+_MAX_POINTS, _MAX_WORKERS = 300, 8
 #: Speeds of a search: unlimited, steps per second, or step by step.
 PACES = {"full": None, "20": 20.0, "5": 5.0, "1": 1.0, "step": None}
 
@@ -117,7 +117,7 @@ class LivePanel:
         self.hold.set_text(w("run.go_on" if live.watch.paused else "run.pause"))
         bound = None if latest.gap is None or latest.cost is None else latest.cost / (1.0 + latest.gap)
         study = live.study  # the job's thread clears it at the end
-        rows = thinned(study.iterations(), _MOST_POINTS) if study is not None else []
+        rows = thinned(study.iterations(), _MAX_POINTS) if study is not None else []
         self.learning.set_visibility(bool(rows))
         if rows:
             self.chart.set_visibility(False)
@@ -127,7 +127,7 @@ class LivePanel:
         self.chart.set_visibility(bool(points))
         if points:
             start_s = points[0][0]
-            shown = [(seconds - start_s, cost) for seconds, cost in points[:: len(points) // _MOST_POINTS + 1]]
+            shown = [(seconds - start_s, cost) for seconds, cost in points[:: len(points) // _MAX_POINTS + 1]]
             self.chart.set([*shown, (points[-1][0] - start_s, points[-1][1])], bound, unit, live.latest_s - start_s)
 
     def _draw(self, snapshot: Snapshot) -> None:
@@ -152,7 +152,7 @@ class LivePanel:
 
     def _show_workers(self, snapshot: Snapshot) -> None:
         w = self.view.words
-        workers = [worker for worker in snapshot.workers if worker.ants][:_MOST_WORKERS]
+        workers = [worker for worker in snapshot.workers if worker.ants][:_MAX_WORKERS]
         self.crew.set_visibility(len(workers) > 1)
         if len(workers) > 1:
             best = min(worker.best for worker in workers)

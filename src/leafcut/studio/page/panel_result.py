@@ -32,11 +32,11 @@ _TABS = ("summary", "issues", "program", "search")
 _NUMBER = "n"
 #: Commands whose runs may try several methods in turn.
 _TRYING = ("nest", "optimize")
-_MOST_ISSUES = 200
+_MAX_ISSUES = 200
 #: Maximum number of warnings above the figures.
-_MOST_WARNINGS = 2
+_MAX_WARNINGS = 2
 #: Maximum number of reasons for fixed tasks of a program.
-_MOST_REASONS = 20
+_MAX_REASONS = 20
 #: Files in the order in which they are offered.
 _FILES = ("program", "tour", "report", "plan", "norms", "order", "given", "list", "picture-before", "picture-after")
 
@@ -211,11 +211,11 @@ class ResultPanel:
         """Show the most important messages first: missing work, dangers, and the first warnings."""
         worst = [issue for issue in _warnings(answer) if issue["severity"] != "warning"]
         worst.sort(key=lambda issue: issue["severity"] != "danger")
-        self._list_of_warnings(worst, "warnings worst", _MOST_ISSUES)
+        self._list_of_warnings(worst, "warnings worst", _MAX_ISSUES)
         warnings = [issue for issue in _warnings(answer) if issue["severity"] == "warning"]
         # Never fold assumptions.
         warnings.sort(key=lambda issue: issue["code"] not in LIMITS)
-        limit = max(_MOST_WARNINGS, sum(issue["code"] in LIMITS for issue in warnings))
+        limit = max(_MAX_WARNINGS, sum(issue["code"] in LIMITS for issue in warnings))
         self._list_of_warnings(warnings, "warnings", limit)
 
     def _list_of_warnings(self, issues: list[dict[str, str]], classes: str, limit: int) -> None:
@@ -285,7 +285,7 @@ class ResultPanel:
         n_kept = sum(group["count"] for group in groups)
         text("p", w("result.stay", number=f"{n_kept:,}", pieces=f"{answer['counts']['pieces']:,}"), "quiet small")
         with box("ul", "plain-list"):
-            for group in groups[:_MOST_REASONS]:
+            for group in groups[:_MAX_REASONS]:
                 reasons = " · ".join(w(f"stays.{name}") for name in group["reason"].split("+"))
                 line = w("stays.line", line=group["first_line"])
                 text("li", f"{group['count']:,} × {reasons} ({line}{': ' if group['word'] else ''}{group['word']})")
@@ -332,7 +332,7 @@ class ResultPanel:
         w = self.view.words
         if answer["differences"]:
             with box("ul", "plain-list differences"):
-                for number, row in enumerate(answer["differences"][:_MOST_ISSUES]):
+                for number, row in enumerate(answer["differences"][:_MAX_ISSUES]):
                     with box("li"):
                         show = lambda number=number: self.page.run.canvas.select_difference(number)  # noqa: E731
                         button(w.plain(row["words"]), show, "plain small", title=w("result.show_place"))
@@ -356,7 +356,7 @@ class ResultPanel:
         if not issues:
             text("p", w("result.no_issues"), "quiet")
         with box("ul", "issue-list"):
-            for issue in issues[:_MOST_ISSUES]:
+            for issue in issues[:_MAX_ISSUES]:
                 with box("li", issue["severity"]):
                     text("code", issue["code"])
                     meaning = w.issue(issue["code"])
@@ -371,8 +371,8 @@ class ResultPanel:
                     )
                     if issue["place"]:
                         text("span", w.plain(issue["place"]), "quiet small")
-            if len(issues) > _MOST_ISSUES:
-                text("li", w("open.more", number=len(issues) - _MOST_ISSUES))
+            if len(issues) > _MAX_ISSUES:
+                text("li", w("open.more", number=len(issues) - _MAX_ISSUES))
 
     def _program(self, record: JobRecord, answer: dict[str, Any]) -> None:
         if not show_made(self.view, self.page.run.canvas, record, answer):

@@ -13,7 +13,7 @@ from leafcut.studio.page.elements import box, button, link, text
 from leafcut.studio.page.page_state import View
 
 #: Maximum number of points of a chart, and of workers.
-_MOST_POINTS, _MOST_WORKERS = 600, 64
+_MAX_POINTS, _MAX_WORKERS = 600, 64
 
 
 def draw_searches(view: View, record: JobRecord, answer: dict[str, Any]) -> None:
@@ -30,7 +30,7 @@ def draw_searches(view: View, record: JobRecord, answer: dict[str, Any]) -> None
     _workers(view, answer)
 
 
-def thinned(rows: list[Any], limit: int = _MOST_POINTS) -> list[Any]:
+def thinned(rows: list[Any], limit: int = _MAX_POINTS) -> list[Any]:
     """Return at most about `limit` rows, including the last."""
     kept = rows[:: len(rows) // limit + 1]
     return kept if not rows or kept[-1] is rows[-1] else [*kept, rows[-1]]
@@ -57,7 +57,7 @@ def _learning(view: View, record: JobRecord, search: dict[str, Any]) -> None:
 
 def _workers(view: View, answer: dict[str, Any]) -> None:
     w = view.words
-    workers = [row for row in answer.get("workers", []) if row["ants"]][:_MOST_WORKERS]
+    workers = [row for row in answer.get("workers", []) if row["ants"]][:_MAX_WORKERS]
     if not workers:
         return
     best = min(row["best"] for row in workers)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from leafcut.studio.page.page_parts import PageParts
 
 #: Maximum number of differences listed.
-_MOST = 3
+_MAX_LINES = 3
 
 
 class StaleMark:
@@ -61,7 +61,9 @@ class StaleMark:
         # During manual changes the drawing shows the edited order.
         drawn = changes != [edited_by_hand(w).line(w)]
         self.page.run.tell_earlier(w("stale.title") if changes and drawn else "")
-        lines = changes[:_MOST] + ([w("open.more", number=len(changes) - _MOST)] if len(changes) > _MOST else [])
+        lines = changes[:_MAX_LINES] + (
+            [w("open.more", number=len(changes) - _MAX_LINES)] if len(changes) > _MAX_LINES else []
+        )
         self.place.clear()
         if changes:
             with self.place:
