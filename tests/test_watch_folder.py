@@ -15,7 +15,7 @@ import pytest
 from leafcut import api
 from leafcut.cli.app import run
 from leafcut.cli.batch import BatchRow, read_table
-from leafcut.cli.watch_folder import FolderLook, FolderWatch
+from leafcut.cli.watch_folder import FolderPoll, FolderWatch
 from leafcut.errors import OptionError
 from leafcut.files.whole_files import OutputError
 from leafcut.order.executors import open_executor
@@ -85,7 +85,7 @@ def test_a_new_file_and_a_changed_one_become_programs_once_each(folder: Path) ->
 def test_a_file_that_grows_is_waited_for(folder: Path) -> None:
     """Each look finds it larger; it is ready once, when two find it the same."""
     file = folder / "a.nc"
-    look = FolderLook(folder)
+    look = FolderPoll(folder)
     found: list[Sequence[Path]] = []
     for end in (10, 60, 90, len(PROGRAM)):
         file.write_text(PROGRAM[:end])
