@@ -30,7 +30,7 @@ class Reporter:
         if self.quiet:
             return
         if now.step.startswith("compiling"):
-            self._say(f"leafcut: {now.step} …")
+            self._print(f"leafcut: {now.step} …")
         if not self.terminal or time.perf_counter() - self.began < QUIET_SECONDS:
             return
         if self.bar is None:
@@ -51,7 +51,7 @@ class Reporter:
         seconds = (now - start_time) * (1.0 - share) / (share - start_share)
         return f"{seconds:.0f} s left" if seconds < 90 else f"{seconds / 60:.0f} min left"
 
-    def _say(self, line: str) -> None:
+    def _print(self, line: str) -> None:
         if self.bar is not None:
             self.bar.console.print(line)
         else:

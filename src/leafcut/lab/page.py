@@ -112,7 +112,7 @@ def _state(description: Description, results: Results, rows: Sequence[Row], n_ru
         words.append(f"{count_of(n_left_out, 'run')} left out, as this machine has fewer cores")
     if failed := sum(bool(row.failed) for row in rows):
         words.append(f"{failed} failed")
-    words.append(f"{count_of(len(description.seeds), 'seed')}: {_few([str(seed) for seed in description.seeds])}")
+    words.append(f"{count_of(len(description.seeds), 'seed')}: {_shortened([str(seed) for seed in description.seeds])}")
     return words
 
 
@@ -136,5 +136,5 @@ def circumstances(rows: Sequence[Row]) -> list[str]:
     return words
 
 
-def _few(words: Sequence[str], limit: int = 6) -> str:
+def _shortened(words: Sequence[str], limit: int = 6) -> str:
     return ", ".join(words) if len(words) <= limit else f"{', '.join(words[:3])} … {words[-1]}"

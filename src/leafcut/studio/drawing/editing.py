@@ -277,7 +277,7 @@ class CutOrder(Undoable[tuple[str, ...]]):
         raise OptionError("this cut is not in the plan")
 
     @staticmethod
-    def _fix(row: dict[str, Any], word: str) -> None:
+    def _pin(row: dict[str, Any], word: str) -> None:
         row["fixed"] = sorted({*row["fixed"], word})
 
     def move(self, stop: int, onto: int) -> None:
@@ -288,7 +288,7 @@ class CutOrder(Undoable[tuple[str, ...]]):
         rows.remove(row)
         rows.insert(rank, row)
         for changed in rows:
-            self._fix(changed, "order")
+            self._pin(changed, "order")
         self._keep(rows)
 
     def to_end(self, stop: int, first: bool) -> None:
@@ -303,7 +303,7 @@ class CutOrder(Undoable[tuple[str, ...]]):
         if row.get("direction") not in _OPPOSITE:
             raise OptionError("the plan has no direction for this cut")
         row["direction"] = _OPPOSITE[row["direction"]]
-        self._fix(row, "direction")
+        self._pin(row, "direction")
         self._keep(rows)
 
     def place(self, stop: int, to: Point) -> None:
@@ -311,7 +311,7 @@ class CutOrder(Undoable[tuple[str, ...]]):
         rows = self._rows()
         row = self._find(rows, stop)
         row["start"] = [round(v, 3) for v in to]
-        self._fix(row, "start")
+        self._pin(row, "start")
         self._keep(rows)
 
     def free_after(self, stop: int) -> None:
@@ -321,8 +321,8 @@ class CutOrder(Undoable[tuple[str, ...]]):
         for row in rows:
             row["fixed"] = [word for word in row["fixed"] if word not in ("order", "ahead")]
         for row in rows[: at + 1]:
-            self._fix(row, "order")
-        self._fix(rows[at], "ahead")
+            self._pin(row, "order")
+        self._pin(rows[at], "ahead")
         self._keep(rows)
 
     def stops(self) -> list[OrderStop]:

@@ -180,22 +180,22 @@ class Jobs:
 
     def record(self, job: str) -> JobRecord | None:
         """Return a job in its current state, or None."""
-        records = self._as_they_stand(lambda: [record for record in [self.history.get(job)] if record is not None])
+        records = self._with_live_state(lambda: [record for record in [self.history.get(job)] if record is not None])
         return records[0] if records else None
 
     def newest(self, limit: int = 200) -> list[JobRecord]:
         """Return the newest jobs in their current state, newest first."""
-        return self._as_they_stand(lambda: self.history.newest(limit))
+        return self._with_live_state(lambda: self.history.newest(limit))
 
     def find(self, terms: Sequence[Wanted], limit: int, skip: int = 0) -> tuple[list[JobRecord], int]:
         """Return jobs that match all terms in their current state, newest first, and the total number of matches."""
-        return self._as_they_stand(lambda: self.history.find(terms, limit, skip)), self.history.count(terms)
+        return self._with_live_state(lambda: self.history.find(terms, limit, skip)), self.history.count(terms)
 
     def of_sheets(self, job: str) -> list[JobRecord]:
         """Return the jobs that cut the sheets of a nest, in their current state, newest first."""
-        return self._as_they_stand(lambda: self.history.of_sheets(job))
+        return self._with_live_state(lambda: self.history.of_sheets(job))
 
-    def _as_they_stand(self, read: Callable[[], list[JobRecord]]) -> list[JobRecord]:
+    def _with_live_state(self, read: Callable[[], list[JobRecord]]) -> list[JobRecord]:
         """Return records, with the state of this server for jobs that the history could not store."""
         # Get the states before reading the history: a job that has ended by then is stored, if it could be written.
         known = {job: (live.state, live.line) for job, live in list(self._live.items())}

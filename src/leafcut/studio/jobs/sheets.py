@@ -132,12 +132,12 @@ def _newest(records: list[JobRecord]) -> dict[str, JobRecord]:
     """Return origin → newest job, of the jobs with the options of the newest job."""
     if not records:
         return {}
-    newest_options = _but_quantity(records[0].task.options)
-    matching = [record for record in records if _but_quantity(record.task.options) == newest_options]
+    newest_options = _without_quantity(records[0].task.options)
+    matching = [record for record in records if _without_quantity(record.task.options) == newest_options]
     return {record.task.origin: record for record in reversed(matching)}
 
 
-def _but_quantity(options: Mapping[str, Any]) -> dict[str, Any]:
+def _without_quantity(options: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in options.items() if name != "quantity"}
 
 
@@ -147,7 +147,7 @@ def _row(jobs: Jobs, variant: int, cuts: list[tuple[SheetOfNest, JobRecord | Non
     states = [record.state for record in records]
     row: dict[str, Any] = {
         "variant": variant,
-        "state": _together(states, len(cuts)),
+        "state": _combined_state(states, len(cuts)),
         "line": next((record.line for record in records if record.line), ""),
         "jobs": [record.id if record is not None else None for _, record in cuts],
     }
@@ -162,7 +162,7 @@ def _row(jobs: Jobs, variant: int, cuts: list[tuple[SheetOfNest, JobRecord | Non
     return {**row, "time_s": time_s, **sums, "cost": cost or None}
 
 
-def _together(states: list[JobState], expected: int) -> str:
+def _combined_state(states: list[JobState], expected: int) -> str:
     """Return the combined state of several jobs; ``none`` if some were not started."""
     order = (
         JobState.FAILED,

@@ -154,7 +154,7 @@ class MachineLink:
         """Record that a page shows the machine; it may adopt a machine that no other page commands."""
         with self._lock:
             if self.state.holder == holder or (
-                adopt and self.state.connection is not Connection.CLOSED and self._forsaken()
+                adopt and self.state.connection is not Connection.CLOSED and self._is_abandoned()
             ):
                 self._alive_at = self._clock()
                 if self.state.holder != holder:
@@ -292,7 +292,7 @@ class MachineLink:
 
     # Control of the machine.
 
-    def _forsaken(self) -> bool:
+    def _is_abandoned(self) -> bool:
         return not self.state.holder or self._clock() - self._alive_at > self.grace
 
     def _claim(self, holder: str) -> None:
@@ -300,7 +300,7 @@ class MachineLink:
         with self._lock:
             if not self.state.open:
                 raise SendError("no machine is connected")
-            if self.state.holder != holder and not self._forsaken():
+            if self.state.holder != holder and not self._is_abandoned():
                 raise SendError("another page commands the machine; take it over first")
             self._alive_at = self._clock()
             if self.state.holder != holder:
@@ -439,7 +439,7 @@ class MachineLink:
             (handle or self._hear)(answer)
         if now - self._heard_at > SILENCE_SECONDS * talk.patience:
             raise PortLost(f"nothing answers on {talk.port.name} any more")
-        if self._cancel or (self._forsaken() and self.state.status == "Jog"):
+        if self._cancel or (self._is_abandoned() and self.state.status == "Jog"):
             self._cancel, self._jog_until = False, 0.0
             cancel_jog(talk)
 
@@ -635,7 +635,7 @@ class MachineLink:
                 left_s=view.left_s, by_hole=run.by_hole,
             )
         )  # fmt: skip
-        if self._forsaken() and not (self._wishes.alone or self._left_alone):
+        if self._is_abandoned() and not (self._wishes.alone or self._left_alone):
             self._left_alone = True
             run.ask(Request.HOLD)
             self._show_message("no page shows the machine any more: it is on hold", bad=True)

@@ -94,7 +94,7 @@ class MachineProgramPanel:
         with box("dialog", "confirm", id="machine-confirm", aria_labelledby="machine-confirm-name") as self.confirm:
             self.confirm_name = text("h2", "", id="machine-confirm-name", dir="auto")
             self.confirm_facts = box("dl", "facts")
-            self.confirm_told = box("ul", "warnings")
+            self.confirm_issues = box("ul", "warnings")
             text("p", w("machine.confirm_hint"), "quiet small")
             with box("div", "ends"):
                 button(w("machine.confirm_cancel"), None, "", data_close="", autofocus="")
@@ -236,7 +236,7 @@ class MachineProgramPanel:
     async def _check(self) -> None:
         program = await self._with_program(lambda key, job: self.link.check(key, job, self._wishes()))
         if program is not None:
-            self._tell_issues(self.told, program.told)
+            self._show_issues(self.told, program.told)
             self.panel.tell(self.view.words("machine.checked"))
 
     async def _frame(self) -> None:
@@ -278,7 +278,7 @@ class MachineProgramPanel:
             for key, words in facts.items():
                 text("dt", w(f"machine.confirm_{key}"))
                 text("dd", words, id=f"machine-confirm-{key}", dir="auto")
-        self._tell_issues(self.confirm_told, ready.told)
+        self._show_issues(self.confirm_issues, ready.told)
 
     async def _start(self) -> None:
         if self._to_start is None:
@@ -286,10 +286,10 @@ class MachineProgramPanel:
         (job, wishes), self._to_start = self._to_start, None
         program = await self.panel.ask(lambda key: self.link.run(key, job, wishes))
         if program is not None:
-            self._tell_issues(self.told, program.told)
+            self._show_issues(self.told, program.told)
             self.panel.tell("")
 
-    def _tell_issues(self, place: Element, lines: Sequence[str]) -> None:
+    def _show_issues(self, place: Element, lines: Sequence[str]) -> None:
         place.clear()
         with place:
             for line in lines:

@@ -104,8 +104,8 @@ def _norms(norms: dict[str, Any], words: Words) -> None:
     text("h3", words("result.norms"))
     names = [(words(f"result.{key}"), "" if key == "part" else "n") for key in _NORM_COLUMNS]
     names += [(words.said(name), "n") for name in norms["names"]]
-    cells = [[row["name"], row["each"], row["quantity"], row["perimeter"], *_all_of(row)] for row in rows]
-    cells += [[words.said(row["name"]), "", "", row["perimeter"], *_all_of(row)] for row in norms["feet"]]
+    cells = [[row["name"], row["each"], row["quantity"], row["perimeter"], *_norm_cells(row)] for row in rows]
+    cells += [[words.said(row["name"]), "", "", row["perimeter"], *_norm_cells(row)] for row in norms["feet"]]
     with box("div", "scroll"):
         table(names, cells, words("result.norms")).classes("norms-of-sheet")
     left = len(norms["rows"]) - len(rows) + norms["left_out"]
@@ -116,5 +116,5 @@ def _norms(norms: dict[str, Any], words: Words) -> None:
         text("p", words("result.norms_unknown", names=unknown), "quiet small")
 
 
-def _all_of(row: dict[str, Any]) -> list[str]:
+def _norm_cells(row: dict[str, Any]) -> list[str]:
     return [*row["clock"], *row["amounts"]]

@@ -136,9 +136,9 @@ class InputPanel:
             self.page.say(line)
             return None
         self._begin_reading()
-        return self._read_and_say(line)
+        return self._read_and_report(line)
 
-    async def _read_and_say(self, line: str) -> None:
+    async def _read_and_report(self, line: str) -> None:
         if await self.read(self.view.work) and self.view.seen is not None and not self.view.seen.error:
             self.page.say(line)
 
@@ -212,7 +212,7 @@ class InputPanel:
         self.page.run.resume()
         self.page.run.edit.resume()
         self.page.result.show_again(shown)
-        self._say_problem(line)
+        self._show_problem(line)
 
     async def cut(self, sheet: SheetOfNest) -> None:
         """Open a sheet of a nest for cutting."""
@@ -266,7 +266,7 @@ class InputPanel:
     def _is_cancelled(self, line: str) -> bool:
         return line == self.view.words("open.cancelled")
 
-    def _say_problem(self, line: str) -> None:
+    def _show_problem(self, line: str) -> None:
         """Show why an input was not read; cancelling by the user is not an error."""
         self.page.say(line, not self._is_cancelled(line))
 
@@ -303,7 +303,7 @@ class InputPanel:
             if not work and seen.whole.machine and not view.values.get("machine"):
                 view.put_for_input("machine", seen.whole.machine)
             view.work = work if fits else seen.work or (view.work if view.work in seen.works else seen.works[0])
-        self._say_problem(line)
+        self._show_problem(line)
         self.draw()
         self.page.run.draw()
         self.page.result.draw()
@@ -313,7 +313,7 @@ class InputPanel:
         view = self.view
         if name == "process":
             view.process = value
-            self._say_command()
+            self._show_command()
             return None
         view.work = value
         # A program is read identically for all kinds of work.
@@ -355,7 +355,7 @@ class InputPanel:
         errors = {name: view.words.plain(line) for name, line in view.problems.items()}
         self.options.show(view.values, view.shown, errors, view.form())
         self.draw_pace()
-        self._say_command()
+        self._show_command()
 
     def draw_pace(self) -> None:
         """Show the speed of the search if it can be chosen."""
@@ -387,7 +387,7 @@ class InputPanel:
         view.of_input = {"hole_order", "plan", *(("quantity",) if task.origin else ())} & view.values.keys()
         newest = await self.resume()
         if removed:
-            self._say_problem("; ".join(removed.values()))
+            self._show_problem("; ".join(removed.values()))
         return newest
 
     async def resume(self) -> bool:
@@ -401,7 +401,7 @@ class InputPanel:
             return False
         view.seen = seen
         if line:
-            self._say_problem(line)
+            self._show_problem(line)
         self.draw()
         return True
 
@@ -472,9 +472,9 @@ class InputPanel:
     def _take_second(self, _: str, value: str, shown: str) -> None:
         self.view.second, self.view.second_name = value, shown
         self._draw_second()
-        self._say_command()
+        self._show_command()
 
-    def _say_command(self) -> None:
+    def _show_command(self) -> None:
         view = self.view
         line = view.command_line()
         missing = "parts.none" if view.work == "nest" else "command.later" if view.source else "command.none"

@@ -191,7 +191,7 @@ class JobsPanel:
             earlier, later = records
             with box("div", "title"):
                 text("h2", w("compare.title"), role="status")
-                button(w("compare.close"), self._unpick, "small plain")
+                button(w("compare.close"), self._clear_selection, "small plain")
             answers = tuple(self.view.studio.history.answer(record.id) or {} for record in records)
             states = (w(f"state.{record.state.value}") for record in records)
             rows = [ComparedRow(w("jobs.state"), *states), *compared_figures((answers[0], answers[1]), w)]
@@ -223,7 +223,7 @@ class JobsPanel:
                         if row.differs:
                             text("span", self.view.words("compare.differs"), "tag interrupted")
 
-    def _unpick(self) -> None:
+    def _clear_selection(self) -> None:
         self._picked, self._rows = [], {}
         self.draw()
 

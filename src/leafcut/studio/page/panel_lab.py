@@ -44,7 +44,7 @@ class LabPanel:
         self.ways = {option: set(names) for option, names in _USUAL.items()}
         self._drawn: tuple[object, ...] = ()
         #: Elements of the running experiment, updated separately, so that buttons are not redrawn meanwhile.
-        self._told: tuple[Any, ...] = ()
+        self._progress_elements: tuple[Any, ...] = ()
         self._growing: Description | None = None
         self._next = 0.0
         self.place = box("div", "page lab")
@@ -193,7 +193,7 @@ class LabPanel:
                 link(w("lab.csv"), f"{stem}/runs.csv{query}", "button small", download="")
         if is_shown and state is not None and state.line:
             text("p", w.plain(state.line), "error", role="alert")
-        self._told = (done, bar, step, box("div"))
+        self._progress_elements = (done, bar, step, box("div"))
         self._grow(experiment, rows)
         self._growing = experiment if is_shown and self.lab.running else None
 
@@ -206,7 +206,7 @@ class LabPanel:
 
     def _grow(self, experiment: Description, rows: list[Row] | None = None) -> None:
         """Show the current results."""
-        w, state, (done, bar, step, place) = self.view.words, self.lab.state, self._told
+        w, state, (done, bar, step, place) = self.view.words, self.lab.state, self._progress_elements
         rows = self._rows(experiment) if rows is None else rows
         kept = [row for row in rows if not row.failed]
         done.set_text(w("lab.done", done=f"{len(kept):,}", runs=f"{experiment.n_runs:,}"))

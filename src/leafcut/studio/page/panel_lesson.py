@@ -24,7 +24,7 @@ class LessonPanel:
         self._shown: tuple[Snapshot | None, float] = (None, -math.inf)
         with box("section", "lesson", aria_label=words("lesson.title")) as self.place:
             self.title = text("h3", words("lesson.title"))
-            self.told = ui.html("", sanitize=False)
+            self.content = ui.html("", sanitize=False)
 
     def clear(self) -> None:
         """Hide the explanation."""
@@ -40,4 +40,4 @@ class LessonPanel:
         self._shown = (snapshot, now)
         self.place.set_visibility(True)
         self.title.set_text(self.words("lesson.step", number=f"{snapshot.iteration:,}"))
-        self.told.set_content(lesson(snapshot.step, self.words))
+        self.content.set_content(lesson(snapshot.step, self.words))

@@ -38,7 +38,7 @@ class MachinePanel:
         self._number, self._ticks = -1, 0
         state = self.link.state
         # Repeat the last message while a machine is connected.
-        self._told = -1 if state.open else state.saying
+        self._shown_message = -1 if state.open else state.saying
         self._drawing = False
         w = view.words
         with box("div", "control"):
@@ -175,8 +175,8 @@ class MachinePanel:
         enable(self.home, free and state.homing and state.status in ("Idle", "Alarm"))
         enable(self.unlock, free and (state.status != "Idle"))
         enable(self.leave, free and not state.moves)
-        if state.saying != self._told:
-            self._told = state.saying
+        if state.saying != self._shown_message:
+            self._shown_message = state.saying
             self.tell(state.said, bad=state.bad)
         self.by_hand.show(state, is_holder)
         self.program.show(state, is_holder)

@@ -46,7 +46,7 @@ class RunPanel:
         w = view.words
         self.watching = False
         #: Number of the job's messages that were shown.
-        self._told = 0
+        self._n_announced = 0
         with box("div", "frame") as self.frame:
             self.canvas = Canvas(
                 words=w.section("canvas"), on_select=self._select, on_drag=self._drag, on_origin=self._move_zero
@@ -61,7 +61,7 @@ class RunPanel:
         self._unseen: tuple[str, str] | None = None
         self.draw()
 
-    def _say_why_empty(self) -> None:
+    def _show_why_empty(self) -> None:
         """Show why the input is not drawn, or what can be opened."""
         view = self.view
         unseen = (view.name, view.seen.error) if view.source and view.seen is not None and view.seen.error else ("", "")
@@ -127,7 +127,7 @@ class RunPanel:
 
     def watch(self) -> None:
         """Start watching the job."""
-        self.watching, self._told = True, 0
+        self.watching, self._n_announced = True, 0
         self.view.sheet = (1, 1)
         self.edit.leave()
         self.live.clear()
@@ -142,7 +142,7 @@ class RunPanel:
 
     def resume(self) -> None:
         """Show the page's job again: its progress, or its result."""
-        self.watching, self._told = self.running, 0
+        self.watching, self._n_announced = self.running, 0
         self.edit.end()
         self.live.clear()
         self.draw()
@@ -165,15 +165,15 @@ class RunPanel:
         if live is not None and not live.state.over:
             self.page.input.ready(False)
             self.live.show(live)
-            if live.said != self._told:
-                self._told = live.said
+            if live.said != self._n_announced:
+                self._n_announced = live.said
                 self.page.result.draw()
             return
         self.watching = False
         self.live.clear()
         record = self.view.studio.jobs.record(self.view.job)
         if record is not None:
-            self._tell_end(record)
+            self._announce_end(record)
         if record is not None and record.state.kept:
             self.draw()
             self.page.result.arrive(record)
@@ -183,7 +183,7 @@ class RunPanel:
             self.page.result.draw()
         self.page.input.ready(self.view.ready)
 
-    def _tell_end(self, record: JobRecord) -> None:
+    def _announce_end(self, record: JobRecord) -> None:
         w = self.view.words
         if record.state is JobState.FAILED:
             self.page.say(record.line, True)
@@ -208,7 +208,7 @@ class RunPanel:
             return
         self._drawn = now
         self.edit.end()
-        self._say_why_empty()
+        self._show_why_empty()
         self.empty.set_visibility(not scenes)
         self.canvas.set_visibility(bool(scenes))
         for layer in _STILL:
