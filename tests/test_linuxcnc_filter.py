@@ -227,5 +227,5 @@ def test_no_percentage_is_told_twice_or_falls(capsys: pytest.CaptureFixture[str]
     progress = FilterProgress()
     for share in (0.0, 0.001, 0.5, 0.2, 0.505, 1.0):
         progress(Progress("searching", share))
-    progress.tell(100)
+    progress.report(100)
     assert capsys.readouterr().err.split() == [f"FILTER_PROGRESS={n}" for n in (0, 50, 99, 100)]

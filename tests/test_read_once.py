@@ -19,7 +19,7 @@ import leafcut
 from leafcut import api
 from leafcut.model.outcome import Outcome
 from leafcut.read import Source
-from leafcut.studio.page.preview import look
+from leafcut.studio.page.preview import read_preview
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 STYLES = Path(__file__).parent / "styles"
@@ -164,7 +164,7 @@ def test_programs_and_maps_are_opened_once(tmp_path: Path) -> None:
 def test_a_preview_opens_its_input_once(work: str, tmp_path: Path) -> None:
     source = written(work, tmp_path)
     with listening() as paths:
-        seen = look(str(source), options={"pixel_size": 0.5} if work == "picture" else {})
+        seen = read_preview(str(source), options={"pixel_size": 0.5} if work == "picture" else {})
     assert seen.scenes and not seen.error
     assert times_opened(paths, source) == 1
 

@@ -13,7 +13,7 @@ import pytest
 from starlette.testclient import TestClient
 
 from grbl_board import board, patient, running
-from leafcut.studio.jobs.ending import hear_what_is_lost
+from leafcut.studio.jobs.ending import catch_discarded_end
 from leafcut.studio.server.app import guarded, make_api
 from leafcut.studio.studio import PORT, Studio, open_studio
 from outside_programs import program_path
@@ -27,7 +27,7 @@ PLATE = Path(__file__).parents[2] / "examples" / "plate_10.dxf"
 def heard() -> Iterator[None]:
     """Hear of each `Ended` that Python let go of, as the server does: jobs of a `studio` run in this process."""
     before = sys.unraisablehook
-    hear_what_is_lost()
+    catch_discarded_end()
     yield
     sys.unraisablehook = before
 

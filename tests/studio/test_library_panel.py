@@ -28,7 +28,9 @@ def client() -> Iterator[None]:
 def panel_of(studio: Studio, kind: str, tab: str = "toml") -> tuple[LibraryPanel, list[str]]:
     """Return what a page shows of ``mine``, and the lines that it says."""
     said: list[str] = []
-    page: Any = SimpleNamespace(say=lambda line, bad=False: said.append(line), input=SimpleNamespace(draw=lambda: None))
+    page: Any = SimpleNamespace(
+        show_message=lambda line, bad=False: said.append(line), input=SimpleNamespace(draw=lambda: None)
+    )
     panel = LibraryPanel(View(studio, words("en")), page, kind)
     panel.tab = tab
     panel.choose("mine", True)

@@ -23,7 +23,7 @@ from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
 from leafcut.studio.drawing.scene import outcome_scene, part_scene, pheromone_scene, toolpath_scene
 from leafcut.studio.jobs.run_job import run
 from leafcut.studio.jobs.task import ReadyTask
-from leafcut.studio.page.preview import look
+from leafcut.studio.page.preview import read_preview
 from leafcut.timing.toolpath import measure
 
 _SIZES = {"f4": "f", "i4": "i", "u4": "I", "u1": "B"}
@@ -137,7 +137,7 @@ def test_a_map_without_a_unit_is_told_without_one(tmp_path: Path) -> None:
     places = ["1 0 0", "2 30 0", "3 30 40", "4 0 40"]
     top = ["NAME: four", "TYPE: TSP", "DIMENSION: 4", "EDGE_WEIGHT_TYPE: EUC_2D", "NODE_COORD_SECTION"]
     file.write_text("\n".join([*top, *places, "EOF", ""]))
-    seen = look(str(file))
+    seen = read_preview(str(file))
     assert seen.facts == (("points", "4"), ("size", "30 × 40"))
     assert unpacked(seen.scenes["part"])[0]["unitless"] is True
     made = run(ReadyTask("solve", (str(file),), "auto", {}), ("four.tsp",), lambda *_: None, threading.Event())
@@ -148,14 +148,16 @@ def test_a_map_without_a_unit_is_told_without_one(tmp_path: Path) -> None:
 def test_a_size_is_told_without_powers_of_ten(tmp_path: Path) -> None:
     file = tmp_path / "far.csv"
     file.write_text("x,y\n0,0\n23456.7,0.5\n")
-    assert dict(look(str(file)).facts)["centres"] == "23,457 × 0.5 mm"
+    assert dict(read_preview(str(file)).facts)["centres"] == "23,457 × 0.5 mm"
 
 
 def test_a_size_is_that_of_outlines_or_else_between_centres() -> None:
     """Of holes alone nobody knows how far the plate goes beyond them."""
     plate = str(Path(__file__).parents[2] / "examples" / "plate_10.dxf")
-    assert "centres" in dict(look(plate, "drill").facts) and "size" not in dict(look(plate, "drill").facts)
-    assert "size" in dict(look(plate, "cut").facts)
+    assert "centres" in dict(read_preview(plate, "drill").facts) and "size" not in dict(
+        read_preview(plate, "drill").facts
+    )
+    assert "size" in dict(read_preview(plate, "cut").facts)
 
 
 def test_what_a_search_costs_is_told_in_the_unit_of_what_is_made_small() -> None:

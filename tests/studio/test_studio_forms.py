@@ -264,7 +264,7 @@ def test_a_wrong_value_of_another_work_stands_in_nobodys_way(studio: Studio) -> 
     view.put("thickness", "thick")
     view.put("min_diameter", "near")
     assert view.wrong.keys() == {"thickness", "min_diameter"}
-    assert view.look().error == ""
+    assert view.read_preview().error == ""
     view.work = "program"
     assert view.wrong == {}
 
@@ -285,9 +285,11 @@ def test_what_an_older_reading_found_is_not_the_newest() -> None:
         raise ReadError("second.dxf", "is empty")
 
     async def open_both() -> list[Any]:
-        first = asyncio.create_task(InputPanel.look(panel, SimpleNamespace(look=slow, name="first.dxf"), ""))
+        first = asyncio.create_task(
+            InputPanel.read_preview(panel, SimpleNamespace(read_preview=slow, name="first.dxf"), "")
+        )
         await asyncio.sleep(0)
-        second = await InputPanel.look(panel, SimpleNamespace(look=broken, name="second.dxf"), "")
+        second = await InputPanel.read_preview(panel, SimpleNamespace(read_preview=broken, name="second.dxf"), "")
         release.set()
         return [await first, second]
 
@@ -336,13 +338,13 @@ def test_values_of_json_mean_what_they_mean_in_a_toml_file(studio: Studio) -> No
 
 def test_the_drawing_before_a_run_lies_as_the_run_will_place_it() -> None:
     """Mirrored it is as large, and drawn elsewhere; a map that is solved is not placed at all."""
-    from leafcut.studio.page.preview import look
+    from leafcut.studio.page.preview import read_preview
 
-    plain = look("example:plate-10", "drill")
-    mirrored = look("example:plate-10", "drill", {"mirror": "x"})
+    plain = read_preview("example:plate-10", "drill")
+    mirrored = read_preview("example:plate-10", "drill", {"mirror": "x"})
     assert plain.facts == mirrored.facts
     assert plain.scenes["part"] != mirrored.scenes["part"]
-    assert look("example:plate-10", "solve", {"mirror": "x"}).scenes["part"] == plain.scenes["part"]
+    assert read_preview("example:plate-10", "solve", {"mirror": "x"}).scenes["part"] == plain.scenes["part"]
 
 
 def test_a_process_of_a_package_has_its_form_is_run_and_is_told_by_its_own_name(

@@ -123,10 +123,10 @@ def test_a_job_that_is_over_keeps_nothing_large(studio: Studio) -> None:
     job = studio.jobs.start(LONG)
     live = studio.jobs.live(job)
     assert live is not None
-    until(lambda: live.watch.look()[1] is not None)
+    until(lambda: live.watch.poll()[1] is not None)
     studio.jobs.stop(job)
     assert studio.jobs.wait(job, 60) is JobState.STOPPED
-    assert live.watch.look() == (0, None)
+    assert live.watch.poll() == (0, None)
     assert live.points == []
 
 
@@ -203,7 +203,7 @@ def test_the_curve_of_a_long_run_stays_short() -> None:
     live = Live("a", ReadyTask("optimize", ("a.dxf",), "auto", {}), ("a.dxf",))
     for k in range(9_000):
         live.began = time.perf_counter() - k
-        live.tell(Progress("search", 0.5, 1e6 - k))
+        live.record_progress(Progress("search", 0.5, 1e6 - k))
     assert len(live.points) <= 4001
     costs = [cost for _, cost, what in live.points if what == "search"]
     assert costs == sorted(costs, reverse=True)
@@ -384,7 +384,7 @@ def test_jobs_of_one_file_are_told_apart_by_machine_and_options(studio: Studio) 
 def test_messages_are_counted_also_when_only_the_last_are_kept() -> None:
     live = Live("a", ReadyTask("optimize", ("a.dxf",), "auto", {}), ("a.dxf",))
     for number in range(1500):
-        live.tell(Progress(f"pocket {number}"))
+        live.record_progress(Progress(f"pocket {number}"))
     assert (len(live.messages), live.said) == (1000, 1500)
     assert live.messages[-1][1] == "pocket 1499"
 
@@ -393,8 +393,8 @@ def test_what_a_run_tries_is_kept_by_its_name_with_what_came_of_it(studio: Studi
     """Also what is told of it in the same words: the words are one message."""
     call = prepare(Task("optimize", ("example:plate-27",)), studio.folder)
     live = Live("a", call, ("plate-27",))
-    live.tell(Progress("trying both", trial=Trial("zigzag")))
-    live.tell(Progress("trying both", trial=Trial("contour")))
-    live.tell(Progress("trying both", 0.5, trial=Trial("zigzag", "41.2 s", 41.2)))
+    live.record_progress(Progress("trying both", trial=Trial("zigzag")))
+    live.record_progress(Progress("trying both", trial=Trial("contour")))
+    live.record_progress(Progress("trying both", 0.5, trial=Trial("zigzag", "41.2 s", 41.2)))
     assert live.tried == {"zigzag": ("41.2 s", 41.2), "contour": ("", None)}
     assert [words for _, words in live.messages] == ["trying both"]

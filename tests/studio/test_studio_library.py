@@ -11,7 +11,7 @@ from leafcut.studio.folder import BUILT_IN
 from leafcut.studio.jobs.history import JobState
 from leafcut.studio.jobs.task import Task
 from leafcut.studio.page import library
-from leafcut.studio.page.preview import look
+from leafcut.studio.page.preview import read_preview
 from leafcut.studio.studio import Studio
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -64,7 +64,7 @@ def test_what_leafcut_would_not_read_is_not_saved(studio: Studio) -> None:
     ],
 )
 def test_an_input_is_seen_for_what_can_be_done_with_it(source: str, works: tuple[str, ...], layers: set[str]) -> None:
-    seen = look(source)
+    seen = read_preview(source)
     assert (seen.works, set(seen.scenes), seen.error) == (works, layers, "")
     assert all(value for _, value in seen.facts)
     assert source.startswith(BUILT_IN) or Path(source).is_file()
@@ -76,22 +76,22 @@ def test_the_same_drawing_is_seen_in_several_ways(tmp_path: Path) -> None:
         '<svg xmlns="http://www.w3.org/2000/svg" width="50mm" height="50mm" viewBox="0 0 50 50">'
         '<path fill="none" stroke="black" d="M5 5H45V45H5Z"/></svg>'
     )
-    assert dict(look(str(drawing)).facts)["contours"] == "1"
-    assert dict(look(str(drawing), "pocket").facts)["pockets"] == "1"
+    assert dict(read_preview(str(drawing)).facts)["contours"] == "1"
+    assert dict(read_preview(str(drawing), "pocket").facts)["pockets"] == "1"
     for work in ("cut", "pocket"):
-        seen = look(str(drawing), work)
+        seen = read_preview(str(drawing), work)
         assert (seen.work, seen.works) == (work, ("cut", "nest", "pocket"))
 
 
 def test_what_cannot_be_read_in_one_way_says_why_and_what_else_there_is(tmp_path: Path) -> None:
     program = tmp_path / "odd.nc"
     program.write_text("%\nG21 G90\nG0 X1 Y1\nG2 X5 Y5 I1000 J3\nM30\n%\n")
-    seen = look(str(program))
+    seen = read_preview(str(program))
     assert seen.works == ("program", "simulate", "verify")
     assert "odd.nc" in seen.error
     assert len(seen.error.splitlines()) == 1
     with pytest.raises(LeafcutError, match="unknown file format"):
-        look(str(EXAMPLES.parent / "Makefile"))
+        read_preview(str(EXAMPLES.parent / "Makefile"))
 
 
 def test_a_page_names_no_file_of_a_dialect_but_one_that_lies_beside_a_machine_of_ones_own_is_used(

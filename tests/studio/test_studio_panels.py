@@ -67,7 +67,10 @@ def test_run_that_was_pressed_for_one_input_does_not_begin_another(studio: Studi
     with Client(page_of("/")):
         view = View(studio, words("en"))
         panel = InputPanel.__new__(InputPanel)
-        panel.view, panel.page = view, SimpleNamespace(run=SimpleNamespace(running=False), say=lambda *_, **__: None)
+        panel.view, panel.page = (
+            view,
+            SimpleNamespace(run=SimpleNamespace(running=False), show_message=lambda *_, **__: None),
+        )
         panel.reading, panel._run_wanted = True, False
         panel.page_run()
         assert panel._run_wanted
@@ -82,7 +85,7 @@ def nothing(*_: Any, **__: Any) -> None:
 def test_a_drag_that_cannot_be_done_says_why_and_a_button_without_a_stop_asks_for_one(studio: Studio) -> None:
     """A drag chooses no stop: what is said of it is about the drag."""
     said: list[str] = []
-    page: Any = SimpleNamespace(say=lambda line, *_: said.append(line), changed=nothing)
+    page: Any = SimpleNamespace(show_message=lambda line, *_: said.append(line), changed=nothing)
     names = ("select", "select_stop", "set_editable", "show", "hide")
     canvas: Any = SimpleNamespace(**dict.fromkeys(names, nothing))
     with Client(page_of("/")):

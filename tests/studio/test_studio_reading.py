@@ -25,7 +25,7 @@ CIRCLE = "0\nCIRCLE\n8\n0\n10\n9\n20\n0\n40\n2\n"
 
 
 class Endless:
-    """Stands for `preview.look`: reports a step, and reads for ever."""
+    """Stands for `preview.read_preview`: reports a step, and reads for ever."""
 
     def __init__(self) -> None:
         self.begun = self.ended = False
@@ -72,7 +72,7 @@ def test_reading_that_is_cancelled_ends_and_the_page_stays_at_the_input_before(
             await page.input.open("example:plate-10", "plate-10")
             seen = page.view.seen
             with monkeypatch.context() as patched:
-                patched.setattr(page_state, "look", reader)
+                patched.setattr(page_state, "read_preview", reader)
                 opening = within(client, lambda: page.input.open("example:plate-27", "plate-27"))
                 await come(lambda: reader.begun)
                 page.run.tick()
@@ -82,7 +82,7 @@ def test_reading_that_is_cancelled_ends_and_the_page_stays_at_the_input_before(
                 await opening
             page.run.tick()
             assert not shown.place.visible
-            assert (page.view.source, page.view.seen, page.said.text) == (
+            assert (page.view.source, page.view.seen, page.message_line.text) == (
                 "example:plate-10",
                 seen,
                 "Reading cancelled.",
@@ -99,7 +99,7 @@ def test_another_input_ends_the_reading_of_the_one_before(studio: Studio, monkey
     async def work() -> None:
         with opened(studio) as (page, client):
             with monkeypatch.context() as patched:
-                patched.setattr(page_state, "look", reader)
+                patched.setattr(page_state, "read_preview", reader)
                 opening = within(client, lambda: page.input.open("example:plate-27", "plate-27"))
                 await come(lambda: reader.begun)
             await page.input.open("example:plate-10", "plate-10")
@@ -122,7 +122,7 @@ def test_what_is_read_again_and_cancelled_keeps_the_choice_and_says_why_nothing_
             await page.input.open("example:plate-10", "plate-10")
             works = page.view.works()
             with monkeypatch.context() as patched:
-                patched.setattr(page_state, "look", reader)
+                patched.setattr(page_state, "read_preview", reader)
                 again = within(client, lambda: page.input._put("rotate", "90", ""))
                 await come(lambda: reader.begun)
                 page.input.cancel()
@@ -140,7 +140,7 @@ def test_a_page_that_is_gone_ends_its_reading(studio: Studio, monkeypatch: pytes
 
     async def work() -> None:
         with opened(studio) as (page, client):
-            monkeypatch.setattr(page_state, "look", reader)
+            monkeypatch.setattr(page_state, "read_preview", reader)
             opening = within(client, lambda: page.input.open("example:plate-27", "plate-27"))
             await come(lambda: reader.begun)
             page._forget()
@@ -166,7 +166,7 @@ def test_readers_that_know_how_far_they_are_report_it(
     told: list[tuple[str, float]] = []
     file = tmp_path / name
     file.write_text(text)
-    preview.look(str(file), "", {}, lambda now: told.append((now.step, now.share)))
+    preview.read_preview(str(file), "", {}, lambda now: told.append((now.step, now.share)))
     assert {what for what, _ in told} == {"reading", "drawing the preview"}
     shares = [share for _, share in told]
     assert all(0.0 <= share <= 1.0 for share in shares)

@@ -48,7 +48,7 @@ def test_a_study_can_be_cancelled_and_a_stopped_study_keeps_its_finished_runs(
 ) -> None:
     """The studio stops the study when the third run starts, and cancels it when the first run starts."""
     long = Task("study", ("random:30:1",), options=OPTIONS, algorithms=("mmas",), runs=1000)
-    tell = Live.tell
+    tell = Live.record_progress
 
     def end_at(words: str, end: Callable[[str], None]) -> None:
         def observed(live: Live, progress: Progress) -> None:
@@ -56,7 +56,7 @@ def test_a_study_can_be_cancelled_and_a_stopped_study_keeps_its_finished_runs(
             if words in progress.step:
                 end(live.id)
 
-        monkeypatch.setattr(Live, "tell", observed)
+        monkeypatch.setattr(Live, "record_progress", observed)
 
     end_at("seed 3", studio.jobs.stop)
     job = studio.jobs.start(long)

@@ -72,7 +72,7 @@ def test_a_paused_search_makes_one_step_per_request(clock: Clock) -> None:
     watch = Watch(paused=True)
 
     def page() -> None:
-        watch.look()
+        watch.poll()
         if clock.waits % 5 == 0:
             watch.step()
 
@@ -81,7 +81,7 @@ def test_a_paused_search_makes_one_step_per_request(clock: Clock) -> None:
         watch(Pictures(), True)
         assert clock.waits == 5 * step
     assert watch.can_hold
-    assert watch.look()[1] is not None
+    assert watch.poll()[1] is not None
     watch.pause(False)
     watch(Pictures(), True)
     assert clock.waits == 15
@@ -89,7 +89,7 @@ def test_a_paused_search_makes_one_step_per_request(clock: Clock) -> None:
 
 def test_a_search_with_a_speed_makes_that_many_steps_per_second(clock: Clock) -> None:
     watch = Watch(speed=20.0)
-    clock.on_wait = watch.look
+    clock.on_wait = watch.poll
     start = clock.now
     for _ in range(41):
         watch(Pictures(), True)
@@ -109,7 +109,7 @@ def test_a_search_without_a_page_is_neither_held_nor_seen(clock: Clock) -> None:
     taken, waits = take.taken, clock.waits
     watch(take, True)
     assert (take.taken, clock.waits) == (taken, waits)
-    watch.look()
+    watch.poll()
     watch(take, False)
     assert take.taken == taken + 1
 
@@ -129,7 +129,7 @@ def test_the_buttons_of_a_held_search_are_answered_while_a_snapshot_is_taken() -
         pressed.set()
 
     held = threading.Thread(target=lambda: watch._hold(take), daemon=True)
-    watch.look()
+    watch.poll()
     held.start()
     assert taking.wait(30)
     threading.Thread(target=press, daemon=True).start()
@@ -143,7 +143,7 @@ def test_a_released_search_is_held_no_more(clock: Clock) -> None:
     watch = Watch(paused=True)
 
     def page() -> None:
-        watch.look()
+        watch.poll()
         if clock.waits == 3:
             watch.release()
 
@@ -165,7 +165,7 @@ def test_snapshots_are_at_least_a_tenth_of_a_second_apart(clock: Clock) -> None:
         take.taken = 0
         end = clock.now + 1.0
         while clock.now < end:
-            watch.look()
+            watch.poll()
             watch(picture, False)
             clock.now += 0.001
         assert take.taken == pytest.approx(expected, abs=1)
@@ -175,10 +175,10 @@ def test_a_job_studied_step_by_step_gives_what_the_command_line_gives(studio: St
     job = studio.jobs.start(Task("solve", ("random:40:1",), options=MMAS), Watch(paused=True))
     live = studio.jobs.live(job)
     assert live is not None
-    until(lambda: live.watch.look()[1] is not None)
+    until(lambda: live.watch.poll()[1] is not None)
     live.watch.step()
-    until(lambda: (found := live.watch.look()[1]) is not None and found.iteration > 1)
-    _, seen = live.watch.look()
+    until(lambda: (found := live.watch.poll()[1]) is not None and found.iteration > 1)
+    _, seen = live.watch.poll()
     assert seen is not None
     assert seen.iteration == 2
     assert seen.pheromone is not None
@@ -196,6 +196,6 @@ def test_a_held_job_can_be_stopped_and_cancelled(studio: Studio, end: str) -> No
     job = studio.jobs.start(Task("solve", ("random:40:1",), options=MMAS), Watch(paused=True))
     live = studio.jobs.live(job)
     assert live is not None
-    until(lambda: live.watch.look()[1] is not None)
+    until(lambda: live.watch.poll()[1] is not None)
     getattr(studio.jobs, end)(job)
     assert studio.jobs.wait(job, 60) is (JobState.STOPPED if end == "stop" else JobState.CANCELLED)

@@ -20,7 +20,7 @@ from leafcut.studio.drawing.thumbnail import HEIGHT, WIDTH, Thumbnails
 from leafcut.studio.page.fitting_machines import head_of, offered, why_not
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_input import InputPanel
-from leafcut.studio.page.preview import READY, look
+from leafcut.studio.page.preview import READY, read_preview
 from leafcut.studio.page.whole import travel_of
 from leafcut.studio.page.work_choice import cards, why_suggested
 from leafcut.studio.studio import Studio
@@ -41,18 +41,18 @@ def places(scene: bytes, block: str) -> list[tuple[float, float]]:
 
 @pytest.mark.parametrize(("name", "work"), [("bracket.dxf", "cut"), ("sheet.dxf", "cut"), ("pocket.dxf", "pocket")])
 def test_a_drawing_opens_as_what_it_suits(name: str, work: str) -> None:
-    seen = look(str(EXAMPLES / name))
+    seen = read_preview(str(EXAMPLES / name))
     assert (seen.work, seen.error) == (work, "") and seen.works == ("drill", "cut", "nest", "pocket")
 
 
 def test_what_is_not_worked_is_beneath() -> None:
     """The edge of a plate that is drilled, and what options leave out."""
-    seen = look(PLATE, "drill", {"layers": "HOLES"})
+    seen = read_preview(PLATE, "drill", {"layers": "HOLES"})
     header, blocks = unpacked(seen.scenes["whole"])
     assert header["layers"] == ["HOLES", "OUTLINE"]
     assert (blocks["hole_layer"], blocks["outline_layer"]) == ([1] * 10, [2])
     assert unpacked(seen.scenes["part"])[1]["outline"] == []
-    filtered = look(PLATE, "drill", {"max_diameter": 1.0})
+    filtered = read_preview(PLATE, "drill", {"max_diameter": 1.0})
     assert filtered.error and "whole" not in filtered.scenes and filtered.whole.pictures
 
 
@@ -60,7 +60,7 @@ def test_what_is_not_worked_is_beneath() -> None:
     "options", [{}, {"mirror": "x"}, {"rotate": "30deg"}, {"origin": "upper-right"}, {"origin": "12,-7"}]
 )
 def test_the_whole_lies_as_the_part_does(options: dict[str, str]) -> None:
-    seen = look(PLATE, "drill", options)
+    seen = read_preview(PLATE, "drill", options)
     whole, holes = places(seen.scenes["whole"], "hole"), places(seen.scenes["part"], "hole")
     assert len(whole) == len(holes) == 10
     assert all(min(math.dist(hole, one) for one in whole) < 2e-3 for hole in holes)
@@ -68,9 +68,9 @@ def test_the_whole_lies_as_the_part_does(options: dict[str, str]) -> None:
 
 def test_a_named_zero_is_known_by_its_place() -> None:
     """The outline of the plate begins at the zero of the drawing; its lowest and leftmost hole does not."""
-    assert look(PLATE, "drill").zero == (0.0, 0.0)
-    assert look(PLATE, "drill", {"origin": "lower-left"}).zero == pytest.approx((0.0, 0.0))
-    assert look(PLATE, "drill", {"origin": "3,4"}).zero == (3.0, 4.0)
+    assert read_preview(PLATE, "drill").zero == (0.0, 0.0)
+    assert read_preview(PLATE, "drill", {"origin": "lower-left"}).zero == pytest.approx((0.0, 0.0))
+    assert read_preview(PLATE, "drill", {"origin": "3,4"}).zero == (3.0, 4.0)
 
 
 def test_layers_of_holes_and_outlines_are_told() -> None:
@@ -85,7 +85,7 @@ def test_layers_of_holes_and_outlines_are_told() -> None:
 
 
 def test_a_picture_is_strong_where_it_is_worked_and_lies_in_its_box() -> None:
-    seen = look(str(EXAMPLES / "pocket.dxf"))
+    seen = read_preview(str(EXAMPLES / "pocket.dxf"))
     for work, strong in (("pocket", 3), ("drill", 1), ("cut", 3)):
         drawn = seen.whole.pictures[work]
         assert drawn["strong"].count("M") == strong and drawn["faint"].count("M") == 3 - strong
@@ -106,10 +106,10 @@ def test_a_picture_of_very_many_outlines_and_holes_stays_small() -> None:
 def test_it_is_said_what_is_suggested_and_why(language: str) -> None:
     w = words(language)
     for name in ("bracket.dxf", "sheet.dxf", "pocket.dxf", "plate_10.dxf"):
-        seen = look(str(EXAMPLES / name))
+        seen = read_preview(str(EXAMPLES / name))
         line = why_suggested(seen, w)
         assert w.named("work", seen.work) in line and "{" not in line
-    assert why_suggested(look("example:plate-10"), w) == "" == why_suggested(None, w)
+    assert why_suggested(read_preview("example:plate-10"), w) == "" == why_suggested(None, w)
     assert {card["name"] for card in cards(seen.works, seen, w) if card["picture"]} == {"drill", "cut", "pocket"}
 
 
@@ -144,15 +144,15 @@ def test_a_program_is_looked_at_with_the_options_that_it_is_run_with(tmp_path: P
     """A program without G20 and G21 is 25.4 times as large in inches."""
     program = tmp_path / "plain.nc"
     program.write_text("G90 G94\nG0 X0 Y0 Z1\nG1 Z-1 F10\nX10 Y5\nM2\n")
-    sizes = [dict(look(str(program), "", {"units": unit}).facts)["size"] for unit in ("mm", "in")]
+    sizes = [dict(read_preview(str(program), "", {"units": unit}).facts)["size"] for unit in ("mm", "in")]
     assert sizes == ["10 × 5 mm", "254 × 127 mm"]
 
 
 def test_a_drill_file_is_for_a_machine_for_circuit_boards(tmp_path: Path) -> None:
     board = tmp_path / "board.drl"
     board.write_text("M48\nMETRIC,TZ\nT1C0.800\n%\nG90\nT1\nX10.0Y10.0\nX20.0Y10.0\nM30\n")
-    assert look(str(board)).whole.machine == "pcb-drill"
-    assert look(PLATE).whole.machine == ""
+    assert read_preview(str(board)).whole.machine == "pcb-drill"
+    assert read_preview(PLATE).whole.machine == ""
 
 
 def test_travel_is_around_the_part_until_the_machine_knows_its_zero() -> None:
@@ -176,7 +176,7 @@ def test_no_travel_is_outlined_of_a_machine_whose_travel_is_unknown(tmp_path: Pa
 def test_zero_that_is_dragged_is_an_option(studio: Studio) -> None:
     """It is told from where it is, and said in the places of the drawing."""
     view = View(studio, EN, work="drill")
-    view.seen = replace(look(PLATE, "drill", {"origin": "lower-left"}), zero=(19.05, 19.05))
+    view.seen = replace(read_preview(PLATE, "drill", {"origin": "lower-left"}), zero=(19.05, 19.05))
     panel = InputPanel.__new__(InputPanel)
     panel.view = view
     put: list[tuple[str, str]] = []
@@ -191,7 +191,7 @@ def test_zero_that_is_dragged_is_an_option(studio: Studio) -> None:
 
 def test_what_is_loaded_in_advance_is_read_to_its_end() -> None:
     """It is there to load what others need: where it is refused, it loads nothing."""
-    drawing, program = (look(source) for source in READY)
+    drawing, program = (read_preview(source) for source in READY)
     assert (drawing.error, dict(drawing.facts)["holes"]) == ("", "1")
     assert (program.error, program.format) == ("", "gcode")
 
@@ -210,7 +210,7 @@ def test_holes_alone_are_pictured_with_their_widths() -> None:
 
 def test_what_another_task_chose_and_cannot_be_used_is_left(studio: Studio) -> None:
     view = View(studio, EN, work="pocket", values={"machine": "plasma-table", "pixel_size": "0.5"})
-    view.seen = look(str(EXAMPLES / "pocket.dxf"), "pocket")
+    view.seen = read_preview(str(EXAMPLES / "pocket.dxf"), "pocket")
     assert view.leave_unfit() == "plasma-table cannot do this task: linuxcnc-mill is chosen."
     assert not view.values.get("machine")
     assert not view.values.get("pixel_size")
@@ -224,5 +224,5 @@ def test_what_looks_like_a_program_is_none_of_the_broken_files(tmp_path: Path) -
     program, letter = tmp_path / "fusion.nc", tmp_path / "letter.nc"
     program.write_text("G21 G90\nG0 X0 Y0 Z5\nG81 X1 Y1 Z-1 R1 F50\nG80\nZ15.\nM30\n")
     letter.write_text("Dear Sir,\nthe plate is late.\n")
-    assert (bool(look(str(program)).error), look(str(program)).broken) == (True, False)
-    assert look(str(letter)).broken
+    assert (bool(read_preview(str(program)).error), read_preview(str(program)).broken) == (True, False)
+    assert read_preview(str(letter)).broken

@@ -35,9 +35,9 @@ class FilterProgress:
 
     def __call__(self, now: Progress) -> None:
         """Report the share done as percent, up to 99; 100 is reported when the program is finished."""
-        self.tell(min(99, int(100.0 * now.share)))
+        self.report(min(99, int(100.0 * now.share)))
 
-    def tell(self, percent: int) -> None:
+    def report(self, percent: int) -> None:
         """Report a percentage."""
         if percent > self.last_percent:
             self.last_percent = percent
@@ -63,7 +63,7 @@ def run_filter(
         One line with the problem and the remedy.
     """
     progress = FilterProgress()
-    progress.tell(0)
+    progress.report(0)
     check_is_there("--options", Path(options_file) if options_file else None)
     settings = collect(options, Path(options_file) if options_file else None, defaults_file)
     names_machine = "machine" in settings.given - settings.defaults
@@ -74,7 +74,7 @@ def run_filter(
         outcome = api.optimize(
             file, process=process, options_file=options_file, defaults_file=defaults_file, progress=progress, **given
         )
-    progress.tell(100)
+    progress.report(100)
     return outcome
 
 

@@ -56,13 +56,13 @@ class Words:
 
     def help(self, name: str, english: str) -> str:
         """Return the help of an option."""
-        return self.about("help", name, english)
+        return self.translation("help", name, english)
 
     def default(self, name: str, english: str) -> str:
         """Return the default of an option in words."""
-        return self.about("default", name, english)
+        return self.translation("default", name, english)
 
-    def about(self, kind: str, name: str, english: str) -> str:
+    def translation(self, kind: str, name: str, english: str) -> str:
         """Return the translation of an English text of leafcut."""
         return self.translated.get(f"{kind}.{name}", english) if english else ""
 
@@ -70,7 +70,7 @@ class Words:
         """Return a message in this language, with labels of the form in place of flags."""
         return _FLAG.sub(self._field, self.messages.translate(line))
 
-    def spoken(self, line: str) -> str:
+    def language_of(self, line: str) -> str:
         """Return the language of `plain`: a line without a translation stays English."""
         known = self.language == "en" or self.messages.translate(line) != line
         return self.language if known else "en"
@@ -89,11 +89,11 @@ class Words:
         stem = name.removeprefix("no_")
         return f"“{self.option(stem)}” {self('form.off')}" if stem in known else match[0]
 
-    def said(self, words: Any) -> str:
+    def report_text(self, words: Any) -> str:
         """Return a text of the report in this language; it is plain, or a template with values (`overview_as_json`)."""
         if isinstance(words, str):
             return words
-        values = {name: self.said(value) for name, value in words["values"].items()}
+        values = {name: self.report_text(value) for name, value in words["values"].items()}
         template: str = words["words"]
         return self.translated.get(f"report.{template}", template).format(**values)
 

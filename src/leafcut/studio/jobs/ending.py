@@ -29,7 +29,7 @@ class Endable:
     ----------
     raised
         `Ended` was raised and not lost since. Python discards it in the callback of a weak reference, for example; this
-        is only noticed after a call of `hear_what_is_lost`.
+        is only noticed after a call of `catch_discarded_end`.
     """
 
     def __init__(self) -> None:
@@ -96,7 +96,7 @@ class Endable:
         timer.start()
 
 
-def hear_what_is_lost() -> None:
+def catch_discarded_end() -> None:
     """Detect a discarded `Ended`, so that it is raised again; for use in a separate process."""
     previous_hook = sys.unraisablehook
 

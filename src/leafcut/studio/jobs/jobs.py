@@ -98,7 +98,7 @@ class Live:
         self.watch.release()
         self.reading.end()
 
-    def tell(self, progress: Progress) -> None:
+    def record_progress(self, progress: Progress) -> None:
         """Record the progress; called often by the job."""
         if self.dropped:
             raise Cancelled
@@ -284,7 +284,7 @@ class Jobs:
         try:
             self.history.mark(live.id, JobState.RUNNING)
             try:
-                result = run(live.call, live.names, live.tell, live.stop, live.study or live.watch)
+                result = run(live.call, live.names, live.record_progress, live.stop, live.study or live.watch)
             finally:
                 live.reading.leave()
         except BaseException as problem:

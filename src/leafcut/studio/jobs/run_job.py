@@ -23,7 +23,7 @@ from leafcut.model.study import Study
 from leafcut.studio.drawing.line_match import line_pairs
 from leafcut.studio.jobs.history import Artefact
 from leafcut.studio.jobs.nest_request import list_text, needs_list
-from leafcut.studio.jobs.task import LIST, NEST, ReadyTask, program_name, told_apart
+from leafcut.studio.jobs.task import LIST, NEST, ReadyTask, program_name, unique_names
 
 if TYPE_CHECKING:
     from leafcut.model.nest import NestOutcome
@@ -196,7 +196,7 @@ def _nest(call: ReadyTask, names: tuple[str, ...], on_progress: OnProgress, canc
         for k, layout in enumerate(nest.layouts, 1):
             artefacts[f"scene-{v}-{k}"] = _scene(nest_scene(nest, layout))
     if needs_list(call.parts):
-        names = told_apart([Path(source).name for source in call.sources])  # names of all inputs without the sheets
+        names = unique_names([Path(source).name for source in call.sources])  # names of all inputs without the sheets
         artefacts["list"] = Artefact(LIST, _CSV, list_text(call.parts, names).encode())
     return Made(command("nest_answer")(outcome), _nest_figures(outcome), artefacts)
 

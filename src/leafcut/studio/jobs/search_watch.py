@@ -45,7 +45,7 @@ class Watch:
         if held:
             self._hold(take)
 
-    def look(self) -> tuple[int, Snapshot | None]:
+    def poll(self) -> tuple[int, Snapshot | None]:
         """Return number and content of the latest snapshot, and note that a page is open."""
         self._looked = time.perf_counter()
         return self.number, self.latest

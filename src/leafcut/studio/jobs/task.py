@@ -197,7 +197,7 @@ def _counted(task: Task, folder: Folder, names: Sequence[str]) -> list[tuple[str
     return [(name, part) for name, part in zip(names, parts_of(task), strict=True) if part.input not in sheets]
 
 
-def told_apart(names: Sequence[str]) -> tuple[str, ...]:
+def unique_names(names: Sequence[str]) -> tuple[str, ...]:
     """Return unique file names; duplicates get numbered folders: ``1/a.nc 2/a.nc``."""
     return tuple(f"{k}/{name}" if names.count(name) > 1 else name for k, name in enumerate(names, 1))
 
@@ -227,10 +227,10 @@ def program_name(source: str, extension: str) -> str:
 
 def command_line(task: Task, folder: Folder, output: str = "") -> str:
     """Return the shell command that repeats the job, with the displayed file names."""
-    names = told_apart(names_of(task, folder))
+    names = unique_names(names_of(task, folder))
     if task.command == "nest":
         parts = _counted(task, folder, names_of(task, folder))
-        names = told_apart([name for name, _ in parts])
+        names = unique_names([name for name, _ in parts])
         counted = [f"{name}:{part.quantity}" for name, (_, part) in zip(names, parts, strict=True)]
         listed = needs_list(tuple(part for _, part in parts))
         words = ["leafcut", "nest", *([LIST] if listed else counted), "-o", NEST, "--all-variants"]

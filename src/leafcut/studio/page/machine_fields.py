@@ -17,7 +17,7 @@ class AskingPanel(Protocol):
     async def ask(self, request: Callable[..., Any], *given: Any, **named: Any) -> Any:
         """Send a request to the machine and show a refusal; return the answer, or None if it was refused."""
 
-    def tell(self, line: str, *, bad: bool = False) -> None:
+    def show_message(self, line: str, *, bad: bool = False) -> None:
         """Show a message in the machine panel."""
 
     def tick_now(self) -> None:

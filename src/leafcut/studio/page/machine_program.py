@@ -229,7 +229,7 @@ class MachineProgramPanel:
         await self.draw()
         job = self.job
         if job is None:
-            self.panel.tell(self.problem.text or self.view.words("machine.no_program"), bad=True)
+            self.panel.show_message(self.problem.text or self.view.words("machine.no_program"), bad=True)
             return None
         return await self.panel.ask(lambda key: action(key, job))
 
@@ -237,7 +237,7 @@ class MachineProgramPanel:
         program = await self._with_program(lambda key, job: self.link.check(key, job, self._wishes()))
         if program is not None:
             self._show_issues(self.told, program.told)
-            self.panel.tell(self.view.words("machine.checked"))
+            self.panel.show_message(self.view.words("machine.checked"))
 
     async def _frame(self) -> None:
         await self._with_program(lambda key, job: self.link.frame(key, job, self._wishes(), self.panel.jog_feed()))
@@ -251,7 +251,7 @@ class MachineProgramPanel:
             wishes = self._wishes()
             program = await self._with_program(lambda key, job: self.link.check(key, job, wishes))
         except LeafcutError as problem:
-            self.panel.tell(str(problem), bad=True)
+            self.panel.show_message(str(problem), bad=True)
             return
         finally:
             self._asking = False
@@ -287,7 +287,7 @@ class MachineProgramPanel:
         program = await self.panel.ask(lambda key: self.link.run(key, job, wishes))
         if program is not None:
             self._show_issues(self.told, program.told)
-            self.panel.tell("")
+            self.panel.show_message("")
 
     def _show_issues(self, place: Element, lines: Sequence[str]) -> None:
         place.clear()

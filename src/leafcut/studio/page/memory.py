@@ -123,7 +123,7 @@ class Memory:
         """Add a step to the browser's history."""
         self._put("pushState")
 
-    def stands(self, address: dict[str, Any]) -> None:
+    def record_address(self, address: dict[str, Any]) -> None:
         """Record the browser's current address, so that it is not sent again."""
         self._address = _address({key: str(address.get(key, "")) for key in ("page", "view", "job")})
 

@@ -37,7 +37,7 @@ class InputPart(Protocol):
     def ready(self, ready: bool) -> None:
         """Enable or disable the run button."""
 
-    async def look(self, view: View, work: str) -> tuple[Seen | None, str, bool]:
+    async def read_preview(self, view: View, work: str) -> tuple[Seen | None, str, bool]:
         """Return the preview of an input, an error, and whether no newer request was made meanwhile."""
 
     def cancel(self) -> None:
@@ -139,7 +139,7 @@ class PageParts(Protocol):
     """Interface of the page for its panels."""
 
     @property
-    def said(self) -> TextElement:
+    def message_line(self) -> TextElement:
         """Line for messages to the user."""
 
     @property
@@ -158,7 +158,7 @@ class PageParts(Protocol):
     def result(self) -> ResultPart:
         """Panel with the answer."""
 
-    def say(self, line: str, bad: bool = False, stays: bool = False) -> None:
+    def show_message(self, line: str, bad: bool = False, stays: bool = False) -> None:
         """Show a message in a line above the page."""
 
     def announce(self, line: str) -> None:

@@ -17,7 +17,7 @@ from leafcut.studio.jobs.task import Task, command_line, prepare, program_name
 from leafcut.studio.page import fitting_machines, forms
 from leafcut.studio.page.chart_menus import Menus, chart_menus, chart_problem
 from leafcut.studio.page.own_defaults import OwnDefaults, own_defaults, without_idle
-from leafcut.studio.page.preview import Seen, look
+from leafcut.studio.page.preview import Seen, read_preview
 from leafcut.studio.page.whole import Zero
 from leafcut.studio.wording import Words
 
@@ -86,14 +86,14 @@ class View:
     edited: bool = False
     for_study: bool | None = None
 
-    def look(self, work: str = "", progress: OnProgress | None = None) -> Seen:
+    def read_preview(self, work: str = "", progress: OnProgress | None = None) -> Seen:
         """Read the input for a given or the most likely kind of work; slow for a large file."""
         try:
             values = dict(self.values)  # the user may type meanwhile
             known = forms.of_work(work, values) if work else forms.changed(values)
             options = {n: v for n, v in known.items() if n in OF_READING and n not in self.errors}
             call = prepare(Task("simulate", (self.source,), "auto", options), self.studio.folder)
-            seen = look(call.sources[0], work, call.options, progress)
+            seen = read_preview(call.sources[0], work, call.options, progress)
         except LeafcutError as problem:
             raise LeafcutError(self.studio.folder.without_paths(str(problem))) from None
         return replace(seen, error=self.studio.folder.without_paths(seen.error))

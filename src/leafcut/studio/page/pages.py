@@ -175,14 +175,14 @@ class Page:
             self.views["control"] = box("div", "sheet", id="view-control")
             self.stop_bar = StopBar(self.view)
             help_dialog(w)
-            self.said = text("div", "", "said", id="said", role="status", aria_live="polite")
-            self.said.on("click", lambda: self.say(""))
+            self.message_line = text("div", "", "said", id="said", role="status", aria_live="polite")
+            self.message_line.on("click", lambda: self.show_message(""))
             self.announced = text("div", "", "unseen", id="announced", role="status", aria_live="polite")
-            self.memory.watch(ui.context.client, self.went)
+            self.memory.watch(ui.context.client, self.follow_address)
             self.badge = Badge(self.view)
         self.built = True
         if self._unread:
-            self.say(w("form.usual_wrong", line=w.plain(self._unread)), True)
+            self.show_message(w("form.usual_wrong", line=w.plain(self._unread)), True)
         self.show(view if view in self.views else "work")
         self.timer = ui.timer(_TICK, self.tick)
         ui.context.client.on_delete(self._forget)
@@ -265,13 +265,13 @@ class Page:
             self.show(name)
             self.memory.push()
 
-    async def went(self, address: dict[str, Any], newest: bool) -> None:
+    async def follow_address(self, address: dict[str, Any], newest: bool) -> None:
         """Follow the browser's Back or Forward to a view, and to choices saved under another name.
 
         If the browser has not recorded the `newest` step yet, that step follows, so the address is sent again.
         """
         if newest:
-            self.memory.stands(address)
+            self.memory.record_address(address)
         name, view = str(address.get("page", "")), str(address.get("view", ""))
         kept = self.memory.take(name) if name != self.memory.name else None
         self.show(view if view in self.views else "work")
@@ -303,14 +303,14 @@ class Page:
         """Return the state to save."""
         return KeptState.of(self.view, self.result.tab, self.run.edit.kept())
 
-    def say(self, line: str, bad: bool = False, stays: bool = False) -> None:
+    def show_message(self, line: str, bad: bool = False, stays: bool = False) -> None:
         """Show a message in a line above the page; a click removes it.
 
         Messages that are not `bad` disappear after a while; with `stays` they remain until the next message.
         """
         self._until = math.inf if bad or stays else time.monotonic() + _SAID_SECONDS
-        self.said.set_text(self.words.plain(line))
-        self.said.classes(replace="said bad" if bad else "said")
+        self.message_line.set_text(self.words.plain(line))
+        self.message_line.classes(replace="said bad" if bad else "said")
 
     def announce(self, line: str) -> None:
         """Announce a message to screen readers."""
@@ -326,7 +326,7 @@ class Page:
         """Show a running or finished job; for a nest, one of its sheets."""
         record = self.studio.jobs.record(job)
         if record is None:
-            self.say(self.words("jobs.gone"), True)
+            self.show_message(self.words("jobs.gone"), True)
             return
         self.memory.begin_other()
         self.view.job = job
@@ -354,7 +354,7 @@ class Page:
     def tick(self) -> None:
         """Update the visible parts of the page every `_TICK` seconds."""
         if time.monotonic() > self._until:
-            self.say("", stays=True)
+            self.show_message("", stays=True)
         self.badge.tick()
         self.stop_bar.tick()
         if self.control is not None:

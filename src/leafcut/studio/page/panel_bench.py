@@ -38,7 +38,7 @@ class BenchPanel:
             text("summary", w("bench.title"))
             text("p", w("bench.text"), "quiet small")
             words = {"help": w("form.help")}
-            self.form = Form([], words, self._put, lambda line: page.say(line, True))
+            self.form = Form([], words, self._put, lambda line: page.show_message(line, True))
             self.begin = button("", self._begin, "wide")
 
     def draw(self) -> None:
@@ -97,17 +97,17 @@ class BenchPanel:
     def _begin(self) -> None:
         view, page = self.view, self.page
         if not view.source or page.run.running:
-            page.say(view.words("command.none" if not view.source else "bench.running"), True)
+            page.show_message(view.words("command.none" if not view.source else "bench.running"), True)
             return
         if page.input.reading:  # the input being read may replace the current one, or be invalid
-            page.say(view.words("open.reading", name=view.name), True)
+            page.show_message(view.words("open.reading", name=view.name), True)
             return
         try:
             view.job = view.studio.jobs.start(self.task())
         except Exception as problem:
-            page.say(line_of(problem), True)
+            page.show_message(line_of(problem), True)
             return
-        page.say("")
+        page.show_message("")
         page.remember()
         page.run.watch()
         page.result.draw()

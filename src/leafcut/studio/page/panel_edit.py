@@ -98,7 +98,7 @@ class EditPanel:
         """Start editing the result of a job."""
         edited = edited_of(self.view.studio.history, record.id)
         if edited is None:
-            self.page.say(self.view.words("edit.cannot"), True)
+            self.page.show_message(self.view.words("edit.cannot"), True)
             return
         self._before = _length(edited.stops())
         self._open(edited)
@@ -196,7 +196,7 @@ class EditPanel:
         if self._stop:
             self._change(act)
         else:
-            self.page.say(self.view.words("edit.choose"), True)
+            self.page.show_message(self.view.words("edit.choose"), True)
 
     def _change(self, act: Any) -> None:
         if self.edited is None:
@@ -204,9 +204,9 @@ class EditPanel:
         try:
             act(self.edited)
         except LeafcutError as problem:
-            self.page.say(str(problem), True)
+            self.page.show_message(str(problem), True)
             return
-        self.page.say("")
+        self.page.show_message("")
         self._draw()
 
     def _go(self, *, back: bool) -> None:
@@ -214,7 +214,7 @@ class EditPanel:
             return
         w = self.view.words
         done = self.edited.undo() if back else self.edited.redo()
-        self.page.say("" if done else w("edit.nothing"))
+        self.page.show_message("" if done else w("edit.nothing"))
         self._draw()
 
     def _draw(self) -> None:

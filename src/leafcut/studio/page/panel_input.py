@@ -126,24 +126,24 @@ class InputPanel:
         try:
             view.take_options(value)
         except LeafcutError as problem:
-            self.page.say(str(problem), True)
+            self.page.show_message(str(problem), True)
             return None
         finally:
             view.studio.folder.drop_inputs([value])
         self.draw()
         line = view.words("form.taken", name=name)
         if not view.source or not any(before.get(option) != view.values.get(option) for option in OF_READING):
-            self.page.say(line)
+            self.page.show_message(line)
             return None
         self._begin_reading()
         return self._read_and_report(line)
 
     async def _read_and_report(self, line: str) -> None:
         if await self.read(self.view.work) and self.view.seen is not None and not self.view.seen.error:
-            self.page.say(line)
+            self.page.show_message(line)
 
     def _refuse(self, line: str) -> None:
-        self.page.say(line, True)
+        self.page.show_message(line, True)
 
     async def _example(self, _: str, value: str, __: str) -> None:
         if value:
@@ -192,14 +192,14 @@ class InputPanel:
             if not broken and (left := view.leave_unfit()):
                 if not await self.read(view.work):
                     return
-                self.page.say(left)
+                self.page.show_message(left)
             self.page.remember()
             self.page.run.canvas.fit()
             if not broken:
                 view.studio.recent.add(view.source, view.name)
                 self.recent.draw()
             return
-        line = self.page.said.text
+        line = self.page.message_line.text
         typed = {kind: _added(taken[kind], getattr(view, kind)) for kind in _TYPED}
         vars(view).update(before)
         for kind, entries in typed.items():
@@ -220,7 +220,7 @@ class InputPanel:
         try:
             source = take(view.studio.jobs, sheet)
         except LeafcutError as problem:
-            self.page.say(str(problem), True)
+            self.page.show_message(str(problem), True)
             return
         self.page.begin_other()
         view.take(source, sheet.file, sheet.origin)
@@ -231,7 +231,7 @@ class InputPanel:
         if await self.read("cut"):
             self.page.run.canvas.fit()
 
-    async def look(self, view: View, work: str) -> tuple[Seen | None, str, bool]:
+    async def read_preview(self, view: View, work: str) -> tuple[Seen | None, str, bool]:
         """Read an input outside the event loop; return preview, error, and whether this reading is the newest.
 
         Reading takes a while, and the user may open another input meanwhile.
@@ -268,7 +268,7 @@ class InputPanel:
 
     def _show_problem(self, line: str) -> None:
         """Show why an input was not read; cancelling by the user is not an error."""
-        self.page.say(line, not self._is_cancelled(line))
+        self.page.show_message(line, not self._is_cancelled(line))
 
     def _begin_reading(self) -> int:
         """Record that the input will be read, and enable Run meanwhile; return the number of this reading."""
@@ -288,8 +288,8 @@ class InputPanel:
     async def read(self, work: str) -> bool:
         """Read the input for a kind of work and show it; return False if another input was read meanwhile."""
         view = self.view
-        self.page.say(view.words("open.reading", name=view.name), stays=True)
-        seen, line, newest = await self.look(view, work)
+        self.page.show_message(view.words("open.reading", name=view.name), stays=True)
+        seen, line, newest = await self.read_preview(view, work)
         if not newest:
             return False
         if self._is_cancelled(line) and work and view.seen is not None:  # keep the previous choices
@@ -396,7 +396,7 @@ class InputPanel:
         self.draw()
         if not view.source:
             return True
-        seen, line, newest = await self.look(view, view.work)
+        seen, line, newest = await self.read_preview(view, view.work)
         if not newest:
             return False
         view.seen = seen
@@ -455,7 +455,7 @@ class InputPanel:
                                 if meaning:
                                     text("b", f"{meaning}.")
                                 message = f"{w.plain(issue['message'])} {w.plain(issue['place'])}".strip()
-                                text("span", message, "", lang=w.spoken(issue["message"]))
+                                text("span", message, "", lang=w.language_of(issue["message"]))
                         if len(view.seen.issues) > _MAX_ISSUES:
                             text("li", w("open.more", number=len(view.seen.issues) - _MAX_ISSUES))
 
@@ -499,12 +499,12 @@ class InputPanel:
         """Start the run, or start it after the reading in progress."""
         view, w = self.view, self.view.words
         if self.page.run.running:
-            self.page.say(w("run.going"))
+            self.page.show_message(w("run.going"))
         elif self.reading:
             self._run_wanted = True
-            self.page.say(w("run.when_read", name=view.name), stays=True)
+            self.page.show_message(w("run.when_read", name=view.name), stays=True)
         elif not view.ready:
-            self.page.say(w(self._missing()))
+            self.page.show_message(w(self._missing()))
         elif view.edited:  # run the visible order
             self.page.run.edit.write()
         else:
@@ -537,10 +537,10 @@ def _added(before: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:
 
 
 def look_until_ended(view: View, work: str, reading: PreviewReading) -> tuple[Seen | None, str]:
-    """Return the result of `View.look`, or its error in one line; neither if the reading was ended."""
+    """Return the result of `View.read_preview`, or its error in one line; neither if the reading was ended."""
     try:
         with reading.endable:
-            return view.look(work, reading.tell), ""
+            return view.read_preview(work, reading.record_progress), ""
     except Ended:
         return None, ""
     except Exception as problem:

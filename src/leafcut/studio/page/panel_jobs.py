@@ -231,7 +231,7 @@ class JobsPanel:
         try:
             job = self.view.studio.jobs.start(record.task)
         except Exception as problem:
-            self.page.say(line_of(problem), True)
+            self.page.show_message(line_of(problem), True)
             return
         await self.page.open_job(job)
 

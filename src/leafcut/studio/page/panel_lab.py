@@ -129,7 +129,7 @@ class LabPanel:
             flags = [field(name, label(name), w.table.get(f"algorithm.{name}", ""), "flag") for name in names]
             fields = [field("runs", w("bench.runs"), w("bench.runs_help")), *flags]
             groups = [{"key": "lab", "title": "", "folded": False, "changed": 0, "fields": fields}]
-            form = Form([], {"help": w("form.help")}, self._put, lambda line: self.page.say(line, True))
+            form = Form([], {"help": w("form.help")}, self._put, lambda line: self.page.show_message(line, True))
             form.show({"runs": self.runs, **{name: name in self.ways[option] for name in names}}, groups=groups)
             count = int(self.runs) * len(self.ways[option] & set(names)) if self.runs.isdecimal() else 0
             if not self.lab.running:
@@ -163,7 +163,7 @@ class LabPanel:
             options = {k: v for k, v in ready.options.items() if k != option}
             self._start(compare_on(view.name, ready.sources[0], command, options, values, int(self.runs)))
         except Exception as problem:
-            self.page.say(view.studio.folder.without_paths(line_of(problem)), True)
+            self.page.show_message(view.studio.folder.without_paths(line_of(problem)), True)
 
     # -- both
     # -----------------------------------------------------------------------------------------------------------
@@ -201,7 +201,7 @@ class LabPanel:
         try:
             return self.lab.rows(experiment)
         except LeafcutError as problem:
-            self.page.say(self.view.studio.folder.without_paths(str(problem)), True)
+            self.page.show_message(self.view.studio.folder.without_paths(str(problem)), True)
             return []
 
     def _grow(self, experiment: Description, rows: list[Row] | None = None) -> None:
@@ -229,11 +229,11 @@ class LabPanel:
         try:
             self._start(experiment)
         except Exception as problem:
-            self.page.say(line_of(problem), True)
+            self.page.show_message(line_of(problem), True)
 
     def _start(self, experiment: Description) -> None:
         self.lab.start(experiment)
-        self.page.say("")
+        self.page.show_message("")
         self.draw()
 
     def _failed(self, rows: list[Row]) -> None:

@@ -93,11 +93,11 @@ class LibraryPanel:
         try:
             self._read()
         except LeafcutError as problem:
-            self.page.say(str(problem), True)
+            self.page.show_message(str(problem), True)
         else:
             if self.now == self._shown:
                 return True
-            self.page.say(self.view.words("library.elsewhere", name=self.chosen), True)
+            self.page.show_message(self.view.words("library.elsewhere", name=self.chosen), True)
         self.draw()
         return False
 
@@ -211,7 +211,7 @@ class LibraryPanel:
         try:
             self._change(change(self.now))
         except LeafcutError as problem:
-            self.page.say(str(problem), True)
+            self.page.show_message(str(problem), True)
             self.draw()
             return False
         return True
@@ -293,7 +293,7 @@ class LibraryPanel:
         shown, name = self.chosen, name.strip()
         if name != shown and name in self.view.studio.folder.own(self.kind) and name != self._asked:
             self._asked = name
-            self.page.say(self.view.words("library.taken", name=name), True)
+            self.page.show_message(self.view.words("library.taken", name=name), True)
             return
         words = self.now if name == shown else self._renamed(self.now, shown, name)
         if self._keep(name, words):
@@ -304,9 +304,9 @@ class LibraryPanel:
         try:
             library.save(self.view.studio.folder, self.kind, name, words)
         except Exception as problem:
-            self.page.say(line_of(problem), True)
+            self.page.show_message(line_of(problem), True)
             return False
-        self.page.say(self.view.words("library.saved", name=name))
+        self.page.show_message(self.view.words("library.saved", name=name))
         self.drafts.pop(name, None)
         self.choose(name, True)
         self.page.input.draw()

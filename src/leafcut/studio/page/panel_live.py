@@ -89,7 +89,7 @@ class LivePanel:
 
     def show(self, live: Live) -> None:
         """Update the display of an unfinished job."""
-        number, snapshot = live.watch.look()
+        number, snapshot = live.watch.poll()
         seconds = time.perf_counter() - live.began if live.began else 0.0
         now = (live.state, live.latest, live.latest_s, int(seconds))
         figures = (*now, pace_of(live.watch), live.watch.paused, live.watch.can_hold)
@@ -175,14 +175,14 @@ class LivePanel:
         """Stop and keep the best result."""
         if self.view.job is not None:
             self.view.studio.jobs.stop(self.view.job)
-            self.page.say(self.view.words("run.stopping"), stays=True)
+            self.page.show_message(self.view.words("run.stopping"), stays=True)
 
     def _cancel(self) -> None:
         """Stop without a result."""
         live = self._job()
         if live is not None and not live.state.over:
             self.view.studio.jobs.cancel(live.id)
-            self.page.say(self.view.words("run.cancelling"), stays=True)
+            self.page.show_message(self.view.words("run.cancelling"), stays=True)
 
     def _hold(self) -> None:
         live = self._job()

@@ -66,7 +66,7 @@ class MachinePanel:
                 text("p", w("machine.boards"), "quiet small")
                 with box("div", "ends"):
                     self.connect = button(w("machine.connect"), self._connect, "primary")
-                    button(w("machine.look"), self.look, "plain small")
+                    button(w("machine.look"), self.list_ports, "plain small")
             with box("div", "fields") as self.open:
                 self.about = text("p", "", "quiet small")
                 self.alone = box("div", "stale other-page")
@@ -89,10 +89,10 @@ class MachinePanel:
             answer = request(self.key, *given, **named)
             return True if answer is None else await asyncio.wrap_future(answer)
         except LeafcutError as problem:
-            self.tell(str(problem), bad=True)
+            self.show_message(str(problem), bad=True)
             return None
 
-    def tell(self, line: str, *, bad: bool = False) -> None:
+    def show_message(self, line: str, *, bad: bool = False) -> None:
         """Show a message in the machine panel."""
         self.line.set_text(self.view.words.plain(line))
         self.line.classes(replace="machine-line bad" if bad else "machine-line")
@@ -101,12 +101,12 @@ class MachinePanel:
         """Return the jog feed, mm/min."""
         return self.by_hand.feed.number()
 
-    async def look(self) -> None:
+    async def list_ports(self) -> None:
         """List the available ports."""
         try:
             names = await asyncio.to_thread(ports)
         except LeafcutError as problem:
-            self.tell(str(problem), bad=True)
+            self.show_message(str(problem), bad=True)
             return
         self._offered.clear()
         with self._offered:
@@ -116,14 +116,14 @@ class MachinePanel:
         self.port.suggest(names[0][0] if names else "")
 
     async def _connect(self) -> None:
-        self.tell("")
+        self.show_message("")
         await self.ask(self.link.connect, self.port.value.strip(), int(self.baud.value))
 
     async def _disconnect(self) -> None:
         try:
             await asyncio.to_thread(self.link.disconnect, self.key)
         except LeafcutError as problem:
-            self.tell(str(problem), bad=True)
+            self.show_message(str(problem), bad=True)
 
     def _take(self) -> None:
         self.link.take(self.key)
@@ -135,7 +135,7 @@ class MachinePanel:
         self._drawing = True
         try:
             if self.link.state.connection is Connection.CLOSED:
-                await self.look()
+                await self.list_ports()
             await self.program.draw()
         finally:
             self._drawing = False
@@ -156,7 +156,7 @@ class MachinePanel:
         """Show the current state, changed or not."""
         self._show(self.link.state)
 
-    def mine(self, state: MachineState) -> bool:
+    def commands_machine(self, state: MachineState) -> bool:
         """Return whether this page commands the machine."""
         return state.open and state.holder == self.key
 
@@ -169,7 +169,7 @@ class MachinePanel:
         self.tag.set_text(status_words(state, self.view))
         self.tag.classes(replace=f"tag {kind if state.connection is not Connection.CLOSED else ''}")
         self.about.set_text(w("machine.about", version=state.version, port=state.port) if state.version else state.port)
-        is_holder = self.mine(state)
+        is_holder = self.commands_machine(state)
         self.alone.set_visibility(state.open and not is_holder)
         free = is_holder and state.doing in (MachineTask.NOTHING, MachineTask.ASKING)
         enable(self.home, free and state.homing and state.status in ("Idle", "Alarm"))
@@ -177,7 +177,7 @@ class MachinePanel:
         enable(self.leave, free and not state.moves)
         if state.saying != self._shown_message:
             self._shown_message = state.saying
-            self.tell(state.said, bad=state.bad)
+            self.show_message(state.said, bad=state.bad)
         self.by_hand.show(state, is_holder)
         self.program.show(state, is_holder)
 

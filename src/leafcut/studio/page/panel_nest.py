@@ -184,7 +184,7 @@ class NestPanel:
         self.page.input.draw()
 
     def _refuse(self, line: str) -> None:
-        self.page.say(line, True)
+        self.page.show_message(line, True)
 
     def _plan(self) -> None:
         """Plan the cuts of all sheets, to find the fastest variant."""
@@ -194,8 +194,8 @@ class NestPanel:
         try:
             plan_cuts(view.studio.jobs, self._record.id, view.cut_options())
         except Exception as problem:
-            self.page.say(line_of(problem), True)
+            self.page.show_message(line_of(problem), True)
             return
-        self.page.say("")
+        self.page.show_message("")
         self._rows = comparison(view.studio.jobs, self._record.id)
         self._draw_variants()

@@ -63,9 +63,9 @@ class PartsPanel:
     async def _add(self, source: str, name: str) -> bool:
         view = self.view
         parts = view.parts
-        seen, line, newest = await self.page.input.look(replace(view, source=source, name=name), "nest")
+        seen, line, newest = await self.page.input.read_preview(replace(view, source=source, name=name), "nest")
         if line:
-            self.page.say(line, True)
+            self.page.show_message(line, True)
             self.page.input.ready(view.ready)
             return True
         if view.work != "nest" or view.parts is not parts:
@@ -73,11 +73,11 @@ class PartsPanel:
         if seen is None or "nest" not in seen.works:
             return False
         if seen.error and view.source:  # keep the open input
-            self.page.say(seen.error, True)
+            self.page.show_message(seen.error, True)
             self.page.input.ready(view.ready)
             return True
         if not seen.error and (existing := self._same_part(source, name)):
-            self.page.say(view.words("parts.there", name=name))
+            self.page.show_message(view.words("parts.there", name=name))
             view.studio.folder.drop_inputs([source])
             source = existing
         if newest:
@@ -85,9 +85,9 @@ class PartsPanel:
             view.seen = seen
             self.page.run.leave()
         if seen.error:
-            self.page.say(seen.error, True)
+            self.page.show_message(seen.error, True)
         elif source not in {part.input for part in parts}:
-            self.page.say("")
+            self.page.show_message("")
             view.parts.append(WantedPart(source))
             view.part_names[source] = name
             self._follow_list()
@@ -124,15 +124,15 @@ class PartsPanel:
             parts, missing = listed_parts(view.studio.folder.input_path(self._list), opened)
         except LeafcutError as problem:
             self._list = ""
-            self.page.say(view.studio.folder.without_paths(str(problem)), True)
+            self.page.show_message(view.studio.folder.without_paths(str(problem)), True)
             return
         listed = {part.input for part in parts}
         view.parts = [*(part for part in view.parts if part.input not in listed), *parts]
         if missing:
-            self.page.say(view.words("parts.missing", names=", ".join(missing[:8])), True)
+            self.page.show_message(view.words("parts.missing", names=", ".join(missing[:8])), True)
         else:
             self._list = ""
-            self.page.say(view.words("parts.listed", number=len(parts)))
+            self.page.show_message(view.words("parts.listed", number=len(parts)))
 
     def _index(self, row: str) -> int | None:
         """Return the index of a row's part; None if the row is gone, as after a double click."""
@@ -145,10 +145,10 @@ class PartsPanel:
         try:
             changes = {"quantity": quantity_of(typed)} if key == "quantity" else {"rotations": rotations_of(typed)}
         except LeafcutError as problem:
-            self.page.say(str(problem), True)
+            self.page.show_message(str(problem), True)
             self.rows.renew()
             return
-        self.page.say("")
+        self.page.show_message("")
         view.parts[index] = replace(view.parts[index], **changes)
         self.rows.renew()  # show the parsed value
         self._drawn()

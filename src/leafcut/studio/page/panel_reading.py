@@ -42,7 +42,7 @@ class PreviewReading:
         """Time since the start of the reading, s."""
         return time.monotonic() - self._began
 
-    def tell(self, progress: Progress) -> None:
+    def record_progress(self, progress: Progress) -> None:
         """Record the progress; called often by the reader."""
         self.what, self.share = progress.step, progress.share
 

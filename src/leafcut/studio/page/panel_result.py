@@ -225,7 +225,7 @@ class ResultPanel:
             for issue in issues[:limit]:
                 with box("li"):
                     meaning = self.view.words.issue(issue["code"])
-                    language = self.view.words.spoken(issue["message"])
+                    language = self.view.words.language_of(issue["message"])
                     if meaning:
                         text("b", f"{meaning}: ")
                     text("span", self.view.words.plain(issue["message"]), "", dir="auto", lang=language)
@@ -367,7 +367,7 @@ class ResultPanel:
                         w.plain(issue["message"]),
                         "meant" if meaning else "",
                         dir="auto",
-                        lang=w.spoken(issue["message"]),
+                        lang=w.language_of(issue["message"]),
                     )
                     if issue["place"]:
                         text("span", w.plain(issue["place"]), "quiet small")

@@ -118,9 +118,9 @@ class RunPanel:
                 raise OptionError(f"{flag_name(name)}: {line}")
             view.job = view.studio.jobs.start(view.task(), watch_of(view.pace if view.studied else "full"))
         except Exception as problem:
-            self.page.say(line_of(problem), True)
+            self.page.show_message(line_of(problem), True)
             return
-        self.page.say("")
+        self.page.show_message("")
         self.page.remember()
         self.watch()
         self.page.result.draw()
@@ -186,13 +186,13 @@ class RunPanel:
     def _announce_end(self, record: JobRecord) -> None:
         w = self.view.words
         if record.state is JobState.FAILED:
-            self.page.say(record.line, True)
+            self.page.show_message(record.line, True)
         elif record.state is JobState.STOPPED:
-            self.page.say(w("run.kept"))
+            self.page.show_message(w("run.kept"))
         elif record.state is JobState.DONE:
-            self.page.say("")
+            self.page.show_message("")
         else:
-            self.page.say(w(f"state.{record.state.value}"))
+            self.page.show_message(w(f"state.{record.state.value}"))
 
     def draw(self) -> None:
         """Draw the result of the job, or else the opened input."""

@@ -44,7 +44,7 @@ class StrategiesPanel:
         for row in answer["strategies"]:
             reason = row.get("refused") or row.get("passed_over")
             if reason:
-                text("p", f"{row['strategy']}: {w.plain(reason)}", "quiet small", lang=w.spoken(reason))
+                text("p", f"{row['strategy']}: {w.plain(reason)}", "quiet small", lang=w.language_of(reason))
 
     def leave(self) -> None:
         """Show the program again, unless the page has switched to another job."""

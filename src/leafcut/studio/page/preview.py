@@ -80,10 +80,10 @@ def get_ready() -> None:
     """Load the modules for most inputs, so that the first input opens at once."""
     with suppress(Exception):  # errors are shown when the user opens a file
         for source in READY:
-            look(source)
+            read_preview(source)
 
 
-def look(
+def read_preview(
     source: str | Source, work: str = "", options: dict[str, Any] | None = None, progress: OnProgress | None = None
 ) -> Seen:
     """Return the preview of an input; `work` selects how to read a drawing that is suitable for several.
@@ -126,7 +126,7 @@ def _drawing(
     issues = tuple(issues_as_json(part.issues))
     if unitless(part):
         return Seen(name, (work,), _facts(part), issues, scenes, work=work)
-    background, zero = whole.beneath(work, source, part, settings)
+    background, zero = whole.background(work, source, part, settings)
     if background is not None:
         scenes["whole"] = part_scene(background)
     travel = travel_of(registry.usual(work, settings), part.extents)

@@ -63,10 +63,10 @@ def groups(words: Words, array: str, data: Mapping[str, Any]) -> list[dict[str, 
 
 def _field(key: ProfileKey, stem: str, words: Words, sources: Mapping[str, Any]) -> dict[str, Any]:
     name = stem + key.name
-    reason = words.about("profile_why", name, key.why)
-    bounds = words.about("profile_bounds", name, key.bounds)
+    reason = words.translation("profile_why", name, key.why)
+    bounds = words.translation("profile_bounds", name, key.bounds)
     source = sources.get(key.name)
-    help_texts = [words.about("profile_help", name, key.help), bounds and words("profile.bounds", bounds=bounds)]
+    help_texts = [words.translation("profile_help", name, key.help), bounds and words("profile.bounds", bounds=bounds)]
     help_texts.append(words("profile.source", source=source) if isinstance(source, str) else "")
     shown = _shown_default(key)
     return {

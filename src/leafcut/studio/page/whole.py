@@ -44,7 +44,7 @@ class Whole:
         """Return kinds of work, the most likely first."""
         return [*(work for work in self.suits if work in kinds), *(work for work in kinds if work not in self.suits)]
 
-    def beneath(self, work: str, source: Source, part: Part, settings: Settings) -> tuple[Part | None, Zero]:
+    def background(self, work: str, source: Source, part: Part, settings: Settings) -> tuple[Part | None, Zero]:
         """Return the whole drawing placed under a part read for a kind of work, and the position of program zero."""
         zero = _zero(work, source, part, settings)
         if self.part is None or zero is None:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files.whole_files import OutputError
 from leafcut.studio.folder import LARGEST_UPLOAD, data_folder
-from leafcut.studio.jobs.ending import hear_what_is_lost
+from leafcut.studio.jobs.ending import catch_discarded_end
 from leafcut.studio.keys import page_that_goes_to, write_private
 from leafcut.studio.lock import held
 from leafcut.studio.server.connections import patient_protocol
@@ -84,7 +84,7 @@ class _Door:
         self._studio = studio
         self._offered_key = ""
 
-    def tell(self, words: str) -> None:
+    def print_address(self, words: str) -> None:
         """Print an unused address."""
         self._offered_key = self._studio.keys.new_entry()
         print(f"{words} {self._studio.address(self._offered_key)}", flush=True)
@@ -93,7 +93,7 @@ class _Door:
         """Handle the use of an address."""
         self._studio.entrance.unlink(missing_ok=True)
         if key == self._offered_key:
-            self.tell("leafcut studio, for another browser:")
+            self.print_address("leafcut studio, for another browser:")
 
 
 def serve(port: int | None = None, *, open_page: bool = True, root: Path | None = None) -> None:
@@ -116,7 +116,7 @@ def serve(port: int | None = None, *, open_page: bool = True, root: Path | None 
             raise
         raise StudioError(f"the studio needs the package {package}: pip install 'leafcut[studio]'") from None
     folder = root or data_folder()
-    hear_what_is_lost()
+    catch_discarded_end()
     with _listen(port) as listening, held(folder, "http://{}:{}".format(*listening.getsockname())):
         studio = open_studio(folder, listening.getsockname()[1])
         app = make_api(studio)
@@ -135,7 +135,7 @@ def serve(port: int | None = None, *, open_page: bool = True, root: Path | None 
         server = _server(config, studio)
         _write_keys(studio)
         gc.freeze()  # loaded modules stay, so the garbage collector can skip them
-        door.tell("leafcut studio:")
+        door.print_address("leafcut studio:")
         print("leafcut: Ctrl-C ends it", file=sys.stderr, flush=True)
         if open_page:
             threading.Thread(target=_open_when_ready, args=(server, studio.entrance.as_uri()), daemon=True).start()
