@@ -119,7 +119,7 @@ def probe_z(conversation: GrblConversation, facts: Facts, plate: float, feed: fl
     try:
         answers = conversation.ask(f"G91G21G38.2Z{number_in_mm(-travel)}F{number_in_mm(feed)}", _PROBE_SECONDS)
     except SendError:
-        conversation.hear_out(ALARM_SECONDS)
+        talk.wait_for_alarm_report(ALARM_SECONDS)
         raise
     conversation.ask("G90")
     report = next((answer.text for answer in answers if isinstance(answer, Report) and answer.name == "PRB"), "")

@@ -30,7 +30,7 @@ from leafcut.sender.port import Port
 #: Time limits, s: for an answer, for a board that restarts when its port is opened, and for homing.
 ANSWER_SECONDS, START_SECONDS, HOMING_SECONDS = 5.0, 5.0, 180.0
 #: Interval of status queries, s: while waiting for a result, and when idle.
-AGAIN, SELDOM = 0.1, 0.5
+POLL_SECONDS, SLOW_POLL_SECONDS = 0.1, 0.5
 _READ_SECONDS = 0.02
 #: States without motion in which nothing is accepted until the operator acts.
 LOCKED = ("Alarm", "ConfigAlarm", "Critical", "Sleep")
@@ -48,7 +48,7 @@ Log = Callable[[str, str], None]
 Heard = Callable[[ControllerAnswer], None]
 
 
-def unheard(_answer: ControllerAnswer) -> None:
+def ignore_answer(_answer: ControllerAnswer) -> None:
     """Ignore an answer."""
 
 
@@ -148,15 +148,15 @@ class Conversation(ABC):
         """Bring the machine to rest without homing; return whether it was locked."""
 
     @abstractmethod
-    def stop(self, on_answer: Heard = unheard) -> Status:
+    def stop(self, on_answer: OnAnswer = ignore_answer) -> Status:
         """Stop machine, spindle and coolant, discard all queued lines, and return the status."""
 
     @abstractmethod
-    def reset(self, on_answer: Heard = unheard) -> Status:
+    def reset(self, on_answer: OnAnswer = ignore_answer) -> Status:
         """Reset to the state after start-up, as far as possible; return the status."""
 
     @abstractmethod
-    def halt(self, on_answer: Heard = unheard) -> Status:
+    def halt(self, on_answer: OnAnswer = ignore_answer) -> Status:
         """Clean up after the machine has stopped with an alarm; return the status."""
 
     @abstractmethod
@@ -164,7 +164,7 @@ class Conversation(ABC):
         """Stop a machine that no longer answers; return the commands sent, in words."""
 
     @abstractmethod
-    def begin(self) -> None:
+    def prepare(self) -> None:
         """Prepare the controller for a program."""
 
     @property
@@ -215,13 +215,8 @@ class Conversation(ABC):
         self.status, self.offset = status, status.offset or self.offset
         self.on_status(status)
 
-    def heard(
-        self,
-        seconds: float,
-        interval: float | None = None,
-        query: Callable[[], None] | None = None,
-        *,
-        later: bool = False,
+    def receive(
+        self, seconds: float, every: float | None = None, ask: Callable[[], None] | None = None, *, later: bool = False
     ) -> Iterator[ControllerAnswer]:
         """Yield answers for a given time, and query the status (or call `query`) at intervals of `interval`.
 
@@ -273,7 +268,7 @@ class Conversation(ABC):
         """
         self.send(text)
         answers: list[ControllerAnswer] = []
-        for answer in self.heard(seconds, 2 * AGAIN if seconds > ANSWER_SECONDS else None, later=True):
+        for answer in self.receive(seconds, 2 * POLL_SECONDS if seconds > ANSWER_SECONDS else None, later=True):
             match answer:
                 case Accepted():
                     return answers
@@ -299,7 +294,7 @@ class Conversation(ABC):
         SendError
             The controller does not answer.
         """
-        for answer in self.heard(seconds, SELDOM):
+        for answer in self.receive(seconds, SLOW_POLL_SECONDS):
             if isinstance(answer, Status):
                 return answer
         raise SendError(f"nothing answers on {self.port.name} any more")
@@ -310,7 +305,7 @@ class Conversation(ABC):
             return answer.why
         return (error_in_words if isinstance(answer, Refused) else alarm_in_words)(answer.why, self.family)
 
-    def start_anew(self) -> None:
+    def record_restart(self) -> None:
         """Record a restart of the board; zeros set so far are lost."""
         self.restarted, self.homed = True, False
         self._zeroed.clear()
@@ -347,9 +342,9 @@ class Conversation(ABC):
         if self._zeroed >= set("XYZ"):
             self.restarted = False
 
-    def hear_out(self, seconds: float) -> bool:
+    def wait_for_alarm_report(self, seconds: float) -> bool:
         """Wait for the message or greeting that follows an alarm; return whether it arrived in time."""
-        return any(isinstance(answer, Report | Greeting) for answer in self.heard(seconds))
+        return any(isinstance(answer, Report | Greeting) for answer in self.receive(seconds))
 
     def pass_time(self, seconds: float) -> None:
         """Read and drop answers for a given time."""
@@ -359,26 +354,26 @@ class Conversation(ABC):
 
 
 class NotThisFirmware(SendError):
-    """Another firmware answers, or none; `heard` holds the answers."""
+    """Another firmware answers, or none; `answers` holds the answers."""
 
-    def __init__(self, message: str, heard: list[str]) -> None:
+    def __init__(self, message: str, answers: list[str]) -> None:
         super().__init__(message)
-        self.heard = heard
+        self.answers = answers
 
 
-def what_answers(port: str, heard: list[str], expected: str) -> NotThisFirmware:
+def wrong_firmware(port: str, answers: list[str], firmware: str) -> NotThisFirmware:
     """Return the error for a port at which another firmware, or none, answers."""
-    if not heard:
-        message = f"nothing answers on {port}; is the machine on, and is this its port and its --baud?"
+    if not answers:
+        words = f"nothing answers on {port}; is the machine on, and is this its port and its --baud?"
     else:
-        text = shown(heard[-1], 40)
-        message = f"what answers on {port} is not {expected} ('{text}')"
+        text = shown(answers[-1], 40)
+        words = f"what answers on {port} is not {firmware} ('{text}')"
         if sum(not ("\x20" <= c <= "\x7e") for c in text) > len(text) // 4:
-            message = f"what comes from {port} makes no sense ('{text}'); is it another --baud, or a bad cable?"
-    return NotThisFirmware(message, heard)
+            words = f"what comes from {port} makes no sense ('{text}'); is it another --baud, or a bad cable?"
+    return NotThisFirmware(words, answers)
 
 
-def as_said(answer: ControllerAnswer) -> str:
+def answer_text(answer: ControllerAnswer) -> str:
     """Return a controller's answer as recognisable text."""
     match answer:
         case Accepted():

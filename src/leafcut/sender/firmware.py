@@ -8,7 +8,7 @@ from collections.abc import Callable
 from leafcut.errors import OptionError
 from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
-from leafcut.sender.conversation import Conversation, NotThisFirmware, what_answers
+from leafcut.sender.conversation import Conversation, NotThisFirmware, wrong_firmware
 from leafcut.sender.grbl import GrblConversation
 from leafcut.sender.marlin import MarlinConversation
 from leafcut.sender.port import Port
@@ -69,6 +69,6 @@ def asked_settings(port: Port, kind: str | None = None, clock: Callable[[], floa
         except NotThisFirmware as problem:
             problems.append(problem)
             continue
-        return conversation.settings()
-    heard = next((problem.heard for problem in problems if problem.heard), [])
-    raise problems[0] if kind is not None else what_answers(port.name, heard, "GRBL, grblHAL, FluidNC or Marlin")
+        return talk.settings()
+    answers = next((problem.answers for problem in problems if problem.answers), [])
+    raise problems[0] if kind is not None else wrong_firmware(port.name, answers, "GRBL, grblHAL, FluidNC or Marlin")

@@ -18,18 +18,19 @@ from leafcut.errors import SendError, shown
 from leafcut.sender import grbl_lines
 from leafcut.sender.answers import Accepted, ControllerAnswer, Greeting, Refused, Report, Status, Strange
 from leafcut.sender.conversation import (
-    AGAIN,
     ANSWER_SECONDS,
     LOCKED,
-    SELDOM,
+    POLL_SECONDS,
+    SLOW_POLL_SECONDS,
     START_SECONDS,
     Conversation,
     Heard,
     Interrupted,
     Log,
-    as_said,
-    unheard,
-    what_answers,
+    OnAnswer,
+    answer_text,
+    ignore_answer,
+    wrong_firmware,
 )
 from leafcut.sender.explained import family_of
 from leafcut.sender.facts import Facts
@@ -96,8 +97,8 @@ class GrblConversation(Conversation):
         SendError
             Nothing answers, or another firmware does.
         """
-        texts: list[str] = []
-        for answer in self.heard(START_SECONDS, SELDOM, self._knock):
+        heard: list[str] = []
+        for answer in self.receive(START_SECONDS, SLOW_POLL_SECONDS, self._knock):
             if isinstance(answer, Status):
                 if self._knocks > 1:
                     self._find_bytes()
@@ -106,16 +107,16 @@ class GrblConversation(Conversation):
                 self.restarted = True
                 self.ask_status()
             else:
-                texts.append(as_said(answer))
-        if not texts and not self._rest:
-            texts = self._answers_to_newline()
-        texts += [shown(self._rest.decode("ascii", "replace"))] * bool(self._rest)
-        raise what_answers(self.port.name, texts, "GRBL")
+                heard.append(answer_text(answer))
+        if not heard and not self._rest:
+            heard = self._answers_to_line()
+        heard += [shown(self._rest.decode("ascii", "replace"))] * bool(self._rest)
+        raise wrong_firmware(self.port.name, heard, "GRBL")
 
     def _answers_to_newline(self) -> list[str]:
         """Return the answers to a line ending: other firmwares may answer nothing else."""
         self.write(b"\n")
-        return [as_said(answer) for answer in self.heard(_LINE_SECONDS)]
+        return [answer_text(answer) for answer in self.receive(_LINE_SECONDS)]
 
     def _knock(self) -> None:
         """Query an unknown board: one that ignores ``?`` may be a grblHAL that only reacts to its own byte."""
@@ -126,9 +127,9 @@ class GrblConversation(Conversation):
 
     def _find_bytes(self) -> None:
         """Switch to grblHAL's bytes if the board answers its status query; GRBL ignores that byte."""
-        self.pass_time(SELDOM)
+        self.pass_time(SLOW_POLL_SECONDS)
         self.port.write(_GRBLHAL.ask)
-        if any(isinstance(answer, Status) for answer in self.heard(SELDOM)):
+        if any(isinstance(answer, Status) for answer in self.receive(SLOW_POLL_SECONDS)):
             self.act = _GRBLHAL
 
     def gather(self) -> Facts:
@@ -155,9 +156,9 @@ class GrblConversation(Conversation):
             Another firmware answers, or it does not report its settings.
         """
         self._settle()
-        answers = self.ask("$I")
-        if not any(isinstance(answer, Report) for answer in answers):
-            raise what_answers(self.port.name, ["ok"], "GRBL")
+        build_info = self.ask("$I")
+        if not any(isinstance(report, Report) for report in build_info):
+            raise wrong_firmware(self.port.name, ["ok"], "GRBL")
         if self.family == "FluidNC":
             return "fluidnc", self._configuration()
         reports = [answer for answer in [*answers, *self.ask("$$")] if isinstance(answer, Report)]
@@ -167,7 +168,7 @@ class GrblConversation(Conversation):
     def _settle(self) -> None:
         """Terminate a partial line that may be in the buffer, whatever the answer."""
         self.write(b"\n")
-        if not any(isinstance(answer, Accepted | Refused) for answer in self.heard(ANSWER_SECONDS)):
+        if not any(isinstance(answer, Accepted | Refused) for answer in self.receive(ANSWER_SECONDS)):
             raise SendError(
                 f"what answers on {self.port.name} reports its state, but accepts no line; "
                 "reset it, and check the cable"
@@ -209,7 +210,7 @@ class GrblConversation(Conversation):
         step = (10 if abs(difference) >= 10 else 1) * (1 if difference > 0 else -1)
         self.write(_FEED_NORMAL if target == 100 else _FEED_STEPS[step])
 
-    def begin(self) -> None:
+    def prepare(self) -> None:
         """Do nothing; the controller is ready."""
 
     def home_lines(self) -> str:
@@ -241,7 +242,7 @@ class GrblConversation(Conversation):
             self.ask("$X")
         return locked
 
-    def stop(self, on_answer: Heard = unheard) -> Status:
+    def stop(self, on_answer: OnAnswer = ignore_answer) -> Status:
         """Hold, wait for rest, then reset: the spindle is off and all lines are discarded. Return the status.
 
         `on_answer` is called with every answer meanwhile.
@@ -258,15 +259,15 @@ class GrblConversation(Conversation):
             pass  # a second interrupt: reset at once
         return self.reset(on_answer)
 
-    def _wait_for_rest(self, on_answer: Heard) -> None:
-        for answer in self.heard(REST_SECONDS, AGAIN):
+    def _wait_for_rest(self, on_answer: OnAnswer) -> None:
+        for answer in self.receive(REST_SECONDS, POLL_SECONDS):
             on_answer(answer)
             if isinstance(answer, Greeting):
                 return
             if isinstance(answer, Status) and (answer.state in _AT_REST or at_hold(answer)):
                 return
 
-    def reset(self, on_answer: Heard = unheard) -> Status:
+    def reset(self, on_answer: OnAnswer = ignore_answer) -> Status:
         """Reset the controller and return its status.
 
         Raises
@@ -289,7 +290,7 @@ class GrblConversation(Conversation):
             self.write(RESET)
             sent += 1
 
-        for answer in self.heard(ANSWER_SECONDS, RESET_SECONDS, send_reset):
+        for answer in self.receive(ANSWER_SECONDS, RESET_SECONDS, send_reset):
             on_answer(answer)
             if isinstance(answer, Greeting):
                 break
@@ -297,12 +298,11 @@ class GrblConversation(Conversation):
             self.pass_time(RESET_SECONDS)  # the other resets may be answered, too
         return self.fresh_status()
 
-    def halt(self, on_answer: Heard = unheard) -> Status:
-        """Wait until an alarm is fully reported (half a second on GRBL), because resets are ignored until then.
-
-        Then reset.
+    def halt(self, on_answer: OnAnswer = ignore_answer) -> Status:
+        """Wait until an alarm is fully reported (half a second on GRBL), because resets are ignored until then. Then
+        reset.
         """
-        self.hear_out(ALARM_SECONDS)
+        self.wait_for_alarm_report(ALARM_SECONDS)
         return self.reset(on_answer)
 
     def stop_unheard(self) -> str:

@@ -25,7 +25,7 @@ from leafcut.proof.dangers import find_dangers
 from leafcut.read.machine import load_machine
 from leafcut.sender.counting import SentLine
 from leafcut.sender.firmware import speaker_of
-from leafcut.sender.lines import Pause, SentStep, spoken, steps_of
+from leafcut.sender.lines import Pause, SentStep, in_dialect, steps_of
 
 #: Codes that need --accept whatever their severity: dangers, limits of the machine, unknown effects.
 _NEVER = ("L803", "L806", "L808")
@@ -199,13 +199,13 @@ def job_of(
 
 def _opening(program: Program, words: Dialect, units: str) -> list[SentLine]:
     """Return the lines that set the state in which the program was read, whatever modes the controller is in."""
-    if not spoken(words, _UNITS[units]):
+    if not in_dialect(words, _UNITS[units]):
         raise OptionError(f"{words.name} has no {_UNITS[units]}: a program for it must be in millimetres")
     blocks = [_AT_FIRST, "G54", _UNITS[units]]
     # If the program never starts the spindle, it was started by hand.
     if ((program.path.kind == Kind.SPINDLE) & (program.path.value != 0.0)).any():
         blocks += ["M5", "M9"]
-    return [SentLine(text) for text in spoken(words, *blocks)]
+    return [SentLine(text) for text in in_dialect(words, *blocks)]
 
 
 def _check_known(program: Program, file: str) -> None:

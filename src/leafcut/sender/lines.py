@@ -49,16 +49,16 @@ SentStep = SentLine | Pause
 _DWELL_UNITS = {"s": 1.0, "ms": 0.001, "cs": 0.01}
 
 
-def spoken(words: Dialect, *texts: str) -> list[str]:
+def in_dialect(words: Dialect, *texts: str) -> list[str]:
     """Return lines of our own, such as ``G21 G90 F100``, in a controller's dialect, without words that it lacks.
 
     If the controller takes one command per line, ``F100`` alone becomes ``G1 F100``, which moves nothing; any other
     word without a command is dropped.
     """
-    return [line for text in texts for line in _spoken(words, text)]
+    return [line for text in texts for line in _in_dialect(words, text)]
 
 
-def _spoken(words: Dialect, text: str) -> list[str]:
+def _in_dialect(words: Dialect, text: str) -> list[str]:
     commands: list[list[str]] = []
     for word in words_of(text):
         if word.letter == "G" and round(word.value * 10) not in words.g_codes:

@@ -51,8 +51,9 @@ from leafcut.sender.conversation import (
     Conversation,
     Heard,
     Log,
-    unheard,
-    what_answers,
+    OnAnswer,
+    ignore_answer,
+    wrong_firmware,
 )
 from leafcut.sender.counting import GRBL_BUFFER
 from leafcut.sender.facts import Clock, Facts, SettingNames
@@ -64,7 +65,7 @@ START_SECONDS, KNOCK_SECONDS = 12.0, 1.0
 #: After a ``Resend:`` an ``ok`` follows that answers no line. Silence of this length means that it has arrived, s.
 QUIET_SECONDS = 0.15
 #: A line without an answer or a ``busy:`` (sent every 2 s) for this time, s, is repeated, at most this many times.
-LOST_SECONDS, MAX_AGAIN = 3.0, 3
+LOST_SECONDS, MAX_RESENDS = 3.0, 3
 #: Time in which moves are dropped after a quick stop, with a margin, s (`Planner::quick_stop`).
 DROPPED_SECONDS = 1.3
 #: Maximum time to finish the planned moves without a ``busy:``, s.
@@ -183,7 +184,7 @@ class MarlinConversation(Conversation):
             if flying is not None:
                 self._put(flying)
         elif flying is not None:
-            if now - self._heard_at > LOST_SECONDS * self.patience and self._times < MAX_AGAIN:
+            if now - self._heard_at > LOST_SECONDS * self.patience and self._times < MAX_RESENDS:
                 self._times += 1
                 self._put(flying)
                 self._heard_at = now
@@ -345,8 +346,8 @@ class MarlinConversation(Conversation):
         SendError
             Nothing answers, or the firmware is not Marlin 2.
         """
-        texts: list[str] = []
-        for answer in self.heard(START_SECONDS, KNOCK_SECONDS, self._knock):
+        heard: list[str] = []
+        for answer in self.receive(START_SECONDS, KNOCK_SECONDS, self._knock):
             match answer:
                 case Accepted():
                     break
@@ -357,8 +358,8 @@ class MarlinConversation(Conversation):
                 case _:
                     pass
         else:
-            texts += [shown(self._rest.decode("ascii", "replace"))] * bool(self._rest)
-            raise what_answers(self.port.name, texts, "Marlin")
+            heard += [shown(self._rest.decode("ascii", "replace"))] * bool(self._rest)
+            raise wrong_firmware(self.port.name, heard, "Marlin")
         self._synchronise()
         self._firmware()
         self._restarted_now = False
@@ -389,7 +390,7 @@ class MarlinConversation(Conversation):
         name = next((report.text for report in reports if report.name == FIRMWARE), "")
         version = _VERSION.match(name)
         if version is None:
-            raise what_answers(self.port.name, [name or "ok"], "Marlin")
+            raise wrong_firmware(self.port.name, [name or "ok"], "Marlin")
         if int(version[1]) < 2:
             raise SendError(f"what answers on {self.port.name} is {shown(version[0], 40)}; Marlin 2 is needed")
         pairs = [report.text.rpartition(":") for report in reports if report.name == CAPABILITY]
@@ -455,7 +456,7 @@ class MarlinConversation(Conversation):
             "\n".join(answer.text for answer in answers if isinstance(answer, Report) and answer.name != PLACE) + "\n"
         )
 
-    def begin(self) -> None:
+    def prepare(self) -> None:
         """Keep the motors on: otherwise a tool change would release them and lose the position (M84 S0)."""
         self.ask("M84 S0")
 
@@ -496,7 +497,7 @@ class MarlinConversation(Conversation):
         self.ask("M999 S1")  # without S1 it would request lines again
         return False
 
-    def stop(self, on_answer: Heard = unheard) -> Status:
+    def stop(self, on_answer: OnAnswer = ignore_answer) -> Status:
         """Stop the spindle if the machine has not moved; otherwise stop the motors at once.
 
         Raises
@@ -518,12 +519,12 @@ class MarlinConversation(Conversation):
         self._own_lines.clear()
         # Without a number, so that it acts before its turn.
         self.write(b"M410\n")
-        self._stray_answers += 1
-        for answer in self.heard(DROPPED_SECONDS / self.patience):
+        self._stray += 1
+        for answer in self.receive(DROPPED_SECONDS / self.patience):
             on_answer(answer)
-        self._clear_line()
-        self._stray_answers = 0  # its answer may have been counted for a line that had none
-        if not any(isinstance(reply, Accepted) for reply in self.heard(ANSWER_SECONDS, KNOCK_SECONDS, self._knock)):
+        self._forget()
+        self._stray = 0  # its answer may have been counted for a line that had none
+        if not any(isinstance(answer, Accepted) for answer in self.receive(ANSWER_SECONDS, KNOCK_SECONDS, self._knock)):
             self.write(b"M112\n")
             raise SendError("it does not answer to M410; M112 (emergency stop) was sent")
         self._synchronise()
@@ -541,11 +542,11 @@ class MarlinConversation(Conversation):
             status = self.fresh_status(PLANNED_SECONDS)
         return status
 
-    def reset(self, on_answer: Heard = unheard) -> Status:
+    def reset(self, on_answer: OnAnswer = ignore_answer) -> Status:
         """Stop the machine: Marlin has no reset over the serial line."""
         return self.stop(on_answer)
 
-    def halt(self, on_answer: Heard = unheard) -> Status:
+    def halt(self, on_answer: OnAnswer = ignore_answer) -> Status:
         """Stop remaining motion after an error; a halted firmware receives nothing."""
         if self._killed:
             return self._report_status(Status("Alarm"))

@@ -20,7 +20,7 @@ from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.sender.counting import SentLine
 from leafcut.sender.facts import Facts
 from leafcut.sender.job import SendJob, job_of
-from leafcut.sender.lines import SentStep, dwell, spoken, steps_of
+from leafcut.sender.lines import SentStep, dwell, in_dialect, steps_of
 
 #: Decimals of a position in mm; the step of a fine board is 0.001 mm.
 _DECIMALS = 4
@@ -103,7 +103,7 @@ def resumed(job: SendJob, line: int, height: float | None = None) -> tuple[tuple
     modal, row = program.modal(block), int(program.first[block])
     path = program.path
     place = _place_before(job, row, first)
-    lead = spoken(job.words, *_lead_in(job, modal, path, row, place, height))
+    lead = in_dialect(job.words, *_lead_in(job, modal, path, row, place, height))
     rest = steps_of(program.lines, job.words, job.file, first)
     rest = with_motion(rest, modal.motion)
     _prove(job, lead, rest, row, first)
@@ -212,7 +212,7 @@ def modes_before(job: SendJob, line: int) -> tuple[int | None, list[SentLine]]:
     modal = _modal_before(job, line)
     words = [f"G{modal.plane} G{91 if modal.incremental else 90} G94 G40 G49", f"G{modal.frame / 10:g}"]
     words += _units_and_feed(modal)
-    lines = [SentLine(text) for text in spoken(job.words, *words)]
+    lines = [SentLine(text) for text in in_dialect(job.words, *words)]
     return modal.motion, [*lines, *spindle_words(job, line)]
 
 
@@ -231,7 +231,7 @@ def spindle_words(job: SendJob, line: int) -> list[SentLine]:
     blocks = [f"{_SPINDLE[modal.spindle]} S{modal.rpm:g}"]
     if job.machine.spindle_start_s:
         blocks.append(dwell(job.words, job.machine.spindle_start_s))
-    return [SentLine(text) for text in spoken(job.words, *blocks)]
+    return [SentLine(text) for text in in_dialect(job.words, *blocks)]
 
 
 def _modal_before(job: SendJob, line: int) -> Modal:

@@ -241,7 +241,7 @@ class SendRun:
             if self.check:
                 self.talk.ask(self.talk.check_line)
             else:
-                self.talk.begin()
+                self.talk.prepare()
             self._heard_at = self._owed_since = self.talk.clock()
             self._send_all()
             return self._leave_check() if self.check else self._ending("", self.talk.status)

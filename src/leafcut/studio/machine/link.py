@@ -355,7 +355,7 @@ class MachineLink:
             message = "stopped by you"
         except NotThisFirmware as problem:
             message = str(problem)
-            if problem.heard:
+            if problem.answers:
                 message += "; this page serves GRBL boards alone: send to Marlin boards with leafcut send"
         except LeafcutError as problem:
             message = str(problem)
@@ -451,7 +451,7 @@ class MachineLink:
                 self._show_message(self._talk.explained(answer), bad=True)
                 self._publish(unsure=self.state.unsure or why not in _KEPT)
             case Greeting():
-                self._talk.start_anew()
+                self._talk.record_restart()
                 self._facts = None
                 self._show_message("the controller was reset", bad=True)
             case Strange(words):
