@@ -51,8 +51,8 @@ def test_a_broken_one_is_refused_by_name_told_in_the_list_and_stops_no_other(
     assert "\n" not in str(refused.value)
     bye, hello = WORDS.plugins()
     assert (bye.adds, hello.adds) == (4, None)
-    assert hello.told in str(refused.value)
-    assert WORDS.listed() == [("bye", "4 (of more)"), ("hello", hello.told)]
+    assert hello.refusal in str(refused.value)
+    assert WORDS.listed() == [("bye", "4 (of more)"), ("hello", hello.refusal)]
 
 
 def test_nothing_of_a_package_is_imported_to_know_its_names(install: Installer) -> None:

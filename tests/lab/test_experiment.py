@@ -80,8 +80,8 @@ def test_the_figures_are_those_of_pythons_statistics(found: Experiment) -> None:
         assert (row["best"], row["worst"]) == (min(lengths), max(lengths))
         assert row["mean"] == pytest.approx(statistics.mean(lengths))
         assert row["standard_deviation"] == pytest.approx(statistics.stdev(lengths), abs=1e-9)
-        assert row["iterations"] == statistics.mean(t.iterations for t in found.of(name))
-        assert row["seconds"] == pytest.approx(statistics.mean(t.seconds for t in found.of(name)))
+        assert row["iterations"] == statistics.mean(t.iterations for t in found.runs_of(name))
+        assert row["seconds"] == pytest.approx(statistics.mean(t.seconds for t in found.runs_of(name)))
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 10, 37])
@@ -112,7 +112,7 @@ def test_csv_and_json_hold_every_run_and_every_algorithm(found: Experiment) -> N
     ]
     summary = list(csv.DictReader(io.StringIO(summary_as_csv(found))))
     assert [row["algorithm"] for row in summary] == ["mmas", "firefly", "nn"]
-    assert float(summary[0]["mean"]) == pytest.approx(statistics.mean(t.cost for t in found.of("mmas")))
+    assert float(summary[0]["mean"]) == pytest.approx(statistics.mean(t.cost for t in found.runs_of("mmas")))
     curves = curves_as_json(found)
     assert [len(curve["points"]) for curve in curves] == [len(t.curve) for t in found.repetitions]
 

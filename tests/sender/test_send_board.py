@@ -37,7 +37,7 @@ def prepared(board: Board, program: Path, machine: str) -> tuple[GrblConversatio
     check_ready(facts, unhomed=False)
     assert check_program(job, facts, unhomed=False) == []
     board.forget()
-    return talk, facts, job.on(facts.timed(job.machine))
+    return talk, facts, job.for_machine(facts.timed(job.machine))
 
 
 def send(

@@ -368,7 +368,7 @@ def test_a_machine_that_differs_from_its_profile_is_told_and_timed_as_it_is() ->
     job = job_with(drilled(4))
     (issue,) = check_program(job, facts, unhomed=False)
     assert issue.code == "L820" and "$110=60 (800)" in issue.message and "$130" not in issue.message
-    slower = job.on(facts.timed(job.machine))
+    slower = job.for_machine(facts.timed(job.machine))
     assert sum(map(sum, slower.seconds)) > sum(map(sum, job.seconds))
 
 

@@ -84,7 +84,7 @@ def test_what_another_page_typed_is_not_lost_and_what_it_deleted_is_told(studio:
     two._delete()
     one._typed("# mine\n" + GRBL)
     assert said[-1] == "'mine' is no longer in your machines"
-    assert studio.folder.own("machines") == []
+    assert studio.folder.own_names("machines") == []
 
 
 def test_a_field_that_cannot_be_put_into_the_text_is_told_and_drawn_anew(studio: Studio) -> None:

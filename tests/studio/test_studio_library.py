@@ -25,12 +25,12 @@ def test_the_library_to_begin_with_is_the_one_among_the_examples() -> None:
 def test_all_that_is_shipped_can_be_copied_and_used(studio: Studio, kind: str) -> None:
     for name in library.shipped(kind):
         library.save(studio.folder, kind, f"my-{name}", library.shipped_text(kind, name))
-    assert studio.folder.own(kind) == sorted(f"my-{name}" for name in library.shipped(kind))
+    assert studio.folder.own_names(kind) == sorted(f"my-{name}" for name in library.shipped(kind))
     option = {"machines": {"machine": "mine:my-haas-vf2"}, "tools": {"tools": "mine:my-example"}}[kind]
     job = studio.jobs.start(Task("optimize", ("example:plate-10",), options={**option, "preset": "fast"}))
     assert studio.jobs.wait(job) is JobState.DONE
     library.delete(studio.folder, kind, f"my-{library.shipped(kind)[0]}")
-    assert f"my-{library.shipped(kind)[0]}" not in studio.folder.own(kind)
+    assert f"my-{library.shipped(kind)[0]}" not in studio.folder.own_names(kind)
 
 
 def test_what_leafcut_would_not_read_is_not_saved(studio: Studio) -> None:
@@ -46,7 +46,7 @@ def test_what_leafcut_would_not_read_is_not_saved(studio: Studio) -> None:
     ):
         with pytest.raises(OptionError, match=line):
             library.save(studio.folder, "machines", name, text)
-    assert studio.folder.own("machines") == []
+    assert studio.folder.own_names("machines") == []
     for name in ("../key", "absent"):
         with pytest.raises(OptionError):
             library.own_text(studio.folder, "machines", name)

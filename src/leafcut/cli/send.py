@@ -169,7 +169,7 @@ def _ready(talk: Conversation, job: SendJob, *, unhomed: bool, quiet: bool) -> t
         print(f"leafcut: {issue.severity}: {issue}", file=sys.stderr)
     if not quiet and facts.soft_limits_off:
         print(f"leafcut: {facts.soft_limits_off}", file=sys.stderr)
-    return facts, job.on(facts.timed(job.machine))
+    return facts, job.for_machine(facts.timed(job.machine))
 
 
 def _steps(
@@ -245,13 +245,13 @@ class _Shown:
 
     def __init__(self, job: SendJob, *, quiet: bool) -> None:
         self.job, self.width = job, 0
-        self.on = not quiet and sys.stderr.isatty()
+        self.for_machine = not quiet and sys.stderr.isatty()
 
     def show(self, view: RunView) -> None:
         """Rewrite the progress line."""
         from leafcut.sender.told import progress_in_words
 
-        if not self.on:
+        if not self.for_machine:
             return
         end = time.strftime("%H:%M:%S", time.localtime(time.time() + view.left_s))
         line = f"{progress_in_words(view, self.job)}, ends {end}"

@@ -35,7 +35,7 @@ class Plugin(Generic[T]):
     error: str = ""
 
     @property
-    def told(self) -> str:
+    def refusal(self) -> str:
         """Its line in a list if it cannot be used."""
         return f"plug-in of {self.package} that cannot be used ({self.error})"
 
@@ -82,7 +82,7 @@ class PluginKind(Generic[T]):
         for plugin in self._named(name):
             if plugin.adds is not None:
                 return plugin.adds
-            raise OptionError(f"the {self.noun} '{name}' is a {plugin.told}")
+            raise OptionError(f"the {self.noun} '{name}' is a {plugin.refusal}")
         raise OptionError(f"unknown {self.noun} '{name}'")
 
     def plugins(self) -> list[Plugin[T]]:
@@ -92,7 +92,7 @@ class PluginKind(Generic[T]):
     def listed(self) -> list[tuple[str, str]]:
         """Return every plug-in: its name, and its line with the package, or the reason why it cannot be used."""
         return [
-            (plugin.name, plugin.told if plugin.adds is None else f"{self.line(plugin.adds)} (of {plugin.package})")
+            (plugin.name, plugin.refusal if plugin.adds is None else f"{self.line(plugin.adds)} (of {plugin.package})")
             for plugin in self.plugins()
         ]
 

@@ -294,7 +294,7 @@ def dialects(torch: bool | None = None) -> list[str]:
 def dialect_list() -> list[tuple[str, str]]:
     """Return the names of all dialects with what they are; of a broken plug-in with its error."""
     known = [(name, dialect(name).description) for name in dialects()]
-    return known + [(one.name, one.told) for one in DIALECTS.plugins() if one.adds is None]
+    return known + [(one.name, one.refusal) for one in DIALECTS.plugins() if one.adds is None]
 
 
 def dialect_template(name: str) -> str:

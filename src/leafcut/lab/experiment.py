@@ -84,7 +84,7 @@ class Experiment:
         """The first run with the shortest tour."""
         return min(self.repetitions, key=lambda run: run.cost)
 
-    def of(self, algorithm: str) -> tuple[Repetition, ...]:
+    def runs_of(self, algorithm: str) -> tuple[Repetition, ...]:
         """Return the runs of an algorithm."""
         return tuple(run for run in self.repetitions if run.algorithm == algorithm)
 

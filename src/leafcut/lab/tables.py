@@ -22,7 +22,7 @@ def experiment_as_json(experiment: Experiment) -> dict[str, Any]:
         "optimum": part.optimum,
         "lower_bound": experiment.lower_bound,
         "stopped_early": experiment.stopped,
-        "algorithms": [_summary(name, experiment.of(name)) for name in experiment.algorithms],
+        "algorithms": [_summary(name, experiment.runs_of(name)) for name in experiment.algorithms],
         "runs": [_plain(run) for run in experiment.repetitions],
     }
 
@@ -44,7 +44,11 @@ def runs_as_csv(experiment: Experiment) -> str:
 def summary_as_csv(experiment: Experiment) -> str:
     """Return one row per algorithm."""
     rows = [
-        {name: value for name, value in _summary(algorithm, experiment.of(algorithm)).items() if name != "outliers"}
+        {
+            name: value
+            for name, value in _summary(algorithm, experiment.runs_of(algorithm)).items()
+            if name != "outliers"
+        }
         for algorithm in experiment.algorithms
     ]
     return _csv(rows[0], [list(row.values()) for row in rows])

@@ -66,7 +66,7 @@ PACKAGED = PluginKind("algorithm", ALGORITHM_GROUP, lambda: ALGORITHM_TITLES, _a
 
 def algorithm_titles() -> dict[str, str]:
     """Return what ``--algorithm`` takes and what each is; of a broken plug-in its error."""
-    titles = {one.name: one.told if one.adds is None else one.adds.title for one in PACKAGED.plugins()}
+    titles = {one.name: one.refusal if one.adds is None else one.adds.title for one in PACKAGED.plugins()}
     return {**titles, **ALGORITHM_TITLES}
 
 

@@ -74,8 +74,8 @@ def machine_list() -> list[tuple[str, str]]:
     """Return the name, description and controller of each machine; for a broken plug-in, its name and error."""
     known = {name: load_machine(name) for name in machine_names()}
     # For a dialect given by path, only the file name is shown.
-    rows = [(name, f"{machine.description} ({Path(machine.controller).name})") for name, machine in known.items()]
-    return rows + [(plugin.name, plugin.told) for plugin in MACHINES.plugins() if plugin.adds is None]
+    rows = [(name, f"{one.description} ({Path(one.controller).name})") for name, one in known.items()]
+    return rows + [(one.name, one.refusal) for one in MACHINES.plugins() if one.adds is None]
 
 
 def load_machine(name_or_path: str, work_offset: Sequence[float] | None = None) -> Machine:

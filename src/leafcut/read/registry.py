@@ -173,9 +173,9 @@ def formats() -> tuple[Format, ...]:
 
 def _unusable_format(plugin: Plugin[Format]) -> Format:
     def refuse(source: Source, options: ReadOptions) -> Part:
-        raise ReadError(source.path, f"the reader '{plugin.name}' is a {plugin.told}")
+        raise ReadError(source.path, f"the reader '{plugin.name}' is a {plugin.refusal}")
 
-    return Format(plugin.name, (), plugin.told, refuse, error=plugin.error)
+    return Format(plugin.name, (), plugin.refusal, refuse, error=plugin.error)
 
 
 def read_source(source: Input, on_progress: Heartbeat = unseen) -> tuple[Format, Source]:

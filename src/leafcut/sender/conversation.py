@@ -160,7 +160,7 @@ class Conversation(ABC):
         """Clean up after the machine has stopped with an alarm; return the status."""
 
     @abstractmethod
-    def stop_unheard(self) -> str:
+    def stop_unanswered(self) -> str:
         """Stop a machine that no longer answers; return the commands sent, in words."""
 
     @abstractmethod

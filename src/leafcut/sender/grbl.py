@@ -40,7 +40,7 @@ from leafcut.sender.port import Port
 #: Soft reset, the same in all three.
 RESET = b"\x18"
 #: Time to come to rest, s; time before the reset of a machine that no longer answers, s.
-REST_SECONDS, UNHEARD_SECONDS = 15.0, 3.0
+REST_SECONDS, UNANSWERED_SECONDS = 15.0, 3.0
 #: Time in which the cause of an alarm is reported, s; interval at which an unanswered reset is repeated, s.
 ALARM_SECONDS, RESET_SECONDS = 3.0, 2.0
 #: Time for another firmware to answer a line ending, s.
@@ -97,7 +97,7 @@ class GrblConversation(Conversation):
         SendError
             Nothing answers, or another firmware does.
         """
-        heard: list[str] = []
+        replies: list[str] = []
         for answer in self.receive(START_SECONDS, SLOW_POLL_SECONDS, self._knock):
             if isinstance(answer, Status):
                 if self._knocks > 1:
@@ -107,11 +107,11 @@ class GrblConversation(Conversation):
                 self.restarted = True
                 self.ask_status()
             else:
-                heard.append(answer_text(answer))
-        if not heard and not self._rest:
-            heard = self._answers_to_line()
-        heard += [shown(self._rest.decode("ascii", "replace"))] * bool(self._rest)
-        raise wrong_firmware(self.port.name, heard, "GRBL")
+                replies.append(answer_text(answer))
+        if not replies and not self._rest:
+            replies = self._answers_to_line()
+        replies += [shown(self._rest.decode("ascii", "replace"))] * bool(self._rest)
+        raise wrong_firmware(self.port.name, replies, "GRBL")
 
     def _answers_to_newline(self) -> list[str]:
         """Return the answers to a line ending: other firmwares may answer nothing else."""
@@ -305,10 +305,10 @@ class GrblConversation(Conversation):
         self.wait_for_alarm_report(ALARM_SECONDS)
         return self.reset(on_answer)
 
-    def stop_unheard(self) -> str:
+    def stop_unanswered(self) -> str:
         """Send a hold and, after the time to come to rest, a reset, in case the machine still receives."""
         self.hold()
-        self.pass_time(UNHEARD_SECONDS)
+        self.pass_time(UNANSWERED_SECONDS)
         self.write(RESET)
         return "a hold and a reset were sent all the same"
 

@@ -101,7 +101,7 @@ class SendJob:
         ]
         return totals[0], totals[1]
 
-    def on(self, machine: Machine) -> SendJob:
+    def for_machine(self, machine: Machine) -> SendJob:
         """Return the same program with the times of another machine."""
         return replace(self, machine=machine)
 

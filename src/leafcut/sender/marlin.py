@@ -346,7 +346,7 @@ class MarlinConversation(Conversation):
         SendError
             Nothing answers, or the firmware is not Marlin 2.
         """
-        heard: list[str] = []
+        replies: list[str] = []
         for answer in self.receive(START_SECONDS, KNOCK_SECONDS, self._knock):
             match answer:
                 case Accepted():
@@ -354,12 +354,12 @@ class MarlinConversation(Conversation):
                 case Greeting():
                     self.restarted = True
                 case Report() | Strange():
-                    texts.append(answer.text)
+                    replies.append(answer.text)
                 case _:
                     pass
         else:
-            heard += [shown(self._rest.decode("ascii", "replace"))] * bool(self._rest)
-            raise wrong_firmware(self.port.name, heard, "Marlin")
+            replies += [shown(self._rest.decode("ascii", "replace"))] * bool(self._rest)
+            raise wrong_firmware(self.port.name, replies, "Marlin")
         self._synchronise()
         self._firmware()
         self._restarted_now = False
@@ -552,7 +552,7 @@ class MarlinConversation(Conversation):
             return self._report_status(Status("Alarm"))
         return self.stop(on_answer)
 
-    def stop_unheard(self) -> str:
+    def stop_unanswered(self) -> str:
         """Send the emergency stop in case the machine still receives."""
         self.write(b"M112\n")
         return "M112 (emergency stop) was sent all the same"

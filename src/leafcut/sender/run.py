@@ -246,7 +246,7 @@ class SendRun:
             self._send_all()
             return self._leave_check() if self.check else self._ending("", self.talk.status)
         except _Silent as silent:
-            return self._lost_ending(f"{silent}; {self._stop_unheard()}")
+            return self._lost(f"{silent}; {self._stop_unanswered()}")
         except PortLost as lost:
             return self._lost_ending(str(lost))
         except (_Asked, Interrupted, KeyboardInterrupt):
@@ -537,9 +537,9 @@ class SendRun:
             return self._lost_ending(f"{reason}; {problem}")
         return self._ending(reason, status)
 
-    def _stop_unheard(self) -> str:
+    def _stop_unanswered(self) -> str:
         try:
-            return self.talk.stop_unheard()
+            return self.talk.stop_unanswered()
         except LeafcutError:
             return "no stop could be sent"
 

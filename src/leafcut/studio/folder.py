@@ -117,7 +117,7 @@ class Folder:
         old = [p.name for p in self.inputs.iterdir() if now - p.stat().st_mtime > _UNUSED_SECONDS]
         self.drop_inputs(name for name in old if name not in keep)
 
-    def own(self, kind: str) -> list[str]:
+    def own_names(self, kind: str) -> list[str]:
         """Return the sorted names of the user's own ``machines`` or ``tools``."""
         return sorted(p.stem for p in (self.root / kind).glob("*.toml") if _OWN.fullmatch(p.stem))
 

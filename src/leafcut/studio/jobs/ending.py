@@ -40,12 +40,12 @@ class Endable:
         self._ended = type("Ended", (Ended,), {"work": self})
 
     def __enter__(self) -> None:
-        self.begin()
+        self.allow_end()
 
     def __exit__(self, *_: type[BaseException] | BaseException | TracebackType | None) -> None:
         self.leave()
 
-    def begin(self) -> None:
+    def allow_end(self) -> None:
         """Allow this thread's work to be ended from now on.
 
         Raises

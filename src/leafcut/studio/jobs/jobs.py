@@ -104,7 +104,7 @@ class Live:
             raise Cancelled
         step, cost, trial = progress.step, progress.cost, progress.trial
         if step != self.latest.step:
-            self.reading.begin() if step == READING else self.reading.leave()
+            self.reading.allow_end() if step == READING else self.reading.leave()
         if trial is not None and (trial.name in self.tried or len(self.tried) < _MAX_TRIED):
             self.tried[trial.name] = trial.figure, trial.cost
         now = time.perf_counter() - self.began

@@ -587,7 +587,7 @@ class MachineLink:
         line, steps, tool = rest_of(job, facts, wishes.from_hole, wishes.from_line)
         if tool is not None:
             notes.append(f"tool T{tool} must be in the spindle")
-        return ReadyProgram(job.on(facts.timed(job.machine)), facts, steps, line, tuple(notes))
+        return ReadyProgram(job.for_machine(facts.timed(job.machine)), facts, steps, line, tuple(notes))
 
     def _send(self, on_start: Callable[..., None], job: SendJob, wishes: RunWishes) -> None:
         assert self._talk is not None

@@ -43,7 +43,7 @@ def machine_of(word: str, folder: Folder) -> Machine:
 def sendable(folder: Folder) -> dict[str, Head]:
     """Return the machines that can receive programs, the user's own first, with their kind of head."""
     heads = {}
-    for word in [*(OWN + name for name in folder.own("machines")), *machine_names()]:
+    for word in [*(OWN + name for name in folder.own_names("machines")), *machine_names()]:
         try:
             heads[word] = machine_of(word, folder).head
         except (OptionError, ReadError):

@@ -70,7 +70,7 @@ def _copied(path: Path, name: str, folder: Folder) -> str:
         return folder.add_input(path.name, data)
     text = decoded(data)[0]
     called = re.sub(r"[^a-z0-9_-]+", "-", path.stem.lower()).strip("-_")[:40] or "shop"
-    if called in folder.own(kind) and folder.own_path(kind, called).read_text(encoding="utf-8") != text:
+    if called in folder.own_names(kind) and folder.own_path(kind, called).read_text(encoding="utf-8") != text:
         called += "-defaults"  # never overwrite a file of the user's library
     folder.save_own(kind, called, text)
     return OWN + called

@@ -65,7 +65,7 @@ class InputPart(Protocol):
 class EditPart(Protocol):
     """Panel for manual changes of the order."""
 
-    def begin(self, record: JobRecord) -> Any:
+    def start(self, record: JobRecord) -> Any:
         """Open the order of a job."""
 
     def write(self) -> None:
@@ -100,7 +100,7 @@ class RunPart(Protocol):
     def watching(self) -> bool:
         """Whether a run is shown that may still be in progress."""
 
-    def begin(self) -> None:
+    def start(self) -> None:
         """Start a run with the current choices."""
 
     def watch(self) -> None:

@@ -237,7 +237,7 @@ class View:
 
     def form(self) -> list[dict[str, Any]]:
         """Return the options form of the chosen work."""
-        tools = self.studio.folder.own("tools")
+        tools = self.studio.folder.own_names("tools")
         chosen = str(self.values.get("machine") or "")
         machines = fitting_machines.offered(self._machines(), self.work, chosen, self.studio.folder)
         return forms.form(
@@ -276,7 +276,7 @@ class View:
         return {name: value for name, value in forms.of_work("cut", self.values).items() if name != "quantity"}
 
     def _machines(self) -> dict[str, str]:
-        own_names = self.studio.folder.own("machines")
+        own_names = self.studio.folder.own_names("machines")
         return {name: name for name in _known_machines()} | {
             OWN + n: self.words("machines.own", name=n) for n in own_names
         }

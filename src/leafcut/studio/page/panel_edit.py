@@ -94,7 +94,7 @@ class EditPanel:
                 self.close = button(w("edit.close"), self._close, "plain")
         self.place.set_visibility(False)
 
-    def begin(self, record: JobRecord) -> None:
+    def start(self, record: JobRecord) -> None:
         """Start editing the result of a job."""
         edited = edited_of(self.view.studio.history, record.id)
         if edited is None:
@@ -269,7 +269,7 @@ class EditPanel:
         value, shown = view.values.get(edited.option, ""), view.shown.get(edited.option, "")
         view.put_for_input(edited.option, input_id, name)
         self.page.input.draw()
-        self.page.run.begin()
+        self.page.run.start()
         self._tried = Tried(edited, base, sheet, view.job, value, shown)
         if view.job == base:
             self.take_back()

@@ -283,7 +283,7 @@ class InputPanel:
         run_wanted, self._run_wanted = self._run_wanted and worked, False
         if run_wanted:
             with self.begin:
-                ui.timer(0.0, self.page.run.begin, once=True)
+                ui.timer(0.0, self.page.run.start, once=True)
 
     async def read(self, work: str) -> bool:
         """Read the input for a kind of work and show it; return False if another input was read meanwhile."""
@@ -508,7 +508,7 @@ class InputPanel:
         elif view.edited:  # run the visible order
             self.page.run.edit.write()
         else:
-            self.page.run.begin()
+            self.page.run.start()
 
     def _missing(self) -> str:
         """Return the key of the message about the first missing input."""

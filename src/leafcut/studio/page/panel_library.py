@@ -54,7 +54,7 @@ class LibraryPanel:
             text("p", w(f"library.{self.kind}"), "quiet")
             with box("div", "halves"):
                 with box("nav", "list card", aria_label=w(f"top.{self.kind}")):
-                    own_names = folder.own(self.kind)
+                    own_names = folder.own_names(self.kind)
                     if own_names:
                         text("h2", w("library.own"), "minor")
                     for name in own_names:
@@ -276,7 +276,7 @@ class LibraryPanel:
             self.editor.run_method("go")
 
     def _copy(self, words: str) -> None:
-        taken = {*self.view.studio.folder.own(self.kind), *library.shipped(self.kind)}
+        taken = {*self.view.studio.folder.own_names(self.kind), *library.shipped(self.kind)}
         base = f"my-{self.chosen.removeprefix('my-')}"
         names = [base, *(f"{base}-{number}" for number in range(2, 1000))]
         name = next(name for name in names if name not in taken)
@@ -291,7 +291,7 @@ class LibraryPanel:
         if not self._as_shown():
             return
         shown, name = self.chosen, name.strip()
-        if name != shown and name in self.view.studio.folder.own(self.kind) and name != self._asked:
+        if name != shown and name in self.view.studio.folder.own_names(self.kind) and name != self._asked:
             self._asked = name
             self.page.show_message(self.view.words("library.taken", name=name), True)
             return

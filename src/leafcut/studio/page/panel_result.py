@@ -399,7 +399,7 @@ class ResultPanel:
                 "JSON", f"/api/jobs/{record.id}/answer", "button", download=f"{record.id}.json", title=w("file.answer")
             )
             if can_be_edited(self.view.studio.history, record, files):
-                button(w("edit.begin"), lambda: self.page.run.edit.begin(record), "", id="edit-begin")
+                button(w("edit.begin"), lambda: self.page.run.edit.start(record), "", id="edit-begin")
             elif any(record.task.options.get(name) for name in ("chains", "common_lines")):
                 text("p", w("edit.not_joined"), "quiet small")
             if "report" in files:

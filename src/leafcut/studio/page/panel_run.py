@@ -107,7 +107,7 @@ class RunPanel:
         """Whether the shown job is unfinished."""
         return self.view.job is not None and self.view.job in self.view.studio.jobs.running()
 
-    def begin(self) -> None:
+    def start(self) -> None:
         """Start the run."""
         view = self.view
         if self.running:
