@@ -18,7 +18,7 @@ from leafcut.model.outcome import Outcome
 from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.processes.drilling.model import DrillingDetail
 from leafcut.report.plan_view import trace
-from leafcut.report.playback import Doing, outcome_playback, playback
+from leafcut.report.playback import Activity, outcome_playback, playback
 from leafcut.timing.toolpath import measure
 
 MILL = Machine(
@@ -47,7 +47,7 @@ def test_the_rows_are_where_the_tool_is_after_them_and_last_as_long_as_the_toolp
     built = path.build()
     rows = playback(built, MILL)
     assert rows.place.tolist() == [[0, 0, 5], [0, 0, 5], [30, 0, 5], [30, 40, 5]]
-    assert rows.doing.tolist() == [Doing.RAPID, Doing.STAND, Doing.CUT, Doing.RAPID]
+    assert rows.activity.tolist() == [Activity.RAPID, Activity.STAND, Activity.CUT, Activity.RAPID]
     assert rows.line.tolist() == [1, 2, 3, 4]
     assert rows.seconds.sum() == pytest.approx(measure(built, MILL).time_s, rel=1e-12)
 
@@ -70,7 +70,7 @@ def test_an_upright_arc_is_seen_as_chords_that_share_its_time() -> None:
     built = path.build()
     rows = playback(built, MILL)
     on_arc = rows.line == 2
-    assert (rows.doing[on_arc] == Doing.CUT).all() and on_arc.sum() > 10
+    assert (rows.activity[on_arc] == Activity.CUT).all() and on_arc.sum() > 10
     away = np.hypot(rows.place[on_arc, 0] - 10.0, rows.place[on_arc, 2] - 5.0)
     assert away == pytest.approx(10.0)
     assert abs(rows.place[on_arc, 2] - 5.0).max() == pytest.approx(10.0)
@@ -98,8 +98,8 @@ def test_a_beam_that_is_off_is_dark_at_feed() -> None:
     path.feed(x=10.0, feed=50.0)
     path.spindle(0.0)
     path.feed(x=20.0, feed=50.0)
-    doing = playback(path.build(), MILL, beam=True).doing.tolist()
-    assert doing == [Doing.RAPID, Doing.STAND, Doing.CUT, Doing.STAND, Doing.DARK]
+    doing = playback(path.build(), MILL, beam=True).activity.tolist()
+    assert doing == [Activity.RAPID, Activity.STAND, Activity.CUT, Activity.STAND, Activity.DARK]
 
 
 def test_an_arc_of_a_beam_that_is_off_is_no_cut_and_lies_where_it_is_gone_along() -> None:
@@ -110,8 +110,8 @@ def test_an_arc_of_a_beam_that_is_off_is_no_cut_and_lies_where_it_is_gone_along(
     path.arc(True, (20.0, 0.0, 5.0), Arc((15.0, 0.0, 5.0)), feed=50.0)
     built = path.build()
     rows = playback(built, MILL, beam=True)
-    gone = rows.doing != Doing.STAND
-    assert set(rows.doing[gone].tolist()) == {Doing.RAPID, Doing.DARK}
+    gone = rows.activity != Activity.STAND
+    assert set(rows.activity[gone].tolist()) == {Activity.RAPID, Activity.DARK}
     assert len(rows.arc_row) == len(rows.stops) == 0
     assert np.hypot(*(rows.place[4:, :2] - (15.0, 0.0)).T) == pytest.approx(5.0)
     assert rows.place[:, 1].max() > 4.9
@@ -119,7 +119,7 @@ def test_an_arc_of_a_beam_that_is_off_is_no_cut_and_lies_where_it_is_gone_along(
 
 
 def test_an_empty_toolpath_has_no_rows() -> None:
-    assert len(playback(Toolpath.of_motions([]), MILL).doing) == 0
+    assert len(playback(Toolpath.of_motions([]), MILL).activity) == 0
 
 
 def test_a_place_in_machine_coordinates_is_not_known_on_the_part() -> None:
@@ -137,7 +137,7 @@ def test_a_planned_path_takes_its_lines_from_the_program_that_was_written() -> N
     text = "(a comment)\nG21 G90 G0 X0 Y0 Z5\nG1 X10 F600\nM2\n"
     outcome = replace(_outcome(planned, text), written=interpret(text, dialect("linuxcnc")))
     rows = outcome_playback(outcome, "after")
-    assert rows.line[rows.doing == Doing.CUT].tolist() == [3]
+    assert rows.line[rows.activity == Activity.CUT].tolist() == [3]
     assert outcome_playback(outcome, "before").line.tolist() == [0, 0]
     read = replace(planned, line=np.array([7, 8], dtype=np.int32))
     assert outcome_playback(replace(outcome, path_after=read, written=None), "after").line.tolist() == [7, 8]

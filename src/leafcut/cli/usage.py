@@ -90,7 +90,7 @@ def usage_message(
         The requested command, "" for none.
     commands, options
         All commands and all options.
-    why
+    reason_unused
         Returns why an option exists only for other commands; "" if this command has it.
     """
     from cyclopts import (

@@ -65,8 +65,10 @@ def _order() -> None:
     ants = AcoOptions(n_ants=2)
     for problem in (free, directed):
         for algorithm in ("colony", *LITERATURE):
-            for mended in (True, False):
-                options = SolveOptions(algorithm=algorithm, iterations=2, threads=1, local_search=mended, bound=False)
+            for local_search in (True, False):
+                options = SolveOptions(
+                    algorithm=algorithm, iterations=2, threads=1, local_search=local_search, bound=False
+                )
                 solve(problem, options, ants, firefly=FireflyOptions(n_fireflies=3), observe=Study())
     published = FireflyOptions(n_fireflies=3, variant="published")
     solve(free, SolveOptions(algorithm="firefly", iterations=2, threads=1, bound=False), firefly=published)

@@ -32,7 +32,7 @@ _ID = re.compile(r'\s+id="([^"]*)"')
 def box_plots(groups: Mapping[str, Sequence[float]], heading: str, words: str) -> str:
     """Return box plots with whiskers to 1.5 times the interquartile range (Tukey 1977), and a dot per value."""
     figure, axes = _figure(max(_WIDTH, 0.55 * len(groups)))
-    values = [list(values_) for values_ in groups.values()]
+    values = [list(group) for group in groups.values()]
     boxes = axes.boxplot(values, widths=0.55, showfliers=False, patch_artist=True, whis=1.5)
     for part in ("boxes", "whiskers", "caps", "medians"):
         for artist in boxes[part]:

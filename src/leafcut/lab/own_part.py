@@ -58,7 +58,7 @@ def compare_on(
         Displayed name of the part, and its file or source.
     command
         Command of the runs: ``solve``, ``optimize``, or the command of a process.
-    ways
+    values
         Values of `what_differs`.
 
     Raises

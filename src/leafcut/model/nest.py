@@ -113,8 +113,8 @@ def sheet_costs(stocks: Sequence[Stock]) -> list[float]:
     """
     if any(stock.price is not None for stock in stocks):
         return [stock.price or 0.0 for stock in stocks]
-    bought = any(not stock.edge for stock in stocks)
-    return [0.0 if bought and stock.edge else stock.area for stock in stocks]
+    buys_sheets = any(not stock.edge for stock in stocks)
+    return [0.0 if buys_sheets and stock.edge else stock.area for stock in stocks]
 
 
 @dataclass(frozen=True)

@@ -56,8 +56,10 @@ class ToolLife:
         teeth: int = 1,
     ) -> Floats:
         """Return the life, s, at a cutting speed, mm/s; lengths in mm."""
-        stood = self.constant * diameter**self.diameter / (width**self.width * depth**self.depth * teeth**self.teeth)
-        return np.asarray((stood / (np.asarray(speed) * np.asarray(feed) ** self.feed)) ** (1.0 / self.life))
+        scaled_constant = (
+            self.constant * diameter**self.diameter / (width**self.width * depth**self.depth * teeth**self.teeth)
+        )
+        return np.asarray((scaled_constant / (np.asarray(speed) * np.asarray(feed) ** self.feed)) ** (1.0 / self.life))
 
 
 @dataclass(frozen=True)

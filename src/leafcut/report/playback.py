@@ -24,7 +24,7 @@ _CHORDS = 24
 _SMALLEST_MOVE = 1e-9
 
 
-class Doing(IntEnum):
+class Activity(IntEnum):
     """The action of a row, seen from above."""
 
     RAPID = 0
@@ -41,8 +41,8 @@ class Playback:
 
     Attributes
     ----------
-    doing
-        uint8[n] of `Doing`; ``DARK`` is a feed move of a beam that is off.
+    activity
+        uint8[n] of `Activity`; ``DARK`` is a feed move of a beam that is off.
     place
         float64[n, 3]: tool position after the row, NaN for unknown coordinates.
     seconds
@@ -63,7 +63,7 @@ class Playback:
         int64[m]: rows at which the tool starts to work after a travel move; it is then at the end of the previous row.
     """
 
-    doing: NDArray[np.uint8]
+    activity: NDArray[np.uint8]
     place: NDArray[np.float64]
     seconds: NDArray[np.float64]
     line: NDArray[np.int32]
@@ -117,18 +117,18 @@ def playback(
     rows = timed.path
     before = rows.before
     place = np.concatenate([before[1:], _last_place(rows, before)])[: len(rows)]
-    doing = _doing(rows, beam)
+    activity = _activities(rows, beam)
     moved = (np.abs(np.nan_to_num(place - before)[:, :2]) > _SMALLEST_MOVE).any(axis=1)
     known = np.isfinite(place[:, :2]).all(axis=1) & np.isfinite(before[:, :2]).all(axis=1)
-    arcs = np.isin(doing, (Doing.ARC_CW, Doing.ARC_CCW))
-    cuts = ((doing == Doing.CUT) | arcs) & known & (moved | arcs | (place[:, 2] < before[:, 2]))
-    travels = np.isin(doing, (Doing.RAPID, Doing.DARK)) & moved
+    arcs = np.isin(activity, (Activity.ARC_CW, Activity.ARC_CCW))
+    cuts = ((activity == Activity.CUT) | arcs) & known & (moved | arcs | (place[:, 2] < before[:, 2]))
+    travels = np.isin(activity, (Activity.RAPID, Activity.DARK)) & moved
     changes = np.cumsum((rows.kind == Kind.TOOL) | ~known)
     arc_row, arc = _arcs(rows, before)
     arc_row, arc = arc_row[arcs[arc_row]], arc[arcs[arc_row]]
     feeds = np.isin(rows.kind, (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW))
     whole = Playback(
-        doing=doing,
+        activity=activity,
         place=place,
         seconds=timed.seconds,
         line=rows.line if written is None else written_lines(rows, written),
@@ -153,16 +153,16 @@ def _last_place(path: Toolpath, before: NDArray[np.float64]) -> NDArray[np.float
     return end if path.kind[-1] in PLACES else before[-1:]
 
 
-def _doing(path: Toolpath, beam: bool) -> NDArray[np.uint8]:
-    doing = np.full(len(path), int(Doing.STAND), dtype=np.uint8)
-    doing[(path.kind == Kind.RAPID) | (path.kind == Kind.MACHINE)] = Doing.RAPID
-    doing[path.kind == Kind.FEED] = Doing.CUT
-    doing[path.kind == Kind.ARC_CW] = Doing.ARC_CW
-    doing[path.kind == Kind.ARC_CCW] = Doing.ARC_CCW
+def _activities(path: Toolpath, beam: bool) -> NDArray[np.uint8]:
+    activity = np.full(len(path), int(Activity.STAND), dtype=np.uint8)
+    activity[(path.kind == Kind.RAPID) | (path.kind == Kind.MACHINE)] = Activity.RAPID
+    activity[path.kind == Kind.FEED] = Activity.CUT
+    activity[path.kind == Kind.ARC_CW] = Activity.ARC_CW
+    activity[path.kind == Kind.ARC_CCW] = Activity.ARC_CCW
     if beam:
         dark = (spindle_speed(path) == 0.0) | (path.latest(Kind.TORCH, 1.0 - path.value) == 1.0)
-        doing[np.isin(path.kind, (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)) & dark] = Doing.DARK
-    return doing
+        activity[np.isin(path.kind, (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)) & dark] = Activity.DARK
+    return activity
 
 
 def _arcs(path: Toolpath, before: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
@@ -188,11 +188,11 @@ def _with_chords(whole: Playback, path: Toolpath, before: NDArray[np.float64]) -
     count = np.ones(len(path), dtype=np.int64)
     count[upright] = _CHORDS
     first, source = np.cumsum(count) - count, np.repeat(np.arange(len(path)), count)
-    doing, place = whole.doing[source], whole.place[source]
+    activity, place = whole.activity[source], whole.place[source]
     share = np.arange(1, _CHORDS + 1) / _CHORDS
     for row in upright.tolist():
         chord_rows = slice(int(first[row]), int(first[row]) + _CHORDS)
-        doing[chord_rows] = Doing.DARK if whole.doing[row] == Doing.DARK else Doing.CUT
+        activity[chord_rows] = Activity.DARK if whole.activity[row] == Activity.DARK else Activity.CUT
         centre, (u, v, w) = path.arcs[int(path.ref[row])], plane_axes(path.arcs[int(path.ref[row])].plane)
         radius, angle, sweep = arc_sweep(path, row)
         place[chord_rows, u] = centre.center[u] + radius * np.cos(angle + sweep * share)
@@ -200,7 +200,7 @@ def _with_chords(whole: Playback, path: Toolpath, before: NDArray[np.float64]) -
         place[chord_rows, w] = before[row, w] + (path.end[row, w] - before[row, w]) * share
         place[chord_rows.stop - 1] = whole.place[row]
     return Playback(
-        doing=doing,
+        activity=activity,
         place=place,
         seconds=(whole.seconds / count)[source],
         line=whole.line[source],

@@ -79,13 +79,13 @@ def cards(outcome: Outcome, measures: Sequence[tuple[str, Measure]]) -> list[Pag
 def saved(outcome: Outcome, came_in: str, bound: str) -> PageRow:
     """Return the headline figure of the savings and its text; `bound` is the certain gap of the order, in words."""
     seconds = outcome.before.time_s - outcome.after.time_s
-    worse = seconds < 0
-    percent = f"{percent_words(abs(outcome.saved_percent))} {'more' if worse else 'less'} machine time"
+    is_slower = seconds < 0
+    percent = f"{percent_words(abs(outcome.saved_percent))} {'more' if is_slower else 'less'} machine time"
     hundred = f", {time_words(100 * seconds)} on 100 parts" if seconds > 0 else ""
     return {
         "figure": time_words(abs(seconds)),
-        "worse": worse,
-        "words": f"{'longer than' if worse else 'saved compared with'} the {came_in}’s order",
+        "worse": is_slower,
+        "words": f"{'longer than' if is_slower else 'saved compared with'} the {came_in}’s order",
         "percent": f"{percent}{hundred}." if outcome.before.time_s > 0 else "The program cuts nothing.",
         "gap": f"{bound[0].upper()}{bound[1:]}." if bound else "",
     }
@@ -206,17 +206,17 @@ def workers(outcome: Outcome) -> PageRow:
     every = [
         (o, w) for o in outcome.operations if o.solution.algorithm != "exact" for w in o.solution.workers if w.ants > 0
     ]
-    most_ants = max((w.ants for _, w in every), default=0)
-    most_seconds = max((w.seconds for _, w in every), default=0.0)
+    max_ants = max((w.ants for _, w in every), default=0)
+    max_seconds = max((w.seconds for _, w in every), default=0.0)
     several = len({id(o) for o, _ in every}) > 1
     rows = [
         {
             "tool": (number_of(o.tool) or NO_VALUE) if several else "",
             "worker": w.worker,
             "ants": f"{w.ants:,}",
-            "ants_bar": chart.bar(w.ants / most_ants if most_ants else 0.0),
+            "ants_bar": chart.bar(w.ants / max_ants if max_ants else 0.0),
             "seconds": f"{w.seconds:.3f}",
-            "seconds_bar": chart.bar(w.seconds / most_seconds if most_seconds > 0 else 0.0),
+            "seconds_bar": chart.bar(w.seconds / max_seconds if max_seconds > 0 else 0.0),
             "best": cost_words(w.best, o.solution.unit),
             "found": w.best <= o.solution.cost * (1 + 1e-9),
         }

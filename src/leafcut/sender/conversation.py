@@ -72,18 +72,19 @@ class Conversation(ABC):
         Homed since the connection was opened.
     family
         Firmware that the board has reported; selects the list of errors and alarms (`explained.family_of`).
-    most_lines
+    max_lines
         Maximum number of lines without an answer; None if only the buffer limits it.
-    most_ahead
-        Maximum number of accepted lines that are not executed yet: planner blocks, and lines without motion.
+    max_ahead
+        Maximum number of lines that are accepted but not executed: planner blocks, and lines without motion between
+        them.
     check_line
         Command that turns on check mode (read, but do not move); empty if there is none.
     """
 
     patience = 1.0
     check_line = ""
-    most_ahead = 40
-    most_lines: int | None = None
+    max_ahead = 40
+    max_lines: int | None = None
 
     def __init__(self, port: Port, log: Log | None = None, clock: Callable[[], float] = time.monotonic) -> None:
         self.port, self.clock = port, clock

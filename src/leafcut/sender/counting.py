@@ -34,14 +34,14 @@ class SentLine:
 class CharacterCounter:
     """The lines that are sent and not answered yet."""
 
-    def __init__(self, buffer: int = GRBL_BUFFER, most_lines: int | None = None) -> None:
-        self.capacity, self.most_lines = min(buffer - SPARED, MAX_AHEAD), most_lines
+    def __init__(self, buffer: int = GRBL_BUFFER, max_lines: int | None = None) -> None:
+        self.capacity, self.max_lines = min(buffer - SPARED, MAX_AHEAD), max_lines
         self.waiting: deque[SentLine] = deque()
         self.bytes = 0
 
     def fits(self, line: SentLine) -> bool:
         """Return whether the buffer has space for a line now."""
-        full = self.most_lines is not None and len(self.waiting) >= self.most_lines
+        full = self.max_lines is not None and len(self.waiting) >= self.max_lines
         return not full and self.bytes + len(line.data) <= self.capacity
 
     def send(self, line: SentLine) -> None:

@@ -55,7 +55,7 @@ class SendJob:
 
     Attributes
     ----------
-    file, machine, words
+    file, machine, dialect
         Its name; the machine and the dialect for which it was read.
     program
         The interpreted program.
@@ -69,7 +69,7 @@ class SendJob:
 
     file: str
     machine: Machine
-    words: Dialect
+    dialect: Dialect
     program: Program
     steps: tuple[SentStep, ...]
     issues: tuple[Issue, ...] = ()
@@ -143,9 +143,9 @@ def read_job(
         Programs cannot be sent to the machine's controller, or the program has a danger that is not accepted.
     """
     known = load_machine(machine)
-    words = dialect(dialect_name or known.controller)
+    controller_dialect = dialect(dialect_name or known.controller)
     speaker_of(known, machine)
-    return job_of(program_text(file, file), file, known, words, units, accept)
+    return job_of(program_text(file, file), file, known, controller_dialect, units, accept)
 
 
 def program_text(file: str | Path, name: str) -> str:
@@ -170,7 +170,7 @@ def accepted_codes(text: str) -> tuple[str, ...]:
     OptionError
         A code does not exist.
     """
-    codes = tuple(code_text.strip().upper() for code_text in text.split(",") if code_text.strip())
+    codes = tuple(entry.strip().upper() for entry in words.split(",") if entry.strip())
     for code in codes:
         if code not in CODES:
             raise OptionError(f"--accept: '{code}' is no code of an issue, such as L801")
@@ -178,11 +178,14 @@ def accepted_codes(text: str) -> tuple[str, ...]:
 
 
 def job_of(
-    text: str, file: str, machine: Machine, words: Dialect, units: str | None, accept: Collection[str] = ()
+    text: str, file: str, machine: Machine, controller_dialect: Dialect, units: str | None, accept: Collection[str] = ()
 ) -> SendJob:
     """Return the text of a program as a job; see `read_job`."""
-    program = interpret_program(text, words, file, units=units or machine.units)
-    steps = (*_opening(program, words, units or machine.units), *steps_of(program.lines, words, file))
+    program = interpret_program(text, controller_dialect, file, units=units or machine.units)
+    steps = (
+        *_opening(program, controller_dialect, units or machine.units),
+        *steps_of(program.lines, controller_dialect, file),
+    )
     _check_known(program, file)
     dangers = find_dangers(program, machine, "laser" if machine.head is Head.LASER else "mill")
     for issue in dangers:
@@ -194,18 +197,18 @@ def job_of(
         issues.append(Issue("L102", f"the program does not state its units (G20 or G21): read as {name}"))
     if not (program.path.kind <= Kind.ARC_CCW).any():
         raise ReadError(file, "the program moves nothing")
-    return SendJob(file, machine, words, program, steps, tuple(issues), tuple(accept))
+    return SendJob(file, machine, controller_dialect, program, steps, tuple(issues), tuple(accept))
 
 
-def _opening(program: Program, words: Dialect, units: str) -> list[SentLine]:
+def _opening(program: Program, controller_dialect: Dialect, units: str) -> list[SentLine]:
     """Return the lines that set the state in which the program was read, whatever modes the controller is in."""
-    if not in_dialect(words, _UNITS[units]):
-        raise OptionError(f"{words.name} has no {_UNITS[units]}: a program for it must be in millimetres")
+    if not in_dialect(controller_dialect, _UNITS[units]):
+        raise OptionError(f"{controller_dialect.name} has no {_UNITS[units]}: a program for it must be in millimetres")
     blocks = [_AT_FIRST, "G54", _UNITS[units]]
     # If the program never starts the spindle, it was started by hand.
     if ((program.path.kind == Kind.SPINDLE) & (program.path.value != 0.0)).any():
         blocks += ["M5", "M9"]
-    return [SentLine(text) for text in in_dialect(words, *blocks)]
+    return [SentLine(text) for text in in_dialect(controller_dialect, *blocks)]
 
 
 def _check_known(program: Program, file: str) -> None:

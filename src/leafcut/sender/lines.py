@@ -49,38 +49,38 @@ SentStep = SentLine | Pause
 _DWELL_UNITS = {"s": 1.0, "ms": 0.001, "cs": 0.01}
 
 
-def in_dialect(words: Dialect, *texts: str) -> list[str]:
+def in_dialect(dialect: Dialect, *texts: str) -> list[str]:
     """Return lines of our own, such as ``G21 G90 F100``, in a controller's dialect, without words that it lacks.
 
     If the controller takes one command per line, ``F100`` alone becomes ``G1 F100``, which moves nothing; any other
     word without a command is dropped.
     """
-    return [line for text in texts for line in _in_dialect(words, text)]
+    return [line for text in texts for line in _in_dialect(dialect, text)]
 
 
-def _in_dialect(words: Dialect, text: str) -> list[str]:
+def _in_dialect(dialect: Dialect, text: str) -> list[str]:
     commands: list[list[str]] = []
     for word in words_of(text):
-        if word.letter == "G" and round(word.value * 10) not in words.g_codes:
+        if word.letter == "G" and round(word.value * 10) not in dialect.g_codes:
             continue
-        if word.letter == "M" and word.value not in words.m_codes:
+        if word.letter == "M" and word.value not in dialect.m_codes:
             continue
-        if not commands or (words.one_command and word.letter in "GM"):
-            alone = words.one_command and word.letter not in "GM"
+        if not commands or (dialect.one_command and word.letter in "GM"):
+            alone = dialect.one_command and word.letter not in "GM"
             if alone and word.letter != "F":
                 continue
             commands.append(["G1"] if alone else [])
         commands[-1].append(_written(word))
-    return [_joined(words, command) for command in commands]
+    return [_joined(dialect, command) for command in commands]
 
 
-def dwell(words: Dialect, seconds: float) -> str:
+def dwell(dialect: Dialect, seconds: float) -> str:
     """Return the dwell command of a controller."""
-    return f"G4 P{seconds / _DWELL_UNITS[words.dwell_unit]:g}"
+    return f"G4 P{seconds / _DWELL_UNITS[dialect.dwell_unit]:g}"
 
 
-def _joined(words: Dialect, texts: Sequence[str]) -> str:
-    return (" " if words.one_command else "").join(texts)
+def _joined(dialect: Dialect, parts: Sequence[str]) -> str:
+    return (" " if dialect.one_command else "").join(parts)
 
 
 class HoleLines(Protocol):
@@ -108,7 +108,7 @@ def pauses_at_holes(steps: Sequence[SentStep], holes: Sequence[HoleLines]) -> li
     return result
 
 
-def steps_of(lines: Sequence[str], words: Dialect, file: str, first: int = 1) -> list[SentStep]:
+def steps_of(lines: Sequence[str], dialect: Dialect, file: str, first: int = 1) -> list[SentStep]:
     """Return the steps of a program, with its pauses, from line `first` to its end (M2, M30).
 
     Raises
@@ -116,7 +116,7 @@ def steps_of(lines: Sequence[str], words: Dialect, file: str, first: int = 1) ->
     ReadError
         A line has a word or a letter that the controller lacks, is a controller command ($), or is too long.
     """
-    reader = _LineReader(words)
+    reader = _LineReader(dialect)
     steps: list[SentStep] = []
     for number, line in enumerate(lines, 1):
         try:
@@ -133,10 +133,10 @@ def steps_of(lines: Sequence[str], words: Dialect, file: str, first: int = 1) ->
 class _LineReader:
     """Reader with memory of the preceding lines: the selected tool and the last remark."""
 
-    def __init__(self, words: Dialect) -> None:
-        self.words, self.ended, self.begun = words, False, False
+    def __init__(self, dialect: Dialect) -> None:
+        self.dialect, self.ended, self.begun = dialect, False, False
         # Marlin treats M1 as M0 (M0_M1.cpp); others ignore it.
-        self.stops = {0, 1} if words.one_command else {0}
+        self.stops = {0, 1} if dialect.one_command else {0}
         self.tool: int | None = None
         self.chosen = self.remarked = -_REACH
         self.remark = ""
@@ -157,12 +157,12 @@ class _LineReader:
         self.begun |= bool(block_words)
         codes = {int(word.value) for word in block_words if word.letter == "M"}
         self.ended = bool(codes & {2, 30})
-        text = _joined(self.words, [_written(word) for word in block_words if not _is_ours(word)])
-        if self.words.one_command and codes & {*self.stops, 6}:
+        text = _joined(self.dialect, [_written(word) for word in words if not _is_for_sender(word)])
+        if self.dialect.one_command and codes & {*self.stops, 6}:
             text = ""  # text after M0 is for the operator
         if len(text) > LONGEST_LINE:
             reason = f"the line has {len(text)} characters without blanks and comments"
-            raise BlockError(f"{reason}, {self.words.name} takes {LONGEST_LINE}")
+            raise BlockError(f"{reason}, {self.dialect.name} takes {LONGEST_LINE}")
         steps: list[SentStep] = [SentLine(text, number)] if text else []
         if 6 in codes:
             steps.insert(0, self._pause(number, change=True))
@@ -181,14 +181,14 @@ class _LineReader:
         for word in block_words:
             is_known = word.letter in _LETTERS or word.letter == "N"
             if word.letter == "G":
-                is_known = round(word.value * 10) in self.words.g_codes
+                known = round(word.value * 10) in self.dialect.g_codes
             elif word.letter == "M":
-                is_known = word.value in self.words.m_codes or word.value == 6
-            elif word.letter == "T" and self.words.one_command:
-                is_known = block_words[0].letter == "M" and block_words[0].value in (0, 6)
-            if not is_known:
-                remedy = "post the program for this controller, or name its --dialect"
-                raise BlockError(f"{word} is not a word of {self.words.name}; {remedy}")
+                known = word.value in self.dialect.m_codes or word.value == 6
+            elif word.letter == "T" and self.dialect.one_command:
+                known = words[0].letter == "M" and words[0].value in (0, 6)
+            if not known:
+                advice = "post the program for this controller, or name its --dialect"
+                raise BlockError(f"{word} is not a word of {self.dialect.name}; {advice}")
 
 
 def _is_ours(word: Word) -> bool:

@@ -127,7 +127,7 @@ _FIRST = NumberedLine(0, "M110 N0")
 class MarlinConversation(Conversation):
     """A controller with Marlin 2."""
 
-    most_lines, most_ahead = 1, 80
+    max_lines, max_ahead = 1, 80
 
     def __init__(self, port: Port, log: Log | None = None, clock: Callable[[], float] = time.monotonic) -> None:
         super().__init__(port, log, clock)

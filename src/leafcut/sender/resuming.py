@@ -103,8 +103,8 @@ def resumed(job: SendJob, line: int, height: float | None = None) -> tuple[tuple
     modal, row = program.modal(block), int(program.first[block])
     path = program.path
     place = _place_before(job, row, first)
-    lead = in_dialect(job.words, *_lead_in(job, modal, path, row, place, height))
-    rest = steps_of(program.lines, job.words, job.file, first)
+    lead = in_dialect(job.dialect, *_lead_in(job, modal, path, row, place, height))
+    rest = steps_of(program.lines, job.dialect, job.file, first)
     rest = with_motion(rest, modal.motion)
     _prove(job, lead, rest, row, first)
     return (*(SentLine(text) for text in lead), *rest), modal.next_tool if modal.tool is None else modal.tool
@@ -153,7 +153,7 @@ def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, place: XYZ, h
     if not job.laser:
         lines.append(spindle)
         if modal.spindle and job.machine.spindle_start_s:
-            lines.append(dwell(job.words, job.machine.spindle_start_s))
+            lines.append(dwell(job.dialect, job.machine.spindle_start_s))
     if len(known):
         lines.append(_way_down(job, modal, row, z))
     # From here on in the modes of the program.
@@ -165,7 +165,7 @@ def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, place: XYZ, h
 
 
 def _rapid_feed(job: SendJob, axes: str) -> str:
-    if not job.words.rapid_feed:
+    if not job.dialect.rapid_feed:
         return ""
     return f" F{number_in_mm(60.0 * min(job.machine.rapid_velocity['XYZ'.index(axis)] for axis in axes))}"
 
@@ -212,7 +212,7 @@ def modes_before(job: SendJob, line: int) -> tuple[int | None, list[SentLine]]:
     modal = _modal_before(job, line)
     words = [f"G{modal.plane} G{91 if modal.incremental else 90} G94 G40 G49", f"G{modal.frame / 10:g}"]
     words += _units_and_feed(modal)
-    lines = [SentLine(text) for text in in_dialect(job.words, *words)]
+    lines = [SentLine(text) for text in in_dialect(job.dialect, *words)]
     return modal.motion, [*lines, *spindle_words(job, line)]
 
 
@@ -230,8 +230,8 @@ def spindle_words(job: SendJob, line: int) -> list[SentLine]:
         return []
     blocks = [f"{_SPINDLE[modal.spindle]} S{modal.rpm:g}"]
     if job.machine.spindle_start_s:
-        blocks.append(dwell(job.words, job.machine.spindle_start_s))
-    return [SentLine(text) for text in in_dialect(job.words, *blocks)]
+        blocks.append(dwell(job.dialect, job.machine.spindle_start_s))
+    return [SentLine(text) for text in in_dialect(job.dialect, *blocks)]
 
 
 def _modal_before(job: SendJob, line: int) -> Modal:
@@ -269,13 +269,13 @@ def _prove(job: SendJob, lead: list[str], steps: list[SentStep], row: int, line:
     OptionError
         The moves differ.
     """
-    texts = [*lead, *(step.text for step in steps if isinstance(step, SentLine))]
-    resumed_job = job_of("\n".join(texts) + "\n", job.file, job.machine, job.words, None, _EVERY)
-    planned, sent = job.program.path, resumed_job.program.path
-    planned_rows = [k for k in range(row, len(planned)) if planned.kind[k] not in (Kind.PAUSE, Kind.TOOL)]
-    sent_rows = (
-        [k for k in range(len(sent)) if sent.kind[k] not in (Kind.PAUSE, Kind.TOOL)][-len(planned_rows) :]
-        if planned_rows
+    texts = [*lead, *(step.text for step in rest if isinstance(step, SentLine))]
+    resumed = job_of("\n".join(texts) + "\n", job.file, job.machine, job.dialect, None, _EVERY)
+    original_path, resumed_path = job.program.path, resumed.program.path
+    kept_rows = [k for k in range(row, len(original_path)) if original_path.kind[k] not in (Kind.PAUSE, Kind.TOOL)]
+    resumed_rows = (
+        [k for k in range(len(resumed_path)) if resumed_path.kind[k] not in (Kind.PAUSE, Kind.TOOL)][-len(kept_rows) :]
+        if kept_rows
         else []
     )
     is_same = len(sent_rows) == len(planned_rows) and all(

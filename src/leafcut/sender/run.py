@@ -196,7 +196,7 @@ class SendRun:
     requests: deque[Request] = field(default_factory=deque)
 
     def __post_init__(self) -> None:
-        self.counter = CharacterCounter(self.facts.buffer, self.talk.most_lines)
+        self.counter = CharacterCounter(self.facts.buffer, self.talk.max_lines)
         self.left: deque[SentStep] = deque(self._stepping_holes(self.steps))
         self.path = self.job.program.path
         self._tracker = Tracker(self.path)
@@ -206,7 +206,7 @@ class SendRun:
         self._first = min(numbers, default=1)
         self.taken = self.sent = self._first - 1
         self.line = self._passed = self._first
-        self._history: deque[int] = deque(maxlen=self.talk.most_ahead)
+        self._history: deque[int] = deque(maxlen=self.talk.max_ahead)
         self._overrides = (100, 100, 100)
         self._wanted: int | None = None
         self._changing = self._to_resume = False
@@ -422,7 +422,7 @@ class SendRun:
     @property
     def _earliest(self) -> int:
         """The earliest line that the machine may be in."""
-        return max(self._passed, self._history[0] if len(self._history) == self.talk.most_ahead else self._first)
+        return max(self._passed, self._history[0] if len(self._history) == self.talk.max_ahead else self._first)
 
     def _settle_line(self) -> None:
         """If the position is unknown, use the earliest possible line, so that no line is skipped."""

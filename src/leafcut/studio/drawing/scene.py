@@ -217,13 +217,13 @@ def outcome_part_scene(outcome: Outcome) -> bytes:
 
 
 def toolpath_scene(
-    path: Toolpath, machine: Machine, *, name: str = "", text: str = "", beam: bool = False, of: Part | None = None,
-    cleared: float = 0.0, measured: Measure | None = None, untimed: bool = False,
+    path: Toolpath, machine: Machine, *, name: str = "", text: str = "", beam: bool = False,
+    part: Part | None = None, cleared: float = 0.0, measured: Measure | None = None, untimed: bool = False,
 ) -> bytes:  # fmt: skip
     """Return any toolpath as the machine runs it.
 
-    `text` is the program of its lines, `of` the part it passes through, `cleared` the width that a mill clears, mm, and
-    `measured` the source of its time. The player shows the progress of an `untimed` path, but no time.
+    `text` is the program of its lines, `part` the part it passes through, `cleared` the width that a mill clears, mm,
+    and `measured` the source of its time. The player shows the progress of an `untimed` path, but no time.
 
     Raises
     ------
@@ -235,8 +235,8 @@ def toolpath_scene(
         {
             "name": clean(name),
             "which": "after",
-            "unitless": of is not None and unitless(of),
-            "untimed": untimed or (of is not None and unitless(of)),
+            "unitless": part is not None and unitless(part),
+            "untimed": untimed or (part is not None and unitless(part)),
             "cleared": cleared,
         },
         text,
@@ -311,7 +311,7 @@ def _toolpath(rows: Playback, header: dict[str, Any], text: str, plan: CutPlan |
         "source": ("u4", rows.source),
         "feed": ("f4", rows.feed),
         "tool": ("u4", np.maximum(rows.tool, 0)),
-        "doing": ("u1", rows.doing),
+        "doing": ("u1", rows.activity),
         "arc_row": ("u4", rows.arc_row),
         "arc": ("f4", arc),
         "stop": ("u4", rows.stops),

@@ -115,7 +115,7 @@ def _must_not_end(thread: int) -> bool:
     frame = sys._current_frames().get(thread)  # noqa: SLF001
     while frame is not None:
         code = frame.f_code
-        if code is threading.Thread.start.__code__ or any(who in code.co_filename for who in _LOADERS):
+        if code is threading.Thread.start.__code__ or any(loader in code.co_filename for loader in _LOADERS):
             return True
         frame = frame.f_back
     return False

@@ -332,5 +332,5 @@ def _tour_scenes(part: Part, nodes: NDArray[np.int32]) -> dict[str, Artefact]:
     builder = ToolpathBuilder()
     for x, y in part.hole_xy[[*nodes, nodes[0]]].tolist():
         builder.rapid(x, y)
-    path = toolpath_scene(builder.build(), load_machine(api.default_machine("solve")), name=part.name, of=part)
+    path = toolpath_scene(builder.build(), load_machine(api.default_machine("solve")), name=part.name, part=part)
     return {"scene-part": _scene(part_scene(part)), "scene-after": _scene(path)}

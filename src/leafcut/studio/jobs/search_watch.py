@@ -39,10 +39,10 @@ class Watch:
         """Take a snapshot if a page is open, and hold the search if requested."""
         self.can_hold = alone
         now = time.perf_counter()
-        held = alone and (self._paused or self._speed is not None) and not self._released
-        if now - self._looked < LOOKS_AWAY and (now >= self._next or (held and self._paused)):
+        on_hold = alone and (self._paused or self._speed is not None) and not self._released
+        if now - self._looked < LOOKS_AWAY and (now >= self._next or (on_hold and self._paused)):
             self._see(take, now)
-        if held:
+        if on_hold:
             self._hold(take)
 
     def poll(self) -> tuple[int, Snapshot | None]:
@@ -88,8 +88,8 @@ class Watch:
     def _see(self, take: Callable[[], Snapshot], now: float) -> None:
         self.latest = take()
         self.number += 1
-        took = time.perf_counter() - now
-        self._next = now + max(EVERY, TIMES_AS_LONG * took, PER_PLACE * len(self.latest.path))
+        duration = time.perf_counter() - now
+        self._next = now + max(EVERY, TIMES_AS_LONG * duration, PER_PLACE * len(self.latest.path))
 
     def _hold(self, take: Callable[[], Snapshot]) -> None:
         """Return when the next step may start."""

@@ -65,9 +65,9 @@ def announced(record: JobRecord, answer: dict[str, Any], words: Words) -> str:
 def _summary(record: JobRecord, answer: dict[str, Any], words: Words) -> str:
     command = record.task.command
     if command == "optimize":
-        saving_ = saving(answer, words)
+        time_saving = saving(answer, words)
         proved = words("result.verified" if answer["verified"] else "result.unverified")
-        large = saving_.large if saving_.kind == "same" else f"{saving_.large}, {saving_.small}"
+        large = time_saving.large if time_saving.kind == "same" else f"{time_saving.large}, {time_saving.small}"
         missing = missing_words(answer, words)
         return f"{large}. {missing}. {proved}." if missing else f"{large}. {proved}."
     if command == "verify":

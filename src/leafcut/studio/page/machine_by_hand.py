@@ -76,11 +76,11 @@ class ByHandPanel:
         for size, step_button in self.steps.items():
             step_button.props(f"aria-pressed={'true' if size == step else 'false'}")
 
-    async def _move(self, axis: str, sign: int, held: bool) -> None:
+    async def _move(self, axis: str, sign: int, is_held: bool) -> None:
         if axis not in _AXES:
             return
         distances = {axis: (1 if sign > 0 else -1) * float(self.step)}
-        await self.panel.ask(lambda key: self.link.jog(key, distances, self.feed.number(), held=held))
+        await self.panel.ask(lambda key: self.link.jog(key, distances, self.feed.number(), held=is_held))
 
     async def _let_go(self) -> None:
         await self.panel.ask(self.link.cancel)
@@ -103,7 +103,7 @@ class ByHandPanel:
             lambda key: self.link.probe(key, self.plate.number(), self.probe_feed.number(), self.limit.number())
         )
 
-    def show(self, state: MachineState, mine: bool) -> None:
+    def show(self, state: MachineState, commands: bool) -> None:
         """Update the position and enable the actions that are possible now."""
         for places, place in ((self.work, state.work), (self.machine, state.machine)):
             for axis, cell in enumerate(places):
@@ -111,7 +111,7 @@ class ByHandPanel:
                 if cell.text != words:
                     cell.set_text(words)
         asked = state.question is not None
-        free = mine and (asked or state.doing in (MachineTask.NOTHING, MachineTask.ASKING))
+        free = commands and (asked or state.doing in (MachineTask.NOTHING, MachineTask.ASKING))
         at_rest = free and state.status == "Idle"
         for zero_button in self.zeros:
             enable(zero_button, at_rest)

@@ -297,19 +297,19 @@ class MachineProgramPanel:
 
     # Display.
 
-    def show(self, state: MachineState, mine: bool) -> None:
+    def show(self, state: MachineState, commands: bool) -> None:
         """Enable the possible actions and show the progress of the program."""
         runs = state.progress is not None
         self.choosing.set_visibility(not runs)
         self.running.set_visibility(runs)
-        ready = mine and self.job is not None and state.doing in (MachineTask.NOTHING, MachineTask.ASKING)
+        ready = commands and self.job is not None and state.doing in (MachineTask.NOTHING, MachineTask.ASKING)
         ready = ready and state.status == "Idle"
         for action in (self.check, self.frame, self.start):
             enable(action, ready)
         self._show_fields(state)
         self._show_drawing()
-        self._show_progress(state, mine)
-        self._show_question(state, mine)
+        self._show_progress(state, commands)
+        self._show_question(state, commands)
         self._show_place(state)
         if state.ended != self._ended:
             self._ended = state.ended
@@ -328,7 +328,7 @@ class MachineProgramPanel:
         self.from_line.place.set_visibility(self.job is not None and not holes)
         self.unhomed.place.set_visibility(state.open and not state.homing)
 
-    def _show_progress(self, state: MachineState, mine: bool) -> None:
+    def _show_progress(self, state: MachineState, commands: bool) -> None:
         progress = state.progress
         if progress is None:
             return
@@ -354,14 +354,14 @@ class MachineProgramPanel:
                 self.figures[key].set_text(words)
         self.hold.set_visibility(not on_hold and not asked)
         self.resume.set_visibility(on_hold and not asked)
-        enable(self.hold, mine)
-        enable(self.resume, mine)
+        enable(self.hold, commands)
+        enable(self.resume, commands)
 
-    def _show_question(self, state: MachineState, mine: bool) -> None:
+    def _show_question(self, state: MachineState, commands: bool) -> None:
         asked = state.question
-        if (asked, mine) == self._asked:
+        if (asked, commands) == self._asked:
             return
-        self._asked = (asked, mine)
+        self._asked = (asked, commands)
         w = self.view.words
         self.question.clear()
         self.question.set_visibility(asked is not None)
@@ -380,10 +380,10 @@ class MachineProgramPanel:
             with box("div", "ends"):
                 words = w("machine.drill", hole=asked.hole) if asked.kind == "hole" else w("machine.go_on")
                 go = button(words, lambda: self.panel.ask(self.link.answer, ""), "primary large", id="machine-go")
-                enable(go, mine)
+                enable(go, commands)
                 if asked.kind == "hole":
                     to_end = button(w("machine.to_end"), lambda: self.panel.ask(self.link.answer, "all"), "")
-                    enable(to_end, mine)
+                    enable(to_end, commands)
 
     def _next_hole(self, number: int) -> None:
         """Show the next hole: in the drawing, and its program lines with explanations."""

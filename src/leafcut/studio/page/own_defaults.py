@@ -87,7 +87,7 @@ def without_idle(
 
     Typed options stay, and are refused if they have no effect, as on the command line.
     """
-    known = next((work_ for work_ in registry.works() if work_.name == work), None)
+    known = next((kind for kind in registry.works() if kind.name == work), None)
     if known is None or not usual.keys() & options.keys():
         return dict(options)
     idle = unused_options(collect(options), known, input_kind)

@@ -184,8 +184,10 @@ class LabPanel:
                 )
                 button(words, self.lab.stop, "small")
             elif experiment.name != OWN_PART:
-                label_ = w("lab.go_on" if 0 < len(kept) < experiment.n_runs else "lab.again" if kept else "lab.begin")
-                button(label_, lambda: self._begin(experiment), "primary")
+                begin_label = w(
+                    "lab.go_on" if 0 < len(kept) < experiment.n_runs else "lab.again" if kept else "lab.begin"
+                )
+                button(begin_label, lambda: self._begin(experiment), "primary")
             if kept or is_shown:
                 query = "?reduced=true" if experiment.reduced else ""
                 stem = f"/api/lab/{experiment.name}"

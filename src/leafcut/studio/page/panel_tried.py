@@ -18,7 +18,7 @@ class TriedPanel:
 
     def tick(self) -> None:
         """Update the rows."""
-        rows = [(name, *came) for name, came in list(self.live.tried.items())]
+        rows = [(name, *figures) for name, figures in list(self.live.tried.items())]
         if rows == self._rows:
             return
         self._rows = rows

@@ -349,10 +349,10 @@ def _add_jobs(routes: APIRouter, jobs: Jobs) -> None:
         "/jobs/{job}/answer", summary="The answer of a job that is done, as the command line gives it with --json"
     )
     def answer(job: JobId) -> _Answer:
-        answer_ = jobs.history.answer(_record_of(jobs, job).id)
-        if answer_ is None:
+        stored = jobs.history.answer(_record_of(jobs, job).id)
+        if stored is None:
             raise HTTPException(404, "this job has no answer")
-        return _Answer(answer_)
+        return _Answer(stored)
 
     @routes.post("/jobs/{job}/cuts", summary="Plan the cuts of all sheets of a nest, and compare its variants")
     async def plan(job: JobId, options: Options = "{}") -> dict[str, Any]:

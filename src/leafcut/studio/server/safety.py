@@ -224,7 +224,7 @@ class _Asked:
 class _Exchange:
     """A request and its answer in transit: counts the received bytes, adds headers, and gives a page its nonce.
 
-    Regardless of the declared length, at most `most` bytes of a body are forwarded, with no pause over `PAUSE` and
+    Regardless of the declared length, at most `limit` bytes of a body are forwarded, with no pause over `PAUSE` and
     within `WHOLE` seconds. After a violation the application's answer is dropped.
     """
 
