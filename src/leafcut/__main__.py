@@ -10,8 +10,8 @@ from leafcut._version import __version__
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and exit with its status."""
-    words = sys.argv[1:] if arguments is None else arguments
-    if list(words) == ["--version"]:
+    given = sys.argv[1:] if arguments is None else arguments
+    if list(given) == ["--version"]:
         print(__version__)
         sys.exit(0)
     from leafcut.cli.app import main as run

@@ -107,16 +107,16 @@ def optimize(
     from leafcut.order.compiling import compile_seconds
     from leafcut.results.program import ProgramResult
 
-    began, compiled = time.perf_counter(), compile_seconds()
+    start, compiled = time.perf_counter(), compile_seconds()
     sources = _sources(source)
     settings = _collected(process, options, options_file, defaults_file)
     inputs = [*_named(*sources), options_file, defaults_file, *files_read(settings)]
-    asked = registry.of_drawings(process)
-    outputs = [output, report, *(asked.other_outputs(settings) if asked else ())]
+    work = registry.of_drawings(process)
+    outputs = [output, report, *(work.writes_besides(settings) if work else ())]
     for k, target in enumerate(outputs):
         check_output(target, [*inputs, *outputs[:k]])
-    settings = _usual(settings, process)
-    with _telling_defaults(settings):
+    settings = _with_usual_options(settings, process)
+    with _noting_defaults(settings):
         run = Job(
             settings,
             machine_of(settings),
@@ -131,7 +131,7 @@ def optimize(
         done, outcome = _work(run, sources, process)
     outcome = replace(outcome, output=str(output or ""), report=str(report or ""))
     compiled = compile_seconds() - compiled
-    outcome = replace(outcome, seconds=time.perf_counter() - began - compiled, compile_seconds=compiled)
+    outcome = replace(outcome, seconds=time.perf_counter() - start - compiled, compile_seconds=compiled)
     page = _page(outcome) if report else ""  # before anything is written: it may fail
     texts = {str(output): outcome.text} if output else {}
     texts |= done.files(outcome, settings)
@@ -178,7 +178,7 @@ def _files(*names: str | None) -> list[str]:
 
 def _named(*sources: Input | None) -> list[str]:
     """Return the names of inputs that are or may be files."""
-    return [str(one) for one in sources if one is not None and not isinstance(one, StandardInput)]
+    return [str(source) for source in sources if source is not None and not isinstance(source, StandardInput)]
 
 
 def _sources(source: Input | Sequence[Input]) -> list[Input]:
@@ -197,8 +197,8 @@ def _collected(
     """Return the settings of a run for a kind of work, or for a value of ``--process``."""
     check_is_there("--options", Path(file) if file else None)
     work = registry.of_command(process) if isinstance(process, str) else process
-    own = work.options if work else None
-    return collect(options, Path(file) if file else None, Path(defaults) if defaults else None, own)
+    group = work.options if work else None
+    return collect(options, Path(file) if file else None, Path(defaults) if defaults else None, group)
 
 
 def _settings(
@@ -209,13 +209,13 @@ def _settings(
     input_kind: str = "",
 ) -> Settings:
     """Return the settings of a kind of work; unused options are refused."""
-    asked = registry.work(work)
-    return settings_for(_collected(asked, options, file, defaults), asked, input_kind)
+    command = registry.work(work)
+    return settings_for(_collected(command, options, file, defaults), command, input_kind)
 
 
-def _usual(settings: Settings, word: str) -> Settings:
-    asked = registry.of_drawings(word)
-    return asked.usual(settings) if asked else settings
+def _with_usual_options(settings: Settings, word: str) -> Settings:
+    work = registry.of_drawings(word)
+    return work.usual(settings) if work else settings
 
 
 def _work(run: Job, sources: Sequence[Input], asked: str) -> tuple[Process, Outcome[Any]]:
@@ -223,7 +223,7 @@ def _work(run: Job, sources: Sequence[Input], asked: str) -> tuple[Process, Outc
     from leafcut.read.registry import read_source
 
     registry.check_asked(asked)
-    inputs = [read_source(one) for one in sources]
+    inputs = [read_source(source) for source in sources]
     process = registry.process_for(inputs, asked)
     settings = settings_for(run.settings, process, inputs[0][0].name)
     run = replace(run, settings=replace(settings, process=registry.needed_word(inputs, asked)))
@@ -233,15 +233,17 @@ def _work(run: Job, sources: Sequence[Input], asked: str) -> tuple[Process, Outc
 
 
 @contextmanager
-def _telling_defaults(settings: Settings) -> Iterator[None]:
+def _noting_defaults(settings: Settings) -> Iterator[None]:
     """Add to an error which of its options come from the user's defaults file."""
     try:
         yield
     except LeafcutError as problem:
         flags = {word.rstrip(".,:;") for word in str(problem).split()}
-        own = [flag_name(name) for name in sorted(settings.defaults) if flag_name(name) in flags]
-        if own:
-            problem.add_note(f"{' and '.join(own)} may come from your defaults file; --no-defaults ignores it")
+        from_defaults = [flag_name(name) for name in sorted(settings.defaults) if flag_name(name) in flags]
+        if from_defaults:
+            problem.add_note(
+                f"{' and '.join(from_defaults)} may come from your defaults file; --no-defaults ignores it"
+            )
         raise
 
 
@@ -345,14 +347,14 @@ def _tour(
     problem = problem_of_map(part)
     step = f"solving {part.name}"
     looking_for(progress, step)  # the reader may be cancelled anywhere, the search only between steps
-    tell = passing_on(progress, step)
-    with announced(lambda words: progress(Progress(words)) if progress else None):
+    on_progress = passing_on(progress, step)
+    with announced(lambda message: progress(Progress(message)) if progress else None):
         solution = solve.solve(
             problem,
             settings.solve,
             settings.aco,
             firefly=settings.firefly,
-            progress=tell,
+            progress=on_progress,
             observe=observe,
             cancelled=cancelled,
         )
@@ -384,8 +386,10 @@ def simulate(
     from leafcut.results.simulation import SimulationResult
 
     settings = _settings("simulate", options, None, defaults_file)
-    found = registry.command("simulate")(program, settings, dialect, progress)
-    return of_model(SimulationResult, found, [*_named(program), *_files(dialect), defaults_file, *files_read(settings)])
+    outcome = registry.command("simulate")(program, settings, dialect, progress)
+    return of_model(
+        SimulationResult, outcome, [*_named(program), *_files(dialect), defaults_file, *files_read(settings)]
+    )
 
 
 def check_times(
@@ -419,12 +423,15 @@ def check_times(
 
     if not measured:
         raise OptionError("no program was measured; give each with its time")
-    given: SimulateKeywords = {"machine": machine}
+    keywords: SimulateKeywords = {"machine": machine}
     if units:
-        given["units"] = units
-    found = [simulate(str(one), dialect=dialect, progress=progress, **given) for one, _ in measured]
-    programs = [Measured(one.program, one.run, seconds) for one, (_, seconds) in zip(found, measured, strict=True)]
-    return fit(programs, found[0].machine), found
+        keywords["units"] = units
+    simulations = [simulate(str(path), dialect=dialect, progress=progress, **keywords) for path, _ in measured]
+    programs = [
+        Measured(simulation.program, simulation.run, seconds)
+        for simulation, (_, seconds) in zip(simulations, measured, strict=True)
+    ]
+    return fit(programs, simulations[0].machine), simulations
 
 
 def stock(
@@ -452,9 +459,9 @@ def stock(
     from leafcut.results.stock import StockResult
 
     settings = _settings("stock", options, None, defaults_file)
-    found = registry.command("stock")(program, settings, dialect, progress, same_as=same_as)
+    outcome = registry.command("stock")(program, settings, dialect, progress, same_as=same_as)
     read = [*_named(program, same_as), *_files(dialect), defaults_file, *files_read(settings)]
-    return of_model(StockResult, found, read)
+    return of_model(StockResult, outcome, read)
 
 
 def tool_speeds(
@@ -497,12 +504,12 @@ def tool_speeds(
     check_name(plot)
     check_output(plot, [*inputs, save])
     check_output(save, inputs)
-    found = registry.command("cutting_data")(drawing, settings, objective, progress)
-    texts = {str(plot): front_svg(found)} if plot else {}
+    outcome = registry.command("cutting_data")(drawing, settings, objective, progress)
+    texts = {str(plot): front_svg(outcome)} if plot else {}
     if save:
-        texts[str(save)] = registry.command("cutting_data_library")(found, settings, save)
+        texts[str(save)] = registry.command("cutting_data_library")(outcome, settings, save)
     write_together(texts)
-    return of_model(ToolSpeedsResult, found, inputs)
+    return of_model(ToolSpeedsResult, outcome, inputs)
 
 
 def verify(
@@ -554,7 +561,7 @@ def output_name(
     """
     from leafcut.read.registry import format_name
 
-    settings = _usual(_collected(process, options, options_file, defaults_file), process)
+    settings = _with_usual_options(_collected(process, options, options_file, defaults_file), process)
     extension = program_extension(settings.post.dialect or machine_of(settings).controller)
     if format_name(source) == "gcode":
         return Path(source).name
@@ -586,7 +593,7 @@ def default_machine(work: str) -> str:
 
 def dialect_of(options: Mapping[str, Any], process: str = "auto") -> str:
     """Return the dialect in which `optimize` would write with these options: its name, or the path of its file."""
-    settings = _usual(_collected(process, options), process)
+    settings = _with_usual_options(_collected(process, options), process)
     return settings.post.dialect or machine_of(settings).controller
 
 

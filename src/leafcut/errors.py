@@ -49,8 +49,8 @@ def brief(message: str) -> str:
     if len(message) <= LONGEST_QUOTE:
         return message
     line = message[: 10 * LONGEST_MESSAGE]
-    line = _QUOTED.sub(lambda found: f"'{shown(found[1])}'", line)
-    line = _UNBROKEN.sub(lambda found: shown(found[0]), line)
+    line = _QUOTED.sub(lambda match: f"'{shown(match[1])}'", line)
+    line = _UNBROKEN.sub(lambda match: shown(match[0]), line)
     return line if len(line) <= LONGEST_MESSAGE else line[: LONGEST_MESSAGE - 1] + "…"
 
 
@@ -70,14 +70,14 @@ class LeafcutError(Exception):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Make the exception picklable whatever its arguments; otherwise a process pool would lose its worker."""
-        return _as_it_was, (type(self), self.args, self.__dict__)
+        return _restored, (type(self), self.args, self.__dict__)
 
 
-def _as_it_was(kind: type[LeafcutError], args: tuple[Any, ...], state: dict[str, Any]) -> LeafcutError:
-    made = kind.__new__(kind)
-    made.args = args
-    made.__dict__.update(state)
-    return made
+def _restored(kind: type[LeafcutError], args: tuple[Any, ...], state: dict[str, Any]) -> LeafcutError:
+    error = kind.__new__(kind)
+    error.args = args
+    error.__dict__.update(state)
+    return error
 
 
 class ReadError(LeafcutError):
@@ -131,20 +131,20 @@ class SendError(LeafcutError):
 
 
 @contextmanager
-def parsing(file: str | Path, what: str, line: int | None = None) -> Iterator[None]:
+def parsing(file: str | Path, failure: str, line: int | None = None) -> Iterator[None]:
     """Convert any exception of a third-party parser on a damaged file to a `ReadError`.
 
-    `what` is the problem in words: ``"the drawing could not be read"``.
+    `failure` is the problem in words: ``"the drawing could not be read"``.
     """
     try:
         yield
     except (LeafcutError, MemoryError):
         raise
     except RecursionError:
-        raise ReadError(file, f"{what} (nested too deep)", line) from None
+        raise ReadError(file, f"{failure} (nested too deep)", line) from None
     except Exception as problem:
         reason = shown(str(problem), 120) or "no reason given"
-        raise ReadError(file, f"{what} ({type(problem).__name__}: {reason})", line) from None
+        raise ReadError(file, f"{failure} ({type(problem).__name__}: {reason})", line) from None
 
 
 def close_to(name: str, known: Iterable[str]) -> str:
@@ -156,12 +156,16 @@ def close_to(name: str, known: Iterable[str]) -> str:
     from difflib import get_close_matches  # start-up time: seldom needed
 
     name = name.lower()
-    lower = {one.lower(): one for one in known}
-    having = [one for one in lower if len(name) > 2 and (one.startswith(name) or name in re.split("[-_ ]", one))]
-    near = sorted(having, key=lambda one: (not one.startswith(name), len(one)))[:1] or get_close_matches(
-        name, lower, n=1, cutoff=0.6
-    )
-    return lower[near[0]] if near else ""
+    lower = {candidate.lower(): candidate for candidate in known}
+    similar = [
+        candidate
+        for candidate in lower
+        if len(name) > 2 and (candidate.startswith(name) or name in re.split("[-_ ]", candidate))
+    ]
+    matches = sorted(similar, key=lambda candidate: (not candidate.startswith(name), len(candidate)))[
+        :1
+    ] or get_close_matches(name, lower, n=1, cutoff=0.6)
+    return lower[matches[0]] if matches else ""
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
@@ -170,9 +174,9 @@ def nearest(name: str, known: Iterable[str]) -> str:
     This is the end of every error message about an unknown name.
     """
     known = list(known)
-    near = close_to(name, known)
-    if near:
-        return f"; did you mean '{near}'?"
+    match = close_to(name, known)
+    if match:
+        return f"; did you mean '{match}'?"
     return f"; choose one of {', '.join(known)}"
 
 

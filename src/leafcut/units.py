@@ -147,12 +147,12 @@ def parse_quantity(value: str | float, unit: str) -> float:
         number, factor = float(value), 1.0
     else:
         number, word = _split(value, unit)
-        known = FACTORS[unit]
+        factors = FACTORS[unit]
         # "M" and "m" are different in physics, but "MM" can only mean millimetres.
-        factor_found = known.get(word or BARE_UNIT[unit], known.get(word.lower()))
-        if factor_found is None:
-            raise OptionError(f"unknown unit '{word}' in '{value}'; choose one of {', '.join(known)}")
-        factor = factor_found
+        factor_of_unit = factors.get(word or BARE_UNIT[unit], factors.get(word.lower()))
+        if factor_of_unit is None:
+            raise OptionError(f"unknown unit '{word}' in '{value}'; choose one of {', '.join(factors)}")
+        factor = factor_of_unit
     if not math.isfinite(number):
         raise OptionError(f"'{value}' is not a finite number")
     return number * factor
