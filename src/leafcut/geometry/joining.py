@@ -117,8 +117,8 @@ def _branches(ends: Points, mate: Indices, first: Indices, second: Indices, gaps
     partners = np.bincount(np.concatenate([first, second]), minlength=len(ends))
     close = gaps <= EXACT
     exact = np.bincount(np.concatenate([first[close], second[close]]), minlength=len(ends))
-    places = ends[(exact > 1) | ((mate < 0) & (partners > 0))]
-    return [(float(x), float(y)) for x, y in np.unique(places.round(3), axis=0)]
+    points = ends[(exact > 1) | ((mate < 0) & (partners > 0))]
+    return [(float(x), float(y)) for x, y in np.unique(points.round(3), axis=0)]
 
 
 def _chains(mate: Indices) -> list[tuple[list[int], bool]]:

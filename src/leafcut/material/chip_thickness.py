@@ -8,7 +8,7 @@ from leafcut.geometry.arrays import Floats
 from leafcut.material.cutting import Removed
 
 #: Cells are cut by their centres: the wall before a cut may be this many cells nearer.
-_NEARER = 1.0
+_MARGIN = 1.0
 
 
 def chip_share(removed: Removed, radius: Floats, cell: float) -> Floats:
@@ -24,7 +24,7 @@ def chip_share(removed: Removed, radius: Floats, cell: float) -> Floats:
         Tool radius of every move, mm.
     """
     # For a cut on one side only, left or right is negative: minus the distance from the path to the cut.
-    nearest = np.maximum(np.maximum(-removed.left, -removed.right) - _NEARER * cell, 0.0)
+    nearest = np.maximum(np.maximum(-removed.left, -removed.right) - _MARGIN * cell, 0.0)
     nearest = np.where(removed.cuts, np.minimum(nearest, radius), radius)
     share: Floats = np.sqrt(1.0 - (nearest / radius) ** 2)
     return share

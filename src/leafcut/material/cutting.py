@@ -19,7 +19,7 @@ from leafcut.model.heartbeat import Heartbeat, unseen
 #: Number of strips in which the field is cut, independent of the threads, so that sums are reproducible.
 _STRIPS = 16
 #: Number of moves per batch, between two heartbeats.
-_AT_ONCE = 200_000
+_BATCH = 200_000
 #: Thinner layers are rounding errors, mm: heights have single precision.
 FILM = 1e-3
 #: Reduction of the tool radius for rapids, cells: a rapid may pass along a finished wall.
@@ -189,5 +189,5 @@ def _tool_runs(tool: NDArray[np.int64]) -> Iterable[tuple[int, int, int]]:
         return
     changes = np.flatnonzero(np.diff(tool)) + 1
     for first, last in zip([0, *changes.tolist()], [*changes.tolist(), len(tool)], strict=True):
-        for start in range(first, last, _AT_ONCE):
-            yield start, min(start + _AT_ONCE, last), int(tool[first])
+        for start in range(first, last, _BATCH):
+            yield start, min(start + _BATCH, last), int(tool[first])

@@ -15,7 +15,7 @@ from leafcut.material.tool_steps import ToolWay, way_of
 from leafcut.model.pocket import Pocket, PocketPath, PocketRules
 
 #: Steps swept at a time; bounds the memory.
-_AT_ONCE = 4096
+_BATCH = 4096
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,8 +104,8 @@ def capsules(steps: Any, radius: float, rules: PocketRules) -> Any:
     moving = (steps[:, 0] != steps[:, 1]).any(axis=1)
     lines = np.concatenate([shapely.linestrings(steps[moving]), shapely.points(steps[~moving, 0])])
     unions = [
-        shapely.union_all(shapely.buffer(lines[first : first + _AT_ONCE], radius, quad_segs=chords))
-        for first in range(0, len(lines), _AT_ONCE)
+        shapely.union_all(shapely.buffer(lines[first : first + _BATCH], radius, quad_segs=chords))
+        for first in range(0, len(lines), _BATCH)
     ]
     return shapely.union_all(unions) if unions else shapely.Polygon()
 

@@ -30,7 +30,7 @@ _PIECE, _PIECES = 0.5, 400_000
 #: Maximum number of moves of a program that is shown.
 _MOST_MOVES = 1_000_000
 #: Maximum distance of chords from their arcs, cells.
-_STRAYS = 0.05
+_CHORD_ERROR = 0.05
 #: Margin of a block around the cuts: share of its longer side, minimum and maximum, mm; and its depth below them, mm.
 _BESIDE, _LEAST_BESIDE, _MOST_BESIDE, _BELOW = 0.06, 1.0, 12.0, 1.0
 #: Minimum depth as a share of the longer side, so that the block is not a foil.
@@ -130,9 +130,9 @@ def solid_of(path: Toolpath, stock: ShownStock, check_cancelled: Heartbeat = uns
     smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
     sides = [block.high[k] - block.low[k] for k in range(2)]
     cell = max(max(sides) / CELLS, FINEST)
-    moves = straight_moves(path, _STRAYS * cell, max(_PIECE * smallest, 2.0 * cell)).of_tools(cutters)
+    moves = straight_moves(path, _CHORD_ERROR * cell, max(_PIECE * smallest, 2.0 * cell)).of_tools(cutters)
     if len(moves) > _PIECES:
-        moves = straight_moves(path, _STRAYS * cell, np.inf).of_tools(cutters)
+        moves = straight_moves(path, _CHORD_ERROR * cell, np.inf).of_tools(cutters)
     if len(moves) > _MOST_MOVES:
         raise PlanError(f"{len(moves):,} moves are more than can be shown, {_MOST_MOVES:,}")
     origin = (0.5 * (block.low[0] + block.high[0]), 0.5 * (block.low[1] + block.high[1]))
@@ -224,8 +224,8 @@ def _position_in_block(
 ) -> tuple[float, float, float]:
     """Return the middle of the part of a move inside a block, relative to the origin; otherwise its lower end."""
     share = np.linspace(0.0, 1.0, _PLACES)[:, None]
-    places = move[:3] + share * (move[3:] - move[:3])
+    points = move[:3] + share * (move[3:] - move[:3])
     low, high = np.array(block.low) - (*origin, math.inf), np.array(block.high) - (*origin, 0.0)
-    inside = places[((places >= low) & (places <= high)).all(axis=1)]
+    inside = points[((points >= low) & (points <= high)).all(axis=1)]
     x, y, z = (inside[len(inside) // 2] if len(inside) else min(move[:3], move[3:], key=lambda end: end[2])).tolist()
     return x, y, z

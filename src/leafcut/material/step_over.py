@@ -26,7 +26,7 @@ _EQUAL = 1e-4
 #: Distance within which the ends of steps are one point, mm.
 _SAME = 1e-5
 #: Number of gaps tested at a time for being inside the region.
-_AT_ONCE = 512
+_BATCH = 512
 
 
 class PassGaps(NamedTuple):
@@ -135,8 +135,8 @@ class _Discs:
         """Return the largest size whose disc lies in the region; with `both`, also the disc on the other side."""
         order = np.argsort(-sizes)
         rows, sizes = rows[order], sizes[order]
-        for first in range(0, len(rows), _AT_ONCE):
-            batch = rows[first : first + _AT_ONCE]
+        for first in range(0, len(rows), _BATCH):
+            batch = rows[first : first + _BATCH]
             fits = self.fits(batch)
             if both:
                 fits &= self.fits(self.opposite(batch))

@@ -108,13 +108,13 @@ def rims_of(triangles: NDArray[np.float64], xy: NDArray[np.float64], radius: Flo
 
     angle = np.linspace(0.0, math.tau, RIM_PLACES, endpoint=False)
     circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    places = xy[:, None, :] + (radius + RIM)[:, None, None] * circle[None]
-    places = np.concatenate([places, xy[:, None, :]], axis=1).reshape(-1, 2)
-    order = np.argsort(places[:, 0], kind="stable")
-    found_top, found_under = np.full(len(places), -np.inf), np.full(len(places), np.inf)
-    x, y = (np.ascontiguousarray(places[order, k]) for k in range(2))
-    heights_at(np.ascontiguousarray(triangles), x, y, found_top, found_under)
-    top, under = np.empty(len(places)), np.empty(len(places))
-    top[order], under[order] = found_top, found_under
+    points = xy[:, None, :] + (radius + RIM)[:, None, None] * circle[None]
+    points = np.concatenate([points, xy[:, None, :]], axis=1).reshape(-1, 2)
+    order = np.argsort(points[:, 0], kind="stable")
+    sorted_top, sorted_under = np.full(len(points), -np.inf), np.full(len(points), np.inf)
+    x, y = (np.ascontiguousarray(points[order, k]) for k in range(2))
+    heights_at(np.ascontiguousarray(triangles), x, y, sorted_top, sorted_under)
+    top, under = np.empty(len(points)), np.empty(len(points))
+    top[order], under[order] = sorted_top, sorted_under
     tops, unders = top.reshape(len(xy), -1), under.reshape(len(xy), -1)
     return Rims(tops.max(axis=1), tops[:, :-1].min(axis=1), unders[:, :-1].min(axis=1))

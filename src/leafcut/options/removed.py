@@ -81,9 +81,9 @@ REMOVED = {
 
 
 def why_removed(name: str) -> str:
-    """Return the error message for a removed option, "" for any other name."""
-    words = REMOVED.get(name) or REMOVED.get(name.removeprefix("no_"), "")
-    if not words:
+    """Return the refusal of a removed option, "" for any other name."""
+    replacement = REMOVED.get(name) or REMOVED.get(name.removeprefix("no_"), "")
+    if not replacement:
         return ""
-    verb = "is" if words.startswith("now ") else "was removed in 1.0:"
-    return f"{flag_name(name)} {verb} {words}"
+    verb = "is" if replacement.startswith("now ") else "was removed in 1.0:"
+    return f"{flag_name(name)} {verb} {replacement}"

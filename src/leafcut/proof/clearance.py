@@ -15,9 +15,9 @@ from leafcut.proof.difference import place, shorten
 LEAST_CLEARANCE = 0.05
 
 #: Tolerance for rounded heights, mm (0.0001 inch is 0.00254 mm).
-_ROOM = 0.002
+_TOLERANCE = 0.002
 #: Maximum distance of a tool from the centre of a hole that it is above, mm.
-_SAME_PLACE = 0.01
+_SAME_POSITION = 0.01
 
 
 def check_clearance(
@@ -72,7 +72,7 @@ def _surface_under(path: Toolpath, tops: NDArray[np.float64], highest: float) ->
 
     result = np.full(len(path), highest)
     with_position = np.flatnonzero(np.isfinite(path.end[:, :2]).all(axis=1))
-    distance, hole = cKDTree(tops[:, :2]).query(path.end[with_position, :2], distance_upper_bound=_SAME_PLACE)
+    distance, hole = cKDTree(tops[:, :2]).query(path.end[with_position, :2], distance_upper_bound=_SAME_POSITION)
     is_near = np.isfinite(distance)
     result[with_position[is_near]] = tops[hole[is_near], 2]
     return result
@@ -96,10 +96,10 @@ def height_checks(
     rapid = path.kind == Kind.RAPID
     across = _moves_across(path, before)
     lowest = np.fmin(before[:, 2], path.end[:, 2])
-    low = rapid & across & (lowest < surface_z + clearance - _ROOM)
+    low = rapid & across & (lowest < surface_z + clearance - _TOLERANCE)
     home = (path.kind == Kind.MACHINE) & np.isfinite(path.end[:, :2]).any(axis=1)
-    low |= home & (before[:, 2] < surface_z + clearance - _ROOM)
-    descending = rapid & _goes_down(path, before) & (path.end[:, 2] < surface - _ROOM) & ~_returns(path, before)
+    low |= home & (before[:, 2] < surface_z + clearance - _TOLERANCE)
+    descending = rapid & _goes_down(path, before) & (path.end[:, 2] < surface - _TOLERANCE) & ~_returns(path, before)
     unknown_height = across & np.isnan(path.end[:, 2]) & ~at_machine_height(path, safe_z)
     return [
         ("height not known", unknown_height, "X or Y moves before Z is known"),
@@ -165,7 +165,7 @@ def at_machine_height(path: Toolpath, safe_z: float) -> Mask:
     in_machine = (path.kind == Kind.MACHINE) & np.isfinite(path.end[:, 2])
     in_program = (path.kind <= Kind.ARC_CCW) & np.isfinite(path.end[:, 2])
     row = last_rows(in_machine | in_program)
-    high: Mask = (row >= 0) & in_machine[row] & (path.end[row, 2] >= safe_z - _ROOM)
+    high: Mask = (row >= 0) & in_machine[row] & (path.end[row, 2] >= safe_z - _TOLERANCE)
     return high
 
 
@@ -185,5 +185,5 @@ def _returns(path: Toolpath, before: NDArray[np.float64]) -> Mask:
     feed_heights = np.where(_cutting(path) & np.isfinite(heights), heights, np.inf)
     deepest = np.minimum.accumulate(feed_heights - shift * visit) + shift * visit if len(path) else feed_heights
     cut_in_visit = deepest <= (finite_heights.max() if len(finite_heights) else 0.0)
-    result: Mask = ~arrives & cut_in_visit & (heights >= deepest - _ROOM)
+    result: Mask = ~arrives & cut_in_visit & (heights >= deepest - _TOLERANCE)
     return result

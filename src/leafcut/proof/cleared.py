@@ -17,21 +17,21 @@ from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind, Toolpath
 
 #: Tolerance for rounded heights, mm.
-_ROOM = 0.002
+_TOLERANCE = 0.002
 #: Maximum distance of a tool from the centre line of a cut that it is on, mm.
-_ON = 0.01
+_ON_CUT = 0.01
 #: Minimum overlap with a wall that counts as a cut, mm: chords, rounding, and polygons for circles.
 _GRAZE = 0.02
 #: Segments per quarter circle.
 _SEGMENTS = 16
 #: Number of swept areas joined at a time.
-_AT_ONCE = 6
+_BATCH = 6
 #: Maximum number of cuts whose areas are joined for one rapid; others clear nothing.
 _MOST_CUTS = 200
 #: Maximum number of rapids that are compared with the areas of cuts; others are unchecked.
 _MOST_RAPIDS = 1000
 #: Number of rapids compared with centre lines of cuts at a time.
-_RAPIDS_AT_ONCE = 256
+_RAPID_BATCH = 256
 
 
 class _Cuts(NamedTuple):
@@ -112,7 +112,9 @@ def cleared_before(
         point = shapely.Point(path.end[row, :2])
         cuts_near = np.asarray(tree.query(point, predicate="dwithin", distance=max_width + tool_radius))
         cuts_near = cuts_near[
-            (width[cuts_near] > 0.0) & (cuts.row[cuts_near] < row) & (cuts.z[cuts_near] <= path.end[row, 2] + _ROOM)
+            (width[cuts_near] > 0.0)
+            & (cuts.row[cuts_near] < row)
+            & (cuts.z[cuts_near] <= path.end[row, 2] + _TOLERANCE)
         ]
         cuts_near = cuts_near[stages.comparable(cuts.row[cuts_near], np.full(len(cuts_near), row))]
         if not len(cuts_near):
@@ -132,11 +134,15 @@ def _on_own_path(
 ) -> Mask:
     """Return which rapids end on earlier cuts of the same stage that are at least as deep."""
     result = np.zeros(len(descents), dtype=bool)
-    for start in range(0, len(descents), _RAPIDS_AT_ONCE):
-        batch = descents[start : start + _RAPIDS_AT_ONCE]
-        batch_index, cut_index = tree.query(shapely.points(path.end[batch, :2]), predicate="dwithin", distance=_ON)
+    for start in range(0, len(descents), _RAPID_BATCH):
+        batch = descents[start : start + _RAPID_BATCH]
+        batch_index, cut_index = tree.query(shapely.points(path.end[batch, :2]), predicate="dwithin", distance=_ON_CUT)
         row, cut = batch[batch_index], cuts.row[cut_index]
-        valid = (cut < row) & (cuts.z[cut_index] <= path.end[row, 2] + _ROOM) & (stages.stage[cut] == stages.stage[row])
+        valid = (
+            (cut < row)
+            & (cuts.z[cut_index] <= path.end[row, 2] + _TOLERANCE)
+            & (stages.stage[cut] == stages.stage[row])
+        )
         batch_index, row, cut = batch_index[valid], row[valid], cut[valid]
         result[start + batch_index[stages.comparable(cut, row)]] = True
     return result
@@ -163,8 +169,8 @@ def _covered(
     edge: NDArray[Any] = np.asarray(shapely.points(shapely.get_coordinates(remaining)[:: _SEGMENTS // 4]))
     if not (shapely.distance(edge[:, None], tree.geometries[nearby]) <= width[nearby]).any(axis=1).all():
         return False
-    for start in range(0, len(nearby), _AT_ONCE):
-        batch = nearby[start : start + _AT_ONCE]
+    for start in range(0, len(nearby), _BATCH):
+        batch = nearby[start : start + _BATCH]
         swept = shapely.buffer(tree.geometries[batch], width[batch], quad_segs=_SEGMENTS)
         remaining = remaining.difference(shapely.union_all(swept))
         if remaining.is_empty:

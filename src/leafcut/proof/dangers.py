@@ -25,9 +25,9 @@ from leafcut.proof.envelope import check_envelope
 from leafcut.units import fixed
 
 #: Tolerance for rounded heights, mm.
-_ROOM = 0.002
+_TOLERANCE = 0.002
 #: Maximum chord error of arcs, mm.
-_STRAYS = 0.01
+_CHORD_ERROR = 0.01
 #: S0 as written in a program.
 _NO_SPEED = re.compile(r"S\s*0+(?:\.0*)?(?![\d.])", re.IGNORECASE)
 #: A comment, and an explicit height in a word of the origin; G52 Z0 only cancels an earlier shift.
@@ -167,12 +167,12 @@ def _spindle_started_manually(issue: Issue) -> Issue:
 def _surface_unknown(path: Toolpath) -> Iterator[Issue]:
     """Report that no cut goes below Z0, so that the surface of the stock is unknown (L814)."""
     cuts = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW) & np.isfinite(path.end[:, 2])
-    if not cuts.any() or path.end[cuts, 2].min() < -_ROOM:
+    if not cuts.any() or path.end[cuts, 2].min() < -_TOLERANCE:
         return
     # Arcs in XZ and YZ may go lower than their ends.
-    moves = straight_moves(path, _STRAYS, math.inf)
+    moves = straight_moves(path, _CHORD_ERROR, math.inf)
     heights = moves.ends[~moves.rapid][:, 5]
-    if len(heights) and heights.min() >= -_ROOM:
+    if len(heights) and heights.min() >= -_TOLERANCE:
         yield Issue(
             "L814",
             f"no cut goes below Z0 (lowest Z{fixed(heights.min(), 3)}, highest Z{fixed(heights.max(), 3)}): the "
@@ -187,7 +187,9 @@ def _zero_lowered(program: Program) -> Iterator[Issue]:
     """
     path = program.path
     before, after = path.before[:, 2], path.end[:, 2]
-    for row in np.flatnonzero((path.kind == Kind.SHIFT) & np.isfinite(before) & ~(after <= before + _ROOM)).tolist():
+    for row in np.flatnonzero(
+        (path.kind == Kind.SHIFT) & np.isfinite(before) & ~(after <= before + _TOLERANCE)
+    ).tolist():
         line = _COMMENT.sub("", program.lines[int(path.line[row]) - 1])
         if not _Z_SHIFT.search(line) or _NO_SHIFT.search(line):
             continue

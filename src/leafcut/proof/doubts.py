@@ -27,16 +27,16 @@ _SAME = 1e-6
 _TAPS = ("G84", "G74")
 
 
-def find_doubts(program: Program, words: Dialect, process: str) -> list[Issue]:
+def find_doubts(program: Program, dialect: Dialect, process: str) -> list[Issue]:
     """Return probable mistakes: a reversed spindle or one without time to start, long dwells, unsupported M6."""
-    if words.language != "g-code":
+    if dialect.language != "g-code":
         return []
     spindle = [] if process in BEAMS else [*_backwards(program), *_restarts(program)]
     return [
         *spindle,
-        *_long_dwells(program, words),
-        *_unknown_changes(program, words),
-        *_board_commands(program, words),
+        *_long_dwells(program, dialect),
+        *_unknown_changes(program, dialect),
+        *_board_commands(program, dialect),
     ]
 
 
@@ -87,7 +87,7 @@ def _restarts(program: Program) -> Iterator[Issue]:
         yield Issue("L817", message, f"line {int(path.line[rows[0]])}", Severity.NOTE)
 
 
-def _long_dwells(program: Program, words: Dialect) -> Iterator[Issue]:
+def _long_dwells(program: Program, dialect: Dialect) -> Iterator[Issue]:
     """Report dwells of more than a minute each, in blocks and in cycles."""
     path = program.path
     seconds = np.where(path.kind == Kind.DWELL, path.value, 0.0)
@@ -96,32 +96,32 @@ def _long_dwells(program: Program, words: Dialect) -> Iterator[Issue]:
     rows = np.flatnonzero(seconds > _LONG)
     if len(rows):
         dwells, longest = count_of(len(rows), "dwell"), f"{seconds.max():,.0f} s"
-        unit = _UNITS.get(words.dwell_unit, "a unit of its own")
+        unit = _UNITS.get(dialect.dwell_unit, "a unit of its own")
         message = (
-            f"{dwells} of more than {_LONG:g} s, the longest {longest}: {words.name} reads {words.dwell_letter} in "
+            f"{dwells} of more than {_LONG:g} s, the longest {longest}: {dialect.name} reads {dialect.dwell_letter} in "
             f"{unit}, and other controllers in another unit; check it"
         )
         yield Issue("L102", message, f"line {int(path.line[rows[0]])}")
 
 
-def _unknown_changes(program: Program, words: Dialect) -> Iterator[Issue]:
-    if 6 in words.m_codes:
+def _unknown_changes(program: Program, dialect: Dialect) -> Iterator[Issue]:
+    if 6 in dialect.m_codes:
         return
     for line in np.unique(program.path.line[program.path.kind == Kind.TOOL]).tolist():
         if _CHANGE.search(_REMARK.sub(" ", program.lines[line - 1])):
             message = (
-                f"{words.name} does not support M6: it stops with an error or skips the tool change, unless the sender "
-                "handles it; use M0"
+                f"{dialect.name} does not support M6: it stops with an error or skips the tool change, unless the "
+                "sender handles it; use M0"
             )
             yield Issue("L806", message, f"line {line}")
             return
 
 
-def _board_commands(program: Program, words: Dialect) -> Iterator[Issue]:
-    if words.family.startswith("grbl"):
+def _board_commands(program: Program, dialect: Dialect) -> Iterator[Issue]:
+    if dialect.family.startswith("grbl"):
         return
     for number, line in enumerate(program.lines, 1):
         command = board_command(line) if "$" in line else ""
         if command:
-            yield Issue("L806", f"{command} is a command of GRBL; {words.name} does not know it", f"line {number}")
+            yield Issue("L806", f"{command} is a command of GRBL; {dialect.name} does not know it", f"line {number}")
             return

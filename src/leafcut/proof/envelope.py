@@ -12,7 +12,7 @@ from leafcut.model.toolpath import MOTIONS, Kind, Toolpath, arc_extremes
 from leafcut.proof.difference import shorten
 
 #: Tolerance for rounded coordinates, mm.
-_ROOM = 0.001
+_TOLERANCE = 0.001
 
 
 def check_envelope(path: Toolpath, machine: Machine, margin: float = 0.0) -> list[Difference]:
@@ -22,26 +22,26 @@ def check_envelope(path: Toolpath, machine: Machine, margin: float = 0.0) -> lis
     lie inside the travel, `margin` mm from its ends. Otherwise only the size of the job is compared with the travel.
     Heights are those of the tool tip, because the tool length is unknown here.
     """
-    return shorten([*_places(path, machine, margin), *_feeds(path, machine), *_speeds(path, machine)])
+    return shorten([*_positions_outside(path, machine, margin), *_feeds(path, machine), *_speeds(path, machine)])
 
 
 def _reached(path: Toolpath) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return every position reached in program coordinates, float64[m, 3], and its row, int64[m]."""
     moving = np.flatnonzero(np.isin(path.kind, [int(k) for k in MOTIONS]))
     drills = np.flatnonzero(path.kind == Kind.DRILL)
-    places, rows = [path.end[moving]], [moving]
+    positions, rows = [path.end[moving]], [moving]
     if len(drills):
         for heights in ([c.bottom for c in path.cycles], [c.r_plane for c in path.cycles]):
             holes = path.end[drills].copy()
             holes[:, 2] = np.array(heights)[path.ref[drills]]
-            places.append(holes)
+            positions.append(holes)
             rows.append(drills)
     for row in np.flatnonzero((path.kind == Kind.ARC_CW) | (path.kind == Kind.ARC_CCW)).tolist():
         if np.isfinite(path.end[row]).all():
             extremes = np.array(_known_extremes(path, row), dtype=np.float64).reshape(-1, 3)
-            places.append(extremes)
+            positions.append(extremes)
             rows.append(np.full(len(extremes), row))
-    return np.concatenate(places), np.concatenate(rows)
+    return np.concatenate(positions), np.concatenate(rows)
 
 
 def _known_extremes(path: Toolpath, row: int) -> list[tuple[float, float, float]]:
@@ -51,16 +51,16 @@ def _known_extremes(path: Toolpath, row: int) -> list[tuple[float, float, float]
         return []
 
 
-def _places(path: Toolpath, machine: Machine, margin: float) -> list[Difference]:
-    places, rows = _reached(path)
+def _positions_outside(path: Toolpath, machine: Machine, margin: float) -> list[Difference]:
+    positions, rows = _reached(path)
     outside = []
     for axis, name in enumerate("XYZ"):
-        low, high = machine.travel_min[axis] + margin - _ROOM, machine.travel_max[axis] - margin + _ROOM
+        low, high = machine.travel_min[axis] + margin - _TOLERANCE, machine.travel_max[axis] - margin + _TOLERANCE
         if machine.work_offset is not None:
             offset = machine.work_offset[axis]
-            outside += _outside(path, rows, places[:, axis] + offset, (low, high), f"{name} in machine coordinates")
+            outside += _outside(path, rows, positions[:, axis] + offset, (low, high), f"{name} in machine coordinates")
         else:
-            outside += _too_large(places[:, axis], machine.reach(axis) - 2 * margin, name)
+            outside += _too_large(positions[:, axis], machine.reach(axis) - 2 * margin, name)
         in_machine = np.flatnonzero(path.kind == Kind.MACHINE)
         values = path.end[in_machine, axis]
         outside += _outside(path, in_machine, values, (low - margin, high + margin), f"{name} in machine coordinates")
@@ -77,17 +77,17 @@ def _outside(
     first = int(out[np.argmin(rows[out])])
     text = (
         f"{name} {values[first]:.3f} mm is outside the machine's travel, "
-        f"{low + _ROOM:.3f} to {high - _ROOM:.3f} mm; {len(out)} such places"
+        f"{low + _TOLERANCE:.3f} to {high - _TOLERANCE:.3f} mm; {len(out)} such places"
     )
     return [Difference("outside travel", 0, int(path.line[rows[first]]), text)]
 
 
 def _too_large(values: NDArray[np.float64], travel: float, name: str) -> list[Difference]:
-    known = values[np.isfinite(values)]
-    if not len(known) or np.ptp(known) <= travel + _ROOM:
+    finite = values[np.isfinite(values)]
+    if not len(finite) or np.ptp(finite) <= travel + _TOLERANCE:
         return []
     text = (
-        f"{name} goes from {known.min():.3f} to {known.max():.3f} mm, {np.ptp(known):.3f} mm in all, "
+        f"{name} goes from {finite.min():.3f} to {finite.max():.3f} mm, {np.ptp(finite):.3f} mm in all, "
         f"but the machine's travel is {travel:.3f} mm"
     )
     return [Difference("too large", 0, 0, text)]

@@ -21,7 +21,7 @@ from leafcut.proof.clearance import at_machine_height
 from leafcut.proof.difference import place, shorten
 
 #: Tolerance for rounded positions and heights, mm (0.0001 inch is 0.00254 mm).
-_ROOM = 0.003
+_TOLERANCE = 0.003
 #: Step of arcs, rad; the chord error is less than a ten-thousandth of the radius.
 _STEP = math.radians(1.5)
 
@@ -69,7 +69,7 @@ def check_obstacles(
     moves = (path.kind >= Kind.RAPID) & (path.kind <= Kind.ARC_CCW)
     rapid = path.kind == Kind.RAPID
     at_machine = np.isfinite(highest) & at_machine_height(path, safe_z)
-    is_high = (lowest >= highest - _ROOM) | (rapid & at_machine)
+    is_high = (lowest >= highest - _TOLERANCE) | (rapid & at_machine)
     untracked = np.flatnonzero(_has_unknown_path(path, before) & ~is_high & ~at_machine)
     unseen = [_unknown_path_difference(path, before, row) for row in untracked.tolist()]
     rows = np.flatnonzero(moves & ~is_high & np.isfinite(path.end[:, :2]).all(axis=1))
@@ -80,13 +80,13 @@ def check_obstacles(
     needed, with_body = np.full(len(rows), -math.inf), np.zeros(len(rows), dtype=bool)
     for box, top in zip(boxes, heights.tolist(), strict=True):
         distance = shapely.distance(shapes, box)
-        touching = (distance <= np.maximum(radius - _ROOM, 0.0)) & ~(lowest[rows] >= top - _ROOM)
+        touching = (distance <= np.maximum(radius - _TOLERANCE, 0.0)) & ~(lowest[rows] >= top - _TOLERANCE)
         for number, discs in bodies.items():
             for above, disc_radius in discs:
                 body = (
                     (path.tool[rows] == number)
-                    & (distance <= disc_radius - _ROOM)
-                    & ~(lowest[rows] + above >= top - _ROOM)
+                    & (distance <= disc_radius - _TOLERANCE)
+                    & ~(lowest[rows] + above >= top - _TOLERANCE)
                 )
                 with_body |= body & ~touching
                 touching |= body

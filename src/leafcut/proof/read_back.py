@@ -90,7 +90,7 @@ def _without_tiny_moves(path: Toolpath, length: float) -> Toolpath:
 
 def _masks(a: Toolpath, b: Toolpath, tolerance: float, feed_rounding: float) -> list[tuple[str, Mask]]:
     """Return the differing rows by kind of difference; `a` and `b` have equal kinds."""
-    places = ~_close(a.end, b.end, tolerance) & np.isin(a.kind, _PLACED)[:, None]
+    wrong_ends = ~_close(a.end, b.end, tolerance) & np.isin(a.kind, _PLACED)[:, None]
     feeding = np.isin(a.kind, _FEEDING)
     feed_tolerance = np.maximum(FEED_PART * np.abs(a.value), feed_rounding)
     speed_tolerance = np.maximum(0.001 * np.abs(a.value), SPEED_ROUNDING)
@@ -98,8 +98,8 @@ def _masks(a: Toolpath, b: Toolpath, tolerance: float, feed_rounding: float) -> 
     refs = np.isin(a.kind, (Kind.TOOL, Kind.COOLANT, Kind.PAUSE, Kind.SPINDLE, Kind.RADIUS, Kind.BLENDING))
     switches = np.isin(a.kind, (Kind.TORCH, Kind.HEIGHT, Kind.BLENDING))
     masks = [
-        ("place", places[:, :2].any(axis=1)),
-        ("height", places[:, 2]),
+        ("place", wrong_ends[:, :2].any(axis=1)),
+        ("height", wrong_ends[:, 2]),
         ("feed", feeding & ~_close(a.value, b.value, feed_tolerance)),
         ("dwell", (a.kind == Kind.DWELL) & ~_close(a.value, b.value, DWELL_ROUNDING)),
         ("speed", turning & (~_close(a.value, b.value, speed_tolerance) | (np.sign(a.value) != np.sign(b.value)))),

@@ -19,10 +19,10 @@ from leafcut.proof.clearance import LEAST_CLEARANCE
 from leafcut.proof.difference import place, shorten
 
 #: Tolerance for rounded positions and heights, mm (0.0001 inch is 0.00254 mm).
-_ROOM = 0.003
+_TOLERANCE = 0.003
 _MOVES = [int(kind) for kind in (Kind.RAPID, Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)]
 #: Moves per batch; bounds the memory.
-_AT_ONCE = 500
+_BATCH = 500
 
 
 def check_surface(
@@ -103,7 +103,7 @@ def _back_in_holes(path: Toolpath, descending: NDArray[np.bool_], tool_radii: Ma
         if path.kind[row] == Kind.FEED:
             feeds.append((radius, z))
         else:
-            result[row] = any(feed_radius >= radius and depth <= z + _ROOM for feed_radius, depth in feeds)
+            result[row] = any(feed_radius >= radius and depth <= z + _TOLERANCE for feed_radius, depth in feeds)
     return result
 
 
@@ -126,11 +126,11 @@ def _rows_meeting(
     # Walls are vertical: seen from above they are lines.
     tree = shapely.STRtree(shapely.convex_hull(shapely.multipoints(high[:, :, :2])))
     result: list[int] = []
-    for first in range(0, len(rows), _AT_ONCE):
-        batch = slice(first, first + _AT_ONCE)
+    for first in range(0, len(rows), _BATCH):
+        batch = slice(first, first + _BATCH)
         meeting = _meeting(
-            tree, high, before[rows[batch]], path.end[rows[batch]], lowest[batch] + _ROOM,
-            np.maximum(radius[batch] - _ROOM, 0.0), dogleg,
+            tree, high, before[rows[batch]], path.end[rows[batch]], lowest[batch] + _TOLERANCE,
+            np.maximum(radius[batch] - _TOLERANCE, 0.0), dogleg,
         )  # fmt: skip
         result += rows[batch][meeting].tolist()
     return result

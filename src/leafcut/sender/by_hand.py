@@ -29,7 +29,7 @@ _PROBE_SECONDS = 600.0
 #: Retract height above the plate after probing, mm.
 _RETRACT = 2.0
 #: Tolerance for rounded positions, mm.
-_ROOM = 0.005
+_TOLERANCE = 0.005
 _AXES = "XYZ"
 
 
@@ -81,7 +81,7 @@ def check_jog(facts: Facts, position: XYZ | None, moves: dict[str, float]) -> No
     for axis, move in moves.items():
         k = _AXES.index(axis)
         target = position[k] + move
-        if (target > high[k] + _ROOM and move > 0.0) or (target < low[k] - _ROOM and move < 0.0):
+        if (target > high[k] + _TOLERANCE and move > 0.0) or (target < low[k] - _TOLERANCE and move < 0.0):
             raise SendError(f"{axis} goes from {low[k]:g} to {high[k]:g} mm: {error_in_words(15)}")
 
 
@@ -111,7 +111,7 @@ def probe_z(conversation: GrblConversation, facts: Facts, plate: float, feed: fl
         raise OptionError("the probe needs a feed and a limit of its way above 0")
     position = facts.machine_place(conversation.fresh_status())
     lowest = facts.travel()[0][2]
-    if facts.knows_place and position is not None and position[2] - travel < lowest - _ROOM:
+    if facts.knows_place and position is not None and position[2] - travel < lowest - _TOLERANCE:
         raise SendError(
             f"the probe may go down {max(position[2] - lowest, 0.0):.3f} mm here, then the machine's travel ends; "
             f"its limit is {travel:g} mm"
@@ -160,18 +160,16 @@ def frame_of(job: SendJob, facts: Facts) -> FrameBox:
     SendError
         The program cuts nothing, or the machine does not report its position.
     """
-    places, _ = machine_places(job, facts, fed=True)
-    all_places, _ = machine_places(job, facts)
-    feed_places = places[np.isfinite(places[:, :2]).all(axis=1)]
-    heights = all_places[np.isfinite(all_places[:, 2]), 2]
-    place = facts.machine_place()
-    if not len(feed_places) or place is None:
-        raise SendError(
-            "framing is not possible: the program cuts nothing, or the machine does not report its position"
-        )
-    low, high = feed_places[:, :2].min(axis=0), feed_places[:, :2].max(axis=0)
+    fed_ends, _ = machine_places(job, facts, fed=True)
+    all_ends, _ = machine_places(job, facts)
+    known_ends = fed_ends[np.isfinite(fed_ends[:, :2]).all(axis=1)]
+    heights = all_ends[np.isfinite(all_ends[:, 2]), 2]
+    position = facts.machine_place()
+    if not len(known_ends) or position is None:
+        raise SendError("there is nothing to frame: the program cuts nothing, or the machine does not say where it is")
+    low, high = known_ends[:, :2].min(axis=0), known_ends[:, :2].max(axis=0)
     # For a laser that never moves Z, frame at its current height.
-    top = max([place[2], *heights.tolist()])
+    top = max([position[2], *heights.tolist()])
     return FrameBox((float(low[0]), float(low[1])), (float(high[0]), float(high[1])), float(top))
 
 
@@ -181,9 +179,9 @@ def fed_box(job: SendJob) -> tuple[XYZ, XYZ] | None:
     cuts = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)
     arcs = np.flatnonzero(np.isin(path.kind, (Kind.ARC_CW, Kind.ARC_CCW))).tolist()
     bulges = [place for row in arcs for place in bulge(path, row)]
-    places = np.concatenate([path.before[cuts], path.end[cuts], np.reshape(bulges, (-1, 3))])
-    known = places[np.isfinite(places).all(axis=1)]
-    if not len(known):
+    points = np.concatenate([path.before[cuts], path.end[cuts], np.reshape(bulges, (-1, 3))])
+    finite = points[np.isfinite(points).all(axis=1)]
+    if not len(finite):
         return None
-    low, high = known.min(axis=0).tolist(), known.max(axis=0).tolist()
+    low, high = finite.min(axis=0).tolist(), finite.max(axis=0).tolist()
     return (low[0], low[1], low[2]), (high[0], high[1], high[2])

@@ -20,7 +20,7 @@ from leafcut.sender.facts import Facts
 from leafcut.sender.job import SendJob
 
 #: Tolerance for rounded positions, mm.
-_ROOM = 0.005
+_TOLERANCE = 0.005
 #: Relative difference of speeds and travels that is reported.
 _MAX_DEVIATION = 0.01
 
@@ -150,23 +150,23 @@ def machine_places(job: SendJob, facts: Facts, *, fed: bool = False) -> tuple[Fl
     """
     path = job.program.path
     frames = path.latest(Kind.FRAME, path.ref, 540)
-    places, lines = [np.zeros((0, 3))], [np.zeros(0)]
+    positions, lines = [np.zeros((0, 3))], [np.zeros(0)]
     for frame in np.unique(frames).tolist():
         zero = np.array(facts.origin(int(frame)))
         moving = (frames == frame) & np.isin(path.kind, [int(k) for k in MOTIONS if not (fed and k is Kind.RAPID)])
         for ends in (path.end, path.before) if fed else (path.end,):
-            places.append(ends[moving] + zero)
+            positions.append(ends[moving] + zero)
             lines.append(path.line[moving].astype(np.float64))
         for row in np.flatnonzero((frames == frame) & np.isin(path.kind, (Kind.ARC_CW, Kind.ARC_CCW))).tolist():
             extremes = bulge(path, row)
             if extremes:
-                places.append(np.array(extremes) + zero)
+                positions.append(np.array(extremes) + zero)
                 lines.append(np.full(len(extremes), float(path.line[row])))
     if not fed:
         rows = np.flatnonzero(path.kind == Kind.MACHINE)
-        places += [_machine_end(job, facts, path, row).reshape(1, 3) for row in rows.tolist()]
+        positions += [_machine_end(job, facts, path, row).reshape(1, 3) for row in rows.tolist()]
         lines.append(path.line[rows].astype(np.float64))
-    return np.concatenate(places), np.concatenate(lines)
+    return np.concatenate(positions), np.concatenate(lines)
 
 
 def _stored_name(job: SendJob, line: int) -> str | None:
@@ -289,23 +289,23 @@ def bulge(path: Toolpath, row: int) -> list[XYZ]:
 
 def _check_travel(job: SendJob, facts: Facts, *, unhomed: bool) -> None:
     """Refuse a program that leaves the travel. If the machine is not homed, only the size is checked."""
-    places, lines = machine_places(job, facts)
+    positions, lines = machine_places(job, facts)
     low, high = facts.travel()
     for axis, name in enumerate("XYZ"):
-        values = places[:, axis]
+        values = positions[:, axis]
         is_known = np.isfinite(values)
         if not is_known.any():
             continue
         minimum, maximum = float(values[is_known].min()), float(values[is_known].max())
         if unhomed:
-            if maximum - minimum > high[axis] - low[axis] + _ROOM:
+            if maximum - minimum > high[axis] - low[axis] + _TOLERANCE:
                 raise SendError(
                     f"the program needs {maximum - minimum:.3f} mm in {name}, but the machine's travel is "
                     f"{high[axis] - low[axis]:.3f} mm ({facts.names.travel[axis]}); is this the "
                     "program of another machine?"
                 )
             continue
-        outside = is_known & ((values < low[axis] - _ROOM) | (values > high[axis] + _ROOM))
+        outside = is_known & ((values < low[axis] - _TOLERANCE) | (values > high[axis] + _TOLERANCE))
         if outside.any():
             first = np.flatnonzero(outside)[np.argmin(lines[outside])]
             zero = facts.origin(540)[axis]
@@ -318,11 +318,11 @@ def _check_travel(job: SendJob, facts: Facts, *, unhomed: bool) -> None:
 
 def _check_start(job: SendJob, facts: Facts, path: Toolpath) -> None:
     """Refuse a first move in X or Y below the program's greatest height if no Z is given before it."""
-    place = facts.machine_place()
+    position = facts.machine_place()
     planned = expand(job.program.path)
     heights = planned.end[np.isin(planned.kind, (Kind.RAPID, Kind.FEED)), 2]
     known = heights[np.isfinite(heights)]
-    if not len(known) or place is None:
+    if not len(known) or position is None:
         return
     # G28 moves all axes at once, starting at the current height of the tool.
     unknown_height = np.isnan(path.end[:, 2]) | (np.isnan(path.before[:, 2]) & (planned.kind == Kind.MACHINE))
@@ -330,8 +330,8 @@ def _check_start(job: SendJob, facts: Facts, path: Toolpath) -> None:
     rows = np.flatnonzero(sideways)
     if not len(rows):
         return
-    z = place[2] - facts.origin(540)[2]
-    if z < float(known.max()) - _ROOM:
+    z = position[2] - facts.origin(540)[2]
+    if z < float(known.max()) - _TOLERANCE:
         raise SendError(
             f"line {int(path.line[rows[0]])} moves in X or Y before the program sets a height, and the tool is at "
             f"Z{z:.3f}, below the program's highest, Z{float(known.max()):.3f}; raise it first, or add --accept L805"

@@ -221,7 +221,7 @@ def _meaning(code: int, specific: dict[int, str], common: dict[int, str], family
 
 def state_in_words(status: Status, family: str = "") -> str:
     """Return the state of a machine in words; with the alarm number if the status contains it (grblHAL)."""
-    words = _STATES.get(status.state, f"in the state '{status.state}'")
+    text = _STATES.get(status.state, f"in the state '{status.state}'")
     if status.state == "Alarm" and status.detail:
-        return f"{words} ({alarm_in_words(status.detail, family)})"
-    return words
+        return f"{text} ({alarm_in_words(status.detail, family)})"
+    return text

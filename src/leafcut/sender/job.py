@@ -142,10 +142,10 @@ def read_job(
     OptionError
         Programs cannot be sent to the machine's controller, or the program has a danger that is not accepted.
     """
-    known = load_machine(machine)
-    controller_dialect = dialect(dialect_name or known.controller)
-    speaker_of(known, machine)
-    return job_of(program_text(file, file), file, known, controller_dialect, units, accept)
+    profile = load_machine(machine)
+    controller_dialect = dialect(dialect_name or profile.controller)
+    speaker_of(profile, machine)
+    return job_of(program_text(file, file), file, profile, controller_dialect, units, accept)
 
 
 def program_text(file: str | Path, name: str) -> str:
@@ -202,13 +202,13 @@ def job_of(
 
 def _opening(program: Program, controller_dialect: Dialect, units: str) -> list[SentLine]:
     """Return the lines that set the state in which the program was read, whatever modes the controller is in."""
-    if not in_dialect(controller_dialect, _UNITS[units]):
+    if not spoken(controller_dialect, _UNITS[units]):
         raise OptionError(f"{controller_dialect.name} has no {_UNITS[units]}: a program for it must be in millimetres")
     blocks = [_AT_FIRST, "G54", _UNITS[units]]
     # If the program never starts the spindle, it was started by hand.
     if ((program.path.kind == Kind.SPINDLE) & (program.path.value != 0.0)).any():
         blocks += ["M5", "M9"]
-    return [SentLine(text) for text in in_dialect(controller_dialect, *blocks)]
+    return [SentLine(text) for text in spoken(controller_dialect, *blocks)]
 
 
 def _check_known(program: Program, file: str) -> None:

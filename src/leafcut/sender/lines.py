@@ -49,16 +49,16 @@ SentStep = SentLine | Pause
 _DWELL_UNITS = {"s": 1.0, "ms": 0.001, "cs": 0.01}
 
 
-def in_dialect(dialect: Dialect, *texts: str) -> list[str]:
+def spoken(dialect: Dialect, *texts: str) -> list[str]:
     """Return lines of our own, such as ``G21 G90 F100``, in a controller's dialect, without words that it lacks.
 
     If the controller takes one command per line, ``F100`` alone becomes ``G1 F100``, which moves nothing; any other
     word without a command is dropped.
     """
-    return [line for text in texts for line in _in_dialect(dialect, text)]
+    return [line for text in texts for line in _spoken(dialect, text)]
 
 
-def _in_dialect(dialect: Dialect, text: str) -> list[str]:
+def _spoken(dialect: Dialect, text: str) -> list[str]:
     commands: list[list[str]] = []
     for word in words_of(text):
         if word.letter == "G" and round(word.value * 10) not in dialect.g_codes:
@@ -66,10 +66,10 @@ def _in_dialect(dialect: Dialect, text: str) -> list[str]:
         if word.letter == "M" and word.value not in dialect.m_codes:
             continue
         if not commands or (dialect.one_command and word.letter in "GM"):
-            alone = dialect.one_command and word.letter not in "GM"
-            if alone and word.letter != "F":
+            is_alone = dialect.one_command and word.letter not in "GM"
+            if is_alone and word.letter != "F":
                 continue
-            commands.append(["G1"] if alone else [])
+            commands.append(["G1"] if is_alone else [])
         commands[-1].append(_written(word))
     return [_joined(dialect, command) for command in commands]
 
@@ -79,8 +79,8 @@ def dwell(dialect: Dialect, seconds: float) -> str:
     return f"G4 P{seconds / _DWELL_UNITS[dialect.dwell_unit]:g}"
 
 
-def _joined(dialect: Dialect, parts: Sequence[str]) -> str:
-    return (" " if dialect.one_command else "").join(parts)
+def _joined(dialect: Dialect, texts: Sequence[str]) -> str:
+    return (" " if dialect.one_command else "").join(texts)
 
 
 class HoleLines(Protocol):
@@ -157,7 +157,7 @@ class _LineReader:
         self.begun |= bool(block_words)
         codes = {int(word.value) for word in block_words if word.letter == "M"}
         self.ended = bool(codes & {2, 30})
-        text = _joined(self.dialect, [_written(word) for word in words if not _is_for_sender(word)])
+        text = _joined(self.dialect, [_written(word) for word in block_words if not _is_ours(word)])
         if self.dialect.one_command and codes & {*self.stops, 6}:
             text = ""  # text after M0 is for the operator
         if len(text) > LONGEST_LINE:
@@ -181,14 +181,14 @@ class _LineReader:
         for word in block_words:
             is_known = word.letter in _LETTERS or word.letter == "N"
             if word.letter == "G":
-                known = round(word.value * 10) in self.dialect.g_codes
+                is_known = round(word.value * 10) in self.dialect.g_codes
             elif word.letter == "M":
-                known = word.value in self.dialect.m_codes or word.value == 6
+                is_known = word.value in self.dialect.m_codes or word.value == 6
             elif word.letter == "T" and self.dialect.one_command:
-                known = words[0].letter == "M" and words[0].value in (0, 6)
-            if not known:
-                advice = "post the program for this controller, or name its --dialect"
-                raise BlockError(f"{word} is not a word of {self.dialect.name}; {advice}")
+                is_known = block_words[0].letter == "M" and block_words[0].value in (0, 6)
+            if not is_known:
+                remedy = "post the program for this controller, or name its --dialect"
+                raise BlockError(f"{word} is not a word of {self.dialect.name}; {remedy}")
 
 
 def _is_ours(word: Word) -> bool:

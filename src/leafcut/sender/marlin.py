@@ -276,10 +276,10 @@ class MarlinConversation(Conversation):
         self._line_error = ""
         return []
 
-    def _status_of(self, state: str, place: XYZ | None = None) -> Status:
+    def _status_of(self, state: str, position: XYZ | None = None) -> Status:
         state = "Hold" if self._held and state == "Idle" else state
         percent = (self._percent, self._percent, 100)
-        return Status(state, 0 if state == "Hold" else None, machine=place, work=place, overrides=percent)
+        return Status(state, 0 if state == "Hold" else None, machine=position, work=position, overrides=percent)
 
     def _report_status(self, status: Status) -> Status:
         self.keep(status)

@@ -14,9 +14,9 @@ from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, plane_axes
 #: Maximum chord error of an arc, mm; maximum number of chords.
 _SAGITTA, _MOST_PIECES = 0.02, 360
 #: A position farther than this from every move, mm, is still before the first of them.
-_OFF = 0.25
+_MAX_DISTANCE = 0.25
 #: Moves this close to a position, mm, are equally near. The first counts, so that no move is skipped on resuming.
-_NEAR = 0.02
+_EQUALLY_NEAR = 0.02
 
 
 class Tracker:
@@ -27,7 +27,7 @@ class Tracker:
         self._starts, self._ends = starts, ends
         self._lines = path.line[rows].astype(np.int64)
 
-    def line_at(self, place: XYZ, first: int, last: int) -> int:
+    def line_at(self, position: XYZ, first: int, last: int) -> int:
         """Return the line executed at a position, mm in program coordinates; `first` if no move is near."""
         low, high = np.searchsorted(self._lines, [first, last + 1])
         if low >= high:
@@ -35,13 +35,13 @@ class Tracker:
         starts, ends = self._starts[low:high], self._ends[low:high]
         directions = ends - starts
         length = np.maximum((directions**2).sum(axis=1), 1e-18)
-        offsets = np.array(place) - starts
+        offsets = np.array(position) - starts
         share = np.clip((offsets * directions).sum(axis=1) / length, 0.0, 1.0)
         distances = np.sqrt(((offsets - share[:, None] * directions) ** 2).sum(axis=1))
         shortest = float(distances.min())
-        if not shortest <= _OFF:
+        if not shortest <= _MAX_DISTANCE:
             return first
-        return int(self._lines[low:high][int(np.argmax(distances <= shortest + _NEAR))])
+        return int(self._lines[low:high][int(np.argmax(distances <= shortest + _EQUALLY_NEAR))])
 
 
 def _pieces(path: Toolpath) -> tuple[Floats, Floats, NDArray[np.int64]]:

@@ -27,7 +27,7 @@ _DECIMALS = 4
 _SPINDLE = {1: "M3", -1: "M4"}
 _COOLANT = {0: [], 1: ["M7"], 2: ["M8"], 3: ["M7", "M8"]}
 #: Tolerance for rounded output, mm.
-_ROOM = 2e-4
+_TOLERANCE = 2e-4
 
 
 def line_of_hole(job: SendJob, number: int) -> int:
@@ -76,8 +76,8 @@ def rest_of(
     line = line_of_hole(job, from_hole) if from_hole is not None else int(from_line or 0)
     if line < 1:
         raise OptionError(f"--from-line {line}: lines are counted from 1")
-    place = facts.machine_place()
-    steps, tool = resumed(job, line, None if place is None else place[2] - facts.origin(540)[2])
+    position = facts.machine_place()
+    steps, tool = resumed(job, line, None if position is None else position[2] - facts.origin(540)[2])
     return line, steps, tool
 
 
@@ -102,9 +102,9 @@ def resumed(job: SendJob, line: int, height: float | None = None) -> tuple[tuple
     first = int(program.line[block])
     modal, row = program.modal(block), int(program.first[block])
     path = program.path
-    place = _place_before(job, row, first)
-    lead = in_dialect(job.dialect, *_lead_in(job, modal, path, row, place, height))
-    rest = steps_of(program.lines, job.dialect, job.file, first)
+    position = _place_before(job, row, first)
+    lead = spoken(job.words, *_lead_in(job, modal, path, row, position, height))
+    rest = steps_of(program.lines, job.words, job.file, first)
     rest = with_motion(rest, modal.motion)
     _prove(job, lead, rest, row, first)
     return (*(SentLine(text) for text in lead), *rest), modal.next_tool if modal.tool is None else modal.tool
@@ -128,7 +128,7 @@ def _place_before(job: SendJob, row: int, line: int) -> XYZ:
     return x, y, z
 
 
-def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, place: XYZ, height: float | None) -> list[str]:
+def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, position: XYZ, height: float | None) -> list[str]:
     """Return the lines that restore the machine's state and position before a block.
 
     Raises
@@ -139,13 +139,13 @@ def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, place: XYZ, h
     if modal.feed_mode != 94:
         raise OptionError("G93 gives each move a time: the program cannot be resumed there; start from the first line")
     if modal.unit is None:
-        raise OptionError("the program has not set its units there; start from the first line")
-    x, y, z = place
+        raise OptionError("the program has not said its units there; begin from the start")
+    x, y, z = position
     heights = path.end[np.isin(path.kind, (Kind.RAPID, Kind.FEED)), 2]
-    known = heights[np.isfinite(heights)]
+    known_heights = heights[np.isfinite(heights)]
     lines = ["M5", "M9", "G21 G90 G94 G17 G40 G49", f"G{modal.frame / 10:g}"]
-    if len(known):
-        top = max(float(known.max()), z if height is None else height)
+    if len(known_heights):
+        top = max(float(known_heights.max()), z if height is None else height)
         lines.append(f"G0 Z{number_in_mm(top)}{_rapid_feed(job, 'Z')}")
     lines.append(f"G0 X{number_in_mm(x)} Y{number_in_mm(y)}{_rapid_feed(job, 'XY')}")
     lines += _COOLANT[modal.coolant]
@@ -153,8 +153,8 @@ def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, place: XYZ, h
     if not job.laser:
         lines.append(spindle)
         if modal.spindle and job.machine.spindle_start_s:
-            lines.append(dwell(job.dialect, job.machine.spindle_start_s))
-    if len(known):
+            lines.append(dwell(job.words, job.machine.spindle_start_s))
+    if len(known_heights):
         lines.append(_way_down(job, modal, row, z))
     # From here on in the modes of the program.
     lines += _units_and_feed(modal)
@@ -280,9 +280,9 @@ def _prove(job: SendJob, lead: list[str], steps: list[SentStep], row: int, line:
     )
     is_same = len(sent_rows) == len(planned_rows) and all(
         planned.kind[a] == sent.kind[b]
-        and np.allclose(planned.end[a], sent.end[b], atol=_ROOM, rtol=0.0, equal_nan=True)
+        and np.allclose(planned.end[a], sent.end[b], atol=_TOLERANCE, rtol=0.0, equal_nan=True)
         and abs(planned.value[a] - sent.value[b]) <= 1e-6 * max(1.0, abs(planned.value[a]))
-        and np.allclose(planned.before[a], sent.before[b], atol=_ROOM, rtol=0.0, equal_nan=True)
+        and np.allclose(planned.before[a], sent.before[b], atol=_TOLERANCE, rtol=0.0, equal_nan=True)
         for a, b in zip(planned_rows, sent_rows, strict=True)
     )
     if not is_same:

@@ -404,19 +404,19 @@ class SendRun:
         if status.overrides is not None:
             self._overrides, self._changing = status.overrides, False
         self._offset = status.offset or self._offset
-        place = self._program_place(status)
+        position = self._program_place(status)
         if not self.check:
-            self.line = self._line_of(place)
+            self.line = self._line_of(position)
         if self.observe is not None:
-            self.observe(self._view(status, place))
+            self.observe(self._view(status, position))
 
-    def _line_of(self, place: XYZ | None) -> int:
+    def _line_of(self, position: XYZ | None) -> int:
         """Return the line at a position, or the last accepted line if the position is unknown."""
         last = max(self.taken, self._first)
-        self._sure = place is not None
-        if place is None:
+        self._sure = position is not None
+        if position is None:
             return last
-        self._passed = self._tracker.line_at(place, min(self._earliest, last), last)
+        self._passed = self._tracker.line_at(position, min(self._earliest, last), last)
         return self._passed
 
     @property
@@ -432,7 +432,7 @@ class SendRun:
     def _program_place(self, status: Status) -> XYZ | None:
         return self.facts.work_place(status, self._offset)
 
-    def _view(self, status: Status, place: XYZ | None) -> RunView:
+    def _view(self, status: Status, position: XYZ | None) -> RunView:
         line = self.taken if self.check else max(self.line - 1, 0)
         line = min(line, len(self._fed) - 1)
         feed, rapid = max(self._overrides[0], 1), max(self._overrides[1], 1)
@@ -443,7 +443,7 @@ class SendRun:
             line=self.line,
             taken=self.taken,
             hole=0 if hole is None else hole.number,
-            place=place,
+            place=position,
             feed=(status.feed or 0.0) * self.facts.unit,
             override=self._overrides[0],
             done_s=float(self._fed[line] + self._other[line]),
@@ -495,8 +495,8 @@ class SendRun:
         self._wait_idle()
         self.facts = self.talk.facts()
         check_program(self.job, self.facts, unhomed=self.unhomed, begun=True)
-        place = self.facts.machine_place()
-        height = None if place is None else place[2] - self.facts.origin(540)[2]
+        position = self.facts.machine_place()
+        height = None if position is None else position[2] - self.facts.origin(540)[2]
         try:
             steps, _ = resumed(self.job, following, height)
         except OptionError:

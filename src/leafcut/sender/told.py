@@ -11,18 +11,20 @@ from leafcut.sender.run import Ending, RunView
 from leafcut.units import format_time
 
 
-def place_in_words(place: XYZ) -> str:
+def place_in_words(position: XYZ) -> str:
     """Return ``X1.000 Y2.000 Z-0.500``."""
-    return " ".join(f"{axis}{value:.3f}" for axis, value in zip("XYZ", place, strict=True))
+    return " ".join(f"{axis}{value:.3f}" for axis, value in zip("XYZ", position, strict=True))
 
 
 def progress_in_words(view: RunView, job: SendJob) -> str:
     """Return the progress of a program as one line for a terminal."""
     location = f"hole {view.hole}/{len(job.holes)}, line {view.line}" if job.holes else f"line {view.line}"
-    place = "" if view.place is None else f"  {place_in_words(view.place)}"
+    position = "" if view.place is None else f"  {place_in_words(view.place)}"
     state = {"Hold": "ON HOLD", "Door": "DOOR OPEN"}.get(view.state, "")
     times = f"{format_time(view.done_s)} done, {format_time(view.left_s)} left"
-    return "  ".join(filter(None, [f"{state}", f"{location}{place}", f"F{view.feed:.0f} at {view.override} %", times]))
+    return "  ".join(
+        filter(None, [f"{state}", f"{location}{position}", f"F{view.feed:.0f} at {view.override} %", times])
+    )
 
 
 def ending_in_words(ending: Ending, job: SendJob) -> str:

@@ -64,14 +64,14 @@ class PathTimes:
 def measure(
     path: Toolpath,
     machine: Machine,
-    off: NDArray[np.bool_] | None = None,
+    beam_off: NDArray[np.bool_] | None = None,
     start: tuple[float, float] | None = None,
     lines: SentLines | None = None,
 ) -> Measure:
     """Return lengths (mm) and machine time (s) of a toolpath.
 
-    Rows that are `off`, bool[n], are travel moves at feed: those of a beam that is off. `start` is the tool position
-    before the first move, (x, y) in mm, if the path does not state it.
+    Rows that are `beam_off`, bool[n], are travel moves at feed: those of a beam that is off. `start` is the tool
+    position before the first move, (x, y) in mm, if the path does not state it.
 
     Canned cycles are expanded. Moves are joined as the controller joins them (`timing.lookahead`), and the machine
     stops at every other command. A laser under GRBL is assumed to be in laser mode ($32=1): an S in the block of a move
@@ -92,8 +92,8 @@ def measure(
         The expanded cycles have too many moves.
     """
     path, source, delta, turns, moves, move_times, standing_seconds = _timed(path, machine, start, lines)
-    beam_off = (path.kind == Kind.FEED) & (off[source] if off is not None else False)
-    rapid = (path.kind == Kind.RAPID) | (path.kind == Kind.MACHINE) | beam_off
+    dark_feed = (path.kind == Kind.FEED) & (beam_off[source] if beam_off is not None else False)
+    rapid = (path.kind == Kind.RAPID) | (path.kind == Kind.MACHINE) | dark_feed
     seconds = {
         "rapid": float(move_times[moves.rapid].sum()),
         "feed": float(move_times[~moves.rapid].sum()),
@@ -103,7 +103,7 @@ def measure(
     }
     return Measure(
         travel_mm=_length(delta[rapid]),
-        cut_mm=_length(delta[(path.kind == Kind.FEED) & ~beam_off]) + float(turns.length.sum()),
+        cut_mm=_length(delta[(path.kind == Kind.FEED) & ~dark_feed]) + float(turns.length.sum()),
         time_s=sum(seconds.values()),
         by_kind=seconds,
         start=start,
@@ -259,18 +259,18 @@ def _displacements(
     offset = None if shifted.any() else machine.work_offset
     for axis in range(3):
         rows = np.flatnonzero((moving & np.isfinite(path.end[:, axis])) | restated)
-        place, frame, moves = path.end[rows, axis], in_machine[rows], moving[rows]
+        position, frame, moves = path.end[rows, axis], in_machine[rows], moving[rows]
         if offset is not None:
-            place = np.where(frame, place - offset[axis], place)
+            position = np.where(frame, position - offset[axis], position)
             frame = np.zeros_like(frame)
         last = last_rows(moves)[:-1]
         crossing = moves[1:] & (last >= 0) & (frame[1:] != frame[last])
-        known = moves[1:] & ~crossing
-        delta[rows[1:], axis] = np.where(known, np.nan_to_num(np.diff(place)), 0.0)
+        is_known = moves[1:] & ~crossing
+        delta[rows[1:], axis] = np.where(is_known, np.nan_to_num(np.diff(position)), 0.0)
         half_travel = 0.5 * machine.reach(axis)
         estimate[rows[1:], axis] = np.where(crossing, half_travel if math.isfinite(half_travel) else 0.0, 0.0)
         if start is not None and axis < n_started and len(rows) and path.kind[rows[0]] in (Kind.RAPID, Kind.FEED):
-            delta[rows[0], axis] = place[0] - (*start, 0.0)[axis]
+            delta[rows[0], axis] = position[0] - (*start, 0.0)[axis]
     return delta, estimate
 
 
