@@ -11,13 +11,13 @@ from leafcut.kernels.route import (
     BLOCK,
     Route,
     begin_bias,
-    choose_way,
+    choose_option,
     keeps_order,
     make_exchange,
     pop,
     push,
     take_back,
-    take_way,
+    take_option,
 )
 from leafcut.kernels.sequential import find_exchange, kick
 from leafcut.model.problem import Metric, RoutingProblem
@@ -204,7 +204,7 @@ def test_a_way_that_does_not_fit_in_the_log_is_not_taken() -> None:
             route = route_of(instance, first.node, first.enter, log=log)
             v = int(route.node[3])
             other = next(w for w in instance.rules.way[2 * v : 2 * v + 2].tolist() if w != route.enter[v])
-            assert take_way(instance.cost, route, instance.rules, v, other) == fits
+            assert take_option(instance.cost, route, instance.rules, v, other) == fits
             assert route.counts[3] == (not fits)
             assert (route.enter[v] == other) == fits
             # The node and its two neighbours may gain now.
@@ -222,7 +222,7 @@ def test_the_chosen_way_of_a_node_is_the_best_of_all_its_ways(closed: bool) -> N
         kick(instance.cost, route, rules, words, 0, 40)
         for v in range(instance.n):
             before = cost_of(instance, route)
-            gain = choose_way(instance.cost, route, rules, v, 1e-9)
+            gain = choose_option(instance.cost, route, rules, v, 1e-9)
             gains.append(gain)
             assert before - cost_of(instance, route) == pytest.approx(gain, abs=1e-9)
             check(instance, route)

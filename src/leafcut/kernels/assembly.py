@@ -98,7 +98,7 @@ def length_of_piece(cut: NDArray, count: int, s: int, n: int) -> int:
 
 
 @part
-def _follows(place: NDArray, u: int, v: int) -> bool:
+def _is_successor(place: NDArray, u: int, v: int) -> bool:
     """Return whether v directly follows u in A."""
     return bool(place[v] == place[u] + 1 or (place[v] == 0 and place[u] == len(place) - 1))
 
@@ -115,16 +115,16 @@ def _take_edges(cost: CostModel, place: NDArray, a: Assembly, start: int, stop: 
         u, v = cycle[i], cycle[i + 1]
         back, on = cycle[i - 1 if i > start else stop - 1], cycle[i + 2 if i + 2 < stop else start]
         gain += travel(cost, u, v) - travel(cost, v, on)
-        a.pieces[CUT, entries >> 1] = place[u] if _follows(place, u, v) else place[v]
+        a.pieces[CUT, entries >> 1] = place[u] if _is_successor(place, u, v) else place[v]
         entries = _relink(a, entries, u, v, back)
         entries = _relink(a, entries, v, u, on)
     return gain
 
 
 @part
-def _end(a: Assembly, place: NDArray, count: int, v: int, removed: int) -> int:
+def _piece_end(a: Assembly, place: NDArray, count: int, v: int, removed: int) -> int:
     """Return the end of a piece that v is, cut off from `removed`: 2 s at the start of piece s, otherwise 2 s + 1."""
-    return 2 * piece_at(a.pieces[CUT], count, place[v]) + (0 if _follows(place, removed, v) else 1)
+    return 2 * piece_at(a.pieces[CUT], count, place[v]) + (0 if _is_successor(place, removed, v) else 1)
 
 
 @part
@@ -138,8 +138,8 @@ def _find_subtours(a: Assembly, place: NDArray, start: int, stop: int) -> int:
     for i in range(start, stop, 2):
         after = i + 2 if i + 2 < stop else start
         # A piece of one node is both ends; the removed edge of A determines which end is meant.
-        first_end = _end(a, place, count, cycle[i + 1], cycle[i])
-        second_end = _end(a, place, count, cycle[after], cycle[after + 1])
+        first_end = _piece_end(a, place, count, cycle[i + 1], cycle[i])
+        second_end = _piece_end(a, place, count, cycle[after], cycle[after + 1])
         joined[first_end], joined[second_end] = second_end, first_end
     for s in range(count):
         subtour[s] = -1

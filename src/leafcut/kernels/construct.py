@@ -56,7 +56,9 @@ class Decay(NamedTuple):
 
 
 @part
-def _begin(tree: Tree, first: int, second: int, states: NDArray, ant: int, tour: NDArray, unvisited: Unvisited) -> int:
+def _start_tour(
+    tree: Tree, first: int, second: int, states: NDArray, ant: int, tour: NDArray, unvisited: Unvisited
+) -> int:
     """Write the one or two first nodes of a tour and return their number; -1: a random node. Changes: the arrays."""
     visited, alive = unvisited.visited, unvisited.alive
     visited[:] = 0
@@ -102,7 +104,7 @@ def nearest_neighbour_tour(
     Changes: tour int32[n], unvisited, states[0].
     """
     n, visited = len(tour), unvisited.visited
-    for step in range(_begin(tree, first, second, states, 0, tour, unvisited), n):
+    for step in range(_start_tour(tree, first, second, states, 0, tour, unvisited), n):
         last = tour[step - 1]
         # The free node has no position, so all nodes are equally near; take the first.
         node = cheapest_unvisited(cost, visited, last) if last == cost.free else _nearest(cost, tree, unvisited, last)
@@ -205,7 +207,7 @@ def _next_node(
 
 
 @part
-def _wear(edges: WeightedEdges, decay: Decay, a: int, b: int) -> None:
+def _decay_edge(edges: WeightedEdges, decay: Decay, a: int, b: int) -> None:
     """Apply the local decay to the trail from a to b, if it is a candidate edge. Changes: pheromone, weights."""
     for c in range(edges.candidates.shape[1]):
         if edges.candidates[a, c] == b:
@@ -245,7 +247,7 @@ def construct_tour(
     candidate edges only and is therefore equal elsewhere.
     """
     n = len(tour)
-    for step in range(_begin(tree, first, second, states, ant, tour, unvisited), n):
+    for step in range(_start_tour(tree, first, second, states, ant, tour, unvisited), n):
         last = tour[step - 1]
         tour[step] = _next_node(
             cost, tree, candidates, weights, nearness, greedy_probability, states, ant, unvisited, last
@@ -274,9 +276,9 @@ def construct_tour_with_decay(
     Differs: the ants of an iteration run one after another, not step by step.
     """
     n, candidates, weights, nearness = len(tour), edges.candidates, edges.weights, edges.nearness
-    for step in range(_begin(tree, first, second, states, ant, tour, unvisited), n):
+    for step in range(_start_tour(tree, first, second, states, ant, tour, unvisited), n):
         last = tour[step - 1]
         node = _next_node(cost, tree, candidates, weights, nearness, greedy_probability, states, ant, unvisited, last)
-        _wear(edges, decay, last, node)
-        _wear(edges, decay, node, last)
+        _decay_edge(edges, decay, last, node)
+        _decay_edge(edges, decay, node, last)
         tour[step] = node

@@ -228,7 +228,7 @@ def take_back(tour: Tour) -> None:
 
 
 @part
-def _is_gone(ends: NDArray, last: int, c: int, d: int) -> bool:
+def _is_removed(ends: NDArray, last: int, c: int, d: int) -> bool:
     """Return whether c–d is among the removed edges 0 … `last`."""
     for e in range(0, 2 * last + 1, 2):
         a, b = ends[e], ends[e + 1]
@@ -249,7 +249,7 @@ def _is_plain(free: int, tied_a: int, tied_b: int, v: int) -> bool:
 
 
 @part
-def to_and_home(cost: CostModel, c: int, d: int, t0: int, leaves: bool) -> tuple[float, float]:
+def edge_and_return(cost: CostModel, c: int, d: int, t0: int, leaves: bool) -> tuple[float, float]:
     """Return the costs of travel from c to d and from d to t0; the latter is ∞ if the move does not yield one tour.
 
     Machine times are expensive: skipping them for impossible moves saves a twentieth of a kick.
@@ -264,14 +264,14 @@ def beside(node: NDArray, at: int) -> tuple[int, int]:
 
 
 @part
-def how_far(at: int, start: int, direction: int, n: int) -> int:
+def steps_between(at: int, start: int, direction: int, n: int) -> int:
     """Return the number of places from `start` to `at`: forward for direction 0, backward for 1."""
     r = at - start if direction == 0 else start - at
     return r if r >= 0 else r + n
 
 
 @part
-def found_move(place: NDArray, move: NDArray, gain: NDArray, k: int, gained: float) -> int:
+def store_move(place: NDArray, move: NDArray, gain: NDArray, k: int, gained: float) -> int:
     """Prepare a move of k edges for `make_move`; return k. Changes: rows ORDER, RANK, KEY of move; gain."""
     sort_ends(place, move, k)
     gain[0] = gained
@@ -325,7 +325,7 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
             ahead1, behind1 = beside(node, at2)
             if _is_either(ahead1, behind1, t1):
                 continue  # an edge of the tour: neither direction is useful
-            r2 = how_far(at2, start, direction, n)
+            r2 = steps_between(at2, start, direction, n)
             ends[2] = t2
             for side1 in range(2):
                 t3 = ahead1 if side1 == 0 else behind1
@@ -334,12 +334,12 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                 if quick and _is_plain(free, tied_a, tied_b, t2) and _is_plain(free, tied_a, tied_b, t3):
                     removed, back = straight(xy, code, t2, t3), straight(xy, code, t3, t0)
                 else:
-                    removed, back = to_and_home(cost, t2, t3, t0, leaves)
+                    removed, back = edge_and_return(cost, t2, t3, t0, leaves)
                 h1 = g1 + removed
                 closed = h1 - back
                 ends[3] = t3
                 if closed > EPSILON and leaves:
-                    return found_move(place, move, gain, 2, closed)
+                    return store_move(place, move, gain, 2, closed)
                 on1 = 1 if side1 == direction else 0
                 m1 = r2 - 1 + on1
                 for i2 in range(b2):
@@ -351,11 +351,11 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                     ahead2, behind2 = beside(node, at4)
                     if _is_either(ahead2, behind2, t3):
                         continue
-                    r4 = how_far(at4, start, direction, n)
+                    r4 = steps_between(at4, start, direction, n)
                     ends[4] = t4
                     for side2 in range(2):
                         t5 = ahead2 if side2 == 0 else behind2
-                        if _is_gone(ends, 0, t4, t5):
+                        if _is_removed(ends, 0, t4, t5):
                             continue
                         on2 = 1 if side2 == direction else 0
                         m2 = r4 - 1 + on2
@@ -364,12 +364,12 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                         if quick and _is_plain(free, tied_a, tied_b, t4) and _is_plain(free, tied_a, tied_b, t5):
                             removed, back = straight(xy, code, t4, t5), straight(xy, code, t5, t0)
                         else:
-                            removed, back = to_and_home(cost, t4, t5, t0, leaves)
+                            removed, back = edge_and_return(cost, t4, t5, t0, leaves)
                         h2 = g2 + removed
                         closed = h2 - back
                         ends[5] = t5
                         if closed > EPSILON and leaves:
-                            return found_move(place, move, gain, 3, closed)
+                            return store_move(place, move, gain, 3, closed)
                         for i3 in range(b3):
                             t6 = candidates[t5, i3]
                             g3 = h2 - lengths[t5, i3]
@@ -379,11 +379,11 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                             ahead3, behind3 = beside(node, at6)
                             if _is_either(ahead3, behind3, t5):
                                 continue
-                            r6 = how_far(at6, start, direction, n)
+                            r6 = steps_between(at6, start, direction, n)
                             ends[6] = t6
                             for side3 in range(2):
                                 t7 = ahead3 if side3 == 0 else behind3
-                                if _is_gone(ends, 1, t6, t7):
+                                if _is_removed(ends, 1, t6, t7):
                                     continue
                                 on3 = 1 if side3 == direction else 0
                                 m3 = r6 - 1 + on3
@@ -396,12 +396,12 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                                 ):
                                     removed, back = straight(xy, code, t6, t7), straight(xy, code, t7, t0)
                                 else:
-                                    removed, back = to_and_home(cost, t6, t7, t0, leaves)
+                                    removed, back = edge_and_return(cost, t6, t7, t0, leaves)
                                 h3 = g3 + removed
                                 closed = h3 - back
                                 ends[7] = t7
                                 if closed > EPSILON and leaves:
-                                    return found_move(place, move, gain, 4, closed)
+                                    return store_move(place, move, gain, 4, closed)
                                 for i4 in range(b4):
                                     t8 = candidates[t7, i4]
                                     g4 = h3 - lengths[t7, i4]
@@ -411,7 +411,7 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                                     ahead4, behind4 = beside(node, at8)
                                     if _is_either(ahead4, behind4, t7):
                                         continue
-                                    r8 = how_far(at8, start, direction, n)
+                                    r8 = steps_between(at8, start, direction, n)
                                     for side4 in range(2):
                                         on4 = 1 if side4 == direction else 0
                                         m4 = r8 - 1 + on4
@@ -424,7 +424,7 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                                         if not (LEAVES_5[row] >> key3) & 1:
                                             continue
                                         t9 = ahead4 if side4 == 0 else behind4
-                                        if _is_gone(ends, 2, t8, t9):
+                                        if _is_removed(ends, 2, t8, t9):
                                             continue
                                         if (
                                             quick
@@ -433,11 +433,11 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                                         ):
                                             removed, back = straight(xy, code, t8, t9), straight(xy, code, t9, t0)
                                         else:
-                                            removed, back = to_and_home(cost, t8, t9, t0, True)
+                                            removed, back = edge_and_return(cost, t8, t9, t0, True)
                                         closed = g4 + removed - back
                                         if closed > EPSILON:
                                             ends[8], ends[9] = t8, t9
-                                            return found_move(place, move, gain, 5, closed)
+                                            return store_move(place, move, gain, 5, closed)
     return 0
 
 

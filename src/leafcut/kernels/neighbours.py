@@ -137,7 +137,7 @@ def _sort_leaf(x: NDArray, y: NDArray, label: NDArray, start: int, stop: int) ->
 
 
 @part
-def _measure(x: NDArray, y: NDArray, start: int, stop: int, box: NDArray, node: int) -> None:
+def _set_box(x: NDArray, y: NDArray, start: int, stop: int, box: NDArray, node: int) -> None:
     """Set the bounding box of a tree node. Changes: box[node]."""
     x0, y0, x1, y1 = math.inf, math.inf, -math.inf, -math.inf
     for i in range(start, stop):
@@ -174,7 +174,7 @@ def grow_tree(
         node = stack[height]
         b, s = begin[node], stop[node]
         child[node] = -1
-        _measure(x, y, b, s, box, node)
+        _set_box(x, y, b, s, box, node)
         if node == 0 and 0 < n_separate < s:
             cut = s - n_separate
         elif s - b <= LEAF_SIZE:
@@ -198,7 +198,7 @@ def grow_tree(
 
 
 @part
-def _insert(found: NDArray, near: NDArray, row: int, capacity: int, j: int, d: float) -> None:
+def _insert_sorted(found: NDArray, near: NDArray, row: int, capacity: int, j: int, d: float) -> None:
     """Insert j at squared distance d into the sorted row, dropping the last of `capacity`. Changes: found, near."""
     slot = capacity - 1
     while slot > 0 and near[row, slot - 1] > d:
@@ -208,7 +208,7 @@ def _insert(found: NDArray, near: NDArray, row: int, capacity: int, j: int, d: f
 
 
 @part
-def _note_twin(found: NDArray, j: int) -> None:
+def _record_twin(found: NDArray, j: int) -> None:
     """Record a twin, if there is space. Changes: found."""
     for c in range(MOST_TWINS):
         if found[TWINS, c] == j:
@@ -247,19 +247,19 @@ def _scan(
             continue
         if dx == 0.0 and dy == 0.0:
             if j != i:
-                _note_twin(found, j)
+                _record_twin(found, j)
             continue
         if start < j < stop - 1 and x[j - 1] == x[j] == x[j + 1] and y[j - 1] == y[j] == y[j + 1]:
             continue
         if d >= limit:
-            _insert(found, near, REST, capacity, j, d)
+            _insert_sorted(found, near, REST, capacity, j, d)
             continue
         dropped = found[quadrant, last]
-        _insert(found, near, quadrant, per_quadrant, j, d)
+        _insert_sorted(found, near, quadrant, per_quadrant, j, d)
         if dropped < 0:
             capacity -= 1
         elif limit < rest_limit:
-            _insert(found, near, REST, capacity, dropped, limit)
+            _insert_sorted(found, near, REST, capacity, dropped, limit)
     return capacity
 
 
@@ -317,7 +317,7 @@ def find_nearby(tree: Tree, i: int, per_quadrant: int, k: int, nearby: Nearby) -
     near[:] = math.inf
     for j in range(max(0, i - 1), min(len(x), i + 2)):
         if j != i and x[j] == xi and y[j] == yi:
-            _note_twin(found, j)
+            _record_twin(found, j)
     node, up, capacity, height = -1, tree.leaf_of[i], k, 1
     stack[0] = up
     while up >= 0:

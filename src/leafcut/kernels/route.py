@@ -242,7 +242,7 @@ def make_exchange(cost: CostModel, route: Route) -> bool:
 
 
 @part
-def way_cost(cost: CostModel, route: Route, rules: Rules, v: int, row: int) -> float:
+def visit_cost(cost: CostModel, route: Route, rules: Rules, v: int, row: int) -> float:
     """Return the cost of travel to node v, of its option entered at `row`, and of travel to the next node."""
     index = route.place[v]
     u, w = route.node[index - 1], route.node[index + 1 if index + 1 < len(route.node) else 0]
@@ -251,7 +251,7 @@ def way_cost(cost: CostModel, route: Route, rules: Rules, v: int, row: int) -> f
 
 
 @part
-def take_way(cost: CostModel, route: Route, rules: Rules, v: int, row: int) -> bool:
+def take_option(cost: CostModel, route: Route, rules: Rules, v: int, row: int) -> bool:
     """Switch node v to the option entered at `row`, log the previous one, and queue v and its neighbours.
 
     Return whether there was space in the log. Changes: enter, leave, bias, shift, queue, queued, counts, log.
@@ -273,22 +273,22 @@ def take_way(cost: CostModel, route: Route, rules: Rules, v: int, row: int) -> b
 
 
 @part
-def choose_way(cost: CostModel, route: Route, rules: Rules, v: int, min_gain: float) -> float:
+def choose_option(cost: CostModel, route: Route, rules: Rules, v: int, min_gain: float) -> float:
     """Switch node v to its best option between its neighbours if it gains over `min_gain`; return the gain, or 0.
 
-    Changes: as `take_way`.
+    Changes: as `take_option`.
     """
     start, stop = rules.way_begin[v], rules.way_begin[v + 1]
     if stop - start < 2:
         return 0.0
     best = route.enter[v]
-    current = way_cost(cost, route, rules, v, best)
+    current = visit_cost(cost, route, rules, v, best)
     best_cost = current - min_gain
     for e in range(start, stop):
-        total = way_cost(cost, route, rules, v, rules.way[e])
+        total = visit_cost(cost, route, rules, v, rules.way[e])
         if total < best_cost:
             best, best_cost = rules.way[e], total
-    if best == route.enter[v] or not take_way(cost, route, rules, v, best):
+    if best == route.enter[v] or not take_option(cost, route, rules, v, best):
         return 0.0
     return float(current - best_cost)
 

@@ -36,28 +36,28 @@ from leafcut.kernels.route import (
     Route,
     Rules,
     begin_bias,
-    choose_way,
+    choose_option,
     keeps_order,
     leg,
     make_exchange,
     pop,
     push,
     take_back,
-    take_way,
-    way_cost,
+    take_option,
+    visit_cost,
 )
 
 #: Maximum length of a piece moved by a kick, and maximum number of draws for a place that precedence allows.
 LONGEST_PIECE, DRAWS = 50, 12
 
 #: Share of kicks that switch the option of a node, if nodes have several options.
-WAY_SHARE = 0.3
+OPTION_SHARE = 0.3
 
 #: Maximum number of simultaneous kicks if the path may get longer: on short paths, a single kick is simply repaired.
 MOST_AT_ONCE = 3
 
 #: Maximum number of exchanges searched after a kick.
-MOST_LOOKS = 10_000
+MOST_SEARCHES = 10_000
 
 
 @part
@@ -87,7 +87,7 @@ def turning(route: Route, s: int, x: int, y: int) -> float:
 
 
 @part
-def new_way(cost: CostModel, route: Route, rules: Rules, listed: float, u: int, v: int, s: int) -> float:
+def new_edge_cost(cost: CostModel, route: Route, rules: Rules, listed: float, u: int, v: int, s: int) -> float:
     """Return the cost of travel from u to v: the listed cost if nodes have a single option."""
     if len(rules.way) <= len(route.node):
         return listed
@@ -95,7 +95,9 @@ def new_way(cost: CostModel, route: Route, rules: Rules, listed: float, u: int, 
 
 
 @part
-def settle(route: Route, rules: Rules, s: int, x: int, y: int, z: int, swapped: bool, b: bool, c: bool) -> bool:
+def record_exchange(
+    route: Route, rules: Rules, s: int, x: int, y: int, z: int, swapped: bool, b: bool, c: bool
+) -> bool:
     """Record the exchange that cuts after the coordinates x < y ≤ z if it is allowed, and return whether it is.
 
     Changes: move.
@@ -143,11 +145,11 @@ def cut_before(
         if (last - x0 if last >= x0 else last - x0 + n) <= span:
             continue
         u = node_at(route, last, s)
-        total = gain - new_way(cost, route, rules, lists.near_cost[t3, k], t3, e, s) + leg(cost, route, u, e, s)
+        total = gain - new_edge_cost(cost, route, rules, lists.near_cost[t3, k], t3, e, s) + leg(cost, route, u, e, s)
         total -= leg(cost, route, u, t1, s)
         if total > min_gain:
             x, z = min(x0, cut, last), max(x0, cut, last)
-            if settle(route, rules, s, x, x0 + cut + last - x - z, z, True, False, False):
+            if record_exchange(route, rules, s, x, x0 + cut + last - x - z, z, True, False, False):
                 return total
     if cut <= x0:
         return 0.0
@@ -160,15 +162,15 @@ def cut_before(
         if xe < xc or xc == 0:
             continue
         f = node_at(route, xe + 1, s)
-        total = gain - new_way(cost, route, rules, lists.back_cost[t3, k], e, t3, s) + leg(cost, route, e, f, s)
+        total = gain - new_edge_cost(cost, route, rules, lists.back_cost[t3, k], e, t3, s) + leg(cost, route, e, f, s)
         total -= leg(cost, route, t1, f, s) + inside
-        if total > min_gain and settle(route, rules, s, x0, cut, xe, True, True, False):
+        if total > min_gain and record_exchange(route, rules, s, x0, cut, xe, True, True, False):
             return total
     return 0.0
 
 
 @part
-def cut_behind(
+def cut_after(
     cost: CostModel, route: Route, rules: Rules, lists: Lists, breadth: int, min_gain: float, s: int, x0: int, t1: int,
     xc: int, gain: float,
 ) -> float:  # fmt: skip
@@ -181,7 +183,7 @@ def cut_behind(
     gain += leg(cost, route, node_at(route, xc, s), d, s)
     inside = turning(route, s, x0 + 1, xc)
     total = gain - leg(cost, route, t1, d, s) - inside  # A B' D
-    if total > min_gain and settle(route, rules, s, x0, xc, xc, False, True, False):
+    if total > min_gain and record_exchange(route, rules, s, x0, xc, xc, False, True, False):
         return total
     for k in range(min(breadth, lists.back.shape[1])):  # A C' B D
         e = lists.back[d, k]
@@ -191,9 +193,9 @@ def cut_behind(
         if xe <= x0 or xe >= xc:
             continue
         h = node_at(route, xe + 1, s)
-        total = gain - new_way(cost, route, rules, lists.back_cost[d, k], e, d, s) + leg(cost, route, e, h, s)
+        total = gain - new_edge_cost(cost, route, rules, lists.back_cost[d, k], e, d, s) + leg(cost, route, e, h, s)
         total -= leg(cost, route, h, t1, s) + turning(route, s, xe + 1, xc)
-        if total > min_gain and settle(route, rules, s, x0, xe, xc, True, False, True):
+        if total > min_gain and record_exchange(route, rules, s, x0, xe, xc, True, False, True):
             return total
     for k in range(min(breadth, lists.near.shape[1]) if xc + 1 < n else 0):  # A B' C' D
         f = lists.near[d, k]
@@ -204,9 +206,9 @@ def cut_behind(
         if last <= xc:
             continue
         e = node_at(route, last, s)
-        total = gain - new_way(cost, route, rules, lists.near_cost[d, k], d, f, s) + leg(cost, route, e, f, s)
+        total = gain - new_edge_cost(cost, route, rules, lists.near_cost[d, k], d, f, s) + leg(cost, route, e, f, s)
         total -= leg(cost, route, t1, e, s) + inside + turning(route, s, xc + 1, last)
-        if total > min_gain and settle(route, rules, s, x0, xc, last, False, True, True):
+        if total > min_gain and record_exchange(route, rules, s, x0, xc, last, False, True, True):
             return total
     return 0.0
 
@@ -234,7 +236,7 @@ def find_exchange(
         c = lists.near[t0, k]
         if c < 0 or current - lists.near_cost[t0, k] <= min_gain:
             break
-        gain = current - new_way(cost, route, rules, lists.near_cost[t0, k], t0, c, s)
+        gain = current - new_edge_cost(cost, route, rules, lists.near_cost[t0, k], t0, c, s)
         if c == t1 or gain <= min_gain:
             continue
         gained = cut_before(
@@ -244,7 +246,7 @@ def find_exchange(
             return gained
         xc = coordinate(route, c, s)
         if x0 < xc < n:
-            gained = cut_behind(
+            gained = cut_after(
                 cost, route, rules, lists, breadth[1], min_gain, s, x0, t1, xc, gain
             )  # fmt: skip
             if gained > 0.0:
@@ -265,7 +267,7 @@ def improve_route(
         v = pop(route)
         while True:
             max_searches -= 1
-            gain = choose_way(cost, route, rules, v, min_gain)
+            gain = choose_option(cost, route, rules, v, min_gain)
             if gain <= 0.0:
                 gain = find_exchange(cost, route, rules, rules.onward, breadth, min_gain, 1, v)
                 if gain <= 0.0:
@@ -307,15 +309,15 @@ def swap_pieces(cost: CostModel, route: Route, rules: Rules, states: NDArray, k:
 
 
 @part
-def change_way(cost: CostModel, route: Route, rules: Rules, states: NDArray, k: int) -> float:
+def change_option(cost: CostModel, route: Route, rules: Rules, states: NDArray, k: int) -> float:
     """Switch a random node to a random option; return the added cost. Changes: route, states[k]."""
     v = below(states, k, len(route.node))
     start, stop = rules.way_begin[v], rules.way_begin[v + 1]
     if stop - start < 2:
         return 0.0
     row = rules.way[start + below(states, k, stop - start)]
-    added = way_cost(cost, route, rules, v, row) - way_cost(cost, route, rules, v, route.enter[v])
-    return added if take_way(cost, route, rules, v, row) else 0.0
+    added = visit_cost(cost, route, rules, v, row) - visit_cost(cost, route, rules, v, route.enter[v])
+    return added if take_option(cost, route, rules, v, row) else 0.0
 
 
 @part
@@ -323,8 +325,8 @@ def kick(cost: CostModel, route: Route, rules: Rules, states: NDArray, k: int, t
     """Change the path at random places; return the added cost. Changes: route, states[k]."""
     added = 0.0
     for _ in range(times):
-        if len(rules.way) > len(route.node) and uniform(states, k) < WAY_SHARE:
-            added += change_way(cost, route, rules, states, k)
+        if len(rules.way) > len(route.node) and uniform(states, k) < OPTION_SHARE:
+            added += change_option(cost, route, rules, states, k)
         else:
             added += swap_pieces(cost, route, rules, states, k)
     return added
@@ -354,7 +356,7 @@ def kick_route(
         route.counts[2], route.counts[3] = 0, 0
         times = 1 + below(states, k, MOST_AT_ONCE) if heat > 0.0 else 1
         added = kick(cost, route, rules, states, k, times)
-        gained = improve_route(cost, route, rules, breadth, min_gain, MOST_LOOKS) - added
+        gained = improve_route(cost, route, rules, breadth, min_gain, MOST_SEARCHES) - added
         allowed = heat * math.log(1.0 - uniform(states, k)) if heat > 0.0 else -min_gain
         if route.counts[3] == 1 or route.counts[1] > 0 or gained < allowed:
             while route.counts[1] > 0:
