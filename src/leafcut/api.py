@@ -109,8 +109,8 @@ def optimize(
 
     start, compiled = time.perf_counter(), compile_seconds()
     sources = _sources(source)
-    settings = _collected(process, options, options_file, defaults_file)
-    inputs = [*_named(*sources), options_file, defaults_file, *files_read(settings)]
+    settings = _collect(process, options, options_file, defaults_file)
+    inputs = [*_file_names(*sources), options_file, defaults_file, *files_read(settings)]
     work = registry.of_drawings(process)
     outputs = [output, report, *(work.writes_besides(settings) if work else ())]
     for k, target in enumerate(outputs):
@@ -127,18 +127,18 @@ def optimize(
             Deadline.of_bounds(settings.solve),
         )
         for target in outputs:
-            check_output(target, _files(run.machine.controller))
-        done, outcome = _work(run, sources, process)
+            check_output(target, _profile_files(run.machine.controller))
+        done, outcome = _run_process(run, sources, process)
     outcome = replace(outcome, output=str(output or ""), report=str(report or ""))
     compiled = compile_seconds() - compiled
     outcome = replace(outcome, seconds=time.perf_counter() - start - compiled, compile_seconds=compiled)
-    page = _page(outcome) if report else ""  # before anything is written: it may fail
+    page = _report_page(outcome) if report else ""  # before anything is written: it may fail
     texts = {str(output): outcome.text} if output else {}
     texts |= done.files(outcome, settings)
     if report:
         texts[str(report)] = page
     write_together(texts, encodings={str(output): outcome.encoding})
-    return of_model(ProgramResult, outcome, [*inputs, *_files(run.machine.controller)])
+    return of_model(ProgramResult, outcome, [*inputs, *_profile_files(run.machine.controller)])
 
 
 def drill(
@@ -172,11 +172,11 @@ def reorder(
     return optimize(source, output, process="reorder" if process == "auto" else process, **keywords)
 
 
-def _files(*names: str | None) -> list[str]:
+def _profile_files(*names: str | None) -> list[str]:
     return [name for name in names if name and name.lower().endswith(".toml")]
 
 
-def _named(*sources: Input | None) -> list[str]:
+def _file_names(*sources: Input | None) -> list[str]:
     """Return the names of inputs that are or may be files."""
     return [str(source) for source in sources if source is not None and not isinstance(source, StandardInput)]
 
@@ -188,7 +188,7 @@ def _sources(source: Input | Sequence[Input]) -> list[Input]:
     return sources
 
 
-def _collected(
+def _collect(
     process: str | Work,
     options: Mapping[str, Any],
     file: str | Path | None = None,
@@ -210,7 +210,7 @@ def _settings(
 ) -> Settings:
     """Return the settings of a kind of work; unused options are refused."""
     command = registry.work(work)
-    return settings_for(_collected(command, options, file, defaults), command, input_kind)
+    return settings_for(_collect(command, options, file, defaults), command, input_kind)
 
 
 def _with_usual_options(settings: Settings, word: str) -> Settings:
@@ -218,7 +218,7 @@ def _with_usual_options(settings: Settings, word: str) -> Settings:
     return work.usual(settings) if work else settings
 
 
-def _work(run: Job, sources: Sequence[Input], asked: str) -> tuple[Process, Outcome[Any]]:
+def _run_process(run: Job, sources: Sequence[Input], asked: str) -> tuple[Process, Outcome[Any]]:
     """Run the process that suits the inputs; options that it does not use are refused."""
     from leafcut.read.registry import read_source
 
@@ -247,7 +247,7 @@ def _noting_defaults(settings: Settings) -> Iterator[None]:
         raise
 
 
-def _page(outcome: Outcome[Any]) -> str:
+def _report_page(outcome: Outcome[Any]) -> str:
     from leafcut.report.page import write_page
 
     return write_page(registry.report_of(outcome))
@@ -388,7 +388,9 @@ def simulate(
     settings = _settings("simulate", options, None, defaults_file)
     outcome = registry.command("simulate")(program, settings, dialect, progress)
     return of_model(
-        SimulationResult, outcome, [*_named(program), *_files(dialect), defaults_file, *files_read(settings)]
+        SimulationResult,
+        outcome,
+        [*_file_names(program), *_profile_files(dialect), defaults_file, *files_read(settings)],
     )
 
 
@@ -460,7 +462,7 @@ def stock(
 
     settings = _settings("stock", options, None, defaults_file)
     outcome = registry.command("stock")(program, settings, dialect, progress, same_as=same_as)
-    read = [*_named(program, same_as), *_files(dialect), defaults_file, *files_read(settings)]
+    read = [*_file_names(program, same_as), *_profile_files(dialect), defaults_file, *files_read(settings)]
     return of_model(StockResult, outcome, read)
 
 
@@ -500,7 +502,7 @@ def tool_speeds(
     from leafcut.results.tool_speeds import ToolSpeedsResult
 
     settings = _settings("cutting-data", options, None, defaults_file, "drawing" if drawing is not None else "none")
-    inputs = [*_named(drawing), defaults_file, *files_read(settings)]
+    inputs = [*_file_names(drawing), defaults_file, *files_read(settings)]
     check_name(plot)
     check_output(plot, [*inputs, save])
     check_output(save, inputs)
@@ -539,7 +541,7 @@ def verify(
 
     settings = _settings("verify", options, None, defaults_file)
     proof = registry.command("verify")(original, new, settings, dialect, progress, allow_reverse=allow_reverse)
-    read = [*_named(original, new), *_files(dialect), defaults_file, *files_read(settings)]
+    read = [*_file_names(original, new), *_profile_files(dialect), defaults_file, *files_read(settings)]
     return of_model(VerificationResult, proof, read)
 
 
@@ -561,7 +563,7 @@ def output_name(
     """
     from leafcut.read.registry import format_name
 
-    settings = _with_usual_options(_collected(process, options, options_file, defaults_file), process)
+    settings = _with_usual_options(_collect(process, options, options_file, defaults_file), process)
     extension = program_extension(settings.post.dialect or machine_of(settings).controller)
     if format_name(source) == "gcode":
         return Path(source).name
@@ -593,7 +595,7 @@ def default_machine(work: str) -> str:
 
 def dialect_of(options: Mapping[str, Any], process: str = "auto") -> str:
     """Return the dialect in which `optimize` would write with these options: its name, or the path of its file."""
-    settings = _with_usual_options(_collected(process, options), process)
+    settings = _with_usual_options(_collect(process, options), process)
     return settings.post.dialect or machine_of(settings).controller
 
 

@@ -81,19 +81,19 @@ class Loads:
     @cached_property
     def mills(self) -> NDArray[np.bool_]:
         """Pieces that cut without descending."""
-        mills: NDArray[np.bool_] = self._fed & ~self.upright & ~self._falls
+        mills: NDArray[np.bool_] = self._is_cutting_feed & ~self.upright & ~self._descends
         return mills
 
     @cached_property
     def sinks(self) -> NDArray[np.bool_]:
         """Pieces that cut on a sloped descent: ramps and helices."""
-        sinks: NDArray[np.bool_] = self._fed & ~self.upright & self._falls
+        sinks: NDArray[np.bool_] = self._is_cutting_feed & ~self.upright & self._descends
         return sinks
 
     @cached_property
     def plunges(self) -> NDArray[np.bool_]:
         """Pieces that plunge straight into material."""
-        plunges: NDArray[np.bool_] = self._fed & self.upright & self._falls
+        plunges: NDArray[np.bool_] = self._is_cutting_feed & self.upright & self._descends
         return plunges
 
     @cached_property
@@ -110,11 +110,11 @@ class Loads:
         return np.asarray(np.sqrt(((ends[:, 3:] - ends[:, :3]) ** 2).sum(axis=1)))
 
     @cached_property
-    def _fed(self) -> NDArray[np.bool_]:
+    def _is_cutting_feed(self) -> NDArray[np.bool_]:
         return np.asarray(~self.moves.rapid & self.removed.cuts)
 
     @cached_property
-    def _falls(self) -> NDArray[np.bool_]:
+    def _descends(self) -> NDArray[np.bool_]:
         ends = self.moves.ends
         across = np.hypot(*(ends[:, 3:5] - ends[:, :2]).T)
         return np.asarray(ends[:, 5] - ends[:, 2] < -_LEVEL * across)

@@ -99,7 +99,7 @@ def height_checks(
     low = rapid & across & (lowest < surface_z + clearance - _TOLERANCE)
     home = (path.kind == Kind.MACHINE) & np.isfinite(path.end[:, :2]).any(axis=1)
     low |= home & (before[:, 2] < surface_z + clearance - _TOLERANCE)
-    descending = rapid & _goes_down(path, before) & (path.end[:, 2] < surface - _TOLERANCE) & ~_returns(path, before)
+    descending = rapid & _descends(path, before) & (path.end[:, 2] < surface - _TOLERANCE) & ~_is_return(path, before)
     unknown_height = across & np.isnan(path.end[:, 2]) & ~at_machine_height(path, safe_z)
     return [
         ("height not known", unknown_height, "X or Y moves before Z is known"),
@@ -142,7 +142,7 @@ def _moves_across(path: Toolpath, before: NDArray[np.float64]) -> Mask:
     return across
 
 
-def _goes_down(path: Toolpath, before: NDArray[np.float64]) -> Mask:
+def _descends(path: Toolpath, before: NDArray[np.float64]) -> Mask:
     """Return the motions that lower z; a move from an unknown height counts."""
     down: Mask = np.isfinite(path.end[:, 2]) & ~(path.end[:, 2] >= before[:, 2])
     return down
@@ -169,7 +169,7 @@ def at_machine_height(path: Toolpath, safe_z: float) -> Mask:
     return high
 
 
-def _returns(path: Toolpath, before: NDArray[np.float64]) -> Mask:
+def _is_return(path: Toolpath, before: NDArray[np.float64]) -> Mask:
     """Return the motions that end no deeper than a feed at this x, y since the tool arrived.
 
     A stop, a change of tool or length offset, and a block that is not understood start a new stay. The running minimum

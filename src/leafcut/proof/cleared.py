@@ -123,7 +123,7 @@ def cleared_before(
             unchecked[index] = True
             continue
         n_checked += 1
-        cleared[index] = _covered(
+        cleared[index] = _is_covered(
             point, tool_radius, tree, cuts_near, np.asarray(shapely.distance(tree.geometries[cuts_near], point)), width
         )
     return cleared, unchecked
@@ -152,7 +152,7 @@ def _is_flat(tool: Tool) -> bool:
     return tool.kind is ToolKind.END_MILL and not tool.corner_radius
 
 
-def _covered(
+def _is_covered(
     point: shapely.Point,
     radius: float,
     tree: shapely.STRtree,

@@ -79,26 +79,26 @@ def find_dangers(
     if process not in BEAMS and heights:
         checks += height_checks(path, before, 0.0, LEAST_CLEARANCE, machine.safe_z or 0.0, milled=False)
     if process not in BEAMS:
-        checks.append(spindle_check(path, _turning(program, rows, True)))
+        checks.append(spindle_check(path, _turning_rows(program, rows, True)))
     elif process == ProgramKind.PLASMA:
-        checks.append(torch_check(path, before, _turning(program, rows, False)))
+        checks.append(torch_check(path, before, _turning_rows(program, rows, False)))
     rapid = path.kind == Kind.RAPID
     for index, (kind, mask, text) in enumerate(checks):
         if (by_stock := simulated.get(_KINDS[kind][0])) is not None:
             checks[index] = kind, mask & ~(by_stock[rows] & rapid), text
     unchecked: list[Issue] = []
     for index, (kind, mask, text) in enumerate(checks):
-        cleared, unresolved = _cleared(program, rows, path, before, mask)
+        cleared, unresolved = _cleared_rapids(program, rows, path, before, mask)
         checks[index] = kind, mask & ~cleared & ~unresolved, text
         if unresolved.any():
-            unchecked.append(_not_compared(path, unresolved))
+            unchecked.append(_unchecked_rapids_issue(path, unresolved))
     issues = unchecked + [_issue(path, before, kind, mask) for kind, mask, _ in checks if mask.any()]
-    spindle_never_starts = not _turning(program, rows, True).any()
+    spindle_never_starts = not _turning_rows(program, rows, True).any()
     issues = [
         _spindle_started_manually(issue) if spindle_never_starts and issue.code == "L803" else issue for issue in issues
     ]
     if process not in BEAMS and heights and "L801" not in simulated:
-        issues += [*_surface_unknown(path), *_zero_lowered(program)]
+        issues += [*_surface_unknown(path), *_lowered_zero(program)]
     issues += [*_untracked_moves(program), *_machine_limits(program.path, machine)]
     return sorted(issues, key=lambda issue: (RANK[issue.severity], issue.code))
 
@@ -107,7 +107,7 @@ def find_dangers(
 RANK = {Severity.DANGER: 0, Severity.WARNING: 1, Severity.NOTE: 2}
 
 
-def _cleared(
+def _cleared_rapids(
     program: Program, rows: NDArray[np.int32], path: Toolpath, before: NDArray[np.float64], mask: Mask
 ) -> tuple[Mask, Mask]:
     """Return which straight-down rapids end where earlier cuts removed the material, and which are unchecked."""
@@ -121,7 +121,7 @@ def _cleared(
     return cleared, unchecked
 
 
-def _not_compared(path: Toolpath, mask: Mask) -> Issue:
+def _unchecked_rapids_issue(path: Toolpath, mask: Mask) -> Issue:
     number, row = int(mask.sum()), int(np.argmax(mask))
     message = (
         f"{number:,} rapids down below Z0 were not compared with earlier cuts, because there are too many; the first "
@@ -130,7 +130,7 @@ def _not_compared(path: Toolpath, mask: Mask) -> Issue:
     return Issue("L815", message, f"line {int(path.line[row])}")
 
 
-def _turning(program: Program, rows: NDArray[np.int32], default: bool) -> Mask:
+def _turning_rows(program: Program, rows: NDArray[np.int32], default: bool) -> Mask:
     """Return the rows in which the spindle turns, or the torch burns; `default` is the value if only the machine knows.
 
     A tool change stops the spindle. M3 without an S starts it at the set speed; S0 is no speed.
@@ -180,7 +180,7 @@ def _surface_unknown(path: Toolpath) -> Iterator[Issue]:
         )
 
 
-def _zero_lowered(program: Program) -> Iterator[Issue]:
+def _lowered_zero(program: Program) -> Iterator[Issue]:
     """Report a Z0 that is moved down, or by an unknown height, while the tool height is known (L816).
 
     Later rapids are compared with the new Z0. A probed height counts as unknown; a Z0 moved up is safe.

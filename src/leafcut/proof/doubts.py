@@ -31,7 +31,7 @@ def find_doubts(program: Program, dialect: Dialect, process: str) -> list[Issue]
     """Return probable mistakes: a reversed spindle or one without time to start, long dwells, unsupported M6."""
     if dialect.language != "g-code":
         return []
-    spindle = [] if process in BEAMS else [*_backwards(program), *_restarts(program)]
+    spindle = [] if process in BEAMS else [*_backward_rotation(program), *_restarts(program)]
     return [
         *spindle,
         *_long_dwells(program, dialect),
@@ -40,7 +40,7 @@ def find_doubts(program: Program, dialect: Dialect, process: str) -> list[Issue]
     ]
 
 
-def _backwards(program: Program) -> Iterator[Issue]:
+def _backward_rotation(program: Program) -> Iterator[Issue]:
     """Report that a tool cuts with M4, except retracts from tapped holes and tapping cycles."""
     path, turns, cuts = program.path, program.spindle_directions, _cuts(program.path)
     drills = np.flatnonzero(path.kind == Kind.DRILL)

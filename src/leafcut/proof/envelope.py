@@ -25,7 +25,7 @@ def check_envelope(path: Toolpath, machine: Machine, margin: float = 0.0) -> lis
     return shorten([*_positions_outside(path, machine, margin), *_feeds(path, machine), *_speeds(path, machine)])
 
 
-def _reached(path: Toolpath) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def _reached_positions(path: Toolpath) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return every position reached in program coordinates, float64[m, 3], and its row, int64[m]."""
     moving = np.flatnonzero(np.isin(path.kind, [int(k) for k in MOTIONS]))
     drills = np.flatnonzero(path.kind == Kind.DRILL)
@@ -52,22 +52,26 @@ def _known_extremes(path: Toolpath, row: int) -> list[tuple[float, float, float]
 
 
 def _positions_outside(path: Toolpath, machine: Machine, margin: float) -> list[Difference]:
-    positions, rows = _reached(path)
+    positions, rows = _reached_positions(path)
     outside = []
     for axis, name in enumerate("XYZ"):
         low, high = machine.travel_min[axis] + margin - _TOLERANCE, machine.travel_max[axis] - margin + _TOLERANCE
         if machine.work_offset is not None:
             offset = machine.work_offset[axis]
-            outside += _outside(path, rows, positions[:, axis] + offset, (low, high), f"{name} in machine coordinates")
+            outside += _outside_limits(
+                path, rows, positions[:, axis] + offset, (low, high), f"{name} in machine coordinates"
+            )
         else:
-            outside += _too_large(positions[:, axis], machine.reach(axis) - 2 * margin, name)
+            outside += _exceeds_travel(positions[:, axis], machine.reach(axis) - 2 * margin, name)
         in_machine = np.flatnonzero(path.kind == Kind.MACHINE)
         values = path.end[in_machine, axis]
-        outside += _outside(path, in_machine, values, (low - margin, high + margin), f"{name} in machine coordinates")
+        outside += _outside_limits(
+            path, in_machine, values, (low - margin, high + margin), f"{name} in machine coordinates"
+        )
     return outside
 
 
-def _outside(
+def _outside_limits(
     path: Toolpath, rows: NDArray[np.int64], values: NDArray[np.float64], limits: tuple[float, float], name: str
 ) -> list[Difference]:
     low, high = limits
@@ -82,7 +86,7 @@ def _outside(
     return [Difference("outside travel", 0, int(path.line[rows[first]]), text)]
 
 
-def _too_large(values: NDArray[np.float64], travel: float, name: str) -> list[Difference]:
+def _exceeds_travel(values: NDArray[np.float64], travel: float, name: str) -> list[Difference]:
     finite = values[np.isfinite(values)]
     if not len(finite) or np.ptp(finite) <= travel + _TOLERANCE:
         return []

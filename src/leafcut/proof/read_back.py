@@ -46,7 +46,7 @@ def compare_motion(
     An empty list is the proof. At most about fifty differences are listed; the last states the number of the rest.
     """
     wrong = _wrong_offsets(written) if offsets else []
-    a, b = (_comparable(path if cycles else expand(path)) for path in (planned, written))
+    a, b = (_comparable_rows(path if cycles else expand(path)) for path in (planned, written))
     if not np.array_equal(a.kind, b.kind):
         # Rounding can make a short move vanish; the remaining rows are still compared in full.
         a, b = (_without_tiny_moves(path, 2.0 * tolerance_mm) for path in (a, b))
@@ -54,11 +54,11 @@ def compare_motion(
         return [*wrong, _first_divergence(a, b, tolerance_mm, feed_rounding)]
     masks = _masks(a, b, tolerance_mm, feed_rounding)
     wrong_rows = np.flatnonzero(np.any([mask for _, mask in masks], axis=0))
-    listed = [_explain(a, b, int(row), masks) for row in wrong_rows[:100]]
+    listed = [_mask_difference(a, b, int(row), masks) for row in wrong_rows[:100]]
     return shorten(wrong + listed, len(wrong) + len(wrong_rows))
 
 
-def _comparable(path: Toolpath) -> Toolpath:
+def _comparable_rows(path: Toolpath) -> Toolpath:
     """Return the rows to compare: no offsets, no straight moves of length 0, no reset of an unlit torch."""
     before = path.before
     is_motionless = ((path.end == before) | (np.isnan(path.end) & np.isnan(before))).all(axis=1)
@@ -90,7 +90,7 @@ def _without_tiny_moves(path: Toolpath, length: float) -> Toolpath:
 
 def _masks(a: Toolpath, b: Toolpath, tolerance: float, feed_rounding: float) -> list[tuple[str, Mask]]:
     """Return the differing rows by kind of difference; `a` and `b` have equal kinds."""
-    wrong_ends = ~_close(a.end, b.end, tolerance) & np.isin(a.kind, _PLACED)[:, None]
+    wrong_ends = ~_agree(a.end, b.end, tolerance) & np.isin(a.kind, _PLACED)[:, None]
     feeding = np.isin(a.kind, _FEEDING)
     feed_tolerance = np.maximum(FEED_PART * np.abs(a.value), feed_rounding)
     speed_tolerance = np.maximum(0.001 * np.abs(a.value), SPEED_ROUNDING)
@@ -100,17 +100,17 @@ def _masks(a: Toolpath, b: Toolpath, tolerance: float, feed_rounding: float) -> 
     masks = [
         ("place", wrong_ends[:, :2].any(axis=1)),
         ("height", wrong_ends[:, 2]),
-        ("feed", feeding & ~_close(a.value, b.value, feed_tolerance)),
-        ("dwell", (a.kind == Kind.DWELL) & ~_close(a.value, b.value, DWELL_ROUNDING)),
-        ("speed", turning & (~_close(a.value, b.value, speed_tolerance) | (np.sign(a.value) != np.sign(b.value)))),
+        ("feed", feeding & ~_agree(a.value, b.value, feed_tolerance)),
+        ("dwell", (a.kind == Kind.DWELL) & ~_agree(a.value, b.value, DWELL_ROUNDING)),
+        ("speed", turning & (~_agree(a.value, b.value, speed_tolerance) | (np.sign(a.value) != np.sign(b.value)))),
         ("command", refs & (a.ref != b.ref)),
-        ("kerf", (a.kind == Kind.RADIUS) & ~_close(a.value, b.value, tolerance)),
-        ("switch", switches & ~_close(a.value, b.value, tolerance)),
+        ("kerf", (a.kind == Kind.RADIUS) & ~_agree(a.value, b.value, tolerance)),
+        ("switch", switches & ~_agree(a.value, b.value, tolerance)),
     ]
     return [*masks, *_cycle_masks(a, b, tolerance), ("arc", _arc_mask(a, b, tolerance))]
 
 
-def _close(a: NDArray[np.float64], b: NDArray[np.float64], tolerance: float | NDArray[np.float64]) -> Mask:
+def _agree(a: NDArray[np.float64], b: NDArray[np.float64], tolerance: float | NDArray[np.float64]) -> Mask:
     """Return where two values agree within `tolerance`, or are both unknown."""
     near: Mask = (np.abs(a - b) <= tolerance + 1e-9) | (np.isnan(a) & np.isnan(b))
     return near
@@ -128,13 +128,13 @@ def _cycle_masks(a: Toolpath, b: Toolpath, tolerance: float) -> Iterator[tuple[s
         ("cycle dwell", lambda c: c.dwell if c.name in ("G82", "G84") else 0.0, DWELL_ROUNDING),
     )
     names = [np.array([c.name for c in path.cycles])[path.ref[drills]] for path in (a, b)]
-    yield "cycle", _spread(len(a), drills, names[0] != names[1])
+    yield "cycle", _scatter(len(a), drills, names[0] != names[1])
     for word, value_of, allowed in numbers:
         values = [np.array([value_of(c) for c in path.cycles], dtype=np.float64)[path.ref[drills]] for path in (a, b)]
-        yield word, _spread(len(a), drills, ~_close(values[0], values[1], allowed))
+        yield word, _scatter(len(a), drills, ~_agree(values[0], values[1], allowed))
 
 
-def _spread(n: int, rows: NDArray[np.intp], mask: Mask) -> Mask:
+def _scatter(n: int, rows: NDArray[np.intp], mask: Mask) -> Mask:
     full = np.zeros(n, dtype=bool)
     full[rows] = mask
     return full
@@ -154,7 +154,7 @@ def _arc_mask(a: Toolpath, b: Toolpath, tolerance: float) -> Mask:
     return wrong
 
 
-def _explain(a: Toolpath, b: Toolpath, row: int, masks: list[tuple[str, Mask]]) -> Difference:
+def _mask_difference(a: Toolpath, b: Toolpath, row: int, masks: list[tuple[str, Mask]]) -> Difference:
     kind = next(word for word, mask in masks if mask[row])
     before, after = _SHOWN.get(kind, _shown_row)(a, row), _SHOWN.get(kind, _shown_row)(b, row)
     text = f"planned {before}, written {after}"
@@ -167,18 +167,18 @@ def _shown_row(path: Toolpath, row: int) -> str:
     return describe(path[row])
 
 
-def _of_cycle(word: str, unit: str) -> Callable[[Toolpath, int], str]:
+def _cycle_value(word: str, unit: str) -> Callable[[Toolpath, int], str]:
     return lambda path, row: f"{getattr(path.cycles[int(path.ref[row])], word)}{unit}"
 
 
 _SHOWN: dict[str, Callable[[Toolpath, int], str]] = {
     "feed": lambda path, row: f"{path.value[row] * 60.0:.6g} mm/min",
     "arc": lambda path, row: str(path.arcs[int(path.ref[row])]),
-    "cycle": _of_cycle("name", ""),
-    "R plane": _of_cycle("r_plane", " mm"),
-    "depth": _of_cycle("bottom", " mm"),
-    "peck": _of_cycle("peck", " mm"),
-    "cycle dwell": _of_cycle("dwell", " s"),
+    "cycle": _cycle_value("name", ""),
+    "R plane": _cycle_value("r_plane", " mm"),
+    "depth": _cycle_value("bottom", " mm"),
+    "peck": _cycle_value("peck", " mm"),
+    "cycle dwell": _cycle_value("dwell", " s"),
 }
 
 

@@ -57,12 +57,12 @@ def check_surface(
     has_position = np.isfinite(before).all(axis=1) & np.isfinite(path.end).all(axis=1)
     upright = (path.end[:, :2] == before[:, :2]).all(axis=1)
     rises = upright & (path.end[:, 2] >= before[:, 2])
-    allowed = rises | _back_in_holes(path, upright & ~rises, tool_radii)
+    allowed = rises | _returns_into_holes(path, upright & ~rises, tool_radii)
     rapids = np.flatnonzero((path.kind == Kind.RAPID) & has_position & ~allowed)
     radius = np.array([tool_radii.get(int(tool), 0.0) for tool in path.tool[rapids]])
     text = f"the tool meets the surface, or comes nearer than {LEAST_CLEARANCE:g} mm above it"
     wrong = [
-        Difference("rapid into the part", 0, int(path.line[row]), f"{text}; {_from_to(path, before, row)}")
+        Difference("rapid into the part", 0, int(path.line[row]), f"{text}; {_motion_text(path, before, row)}")
         for row in _rows_meeting(path, before, rapids, triangles, -LEAST_CLEARANCE, radius, dogleg)
     ]
     moves = np.flatnonzero(np.isin(path.kind, _MOVES) & has_position & ~rises)
@@ -76,7 +76,7 @@ def check_surface(
             meeting_rows.update(rows)
     body = "the tool meets the surface above its flutes"
     wrong += [
-        Difference("shank or holder in the part", 0, int(path.line[row]), f"{body}; {_from_to(path, before, row)}")
+        Difference("shank or holder in the part", 0, int(path.line[row]), f"{body}; {_motion_text(path, before, row)}")
         for row in sorted(meeting_rows)
     ]
     return shorten(wrong)
@@ -87,12 +87,14 @@ def meets_area(triangles: NDArray[np.float64], area: Any, radius: float, height:
     high = triangles[triangles[:, :, 2].max(axis=1) > height]
     close_triangles = high[shapely.dwithin(shapely.convex_hull(shapely.multipoints(high[:, :, :2])), area, radius)]
     return any(
-        bool(shapely.dwithin(shapely.convex_hull(shapely.MultiPoint(_above(triangle, height))), area, radius))
+        bool(shapely.dwithin(shapely.convex_hull(shapely.MultiPoint(_part_above(triangle, height))), area, radius))
         for triangle in close_triangles
     )
 
 
-def _back_in_holes(path: Toolpath, descending: NDArray[np.bool_], tool_radii: Mapping[int, float]) -> NDArray[np.bool_]:
+def _returns_into_holes(
+    path: Toolpath, descending: NDArray[np.bool_], tool_radii: Mapping[int, float]
+) -> NDArray[np.bool_]:
     """Return which straight-down rapids end no lower than an earlier feed of a tool at least as wide there."""
     result = np.zeros(len(path.end), dtype=bool)
     holes: dict[tuple[float, float], list[tuple[float, float]]] = {}
@@ -107,7 +109,7 @@ def _back_in_holes(path: Toolpath, descending: NDArray[np.bool_], tool_radii: Ma
     return result
 
 
-def _from_to(path: Toolpath, before: NDArray[np.float64], row: int) -> str:
+def _motion_text(path: Toolpath, before: NDArray[np.float64], row: int) -> str:
     start, end = (place(*p) for p in (before[row].tolist(), path.end[row].tolist()))
     return f"this move goes from {start} to {end}"
 
@@ -128,7 +130,7 @@ def _rows_meeting(
     result: list[int] = []
     for first in range(0, len(rows), _BATCH):
         batch = slice(first, first + _BATCH)
-        meeting = _meeting(
+        meeting = _moves_meeting(
             tree, high, before[rows[batch]], path.end[rows[batch]], lowest[batch] + _TOLERANCE,
             np.maximum(radius[batch] - _TOLERANCE, 0.0), dogleg,
         )  # fmt: skip
@@ -136,7 +138,7 @@ def _rows_meeting(
     return result
 
 
-def _meeting(
+def _moves_meeting(
     tree: shapely.STRtree, triangles: NDArray[np.float64], start: NDArray[np.float64], end: NDArray[np.float64],
     height: NDArray[np.float64], radius: NDArray[np.float64], dogleg: bool,
 ) -> NDArray[np.int64]:  # fmt: skip
@@ -158,13 +160,13 @@ def _meeting(
     for index, triangle in zip(move[above & ~whole].tolist(), triangle_index[above & ~whole].tolist(), strict=True):
         if index in meets:
             continue
-        part = _above(triangles[triangle], float(height[index]))
+        part = _part_above(triangles[triangle], float(height[index]))
         if shapely.dwithin(shapes[index], shapely.convex_hull(shapely.MultiPoint(part)), float(radius[index])):
             meets.add(index)
     return np.array(sorted(meets), dtype=np.int64)
 
 
-def _above(triangle: NDArray[np.float64], height: float) -> list[tuple[float, float]]:
+def _part_above(triangle: NDArray[np.float64], height: float) -> list[tuple[float, float]]:
     """Return the corners, seen from above, of the part of a triangle at or above a height."""
     corners = []
     for k in range(3):

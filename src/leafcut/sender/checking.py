@@ -118,11 +118,11 @@ def _check_speeds(job: SendJob, facts: Facts) -> None:
         limit = f"{facts.names.fastest}={facts.fastest:g}"
         problem = f"S{abs(path.value[row]):g} in line {int(path.line[row])} is above the controller's {limit}"
         raise SendError(f"{problem}; is this the program of another machine?")
-    if not job.laser and _speed_now(facts) == 0.0:
+    if not job.laser and _current_speed(facts) == 0.0:
         _check_spindle(job)
 
 
-def _speed_now(facts: Facts) -> float | None:
+def _current_speed(facts: Facts) -> float | None:
     """Return the spindle speed set in the controller, rpm; None if it does not report one."""
     return next((float(word[1:]) for word in facts.modes if word.startswith("S")), None)
 
@@ -260,11 +260,11 @@ def _check_heights(job: SendJob, facts: Facts, path: Toolpath) -> None:
         line, height = int(planned.line[row]), float(np.fmin(before[row, 2], path.end[row, 2]))
         raise SendError(
             f"line {line} '{job.text(line)}' is a rapid at Z{height:.3f}, below the surface of the part: "
-            f"{_cause(job, facts, planned, row)}; if that is right, add --accept {code}"
+            f"{_height_cause(job, facts, planned, row)}; if that is right, add --accept {code}"
         )
 
 
-def _cause(job: SendJob, facts: Facts, path: Toolpath, row: int) -> str:
+def _height_cause(job: SendJob, facts: Facts, path: Toolpath, row: int) -> str:
     """Return the cause of a height: the last move in machine coordinates and its stored position or work zero."""
     cause_row = int(np.flatnonzero(path.kind[: row + 1] == Kind.MACHINE)[-1])
     line = int(path.line[cause_row])

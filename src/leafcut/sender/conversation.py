@@ -175,7 +175,7 @@ class Conversation(ABC):
 
     # Common to all firmwares.
 
-    def _until(self, seconds: float) -> float:
+    def _deadline(self, seconds: float) -> float:
         return self.clock() + seconds * self.patience
 
     def write(self, data: bytes) -> None:
@@ -223,7 +223,7 @@ class Conversation(ABC):
 
         The first query is immediate, or after the first interval with `later`. The caller may stop early.
         """
-        end, next_query = self._until(seconds), self.clock() + (interval or 0.0) * later
+        end, next_query = self._deadline(seconds), self.clock() + (interval or 0.0) * later
         while self.clock() < end:
             if interval is not None and self.clock() >= next_query:
                 (query or self.ask_status)()
@@ -238,7 +238,7 @@ class Conversation(ABC):
         SendError
             The machine is moving, or another firmware answers.
         """
-        if motion := self._moving():
+        if motion := self._motion_state():
             raise SendError(f"the machine is {motion}; wait until it stands, or use --unlock")
         return self.gather()
 
@@ -250,11 +250,11 @@ class Conversation(ABC):
         SendError
             The machine is moving, does not report its settings, or another firmware answers.
         """
-        if motion := self._moving():
+        if motion := self._motion_state():
             raise SendError(f"the machine is {motion}; wait until it stands")
         return self.gather_settings()
 
-    def _moving(self) -> str:
+    def _motion_state(self) -> str:
         """Return the current activity in words; "" if the machine is at rest."""
         status = self.fresh_status()
         return "" if status.state in ("Idle", *LOCKED) else state_in_words(status)

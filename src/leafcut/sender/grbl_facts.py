@@ -32,23 +32,23 @@ _ZERO_AT_HOME, _NO_LOCK = "Z", "L"
 _PLACES = ("G54", "G55", "G56", "G57", "G58", "G59", "G28", "G30", "G92", "TLO")
 
 
-def _numbered(first: int) -> tuple[str, str, str]:
+def _setting_names(first: int) -> tuple[str, str, str]:
     return (f"${first}", f"${first + 1}", f"${first + 2}")
 
 
-def _of_axes(key: str) -> tuple[str, str, str]:
+def _axis_names(key: str) -> tuple[str, str, str]:
     return (f"{key} of x", f"{key} of y", f"{key} of z")
 
 
 _GRBL_NAMES = SettingNames(
-    "$22=0", "$20=0", _numbered(_TRAVELS), _numbered(_RATES), _numbered(_ACCELERATIONS), "$30", "$32"
+    "$22=0", "$20=0", _setting_names(_TRAVELS), _setting_names(_RATES), _setting_names(_ACCELERATIONS), "$30", "$32"
 )
 _FLUIDNC_NAMES = SettingNames(
     "not every axis has homing with a cycle",
     "soft_limits",
-    _of_axes("max_travel_mm"),
-    _of_axes("max_rate_mm_per_min"),
-    _of_axes("acceleration_mm_per_sec2"),
+    _axis_names("max_travel_mm"),
+    _axis_names("max_rate_mm_per_min"),
+    _axis_names("acceleration_mm_per_sec2"),
     "speed_map",
     "$32",
 )
@@ -111,10 +111,10 @@ class _Settings(dict[str, str]):
 
     def axes(self, first: int, factor: float = 1.0) -> XYZ | None:
         """Return a setting per axis; None if the controller lacks it for any axis."""
-        if not all(self.get(name) for name in _numbered(first)):
+        if not all(self.get(name) for name in _setting_names(first)):
             return None
         x, y, z = (self.number(first + axis) * factor for axis in range(3))
-        return moving((x, y, z), _numbered(first))
+        return moving((x, y, z), _setting_names(first))
 
 
 def _with_settings(settings: _Settings, letters: str, facts: Facts) -> Facts:
@@ -175,7 +175,7 @@ def _with_configuration(facts: Facts, text: str, *, homed: bool) -> Facts:
         clock=Clock(
             moving(settings.rates, _FLUIDNC_NAMES.rates),
             moving(settings.accelerations, _FLUIDNC_NAMES.accelerations),
-            moving(settings.steps, _of_axes("steps_per_mm")),
+            moving(settings.steps, _axis_names("steps_per_mm")),
             settings.deviation,
             settings.arc_tolerance,
         ),

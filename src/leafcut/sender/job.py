@@ -30,7 +30,10 @@ from leafcut.sender.lines import Pause, SentStep, in_dialect, steps_of
 #: Codes that need --accept whatever their severity: dangers, limits of the machine, unknown effects.
 _NEVER = ("L803", "L806", "L808")
 #: Rows that move the origin, or whose effect only the machine knows.
-_LOST = {Kind.FOREIGN: "is not understood", Kind.SHIFT: "moves the origin, so later lines cannot be checked"}
+_NOT_UNDERSTOOD = {
+    Kind.FOREIGN: "is not understood",
+    Kind.SHIFT: "moves the origin, so that nothing behind it can be checked",
+}
 #: Modes that the program reader assumes before the first line, and the words for its default units.
 _AT_FIRST = "G17 G90 G94 G40 G49 G80"
 _UNITS = {"mm": "G21", "in": "G20"}
@@ -183,10 +186,10 @@ def job_of(
     """Return the text of a program as a job; see `read_job`."""
     program = interpret_program(text, controller_dialect, file, units=units or machine.units)
     steps = (
-        *_opening(program, controller_dialect, units or machine.units),
+        *_opening_lines(program, controller_dialect, units or machine.units),
         *steps_of(program.lines, controller_dialect, file),
     )
-    _check_known(program, file)
+    _check_understood(program, file)
     dangers = find_dangers(program, machine, "laser" if machine.head is Head.LASER else "mill")
     for issue in dangers:
         if (issue.severity is Severity.DANGER or issue.code in _NEVER) and issue.code not in accept:
@@ -200,7 +203,7 @@ def job_of(
     return SendJob(file, machine, controller_dialect, program, steps, tuple(issues), tuple(accept))
 
 
-def _opening(program: Program, controller_dialect: Dialect, units: str) -> list[SentLine]:
+def _opening_lines(program: Program, controller_dialect: Dialect, units: str) -> list[SentLine]:
     """Return the lines that set the state in which the program was read, whatever modes the controller is in."""
     if not spoken(controller_dialect, _UNITS[units]):
         raise OptionError(f"{controller_dialect.name} has no {_UNITS[units]}: a program for it must be in millimetres")
@@ -211,9 +214,9 @@ def _opening(program: Program, controller_dialect: Dialect, units: str) -> list[
     return [SentLine(text) for text in spoken(controller_dialect, *blocks)]
 
 
-def _check_known(program: Program, file: str) -> None:
+def _check_understood(program: Program, file: str) -> None:
     path = program.path
-    for kind, consequence in _LOST.items():
+    for kind, consequence in _NOT_UNDERSTOOD.items():
         rows = np.flatnonzero(path.kind == kind)
         if len(rows):
             line = int(path.line[rows[0]])

@@ -55,10 +55,10 @@ def spoken(dialect: Dialect, *texts: str) -> list[str]:
     If the controller takes one command per line, ``F100`` alone becomes ``G1 F100``, which moves nothing; any other
     word without a command is dropped.
     """
-    return [line for text in texts for line in _spoken(dialect, text)]
+    return [line for text in texts for line in _in_dialect(dialect, text)]
 
 
-def _spoken(dialect: Dialect, text: str) -> list[str]:
+def _in_dialect(dialect: Dialect, text: str) -> list[str]:
     commands: list[list[str]] = []
     for word in words_of(text):
         if word.letter == "G" and round(word.value * 10) not in dialect.g_codes:
@@ -70,7 +70,7 @@ def _spoken(dialect: Dialect, text: str) -> list[str]:
             if is_alone and word.letter != "F":
                 continue
             commands.append(["G1"] if is_alone else [])
-        commands[-1].append(_written(word))
+        commands[-1].append(_word_text(word))
     return [_joined(dialect, command) for command in commands]
 
 
@@ -148,7 +148,7 @@ class _LineReader:
             self.ended = self.begun
             return []
         block_words = words_of(body.removeprefix("/"))
-        self._check(block_words)
+        self._check_words(block_words)
         if comments:
             self.remark, self.remarked = shown(comments[-1]), number
         for word in block_words:
@@ -157,7 +157,7 @@ class _LineReader:
         self.begun |= bool(block_words)
         codes = {int(word.value) for word in block_words if word.letter == "M"}
         self.ended = bool(codes & {2, 30})
-        text = _joined(self.dialect, [_written(word) for word in block_words if not _is_ours(word)])
+        text = _joined(self.dialect, [_word_text(word) for word in block_words if not _is_dropped(word)])
         if self.dialect.one_command and codes & {*self.stops, 6}:
             text = ""  # text after M0 is for the operator
         if len(text) > LONGEST_LINE:
@@ -176,7 +176,7 @@ class _LineReader:
         remark = self.remark if number - self.remarked <= _REACH else ""
         return Pause(number, change, self.tool if change else None, remark)
 
-    def _check(self, block_words: Sequence[Word]) -> None:
+    def _check_words(self, block_words: Sequence[Word]) -> None:
         """Refuse words that this controller lacks, whatever the interpreter makes of them."""
         for word in block_words:
             is_known = word.letter in _LETTERS or word.letter == "N"
@@ -191,9 +191,9 @@ class _LineReader:
                 raise BlockError(f"{word} is not a word of {self.dialect.name}; {remedy}")
 
 
-def _is_ours(word: Word) -> bool:
+def _is_dropped(word: Word) -> bool:
     return word.letter == "N" or (word.letter == "M" and word.value in (0, 6))
 
 
-def _written(word: Word) -> str:
+def _word_text(word: Word) -> str:
     return f"{word.letter}{word.text.removeprefix('+')}"

@@ -321,10 +321,10 @@ class MarlinConversation(Conversation):
         SendError
             An earlier line is not answered.
         """
-        deadline = self._until(PLANNED_SECONDS)
+        deadline = self._deadline(PLANNED_SECONDS)
         while not self._is_free:
             if any(isinstance(answer, Status) for answer in self.listen()):
-                deadline = self._until(PLANNED_SECONDS)
+                deadline = self._deadline(PLANNED_SECONDS)
             if self.clock() > deadline:
                 raise SendError(f"nothing answers on {self.port.name} any more")
         self._send_numbered(text)
@@ -373,7 +373,7 @@ class MarlinConversation(Conversation):
         self._clear_line()
         self._stray_answers = 0
         quiet = self.clock()
-        until = self._until(ANSWER_SECONDS)
+        until = self._deadline(ANSWER_SECONDS)
         while self.clock() - quiet < 2 * QUIET_SECONDS and self.clock() < until:
             if self.listen():
                 quiet = self.clock()

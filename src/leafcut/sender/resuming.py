@@ -102,15 +102,15 @@ def resumed(job: SendJob, line: int, height: float | None = None) -> tuple[tuple
     first = int(program.line[block])
     modal, row = program.modal(block), int(program.first[block])
     path = program.path
-    position = _place_before(job, row, first)
+    position = _position_before(job, row, first)
     lead = spoken(job.words, *_lead_in(job, modal, path, row, position, height))
     rest = steps_of(program.lines, job.words, job.file, first)
     rest = with_motion(rest, modal.motion)
-    _prove(job, lead, rest, row, first)
+    _verify(job, lead, rest, row, first)
     return (*(SentLine(text) for text in lead), *rest), modal.next_tool if modal.tool is None else modal.tool
 
 
-def _place_before(job: SendJob, row: int, line: int) -> XYZ:
+def _position_before(job: SendJob, row: int, line: int) -> XYZ:
     """Return the tool position before a row; Z is 0 for a laser that never moves Z."""
     path = job.program.path
     if row >= len(path):
@@ -155,7 +155,7 @@ def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, position: XYZ
         if modal.spindle and job.machine.spindle_start_s:
             lines.append(dwell(job.words, job.machine.spindle_start_s))
     if len(known_heights):
-        lines.append(_way_down(job, modal, row, z))
+        lines.append(_move_down(job, modal, row, z))
     # From here on in the modes of the program.
     lines += _units_and_feed(modal)
     lines.append(f"G{modal.plane} G{91 if modal.incremental else 90}")
@@ -170,7 +170,7 @@ def _rapid_feed(job: SendJob, axes: str) -> str:
     return f" F{number_in_mm(60.0 * min(job.machine.rapid_velocity['XYZ'.index(axis)] for axis in axes))}"
 
 
-def _way_down(job: SendJob, modal: Modal, row: int, z: float) -> str:
+def _move_down(job: SendJob, modal: Modal, row: int, z: float) -> str:
     """Return the move down to the resume position."""
     path = job.program.path
     before = path.before[row]
@@ -180,7 +180,7 @@ def _way_down(job: SendJob, modal: Modal, row: int, z: float) -> str:
         first = row + int(moves[0])
         sideways = bool(np.isfinite(path.end[first, :2]).all() and (path.end[first, :2] != before[:2]).any())
         travels = path.kind[first] == Kind.RAPID and (sideways or bool(path.end[first, 2] > z))
-        travels &= sideways or _came_by_rapid(path, row)
+        travels &= sideways or _arrives_by_rapid(path, row)
     if travels:
         return f"G0 Z{number_in_mm(z)}{_rapid_feed(job, 'Z')}"
     feed = modal.feed * (modal.unit or 1.0)
@@ -192,7 +192,7 @@ def _way_down(job: SendJob, modal: Modal, row: int, z: float) -> str:
     return f"G1 Z{number_in_mm(z)} F{number_in_mm(feed)}"
 
 
-def _came_by_rapid(path: Toolpath, row: int) -> bool:
+def _arrives_by_rapid(path: Toolpath, row: int) -> bool:
     """Return whether the last move before a row was a rapid up or sideways, so that its end is clear of material."""
     moves = np.flatnonzero(path.kind[:row] <= Kind.ARC_CCW)
     if not len(moves):
@@ -261,7 +261,7 @@ def with_motion(rest: list[SentStep], motion: int | None) -> list[SentStep]:
     return done
 
 
-def _prove(job: SendJob, lead: list[str], steps: list[SentStep], row: int, line: int) -> None:
+def _verify(job: SendJob, lead: list[str], steps: list[SentStep], row: int, line: int) -> None:
     """Read the lines to send, and compare them with the rest of the program.
 
     Raises

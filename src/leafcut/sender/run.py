@@ -159,7 +159,7 @@ class _Silent(PortLost):
     """The port is open, but the controller no longer answers."""
 
 
-class _Asked(Exception):
+class _StopRequested(Exception):
     """The operator wants to stop."""
 
 
@@ -244,15 +244,15 @@ class SendRun:
                 self.talk.prepare()
             self._heard_at = self._owed_since = self.talk.clock()
             self._send_all()
-            return self._leave_check() if self.check else self._ending("", self.talk.status)
+            return self._leave_check() if self.check else self._describe_ending("", self.talk.status)
         except _Silent as silent:
             return self._lost(f"{silent}; {self._stop_unanswered()}")
         except PortLost as lost:
             return self._lost_ending(str(lost))
-        except (_Asked, Interrupted, KeyboardInterrupt):
-            return self._stopped("stopped by you")
+        except (_StopRequested, Interrupted, KeyboardInterrupt):
+            return self._stop_machine("stopped by you")
         except LeafcutError as problem:
-            return self._stopped(str(problem), after_alarm=isinstance(problem, _Alarmed))
+            return self._stop_machine(str(problem), after_alarm=isinstance(problem, _Alarmed))
 
     def _skip_first_tool(self) -> None:
         """Assume that the first tool is mounted if nobody can be asked; refuse a program with any other pause.
@@ -273,20 +273,20 @@ class SendRun:
 
     def _send_all(self) -> None:
         while True:
-            self._obey()
+            self._process_requests()
             self._step_override()
-            self._fill()
+            self._fill_buffer()
             for answer in self.talk.listen():
-                self._hear(answer)
+                self._process_message(answer)
             if not self.left and not self.counter.waiting and self._rests >= 2:
                 return
             self._check_connection()
 
-    def _obey(self) -> None:
+    def _process_requests(self) -> None:
         while self.requests:
             request = self.requests.popleft()
             if request is Request.STOP:
-                raise _Asked
+                raise _StopRequested
             if request in (Request.HOLD, Request.RESUME):
                 self._to_resume = request is Request.RESUME
                 if request is Request.HOLD:
@@ -312,7 +312,7 @@ class SendRun:
         self._changing = True
         self._asked_at = 0.0
 
-    def _fill(self) -> None:
+    def _fill_buffer(self) -> None:
         """Send as many steps as fit; at a pause, wait until the machine is at rest."""
         while self.left:
             step = self.left[0]
@@ -344,18 +344,18 @@ class SendRun:
         if (
             self._rests >= 2
             and self.counter.waiting
-            and now - self._owed_since > OWING_SECONDS * self.talk.patience + self._dwell()
+            and now - self._owed_since > OWING_SECONDS * self.talk.patience + self._dwell_seconds()
         ):
             raise _Ended("an answer was lost on the way, so the lines can no longer be counted; look at the cable")
 
-    def _dwell(self) -> float:
+    def _dwell_seconds(self) -> float:
         """Return the dwell of the oldest unanswered line, s."""
         oldest = self.counter.waiting[0].text
         if "G4" not in oldest and "G04" not in oldest:
             return 0.0
         return sum(word.value for word in words_of(split_line(oldest)[0]) if word.letter == "P")
 
-    def _hear(self, answer: ControllerAnswer) -> None:
+    def _process_message(self, answer: ControllerAnswer) -> None:
         self._heard_at = self.talk.clock()
         match answer:
             case Accepted():
@@ -416,18 +416,18 @@ class SendRun:
         self._sure = position is not None
         if position is None:
             return last
-        self._passed = self._tracker.line_at(position, min(self._earliest, last), last)
+        self._passed = self._tracker.line_at(position, min(self._earliest_line, last), last)
         return self._passed
 
     @property
-    def _earliest(self) -> int:
+    def _earliest_line(self) -> int:
         """The earliest line that the machine may be in."""
         return max(self._passed, self._history[0] if len(self._history) == self.talk.max_ahead else self._first)
 
-    def _settle_line(self) -> None:
+    def _assume_earliest_line(self) -> None:
         """If the position is unknown, use the earliest possible line, so that no line is skipped."""
         if not self._sure:
-            self.line = min(self._earliest, max(self.taken, self._first))
+            self.line = min(self._earliest_line, max(self.taken, self._first))
 
     def _program_place(self, status: Status) -> XYZ | None:
         return self.facts.work_place(status, self._offset)
@@ -463,22 +463,22 @@ class SendRun:
         while True:
             answer = self.prompt(pause, replies)
             if answer is None:
-                raise _Asked
+                raise _StopRequested
             if not answer.strip():
                 break
-            replies, changed = self._obey_line(answer.strip()), True
+            replies, changed = self._send_operator_line(answer.strip()), True
         self._heard_at = self.talk.clock()
         following = next((step.number for step in self.left if isinstance(step, SentLine)), 0)
         if not following:
             return
         if changed or self.touched:
             self.touched = False
-            self._come_back(pause, following)
+            self._restore_state(pause, following)
         elif pause.change and not self.job.laser:
             self.left.extendleft(reversed(spindle_words(self.job, following)))
         self._heard_at, self._rests = self.talk.clock(), 0
 
-    def _obey_line(self, text: str) -> list[str]:
+    def _send_operator_line(self, text: str) -> list[str]:
         try:
             data = text.upper() if text.isascii() and text.isprintable() else ""
             if not data or len(data) > 79 or set(data) & set("!?~"):
@@ -490,7 +490,7 @@ class SendRun:
         except SendError as problem:
             return [str(problem)]
 
-    def _come_back(self, pause: Pause, following: int) -> None:
+    def _restore_state(self, pause: Pause, following: int) -> None:
         """Read origins and position again, and continue at the next line in the program's state there."""
         self._wait_idle()
         self.facts = self.talk.facts()
@@ -524,18 +524,18 @@ class SendRun:
         status = self.talk.reset()
         errors = self._errors
         reason = f"{errors[0][1]}" + (f"; {len(errors) - 1} more" if len(errors) > 1 else "") if errors else ""
-        return self._ending(reason, status)
+        return self._describe_ending(reason, status)
 
-    def _stopped(self, reason: str, *, after_alarm: bool = False) -> Ending:
+    def _stop_machine(self, reason: str, *, after_alarm: bool = False) -> Ending:
         """Stop the machine and report the end; `after_alarm` if an alarm has stopped it already."""
         try:
             stop = self.talk.halt if after_alarm else self.talk.reset if self.check else self.talk.stop
-            status = stop(self._hear_late)
+            status = stop(self._process_late_answer)
         except PortLost as lost:
             return self._lost_ending(f"{reason}; {lost}")
         except SendError as problem:
             return self._lost_ending(f"{reason}; {problem}")
-        return self._ending(reason, status)
+        return self._describe_ending(reason, status)
 
     def _stop_unanswered(self) -> str:
         try:
@@ -543,7 +543,7 @@ class SendRun:
         except LeafcutError:
             return "no stop could be sent"
 
-    def _hear_late(self, answer: ControllerAnswer) -> None:
+    def _process_late_answer(self, answer: ControllerAnswer) -> None:
         """Count answers and update the position while the machine comes to rest."""
         if isinstance(answer, Accepted | Refused):
             line = self.counter.answered()
@@ -553,9 +553,9 @@ class SendRun:
             self._offset = answer.offset or self._offset
             self.line = self._line_of(self._program_place(answer))
 
-    def _ending(self, reason: str, status: Status | None) -> Ending:
+    def _describe_ending(self, reason: str, status: Status | None) -> Ending:
         self.counter.forget()
-        self._settle_line()
+        self._assume_earliest_line()
         complete = not reason
         state = "standing still" if status is None else state_in_words(replace(status, detail=None))
         return Ending(
@@ -564,7 +564,7 @@ class SendRun:
             taken=self.taken,
             sent=self.sent,
             line=0 if self.taken < self._first else self.line,
-            hole=self._hole(),
+            hole=self._unfinished_hole(),
             state=state,
             homed=status is None or status.state not in (*LOCKED, STOPPED_SHORT),
             place=None if status is None else self.facts.machine_place(status),
@@ -575,7 +575,7 @@ class SendRun:
 
     def _lost_ending(self, reason: str) -> Ending:
         """Describe a machine that cannot be reached: it runs the lines that it has, then rests."""
-        self._settle_line()
+        self._assume_earliest_line()
         last = self.talk.status
         is_turning = self._spindle_turns()
         state_text = (
@@ -592,7 +592,7 @@ class SendRun:
             taken=self.taken,
             sent=self.sent,
             line=0 if self.taken < self._first else self.line,
-            hole=self._hole(),
+            hole=self._unfinished_hole(),
             state=f"{state_text}{spindle}",
             homed=False,
             place=None if last is None else self.facts.machine_place(last),
@@ -601,7 +601,7 @@ class SendRun:
             coordinates=self.facts.names.coordinates,
         )
 
-    def _hole(self) -> DrilledHole | None:
+    def _unfinished_hole(self) -> DrilledHole | None:
         """Return the unfinished hole: the hole at the line, or the next hole if that one is finished."""
         hole = self.job.hole_at(self.line)
         if hole is None:

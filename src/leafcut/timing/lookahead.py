@@ -64,7 +64,7 @@ def move_seconds(moves: Moves, machine: Machine, style: str) -> Floats:
 
 
 def _seconds(moves: Moves, machine: Machine, style: str) -> Floats:
-    corners = _in_blocks(moves, machine, style)
+    corners = _corners_in_blocks(moves, machine, style)
     if style == "linuxcnc":
         return _linuxcnc_seconds(moves, corners)
     acceleration = moves.acceleration * machine.acceleration_factor
@@ -79,7 +79,7 @@ def round_speed(moves: Moves, acceleration: Floats) -> Floats:
     return np.where(radius > 0, np.sqrt(acceleration * radius), np.inf)
 
 
-def _in_blocks(moves: Moves, machine: Machine, style: str) -> Corners:
+def _corners_in_blocks(moves: Moves, machine: Machine, style: str) -> Corners:
     """Return all corners. The last move is followed by itself, which has no effect because it is flushed."""
     blocks = []
     for first in range(0, len(moves), _BLOCK):
@@ -140,7 +140,7 @@ def travel_seconds(pieces: Pieces, depth: int, n_moves: int | None = None) -> Fl
     gain = 2.0 * acceleration * length
     total_gain = np.cumsum(gain)
     backward_limit = np.minimum(
-        _least_ahead(limit * limit + total_gain, depth),
+        _lookahead_minimum(limit * limit + total_gain, depth),
         total_gain[np.minimum(np.arange(len(total_gain)) + depth, len(total_gain) - 1)],
     )
     backward_square = backward_limit - total_gain
@@ -156,7 +156,7 @@ def travel_seconds(pieces: Pieces, depth: int, n_moves: int | None = None) -> Fl
     return seconds
 
 
-def _least_ahead(value: Floats, depth: int) -> Floats:
+def _lookahead_minimum(value: Floats, depth: int) -> Floats:
     """Return the minimum of every value and the `depth` values after it.
 
     In blocks of the window's size: a window is the end of one block and the start of the next.

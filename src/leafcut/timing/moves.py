@@ -94,7 +94,7 @@ def moves_of(
     steps = _steps(path, machine, delta, turns, mode, tolerance, joining)
     if np.any((steps.mode == BLEND) & (steps.joining > 0)):
         steps = joined_steps(steps, turns)
-    length, limit, acceleration, start, end = _straight(steps, machine)
+    length, limit, acceleration, start, end = _straight_limits(steps, machine)
     turn = Turn(*(np.zeros((len(length), *column.shape[1:])) for column in turns.turn))
     on_arc = np.flatnonzero(steps.arc >= 0)
     if len(on_arc):
@@ -147,7 +147,7 @@ def changes_power(path: Toolpath) -> Mask:
     return changes
 
 
-def _straight(steps: MovingRows, machine: Machine) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+def _straight_limits(steps: MovingRows, machine: Machine) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Return length, limits of velocity and acceleration, and tangents of straight moves."""
     moved = np.abs(steps.delta)
     length = np.sqrt((moved * moved).sum(axis=1))

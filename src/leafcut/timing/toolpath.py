@@ -181,8 +181,8 @@ def _timed(
     pace: float = 1.0,
 ) -> _Timed:
     style = corner_style(machine)
-    path, source, mode, tolerance, joining = _expanded(path, style)
-    path, touching = _touched(path)
+    path, source, mode, tolerance, joining = _expand(path, style)
+    path, touching = _probes_as_feeds(path)
     delta, estimate = _displacements(path, machine, start, 3 if style == "grbl" else 2)
     turns = turns_of(path)
     cycle_s = CYCLE if style == "linuxcnc" else 0.0
@@ -190,7 +190,7 @@ def _timed(
     estimated = np.asarray(estimate[moves.row].any(axis=1)) | touching[moves.row]
     for at_rest in (estimated, np.append(estimated[1:], False)[: len(moves)]):
         moves.mode[at_rest], moves.flushed[at_rest] = REST, True
-    standing_seconds = _standing(path, machine, style)
+    standing_seconds = _standing_seconds(path, machine, style)
     if style == "grbl":
         move_times = grbl_seconds(path, machine, delta + estimate, moves, standing_seconds, lines, pace)
     else:
@@ -200,7 +200,7 @@ def _timed(
     return _Timed(path, source, delta, turns, moves, move_times, standing_seconds)
 
 
-def _touched(path: Toolpath) -> tuple[Toolpath, NDArray[np.bool_]]:
+def _probes_as_feeds(path: Toolpath) -> tuple[Toolpath, NDArray[np.bool_]]:
     """Return the path with its probes as feed moves to the contact point, and the rows of these, bool[n].
 
     The contact point is assumed at the program's surface: the height in the SHIFT (G92) after the probe. A probe
@@ -217,7 +217,7 @@ def _touched(path: Toolpath) -> tuple[Toolpath, NDArray[np.bool_]]:
     return replace(path, kind=kind, end=end), probes
 
 
-def _expanded(
+def _expand(
     path: Toolpath, style: str
 ) -> tuple[Toolpath, NDArray[np.int32], NDArray[np.int8], NDArray[np.float64], NDArray[np.float64]]:
     """Return the path with expanded cycles, the source row of each row, end modes, and P and Q of G64 in mm."""
@@ -274,7 +274,7 @@ def _displacements(
     return delta, estimate
 
 
-def _standing(path: Toolpath, machine: Machine, style: str) -> Floats:
+def _standing_seconds(path: Toolpath, machine: Machine, style: str) -> Floats:
     """Return the standing time of every row for a dwell, a tool change or the spindle, s.
 
     The tool in the spindle at the start is unknown, so the first tool is changed to. A dwell that only waits for the
