@@ -63,11 +63,11 @@ def spread_dirty(walk: AntPath) -> None:
     for _ in range(REACH):
         first, previous = dirty[0], dirty[m - 1]
         for at in range(m):
-            here = dirty[at]
+            current = dirty[at]
             following = dirty[at + 1] if at + 1 < m else first
             if previous == 1 or following == 1:
                 dirty[at] = 1
-            previous = here
+            previous = current
 
 
 @part
@@ -96,10 +96,10 @@ def choose_dirty(layers: Clusters, walk: AntPath, states: NDArray, k: int) -> No
 
 
 @part
-def copy_path(path: NDArray, to: NDArray) -> None:
-    """Copy a path int32[m]; a loop allocates no memory. Changes: to."""
+def copy_path(path: NDArray, target: NDArray) -> None:
+    """Copy a path int32[m]; a loop allocates no memory. Changes: target."""
     for at in range(len(path)):
-        to[at] = path[at]
+        target[at] = path[at]
 
 
 @part

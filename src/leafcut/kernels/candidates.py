@@ -12,43 +12,43 @@ from leafcut.kernels.neighbours import MOST_TWINS, REST, TWINS, Nearby, Tree, fi
 
 
 @part
-def _drop_farthest(found: NDArray, near: NDArray, per_quadrant: int) -> None:
-    """Drop the farthest of the points that are last in their quadrant, from the fullest quadrants. Changes: found."""
+def _drop_farthest(points: NDArray, distances: NDArray, per_quadrant: int) -> None:
+    """Drop the farthest of the points that are last in their quadrant, from the fullest quadrants. Changes: points."""
     for c in range(per_quadrant - 1, -1, -1):
         worst = -1
         for quadrant in range(4):
-            if found[quadrant, c] >= 0 and (worst < 0 or near[quadrant, c] > near[worst, c]):
+            if points[quadrant, c] >= 0 and (worst < 0 or distances[quadrant, c] > distances[worst, c]):
                 worst = quadrant
         if worst >= 0:
-            found[worst, c] = -1
+            points[worst, c] = -1
             return
 
 
 @part
-def _choose(found: NDArray, near: NDArray, per_quadrant: int, k: int, chosen: NDArray) -> int:
+def _choose(points: NDArray, distances: NDArray, per_quadrant: int, k: int, chosen: NDArray) -> int:
     """Choose k points: twins, the nearest per quadrant, the nearest of the rest; return the number of points.
 
-    Changes: found, chosen int32[≥k + 4·per_quadrant].
+    Changes: points, chosen int32[≥k + 4·per_quadrant].
     """
     count = 0
-    while count < min(k, MOST_TWINS) and found[TWINS, count] >= 0:
-        chosen[count] = found[TWINS, count]
+    while count < min(k, MOST_TWINS) and points[TWINS, count] >= 0:
+        chosen[count] = points[TWINS, count]
         count += 1
     size = count
     for quadrant in range(4):
         for c in range(per_quadrant):
-            if found[quadrant, c] >= 0:
+            if points[quadrant, c] >= 0:
                 size += 1
     for _ in range(k, size):
-        _drop_farthest(found, near, per_quadrant)
+        _drop_farthest(points, distances, per_quadrant)
     for c in range(per_quadrant):
         for quadrant in range(4):
-            if found[quadrant, c] >= 0:
-                chosen[count] = found[quadrant, c]
+            if points[quadrant, c] >= 0:
+                chosen[count] = points[quadrant, c]
                 count += 1
     c = 0
-    while count < k and found[REST, c] >= 0:
-        chosen[count] = found[REST, c]
+    while count < k and points[REST, c] >= 0:
+        chosen[count] = points[REST, c]
         count += 1
         c += 1
     return count

@@ -232,10 +232,10 @@ def way_height(cost: CostModel, i: int, j: int) -> float:
     """Return the travel height from node i to node j, mm: the higher of the two, or more."""
     xi, yi, xj, yj = cost.xy[i, 0], cost.xy[i, 1], cost.xy[j, 0], cost.xy[j, 1]
     if cost.code == DOGLEG:
-        over = highest_of_box(cost.matrix, xi, yi, xj, yj)
+        highest = highest_of_box(cost.matrix, xi, yi, xj, yj)
     else:
-        over = highest_of_line(cost.matrix, xi, yi, xj, yj)
-    return float(max(over, height_of(cost.matrix, i), height_of(cost.matrix, j)))
+        highest = highest_of_line(cost.matrix, xi, yi, xj, yj)
+    return float(max(highest, height_of(cost.matrix, i), height_of(cost.matrix, j)))
 
 
 @part

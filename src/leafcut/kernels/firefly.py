@@ -23,12 +23,12 @@ INVERSIONS = 2
 
 
 @kernel
-def edges_apart(tour: NDArray, other: NDArray, place: NDArray) -> int:
-    """Return the number of edges of a closed tour int32[h] that are not in `other`; `place` int32[h] is its inverse."""
+def edges_apart(tour: NDArray, second: NDArray, place: NDArray) -> int:
+    """Return the number of edges of a tour int32[h] that are missing in `second`; `place` int32[h] is its inverse."""
     h, count = len(tour), 0
     for k in range(h):
         index, before = place[tour[k]], tour[k - 1]
-        if other[index - 1] != before and other[index + 1 if index + 1 < h else 0] != before:
+        if second[index - 1] != before and second[index + 1 if index + 1 < h else 0] != before:
             count += 1
     return count
 
@@ -85,11 +85,11 @@ def fly(costs: NDArray, tour: NDArray, place: NDArray, moves: int, longest: int,
 
 
 @kernel
-def places_apart(tour: NDArray, other: NDArray) -> int:
+def places_apart(tour: NDArray, second: NDArray) -> int:
     """Return the number of places at which two tours int32[h] differ (Hamming distance)."""
     count = 0
     for k in range(len(tour)):
-        if tour[k] != other[k]:
+        if tour[k] != second[k]:
             count += 1
     return count
 

@@ -147,7 +147,7 @@ def _cut_segment(board: Board) -> None:
     peak = min(ring[at, NOMINAL], math.sqrt(0.5 * (2.0 * rate * remaining + speed * speed + exit2)))
     peak = max(peak, speed, exit_speed)
     slow_from = 0.5 * (peak * peak - exit2) / rate
-    enough = max(remaining - SEGMENT_STEPS / per_mm, 0.0)
+    min_remaining = max(remaining - SEGMENT_STEPS / per_mm, 0.0)
     time, limit, needed = 0.0, SEGMENT_S, 0.0
     cruise_s = (remaining - slow_from) / peak - SOON_S
     if cruise_s > SOON_S and speed >= peak * (1.0 - 1e-9):
@@ -174,7 +174,7 @@ def _cut_segment(board: Board) -> None:
                 speed -= rate * span
         time += min(needed, span)
         if time >= limit - 1e-12:
-            if remaining <= enough:
+            if remaining <= min_remaining:
                 break
             limit += SEGMENT_S
     _run_segment(board, remaining if remaining > 1e-9 else 0.0, speed, time)

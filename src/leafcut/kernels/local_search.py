@@ -103,10 +103,10 @@ def two_opt_move(cost: CostModel, tour: NDArray, place: NDArray, candidates: NDA
 def _within(tour: NDArray, place: NDArray, a: int, length: int, forward: bool, node: int) -> bool:
     """Return whether `node` is one of the `length` nodes that start with a."""
     n = len(tour)
-    ahead = place[node] - place[a] if forward else place[a] - place[node]
-    if ahead < 0:
-        ahead += n
-    return bool(ahead < length)
+    offset = place[node] - place[a] if forward else place[a] - place[node]
+    if offset < 0:
+        offset += n
+    return bool(offset < length)
 
 
 @part

@@ -198,23 +198,23 @@ def grow_tree(
 
 
 @part
-def _insert_sorted(found: NDArray, near: NDArray, row: int, capacity: int, j: int, d: float) -> None:
-    """Insert j at squared distance d into the sorted row, dropping the last of `capacity`. Changes: found, near."""
+def _insert_sorted(points: NDArray, distances: NDArray, row: int, capacity: int, j: int, d: float) -> None:
+    """Insert j at squared distance d into the sorted row; drop the last of `capacity`. Changes: points, distances."""
     slot = capacity - 1
-    while slot > 0 and near[row, slot - 1] > d:
-        near[row, slot], found[row, slot] = near[row, slot - 1], found[row, slot - 1]
+    while slot > 0 and distances[row, slot - 1] > d:
+        distances[row, slot], points[row, slot] = distances[row, slot - 1], points[row, slot - 1]
         slot -= 1
-    near[row, slot], found[row, slot] = d, j
+    distances[row, slot], points[row, slot] = d, j
 
 
 @part
-def _record_twin(found: NDArray, j: int) -> None:
-    """Record a twin, if there is space. Changes: found."""
+def _record_twin(points: NDArray, j: int) -> None:
+    """Record a twin, if there is space. Changes: points."""
     for c in range(MOST_TWINS):
-        if found[TWINS, c] == j:
+        if points[TWINS, c] == j:
             return
-        if found[TWINS, c] < 0:
-            found[TWINS, c] = j
+        if points[TWINS, c] < 0:
+            points[TWINS, c] = j
             return
 
 
@@ -225,15 +225,15 @@ def _scan(
     start: int,
     stop: int,
     i: int,
-    found: NDArray,
-    near: NDArray,
+    points: NDArray,
+    distances: NDArray,
     per_quadrant: int,
     capacity: int,
 ) -> int:
     """Keep the points of a run that are among the nearest of their quadrant, or of the rest as far as there is space.
 
     Of twins, only the first and the last are examined. Returns the space left for the rest.
-    Changes: found, near.
+    Changes: points, distances.
     """
     xi, yi, last = x[i], y[i], per_quadrant - 1
     step = max(1, stop - 1 - start) if stop - start > LEAF_SIZE else 1
@@ -241,25 +241,25 @@ def _scan(
         dx, dy = x[j] - xi, y[j] - yi
         d = dx * dx + dy * dy
         quadrant = (0 if dx > 0.0 else 1) if dy > 0.0 or (dy == 0.0 and dx > 0.0) else (2 if dx < 0.0 else 3)
-        limit = near[quadrant, last]
-        rest_limit = near[REST, capacity - 1] if capacity > 0 else -1.0
+        limit = distances[quadrant, last]
+        rest_limit = distances[REST, capacity - 1] if capacity > 0 else -1.0
         if d >= limit and d >= rest_limit:
             continue
         if dx == 0.0 and dy == 0.0:
             if j != i:
-                _record_twin(found, j)
+                _record_twin(points, j)
             continue
         if start < j < stop - 1 and x[j - 1] == x[j] == x[j + 1] and y[j - 1] == y[j] == y[j + 1]:
             continue
         if d >= limit:
-            _insert_sorted(found, near, REST, capacity, j, d)
+            _insert_sorted(points, distances, REST, capacity, j, d)
             continue
-        dropped = found[quadrant, last]
-        _insert_sorted(found, near, quadrant, per_quadrant, j, d)
+        dropped = points[quadrant, last]
+        _insert_sorted(points, distances, quadrant, per_quadrant, j, d)
         if dropped < 0:
             capacity -= 1
         elif limit < rest_limit:
-            _insert_sorted(found, near, REST, capacity, dropped, limit)
+            _insert_sorted(points, distances, REST, capacity, dropped, limit)
     return capacity
 
 
@@ -272,15 +272,15 @@ def squared_gap(box: NDArray, node: int, x: float, y: float) -> float:
 
 
 @part
-def _set_limits(found: NDArray, near: NDArray, per_quadrant: int, capacity: int, limit: NDArray) -> None:
+def _set_limits(points: NDArray, distances: NDArray, per_quadrant: int, capacity: int, limit: NDArray) -> None:
     """Set the squared distance limit of each row; row REST gets the largest. Changes: limit."""
-    rest_limit = near[REST, capacity - 1] if capacity > 0 else -1.0
+    rest_limit = distances[REST, capacity - 1] if capacity > 0 else -1.0
     limit[REST] = 0.0
     for quadrant in range(4):
-        limit[quadrant] = max(near[quadrant, per_quadrant - 1], rest_limit)
+        limit[quadrant] = max(distances[quadrant, per_quadrant - 1], rest_limit)
         limit[REST] = max(limit[REST], limit[quadrant])
     # Twins have distance 0, the only value below this limit.
-    limit[TWINS] = 1e-300 if found[TWINS, MOST_TWINS - 1] < 0 else 0.0
+    limit[TWINS] = 1e-300 if points[TWINS, MOST_TWINS - 1] < 0 else 0.0
 
 
 @part
@@ -311,13 +311,13 @@ def find_nearby(tree: Tree, i: int, per_quadrant: int, k: int, nearby: Nearby) -
     Changes: nearby.
     """
     x, y, box, child = tree.x, tree.y, tree.box, tree.child
-    found, near, stack, limit = nearby.found, nearby.near, nearby.stack, nearby.limit
+    points, distances, stack, limit = nearby.found, nearby.near, nearby.stack, nearby.limit
     xi, yi = x[i], y[i]
-    found[:] = -1
-    near[:] = math.inf
+    points[:] = -1
+    distances[:] = math.inf
     for j in range(max(0, i - 1), min(len(x), i + 2)):
         if j != i and x[j] == xi and y[j] == yi:
-            _record_twin(found, j)
+            _record_twin(points, j)
     node, up, capacity, height = -1, tree.leaf_of[i], k, 1
     stack[0] = up
     while up >= 0:
@@ -329,9 +329,9 @@ def find_nearby(tree: Tree, i: int, per_quadrant: int, k: int, nearby: Nearby) -
             left = child[box_node]
             if left < 0 or (box[box_node, 0] == box[box_node, 2] and box[box_node, 1] == box[box_node, 3]):
                 capacity = _scan(
-                    x, y, tree.begin[box_node], tree.stop[box_node], i, found, near, per_quadrant, capacity
+                    x, y, tree.begin[box_node], tree.stop[box_node], i, points, distances, per_quadrant, capacity
                 )
-                _set_limits(found, near, per_quadrant, capacity, limit)
+                _set_limits(points, distances, per_quadrant, capacity, limit)
                 continue
             right_first = squared_gap(box, left + 1, xi, yi) < squared_gap(box, left, xi, yi)
             stack[height] = left if right_first else left + 1

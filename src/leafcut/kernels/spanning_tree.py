@@ -60,27 +60,27 @@ def dense_tree(
 class ForestParts(NamedTuple):
     """The parts of a forest that are merged to a tree, round by round.
 
-    ======= =========== ===============================================================================
-    up      int64[n]    union–find: a part is identified by the root of its nodes
-    part    int32[n]    part of every node
-    low     int32[m]    smallest id of a part that has points in a box of the k-d tree
-    high    int32[m]    largest id; -1 for none
-    least   float64[m]  smallest penalty of its points
-    found   int32[n]    cheapest node of another part found for a node, or -1
-    reach   float64[n]  lower bound of the cost to other parts; the cost of `found`, if there is one
-    best    float64[n]  of every part: the cheapest edge that leaves it, from `leave` to `arrive`
-    leave   int64[n]
-    arrive  int64[n]
-    stack   int64[128]  boxes to visit
-    ======= =========== ===============================================================================
+    =========== ========== ==============================================================================
+    up          int64[n]   union–find: a part is identified by the root of its nodes
+    part        int32[n]   part of every node
+    low         int32[m]   smallest id of a part that has points in a box of the k-d tree
+    high        int32[m]   largest id; -1 for none
+    min_penalty float64[m] smallest penalty of its points
+    nearest     int32[n]   cheapest node of another part found for a node, or -1
+    reach       float64[n] lower bound of the cost to other parts; the cost of `nearest`, if there is one
+    best        float64[n] of every part: the cheapest edge that leaves it, from `leave` to `arrive`
+    leave       int64[n]
+    arrive      int64[n]
+    stack       int64[128] boxes to visit
+    =========== ========== ==============================================================================
     """
 
     up: NDArray
     part: NDArray
     low: NDArray
     high: NDArray
-    least: NDArray
-    found: NDArray
+    min_penalty: NDArray
+    nearest: NDArray
     reach: NDArray
     best: NDArray
     leave: NDArray
@@ -114,16 +114,16 @@ def leave_by_tree(
     no edge into a box costs less than to its nearest point. Existing values in `parts.best` prune the search.
     Changes: parts.found, reach, best, leave, arrive, stack.
     """
-    part, best, found, reach, low, high = parts.part, parts.best, parts.found, parts.reach, parts.low, parts.high
-    least, stack, box = parts.least, parts.stack, tree.box
+    part, best, nearest, reach, low, high = parts.part, parts.best, parts.nearest, parts.reach, parts.low, parts.high
+    min_penalty, stack, box = parts.min_penalty, parts.stack, tree.box
     visits = 0
     for i in range(len(tree.x)):
         x, y, own = tree.x[i], tree.y[i], part[i]
         if i == excluded:
             continue
-        searched = (found[i] < 0 or part[found[i]] == own) and reach[i] < best[own]
+        searched = (nearest[i] < 0 or part[nearest[i]] == own) and reach[i] < best[own]
         if searched:
-            found[i], reach[i] = -1, best[own]
+            nearest[i], reach[i] = -1, best[own]
         stack[0] = 0
         height = 1 if searched else 0
         while height > 0:
@@ -135,7 +135,7 @@ def leave_by_tree(
             dx = max(box[box_node, 0] - x, x - box[box_node, 2], 0.0)
             dy = max(box[box_node, 1] - y, y - box[box_node, 3], 0.0)
             c = distance(cost.code, dx, dy, 0.0, 0.0, cost.vx, cost.vy, cost.ax, cost.ay, cost.per_mm)
-            if c + (penalty[i] + least[box_node]) >= reach[i]:
+            if c + (penalty[i] + min_penalty[box_node]) >= reach[i]:
                 continue
             right = tree.child[box_node] + 1
             if right > 0:
@@ -148,12 +148,12 @@ def leave_by_tree(
                 if j != excluded and part[j] != own:
                     c = travel(cost, i, j) + (penalty[i] + penalty[j])
                     if c < reach[i]:
-                        reach[i], found[i] = c, j
+                        reach[i], nearest[i] = c, j
             visits += tree.stop[box_node] - tree.begin[box_node]
         if visits > max_visits:
             return -1
-        if found[i] >= 0 and part[found[i]] != own and reach[i] < best[own]:
-            best[own], parts.leave[own], parts.arrive[own] = reach[i], i, found[i]
+        if nearest[i] >= 0 and part[nearest[i]] != own and reach[i] < best[own]:
+            best[own], parts.leave[own], parts.arrive[own] = reach[i], i, nearest[i]
     return visits
 
 

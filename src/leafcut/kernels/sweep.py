@@ -164,14 +164,14 @@ def columns_under(low: float, high: float, columns: int, cell: float) -> tuple[i
 
 @part
 def lowest_height(
-    shape: ToolShape, margin: float, along: float, d: float, length: float, grade: float, enough: float
+    shape: ToolShape, margin: float, along: float, d: float, length: float, grade: float, bound_limit: float
 ) -> float:
     """Return the lowest height of a tool above a point under its path, relative to the tip's start, mm.
 
-    along, d  the point: along the path from its start, and beside it, mm
-    length    of the path in the plane, mm; 0: vertical
-    grade     rise of the path per mm
-    enough    above this height, any lower bound of the result may be returned, mm
+    along, d     the point: along the path from its start, and beside it, mm
+    length       of the path in the plane, mm; 0: vertical
+    grade        rise of the path per mm
+    bound_limit  above this height, any lower bound of the result may be returned, mm
     """
     if length <= 0.0:
         return surface(shape, min(math.sqrt(d * d + along * along) + margin, shape.radius))
@@ -179,7 +179,7 @@ def lowest_height(
     if grade != 0.0:
         # Lower bound: the tip at its lowest, the point at its nearest.
         bound = min(0.0, grade * length) + surface(shape, min(math.sqrt(d * d + w * w) + margin, shape.radius))
-        if bound >= enough:
+        if bound >= bound_limit:
             return bound
         edge = shape.radius - margin
         max_offset = math.sqrt(max(edge * edge - d * d, 0.0))
@@ -205,7 +205,7 @@ def standing_over(
     length = math.sqrt(dx * dx + dy * dy)
     ux, uy = (dx / length, dy / length) if length > 1e-9 else (1.0, 0.0)
     radius = shape.radius + margin
-    over = -math.inf
+    highest = -math.inf
     row_low, row_high = rows_under(ya, dy, radius, first, last, grid.cell)
     for row in range(row_low, row_high + 1):
         y = row * grid.cell - ya
@@ -215,14 +215,14 @@ def standing_over(
         column_low, column_high = columns_under(low + xa, high + xa, heights.shape[1], grid.cell)
         for column in range(column_low, column_high + 1):
             h = float(heights[row, column]) - z_low
-            if h <= over:
+            if h <= highest:
                 continue
             x = column * grid.cell - xa
             along, d = x * ux + y * uy, y * ux - x * uy
             beyond = max(-along, along - length, 0.0)
             distance = math.sqrt(d * d + beyond * beyond)
-            over = max(over, h - surface(shape, min(max(distance - margin, 0.0), shape.radius)))
-    return over
+            highest = max(highest, h - surface(shape, min(max(distance - margin, 0.0), shape.radius)))
+    return highest
 
 
 @part
