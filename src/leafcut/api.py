@@ -218,16 +218,16 @@ def _with_usual_options(settings: Settings, word: str) -> Settings:
     return work.usual(settings) if work else settings
 
 
-def _run_process(run: Job, sources: Sequence[Input], asked: str) -> tuple[Process, Outcome[Any]]:
+def _run_process(run: Job, sources: Sequence[Input], process_word: str) -> tuple[Process, Outcome[Any]]:
     """Run the process that suits the inputs; options that it does not use are refused."""
     from leafcut.read.registry import read_source
 
-    registry.check_asked(asked)
+    registry.check_asked(process_word)
     inputs = [read_source(source) for source in sources]
-    process = registry.process_for(inputs, asked)
+    process = registry.process_for(inputs, process_word)
     settings = settings_for(run.settings, process, inputs[0][0].name)
-    run = replace(run, settings=replace(settings, process=registry.needed_word(inputs, asked)))
-    outcome = run_process(process, run, [loaded for _, loaded in inputs], asked)
+    run = replace(run, settings=replace(settings, process=registry.needed_word(inputs, process_word)))
+    outcome = run_process(process, run, [loaded for _, loaded in inputs], process_word)
     refuse_missing(run.settings, inputs[0][1], outcome.missing)
     return process, replace(outcome, defaults=run.settings.from_defaults())
 

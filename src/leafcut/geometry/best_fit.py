@@ -267,10 +267,10 @@ def _distances(piece: _Piece, points: Points) -> Floats:
 def _polyline(points: Points, pieces: list[_Piece]) -> Polyline:
     rows: list[list[float]] = []
     for k, piece in enumerate(pieces):
-        entry, exit_ = _joint(points, pieces[k - 1], piece), _joint(points, piece, pieces[(k + 1) % len(pieces)])
-        start, stop = entry[-1], exit_[0]
+        entry, exit_points = _joint(points, pieces[k - 1], piece), _joint(points, piece, pieces[(k + 1) % len(pieces)])
+        start, stop = entry[-1], exit_points[0]
         rows.append([*start, _bulge(points, piece, start, stop)])
-        if len(exit_) > 1:
+        if len(exit_points) > 1:
             rows.append([*stop, 0.0])
     return Polyline(np.array(rows), closed=True)
 
@@ -347,10 +347,10 @@ def _line_intersection(circle: _Piece, x: float, y: float, dx: float, dy: float)
     """Return the intersections of a line through (x, y) with a circle."""
     foot = (circle.x - x) * dx + (circle.y - y) * dy
     px, py = x + foot * dx, y + foot * dy
-    under = circle.radius**2 - (px - circle.x) ** 2 - (py - circle.y) ** 2
-    if under < 0.0:
+    square = circle.radius**2 - (px - circle.x) ** 2 - (py - circle.y) ** 2
+    if square < 0.0:
         return []
-    half = math.sqrt(under)
+    half = math.sqrt(square)
     return [(px + half * dx, py + half * dy), (px - half * dx, py - half * dy)]
 
 

@@ -148,9 +148,9 @@ def _assemble(paths: list[Polyline], walk: list[int], loop: bool, gaps: list[tup
     pieces = [paths[end // 2].reversed() if end % 2 else paths[end // 2] for end in walk]
     tables = [piece.vertices.copy() for piece in pieces]
     for k in range(0 if loop else 1, len(tables)):
-        before, here = tables[k - 1][-1, :2], tables[k][0, :2]
-        gap = float(np.hypot(*(here - before)))
-        middle = 0.5 * (before + here)
+        before, current = tables[k - 1][-1, :2], tables[k][0, :2]
+        gap = float(np.hypot(*(current - before)))
+        middle = 0.5 * (before + current)
         if gap > EXACT:
             gaps.append(((float(middle[0]), float(middle[1])), gap))
         tables[k - 1][-1, :2] = tables[k][0, :2] = middle

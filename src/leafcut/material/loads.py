@@ -144,9 +144,9 @@ class Loads:
             spindle.material, (self.rate - end)[sinks], end[sinks], chip[sinks], (self.down / teeth_by_time)[sinks]
         )
         # A piece may start in the air: while it cuts, its rate is the cut area seen from above times the descent.
-        down = self.down[plunges]
+        sink_rate = self.down[plunges]
         power[plunges] = milling_power(
-            spindle.material, self.removed.area[plunges] * down, down / teeth_by_time[plunges]
+            spindle.material, self.removed.area[plunges] * sink_rate, sink_rate / teeth_by_time[plunges]
         )
         return power
 

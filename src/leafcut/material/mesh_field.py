@@ -67,7 +67,7 @@ def overhang(mesh: Mesh) -> float:
     """Return the downward-facing area above the floor of a solid, seen from below, mm²: a height field fills it."""
     a, b, c = (mesh.triangles[:, k] for k in range(3))
     cross = np.cross(b - a, c - a)
-    turned = float((a * cross).sum())  # six times the volume, negative for inverted triangles
-    down = cross[:, 2] * (1.0 if turned >= 0 else -1.0) < 0
+    signed_volume = float((a * cross).sum())  # six times the volume, negative for inverted triangles
+    faces_down = cross[:, 2] * (1.0 if signed_volume >= 0 else -1.0) < 0
     above = mesh.triangles[:, :, 2].max(axis=1) > float(mesh.low[2]) + _FLAT
-    return 0.5 * float(np.abs(cross[down & above, 2]).sum())
+    return 0.5 * float(np.abs(cross[faces_down & above, 2]).sum())

@@ -73,7 +73,7 @@ def widest_gaps(path: ToolWay, centres: Any, rules: PocketRules, passes: NDArray
     sides = _sides(path, centres, rules, passes)
     if sides is None:
         return PassGaps(0.0, 0.0)
-    core, is_lost = sides.discs.widest(sides.rows, sides.gap, both=False), sides.lost
+    core, is_lost = sides.discs.widest(sides.rows, sides.gap, both=False), sides.is_lost
     nearer = sides.discs.widest(sides.rows, sides.nearer, both=True)
     return PassGaps(max(nearer, sides.discs.widest(sides.rows[is_lost], sides.gap[is_lost], both=False)), core)
 
@@ -83,9 +83,9 @@ def wide_places(path: ToolWay, centres: Any, rules: PocketRules, passes: NDArray
     sides = _sides(path, centres, rules, passes)
     if sides is None:
         return np.zeros((0, 2))
-    wide_rows = sides.rows[(sides.nearer > rules.step_over) | sides.lost]
+    wide_rows = sides.rows[(sides.nearer > rules.step_over) | sides.is_lost]
     fitting = sides.discs.fits(wide_rows) & (
-        sides.discs.fits(sides.discs.opposite(wide_rows)) | sides.lost[np.isin(sides.rows, wide_rows)]
+        sides.discs.fits(sides.discs.opposite(wide_rows)) | sides.is_lost[np.isin(sides.rows, wide_rows)]
     )
     points: Floats = sides.discs.corners[wide_rows[fitting], 0]
     return points
@@ -94,14 +94,14 @@ def wide_places(path: ToolWay, centres: Any, rules: PocketRules, passes: NDArray
 class _Sides(NamedTuple):
     """Sides of steps with a neighbour: rows of `discs`, the gap there, and the smaller gap of both sides, mm.
 
-    `lost`: a whole pass is missing there.
+    `is_lost`: a whole pass is missing there.
     """
 
     discs: _Discs
     rows: Indices
     gap: Floats
     nearer: Floats
-    lost: NDArray[np.bool_]
+    is_lost: NDArray[np.bool_]
 
 
 def _sides(path: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None) -> _Sides | None:

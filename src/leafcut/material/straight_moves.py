@@ -96,7 +96,7 @@ def straight_moves(path: Toolpath, max_deviation: float, max_length: float) -> S
     arcs = _Arcs.of(path, rows, start, end)
     sweep = np.zeros(len(rows))
     radius = np.zeros(len(rows))
-    sweep[arcs.at], radius[arcs.at] = arcs.sweep, arcs.radius
+    sweep[arcs.arc_rows], radius[arcs.arc_rows] = arcs.sweep, arcs.radius
     with np.errstate(divide="ignore", invalid="ignore"):
         turn = np.where(radius > 0, 2.0 * np.arccos(np.clip(1.0 - max_deviation / radius, -1.0, 1.0)), math.inf)
     length = np.where(sweep != 0.0, np.abs(sweep) * radius, np.hypot(*(end - start)[:, :2].T))
@@ -119,7 +119,7 @@ def straight_moves(path: Toolpath, max_deviation: float, max_length: float) -> S
 class _Arcs(NamedTuple):
     """Arcs among the rows: indices, axes, centres (in the plane), radii, start angles and signed sweeps."""
 
-    at: NDArray[np.int64]
+    arc_rows: NDArray[np.int64]
     axes: NDArray[np.int64]
     centre: NDArray[np.float64]
     radius: NDArray[np.float64]
@@ -132,31 +132,31 @@ class _Arcs(NamedTuple):
         cls, path: Toolpath, rows: NDArray[np.int64], start: NDArray[np.float64], stop: NDArray[np.float64]
     ) -> _Arcs:
         counter = path.kind[rows] == Kind.ARC_CCW
-        index = np.flatnonzero(counter | (path.kind[rows] == Kind.ARC_CW))
-        arcs = [path.arcs[k] for k in path.ref[rows[index]].tolist()]
+        arc_rows = np.flatnonzero(counter | (path.kind[rows] == Kind.ARC_CW))
+        arcs = [path.arcs[k] for k in path.ref[rows[arc_rows]].tolist()]
         axes = np.array([plane_axes(arc.plane) for arc in arcs], dtype=np.int64).reshape(-1, 3)
         middle = np.array([arc.center for arc in arcs], dtype=np.float64).reshape(-1, 3)
-        each = np.arange(len(index))
+        each = np.arange(len(arc_rows))
         centre = np.column_stack([middle[each, axes[:, 0]], middle[each, axes[:, 1]]])
         first, last = (
-            np.column_stack([position[index, axes[:, 0]], position[index, axes[:, 1]]]) - centre
+            np.column_stack([position[arc_rows, axes[:, 0]], position[arc_rows, axes[:, 1]]]) - centre
             for position in (start, stop)
         )
         start_angle, stop_angle = np.arctan2(first[:, 1], first[:, 0]), np.arctan2(last[:, 1], last[:, 0])
-        sign = np.where(counter[index], 1.0, -1.0)
+        sign = np.where(counter[arc_rows], 1.0, -1.0)
         turn = (sign * (stop_angle - start_angle)) % math.tau
         turn = np.where(turn < 1e-9, math.tau, turn)
         turns = np.array([arc.turns - 1 for arc in arcs], dtype=np.float64)
         return cls(
-            index, axes, centre, np.hypot(*first.T), np.hypot(*last.T), start_angle, sign * (turn + math.tau * turns)
+            arc_rows, axes, centre, np.hypot(*first.T), np.hypot(*last.T), start_angle, sign * (turn + math.tau * turns)
         )  # fmt: skip
 
     def bend(self, position: NDArray[np.float64], source: NDArray[np.int64], share: NDArray[np.float64]) -> None:
         """Move points of arcs onto the arcs, by their share of the sweep."""
-        if not len(self.at):
+        if not len(self.arc_rows):
             return
         number = np.full(int(source[-1]) + 1, -1)
-        number[self.at] = np.arange(len(self.at))
+        number[self.arc_rows] = np.arange(len(self.arc_rows))
         on_arc = np.flatnonzero(number[source] >= 0)
         arc = number[source[on_arc]]
         angle = self.start[arc] + share[on_arc] * self.sweep[arc]

@@ -20,7 +20,7 @@ class Blocks:
         self._dialect = dialect
         self._numbered = numbered
         self._number = 0
-        self._said: dict[str, str] = {}
+        self._active: dict[str, str] = {}
 
     def say(self, *words: str) -> None:
         """Write one block; empty words are omitted, and so is an empty block."""
@@ -50,12 +50,12 @@ class Blocks:
     def modal(self, group: str, word: str) -> str:
         """Return the word, or "" if it is already active in its group."""
         repeat = self._dialect.one_command and group == "motion"
-        if self._said.get(group) == word and not repeat:
+        if self._active.get(group) == word and not repeat:
             return ""
-        self._said[group] = word
+        self._active[group] = word
         return word
 
     def forget(self, groups: Iterable[str]) -> None:
         """Forget the active words of these groups, so that the next ones are written."""
         for group in groups:
-            self._said.pop(group, None)
+            self._active.pop(group, None)

@@ -55,8 +55,8 @@ def _cuts(path: Toolpath) -> Mask:
     """Return the rows that cut: feeds sideways or down, arcs, cycles."""
     with np.errstate(invalid="ignore"):
         across = (np.abs(path.end[:, :2] - path.before[:, :2]) > _SAME).any(axis=1)
-        down = path.end[:, 2] < path.before[:, 2] - _SAME
-    cuts: Mask = ((path.kind == Kind.FEED) & (across | down)) | np.isin(
+        plunging = path.end[:, 2] < path.before[:, 2] - _SAME
+    cuts: Mask = ((path.kind == Kind.FEED) & (across | plunging)) | np.isin(
         path.kind, (Kind.ARC_CW, Kind.ARC_CCW, Kind.DRILL)
     )
     return cuts

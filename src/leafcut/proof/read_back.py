@@ -186,10 +186,10 @@ def _first_divergence(a: Toolpath, b: Toolpath, tolerance: float, feed_rounding:
     """Return the first row at which two toolpaths with different rows diverge."""
     shorter = min(len(a), len(b))
     kinds = np.flatnonzero(a.kind[:shorter] != b.kind[:shorter])
-    same = int(kinds[0]) if len(kinds) else shorter
-    head_a, head_b = a.take(slice(same)), b.take(slice(same))
+    n_same = int(kinds[0]) if len(kinds) else shorter
+    head_a, head_b = a.take(slice(n_same)), b.take(slice(n_same))
     wrong = np.flatnonzero(np.any([m for _, m in _masks(head_a, head_b, tolerance, feed_rounding)], axis=0))
-    row = int(wrong[0]) if len(wrong) else same
+    row = int(wrong[0]) if len(wrong) else n_same
     shown = [describe(path[row]) if row < len(path) else "nothing more" for path in (a, b)]
     lines = [int(path.line[row]) if row < len(path) else 0 for path in (a, b)]
     return Difference(

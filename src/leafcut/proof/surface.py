@@ -156,14 +156,14 @@ def _moves_meeting(
     tops, bottoms = triangles[triangle_index, :, 2].max(axis=1), triangles[triangle_index, :, 2].min(axis=1)
     above = tops > height[move]
     whole = above & (bottoms > height[move])
-    meets = set(move[whole].tolist())
+    meeting = set(move[whole].tolist())
     for index, triangle in zip(move[above & ~whole].tolist(), triangle_index[above & ~whole].tolist(), strict=True):
-        if index in meets:
+        if index in meeting:
             continue
         part = _part_above(triangles[triangle], float(height[index]))
         if shapely.dwithin(shapes[index], shapely.convex_hull(shapely.MultiPoint(part)), float(radius[index])):
-            meets.add(index)
-    return np.array(sorted(meets), dtype=np.int64)
+            meeting.add(index)
+    return np.array(sorted(meeting), dtype=np.int64)
 
 
 def _part_above(triangle: NDArray[np.float64], height: float) -> list[tuple[float, float]]:

@@ -201,14 +201,14 @@ class SendRun:
         self.path = self.job.program.path
         self._tracker = Tracker(self.path)
         feed_s, other_s = self.job.seconds
-        self._fed, self._other = np.cumsum(feed_s), np.cumsum(other_s)
+        self._feed_s, self._other_s = np.cumsum(feed_s), np.cumsum(other_s)
         numbers = [step.number for step in self.steps if isinstance(step, SentLine) and step.number]
         self._first = min(numbers, default=1)
         self.taken = self.sent = self._first - 1
-        self.line = self._passed = self._first
-        self._history: deque[int] = deque(maxlen=self.talk.max_ahead)
+        self.line = self._last_line = self._first
+        self._history: deque[int] = deque(maxlen=self.talk.most_ahead)
         self._overrides = (100, 100, 100)
-        self._wanted: int | None = None
+        self._target_override: int | None = None
         self._changing = self._to_resume = False
         self._not_yet_held = 0
         self._offset = self.facts.status.offset
@@ -293,9 +293,9 @@ class SendRun:
                     self.talk.hold()
                     self._not_yet_held = _HELD_BY
                 continue
-            before = self._overrides[0] if self._wanted is None else self._wanted
+            before = self._overrides[0] if self._target_override is None else self._target_override
             change = _CHANGES.get(request)
-            self._wanted = 100 if change is None else min(max(before + change, _SLOWEST), _FASTEST)
+            self._target_override = 100 if change is None else min(max(before + change, _SLOWEST), _FASTEST)
         status = self.talk.status
         slowing = status is not None and (status.state, status.detail) == _SLOWING
         if self._to_resume and not slowing and not self._not_yet_held:
@@ -303,12 +303,12 @@ class SendRun:
             self.talk.resume()
 
     def _step_override(self) -> None:
-        if self._wanted is None or self._changing:
+        if self._target_override is None or self._changing:
             return
-        if self._wanted == self._overrides[0]:
-            self._wanted = None
+        if self._target_override == self._overrides[0]:
+            self._target_override = None
             return
-        self.talk.step_feed(self._overrides[0], self._wanted)
+        self.talk.step_feed(self._overrides[0], self._target_override)
         self._changing = True
         self._asked_at = 0.0
 
@@ -416,13 +416,13 @@ class SendRun:
         self._sure = position is not None
         if position is None:
             return last
-        self._passed = self._tracker.line_at(position, min(self._earliest_line, last), last)
-        return self._passed
+        self._last_line = self._tracker.line_at(position, min(self._earliest_line, last), last)
+        return self._last_line
 
     @property
     def _earliest_line(self) -> int:
         """The earliest line that the machine may be in."""
-        return max(self._passed, self._history[0] if len(self._history) == self.talk.max_ahead else self._first)
+        return max(self._last_line, self._history[0] if len(self._history) == self.talk.most_ahead else self._first)
 
     def _assume_earliest_line(self) -> None:
         """If the position is unknown, use the earliest possible line, so that no line is skipped."""
@@ -434,9 +434,9 @@ class SendRun:
 
     def _view(self, status: Status, position: XYZ | None) -> RunView:
         line = self.taken if self.check else max(self.line - 1, 0)
-        line = min(line, len(self._fed) - 1)
+        line = min(line, len(self._feed_s) - 1)
         feed, rapid = max(self._overrides[0], 1), max(self._overrides[1], 1)
-        feed_s, other_s = self._fed[-1] - self._fed[line], self._other[-1] - self._other[line]
+        feed_s, other_s = self._feed_s[-1] - self._feed_s[line], self._other_s[-1] - self._other_s[line]
         hole = self.job.hole_at(self.line)
         return RunView(
             state=status.state,
@@ -446,7 +446,7 @@ class SendRun:
             place=position,
             feed=(status.feed or 0.0) * self.facts.unit,
             override=self._overrides[0],
-            done_s=float(self._fed[line] + self._other[line]),
+            done_s=float(self._feed_s[line] + self._other_s[line]),
             left_s=float(100.0 * feed_s / feed + 100.0 * other_s / rapid),
         )
 

@@ -124,8 +124,8 @@ def starved_rows(path: Toolpath, machine: Machine, lines: SentLines | None = Non
     """
     if corner_style(machine) != "grbl":
         return np.zeros(0, dtype=np.int32), np.zeros(0)
-    timed, fastest = _timed(path, machine, None, lines), _timed(path, machine, None, lines, pace=0.0).each
-    loss = timed.each - fastest
+    timed, fastest = _timed(path, machine, None, lines), _timed(path, machine, None, lines, pace=0.0).move_times
+    loss = timed.move_times - fastest
     follows = np.append(False, ~timed.moves.flushed[:-1])[: len(loss)]
     starved = follows & (loss > LATE_PART * fastest)
     return timed.source[timed.moves.row[starved]], loss[starved]
@@ -150,7 +150,7 @@ def clock(
         The expanded cycles have too many moves.
     """
     timed = _timed(path, machine, start, lines)
-    return PathTimes(timed.path, timed.source, timed.moving + timed.standing)
+    return PathTimes(timed.path, timed.source, timed.moving + timed.standing_seconds)
 
 
 class _Timed(NamedTuple):
@@ -164,13 +164,13 @@ class _Timed(NamedTuple):
     delta: Floats
     turns: Turns
     moves: Moves
-    each: Floats
-    standing: Floats
+    move_times: Floats
+    standing_seconds: Floats
 
     @property
     def moving(self) -> Floats:
         """Moving time of each row, s, float64[n]."""
-        return np.bincount(self.moves.row, weights=self.each, minlength=len(self.path)).astype(np.float64)
+        return np.bincount(self.moves.row, weights=self.move_times, minlength=len(self.path)).astype(np.float64)
 
 
 def _timed(
