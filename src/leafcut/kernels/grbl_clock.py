@@ -189,10 +189,10 @@ def _fill(board: Board) -> None:
             count[RUNNING] = 0
             state[NOW] += board.lock_s
         elif count[DONE] < count[PLANNED] and _next_free_segment(board) <= state[NOW]:
-            fresh = not count[BEGUN] or count[CHANGED]
+            starts_block = not count[BEGUN] or count[CHANGED]
             count[CHANGED] = 0
             _cut_segment(board)
-            _spend(board, CUT_S + LOAD_S if fresh else CUT_S)
+            _spend(board, CUT_S + LOAD_S if starts_block else CUT_S)
         else:
             break
 
@@ -393,12 +393,12 @@ def grbl_clock(
     Source: GRBL 1.1h, see above. Differs: double precision; the processor times are means.
     """
     state = board.state
-    line, oldest, on_the_way, sent, freed_at = 0, 0, 0, 0.0, 0.0
+    line, oldest, bytes_waiting, sent, freed_at = 0, 0, 0, 0.0, 0.0
     for i in range(len(move)):
         if size[i] > 0:
-            on_the_way += size[i]
-            while on_the_way > ON_THE_WAY and oldest < i:
-                on_the_way -= size[oldest]
+            bytes_waiting += size[i]
+            while bytes_waiting > ON_THE_WAY and oldest < i:
+                bytes_waiting -= size[oldest]
                 if size[oldest] > 0:
                     freed_at = answered[oldest]
                 oldest += 1

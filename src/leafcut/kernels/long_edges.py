@@ -54,12 +54,12 @@ def _step(tour: Tour, fixed: int, moving: int, target: int) -> int:
 
 @part
 def _walk(
-    cost: CostModel, tour: Tour, candidates: NDArray, lengths: NDArray, onto: NDArray, steps: NDArray,
+    cost: CostModel, tour: Tour, candidates: NDArray, lengths: NDArray, joined_to: NDArray, steps: NDArray,
     fixed: int, moving: int, places: int,
 ) -> tuple[float, int]:  # fmt: skip
     """Let one end of an edge walk; return the gain of the kept steps, and the remaining number of `places` to write.
 
-    Changes: tour, onto, steps.
+    Changes: tour, joined_to, steps.
     """
     open_length, best, kept, count = travel(cost, fixed, moving), 0.0, 0, 0
     while count < len(steps) and places > 0:
@@ -70,7 +70,7 @@ def _walk(
             if x < 0:
                 break
             y = before(tour.node, tour.place, x) if forward else after(tour.node, tour.place, x)
-            if x == fixed or y in (moving, fixed) or onto[x] == y or onto[y] == x:
+            if x == fixed or y in (moving, fixed) or joined_to[x] == y or joined_to[y] == x:
                 continue
             gain_here = open_length - lengths[moving, c] + travel(cost, y, x)
             if gain_here > best + EPSILON and travel(cost, fixed, y) - gain_here < shortest:
@@ -79,13 +79,13 @@ def _walk(
             break
         end = before(tour.node, tour.place, target) if forward else after(tour.node, tour.place, target)
         places -= _step(tour, fixed, moving, target)
-        onto[moving] = target
+        joined_to[moving] = target
         steps[count, 0], steps[count, 1] = moving, target
         moving, open_length, count = end, gain, count + 1
         if -shortest > best + EPSILON:
             best, kept = -shortest, count
     for k in range(count - 1, -1, -1):
-        onto[steps[k, 0]] = -1
+        joined_to[steps[k, 0]] = -1
         if k >= kept:
             places -= _step(tour, fixed, moving, steps[k, 1])
             moving = steps[k, 0]
@@ -100,8 +100,8 @@ def _walk(
 
 @kernel
 def bring_home(
-    cost: CostModel, tour: Tour, candidates: NDArray, lengths: NDArray, edges: NDArray, onto: NDArray, steps: NDArray,
-    places: int,
+    cost: CostModel, tour: Tour, candidates: NDArray, lengths: NDArray, edges: NDArray, joined_to: NDArray,
+    steps: NDArray, places: int,
 ) -> float:  # fmt: skip
     """Try to shorten long edges, with first one end walking, then the other; return the gain.
 
@@ -109,12 +109,12 @@ def bring_home(
     candidates int32[n, k]     neighbours of every node, nearest first, -1 for none
     lengths    float64[n, k]   costs of those edges
     edges      int32[m, 2]     the edges; those that no longer exist are skipped
-    onto       int32[n]        node that an end walked to, -1 for none, also afterwards
+    joined_to  int32[n]        node that an end walked to, -1 for none, also afterwards
     steps      int32[most, 2]  steps of one walk: the walking end and its destination
     places     int             approximate maximum number of places to write
     ========== =============== ==========================================================
 
-    Touched nodes are queued. Changes: tour, onto, steps.
+    Touched nodes are queued. Changes: tour, joined_to, steps.
     """
     total = 0.0
     for e in range(len(edges)):
@@ -122,6 +122,6 @@ def bring_home(
             fixed, moving = edges[e, end], edges[e, 1 - end]
             node, place = tour.node, tour.place
             if places > 0 and (after(node, place, fixed) == moving or before(node, place, fixed) == moving):
-                gain, places = _walk(cost, tour, candidates, lengths, onto, steps, fixed, moving, places)
+                gain, places = _walk(cost, tour, candidates, lengths, joined_to, steps, fixed, moving, places)
                 total += gain
     return total

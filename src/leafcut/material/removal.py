@@ -58,11 +58,11 @@ def removal(pocket: Pocket, path: PocketPath, rules: PocketRules) -> Removal:
     centres = tool_centres(shape, rules.radius, rules.tolerance)
     reachable = swept(centres, rules.radius, rules.tolerance).intersection(shape)
     steps = _steps(path, rules)
-    ground = capsules(steps, rules.radius, rules)
-    rest, film = reachable.difference(ground), 0.5 * rules.tolerance
-    uncovered = rest.buffer(-film).buffer(film, join_style="mitre").intersection(rest)
+    cleared = capsules(steps, rules.radius, rules)
+    uncleared, film = reachable.difference(cleared), 0.5 * rules.tolerance
+    uncovered = uncleared.buffer(-film).buffer(film, join_style="mitre").intersection(uncleared)
     gouges = _gouges(shape, steps, rules) if len(steps) else shapely.Polygon()
-    return Removal(shape, reachable, centres, ground, gouges, uncovered)
+    return Removal(shape, reachable, centres, cleared, gouges, uncovered)
 
 
 def engaged_way(path: PocketPath, rules: PocketRules) -> tuple[ToolWay, Engaged]:

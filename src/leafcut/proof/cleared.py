@@ -190,12 +190,12 @@ def _cuts(path: Toolpath) -> _Cuts:
     feed_rows = np.flatnonzero(~moves.rapid & ~is_compensated)
     end = moves.ends[feed_rows, 3:]
     start = np.where(np.isin(moves.row[feed_rows], moves.unknown)[:, None], end, moves.ends[feed_rows, :3])
-    slants = np.flatnonzero(np.abs(start[:, 2] - end[:, 2]) > 0.0)
-    source = np.concatenate([np.arange(len(feed_rows)), slants, slants])
+    slanting = np.flatnonzero(np.abs(start[:, 2] - end[:, 2]) > 0.0)
+    source = np.concatenate([np.arange(len(feed_rows)), slanting, slanting])
     ends = np.concatenate(
-        [np.hstack([start[:, :2], end[:, :2]]), *(np.tile(corner[slants, :2], 2) for corner in (start, end))]
+        [np.hstack([start[:, :2], end[:, :2]]), *(np.tile(corner[slanting, :2], 2) for corner in (start, end))]
     )
-    z = np.concatenate([np.maximum(start[:, 2], end[:, 2]), start[slants, 2], end[slants, 2]])
+    z = np.concatenate([np.maximum(start[:, 2], end[:, 2]), start[slanting, 2], end[slanting, 2]])
     return _Cuts(ends, z, moves.row[feed_rows][source])
 
 

@@ -71,13 +71,13 @@ def _restarts(program: Program) -> Iterator[Issue]:
     cuts = np.flatnonzero(_cuts(path) & on)
     if not len(cuts):
         return
-    waits = (path.kind == Kind.DWELL) & (path.value > 0.0)
-    waited, changed = (np.append(0, np.cumsum(mask)) for mask in (waits, path.kind == Kind.TOOL))
+    dwells = (path.kind == Kind.DWELL) & (path.value > 0.0)
+    n_dwells, n_changes = (np.append(0, np.cumsum(mask)) for mask in (dwells, path.kind == Kind.TOOL))
     stops, starts = np.flatnonzero(on[:-1] & ~on[1:]) + 1, np.flatnonzero(~on[:-1] & on[1:]) + 1
     starts = starts[(starts > cuts[0]) & (starts <= cuts[-1])]
     stopped = stops[np.searchsorted(stops, starts) - 1] if len(stops) else starts
     following = cuts[np.searchsorted(cuts, starts)]
-    without = (waited[following] == waited[starts]) & (changed[following] == changed[stopped])
+    without = (n_dwells[following] == n_dwells[starts]) & (n_changes[following] == n_changes[stopped])
     rows = starts[without & (stopped > cuts[0])]
     if len(rows):
         message = (

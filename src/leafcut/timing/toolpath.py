@@ -182,12 +182,12 @@ def _timed(
 ) -> _Timed:
     style = corner_style(machine)
     path, source, mode, tolerance, joining = _expand(path, style)
-    path, touching = _probes_as_feeds(path)
+    path, probing = _probes_as_feeds(path)
     delta, estimate = _displacements(path, machine, start, 3 if style == "grbl" else 2)
     turns = turns_of(path)
     cycle_s = CYCLE if style == "linuxcnc" else 0.0
     moves = moves_of(path, machine, delta + estimate, turns, mode, tolerance, joining, cycle_s)
-    estimated = np.asarray(estimate[moves.row].any(axis=1)) | touching[moves.row]
+    estimated = np.asarray(estimate[moves.row].any(axis=1)) | probing[moves.row]
     for at_rest in (estimated, np.append(estimated[1:], False)[: len(moves)]):
         moves.mode[at_rest], moves.flushed[at_rest] = REST, True
     standing_seconds = _standing_seconds(path, machine, style)
@@ -297,8 +297,8 @@ def _standing_seconds(path: Toolpath, machine: Machine, style: str) -> Floats:
         speed = 0.0 if kinds[row] == tool else value
         if speed not in (0.0, turning):
             dwell = _dwell_after(kinds, row)
-            waits = 0.0 if dwell is None else float(seconds[dwell])
-            seconds[row] = max(waits, start_s)
+            dwell_s = 0.0 if dwell is None else float(seconds[dwell])
+            seconds[row] = max(dwell_s, start_s)
             if dwell is not None:
                 seconds[dwell] = 0.0
         turning = speed
