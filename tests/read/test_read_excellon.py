@@ -225,6 +225,13 @@ def test_real_boards_have_the_holes_slots_and_tools_that_a_plain_search_finds(da
     assert not part.issues
 
 
+def test_a_slash_alone_skips_nothing(text_file):
+    part = read(text_file("slash.drl", "M48\nMETRIC\nT1C0.8\nR,H\n/\n%\nT1\nX3.0Y4.0\nM30\n"))
+    assert holes(part) == [(3.0, 4.0, 0.8, "T1")]
+    with pytest.raises(ReadError):
+        read(text_file("skipped.drl", "M48\nMETRIC\nT1C0.8\n%\nT1\n/X3.0Y4.0\nX5.0Y4.0\nM30\n"))
+
+
 def test_a_tool_zero_with_a_diameter_drills(text_file):
     """Without a diameter T0 ends the work."""
     head, body = "M48\nMETRIC\nT0C0.3\nT1C0.8\n%\n", "T0\nX1.0Y2.0\nT1\nX3.0Y4.0\n"

@@ -203,7 +203,8 @@ def _command(source: Source, prepared: _Prepared, line: str, number: int, in_hea
         line = f"G0{line[1:]}"
     if line == "G91":
         line = "ICI,ON"
-    if line in _COUNTERS or _NO_ZERO_SET.fullmatch(line):
+    # A slash alone skips no words.
+    if line in _COUNTERS or line == "/" or _NO_ZERO_SET.fullmatch(line):
         return
     if line.startswith("G93"):
         reason = f"'{shown(line)}' moves the zero, and leafcut reads drill files with one zero; export it without G93"
