@@ -536,6 +536,15 @@ def test_a_program_that_cuts_nothing_says_so_beside_verified(text: str, tmp_path
     assert "L502 no cut and no hole was found in the program: check that this is the file that you mean" in told
 
 
+def test_units_that_are_assumed_are_no_change_of_units(tmp_path: Path, capsys: Any) -> None:
+    """The block with the first length stays, and the reason names the missing word."""
+    path = tmp_path / "bare.nc"
+    path.write_text("G90 G94 G17\nS900 M3\nG0 X-1 Y0 Z5\nG1 Z-1 F20\nX9\nG0 Z5\nM5\nM2\n")
+    assert run(["optimize", str(path), "--machine", "linuxcnc-mill", "-o", str(tmp_path / "new.nc")]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "with a block that stays (its units are assumed: G20 or G21 is missing)" in told
+
+
 @pytest.mark.parametrize("machine", ["grbl-3018", "linuxcnc-mill"])
 @pytest.mark.parametrize("places", [[(90, 60)], [(90, 60), (20, 20), (60, 90)]])
 def test_reorder_and_simulate_state_one_time_for_a_program(machine: str, places: list[Any], tmp_path: Path) -> None:

@@ -44,6 +44,8 @@ _CHANGES = {
     "tolerance": "a change of path control (G61, G64)",
     "joining": "a change of path control (G61, G64)",
 }
+#: The reason where the program states no units: the first length takes the assumed ones.
+_ASSUMED_UNITS = "its units are assumed: G20 or G21 is missing"
 _TORCH = re.compile(r"plasma|torch|pierce|\bTHC\b", re.IGNORECASE)
 
 TOLERANCE = 1e-6
@@ -223,6 +225,8 @@ def find_barriers(program: Program, rows: Rows) -> dict[int, str]:
         pair = int(before[number]), int(before[number + 1])
         if pair not in reasons:
             reasons[pair] = _change(program.modals[pair[0]], program.modals[pair[1]])
+            if program.assumed_units and reasons[pair] == _CHANGES["unit"]:
+                reasons[pair] = _ASSUMED_UNITS
         if reasons[pair]:
             barriers.setdefault(number, reasons[pair])
     for row in _idle(program, rows):
