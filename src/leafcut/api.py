@@ -112,7 +112,7 @@ def optimize(
     settings = _collect(process, options, options_file, defaults_file)
     inputs = [*_file_names(*sources), options_file, defaults_file, *files_read(settings)]
     work = registry.of_drawings(process)
-    outputs = [output, report, *(work.writes_besides(settings) if work else ())]
+    outputs = [output, report, *(work.other_outputs(settings) if work else ())]
     for k, target in enumerate(outputs):
         check_output(target, [*inputs, *outputs[:k]])
     settings = _with_usual_options(settings, process)

@@ -56,7 +56,7 @@ def jog_line(moves: dict[str, float], feed: float, *, machine: bool = False) -> 
     return f"$J={'G53' if machine else 'G91'}G21{''.join(words)}F{number_in_mm(feed)}"
 
 
-def jog(conversation: GrblConversation, moves: dict[str, float], feed: float) -> None:
+def jog(talk: GrblConversation, moves: dict[str, float], feed: float) -> None:
     """Jog by lengths (axis → mm) at a feed in mm/min; return when the controller has accepted the command.
 
     Raises
@@ -64,33 +64,34 @@ def jog(conversation: GrblConversation, moves: dict[str, float], feed: float) ->
     SendError
         The jog would leave the travel, or the machine cannot be jogged now.
     """
-    conversation.ask(jog_line(moves, feed))
+    talk.ask(jog_line(moves, feed))
 
 
-def check_jog(facts: Facts, position: XYZ | None, moves: dict[str, float]) -> None:
-    """Refuse a jog that leaves the travel, even with soft limits off; a move back into it is allowed.
+def check_jog(facts: Facts, place: XYZ | None, moves: dict[str, float]) -> None:
+    """Refuse a jog that leaves the travel, even if the controller's soft limits are off. A move back into it is
+    allowed.
 
     Raises
     ------
     SendError
         In the words of the controller's own error.
     """
-    if position is None or not facts.knows_place:
+    if place is None or not facts.knows_place:
         return
     low, high = facts.travel()
     for axis, move in moves.items():
         k = _AXES.index(axis)
-        target = position[k] + move
+        target = place[k] + move
         if (target > high[k] + _TOLERANCE and move > 0.0) or (target < low[k] - _TOLERANCE and move < 0.0):
             raise SendError(f"{axis} goes from {low[k]:g} to {high[k]:g} mm: {error_in_words(15)}")
 
 
-def cancel_jog(conversation: GrblConversation) -> None:
+def cancel_jog(talk: GrblConversation) -> None:
     """Cancel a jog."""
-    conversation.write(JOG_CANCEL)
+    talk.write(JOG_CANCEL)
 
 
-def probe_z(conversation: GrblConversation, facts: Facts, plate: float, feed: float, travel: float) -> None:
+def probe_z(talk: GrblConversation, facts: Facts, plate: float, feed: float, travel: float) -> None:
     """Probe down onto a plate, set Z0 at the underside of the plate, and retract.
 
     Parameters
@@ -109,24 +110,26 @@ def probe_z(conversation: GrblConversation, facts: Facts, plate: float, feed: fl
         raise OptionError("the thickness of the plate must be 0 or more, mm")
     if not (math.isfinite(feed) and math.isfinite(travel) and feed > 0.0 and travel > 0.0):
         raise OptionError("the probe needs a feed and a limit of its way above 0")
-    position = facts.machine_place(conversation.fresh_status())
+    place = facts.machine_place(talk.fresh_status())
     lowest = facts.travel()[0][2]
-    if facts.knows_place and position is not None and position[2] - travel < lowest - _TOLERANCE:
+    if facts.knows_place and place is not None and place[2] - travel < lowest - _TOLERANCE:
         raise SendError(
-            f"the probe may go down {max(position[2] - lowest, 0.0):.3f} mm here, then the machine's travel ends; "
+            f"the probe may go down {max(place[2] - lowest, 0.0):.3f} mm here, then the machine's travel ends; "
             f"its limit is {travel:g} mm"
         )
     try:
-        answers = conversation.ask(f"G91G21G38.2Z{number_in_mm(-travel)}F{number_in_mm(feed)}", _PROBE_SECONDS)
+        answers = talk.ask(f"G91G21G38.2Z{number_in_mm(-travel)}F{number_in_mm(feed)}", _PROBE_SECONDS)
     except SendError:
         talk.wait_for_alarm_report(ALARM_SECONDS)
         raise
-    conversation.ask("G90")
-    report = next((answer.text for answer in answers if isinstance(answer, Report) and answer.name == "PRB"), "")
-    position_text, _, touched = report.partition(":")
-    contact = place_in(position_text)
-    current = facts.machine_place(conversation.fresh_status())
-    if contact is None or touched.strip() != "1" or current is None:
+    talk.ask("G90")
+    contact_report = next(
+        (answer.text for answer in answers if isinstance(answer, Report) and answer.name == "PRB"), ""
+    )
+    contact_text, _, touched = contact_report.partition(":")
+    contact = place_in(contact_text)
+    place_now = facts.machine_place(talk.fresh_status())
+    if contact is None or touched.strip() != "1" or place_now is None:
         raise SendError("the controller does not say where the probe touched")
     # The tool comes to rest slightly below the contact point.
     talk.ask("G54")
@@ -160,16 +163,18 @@ def frame_of(job: SendJob, facts: Facts) -> FrameBox:
     SendError
         The program cuts nothing, or the machine does not report its position.
     """
-    fed_ends, _ = machine_places(job, facts, fed=True)
-    all_ends, _ = machine_places(job, facts)
-    known_ends = fed_ends[np.isfinite(fed_ends[:, :2]).all(axis=1)]
-    heights = all_ends[np.isfinite(all_ends[:, 2]), 2]
-    position = facts.machine_place()
-    if not len(known_ends) or position is None:
-        raise SendError("there is nothing to frame: the program cuts nothing, or the machine does not say where it is")
-    low, high = known_ends[:, :2].min(axis=0), known_ends[:, :2].max(axis=0)
+    places, _ = machine_places(job, facts, fed=True)
+    every, _ = machine_places(job, facts)
+    known = places[np.isfinite(places[:, :2]).all(axis=1)]
+    heights = every[np.isfinite(every[:, 2]), 2]
+    place = facts.machine_place()
+    if not len(known) or place is None:
+        raise SendError(
+            "framing is not possible: the program cuts nothing, or the machine does not report its position"
+        )
+    low, high = known[:, :2].min(axis=0), known[:, :2].max(axis=0)
     # For a laser that never moves Z, frame at its current height.
-    top = max([position[2], *heights.tolist()])
+    top = max([place[2], *heights.tolist()])
     return FrameBox((float(low[0]), float(low[1])), (float(high[0]), float(high[1])), float(top))
 
 
@@ -179,9 +184,9 @@ def fed_box(job: SendJob) -> tuple[XYZ, XYZ] | None:
     cuts = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)
     arcs = np.flatnonzero(np.isin(path.kind, (Kind.ARC_CW, Kind.ARC_CCW))).tolist()
     bulges = [place for row in arcs for place in bulge(path, row)]
-    points = np.concatenate([path.before[cuts], path.end[cuts], np.reshape(bulges, (-1, 3))])
-    finite = points[np.isfinite(points).all(axis=1)]
-    if not len(finite):
+    places = np.concatenate([path.before[cuts], path.end[cuts], np.reshape(bulges, (-1, 3))])
+    known = places[np.isfinite(places).all(axis=1)]
+    if not len(known):
         return None
-    low, high = finite.min(axis=0).tolist(), finite.max(axis=0).tolist()
+    low, high = known.min(axis=0).tolist(), known.max(axis=0).tolist()
     return (low[0], low[1], low[2]), (high[0], high[1], high[2])

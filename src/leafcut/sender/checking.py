@@ -22,7 +22,7 @@ from leafcut.sender.job import SendJob
 #: Tolerance for rounded positions, mm.
 _TOLERANCE = 0.005
 #: Relative difference of speeds and travels that is reported.
-_MAX_DEVIATION = 0.01
+_MAX_DIFFERENCE = 0.01
 
 
 #: Rules of `height_checks`, with the code that accepts a violation.
@@ -53,14 +53,14 @@ def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family:
     """
     state = state_in_words(facts.status, family)
     if facts.status.state == "Alarm":
-        remedy = "home it with --home" if facts.homing else "free it with --unlock"
-        raise SendError(f"the machine is {state}; {remedy}")
+        advice = "home it with --home" if facts.homing else "free it with --unlock"
+        raise SendError(f"the machine is {state}; {advice}")
     if facts.status.state in LOCKED:
-        remedy = "; wake it with --unlock" if facts.status.state == "Sleep" else ""
-        raise SendError(f"the machine is {state}{remedy}")
+        advice = "; wake it with --unlock" if facts.status.state == "Sleep" else ""
+        raise SendError(f"the machine is {state}{advice}")
     if facts.status.state != "Idle":
-        remedy = "" if facts.status.state in _STANDING else "wait until it stands, or "
-        raise SendError(f"the machine is {state}; {remedy}reset it with --unlock")
+        advice = "" if facts.status.state in _STANDING else "wait until it stands, or "
+        raise SendError(f"the machine is {state}; {advice}reset it with --unlock")
     if facts.status.pins and set(facts.status.pins) & set("XYZ"):
         raise SendError(f"a limit switch is pressed ({facts.status.pins}); move the machine away from it")
     if not facts.homing and not unhomed:
@@ -90,9 +90,9 @@ def check_program(job: SendJob, facts: Facts, *, unhomed: bool, begun: bool = Fa
     """
     if job.laser != facts.laser_mode:
         name = facts.names.laser
-        mode, required_head = (f"off ({name}=0)", "laser") if job.laser else (f"on ({name}=1)", "spindle")
+        mode, head_kind = (f"off ({name}=0)", "laser") if job.laser else (f"on ({name}=1)", "spindle")
         raise SendError(
-            f"laser mode is {mode}, but the program is for a {required_head}; set {name}, or name the right --machine"
+            f"laser mode is {mode}, but the program is for a {head_kind}; set {name}, or name the right --machine"
         )
     arcs = np.flatnonzero(np.isin(job.program.path.kind, (Kind.ARC_CW, Kind.ARC_CCW)))
     if len(arcs) and not facts.arcs:
@@ -118,11 +118,11 @@ def _check_speeds(job: SendJob, facts: Facts) -> None:
         limit = f"{facts.names.fastest}={facts.fastest:g}"
         problem = f"S{abs(path.value[row]):g} in line {int(path.line[row])} is above the controller's {limit}"
         raise SendError(f"{problem}; is this the program of another machine?")
-    if not job.laser and _current_speed(facts) == 0.0:
+    if not job.laser and _speed_now(facts) == 0.0:
         _check_spindle(job)
 
 
-def _current_speed(facts: Facts) -> float | None:
+def _speed_now(facts: Facts) -> float | None:
     """Return the spindle speed set in the controller, rpm; None if it does not report one."""
     return next((float(word[1:]) for word in facts.modes if word.startswith("S")), None)
 
@@ -150,23 +150,23 @@ def machine_places(job: SendJob, facts: Facts, *, fed: bool = False) -> tuple[Fl
     """
     path = job.program.path
     frames = path.latest(Kind.FRAME, path.ref, 540)
-    positions, lines = [np.zeros((0, 3))], [np.zeros(0)]
+    places, lines = [np.zeros((0, 3))], [np.zeros(0)]
     for frame in np.unique(frames).tolist():
         zero = np.array(facts.origin(int(frame)))
         moving = (frames == frame) & np.isin(path.kind, [int(k) for k in MOTIONS if not (fed and k is Kind.RAPID)])
         for ends in (path.end, path.before) if fed else (path.end,):
-            positions.append(ends[moving] + zero)
+            places.append(ends[moving] + zero)
             lines.append(path.line[moving].astype(np.float64))
         for row in np.flatnonzero((frames == frame) & np.isin(path.kind, (Kind.ARC_CW, Kind.ARC_CCW))).tolist():
             extremes = bulge(path, row)
             if extremes:
-                positions.append(np.array(extremes) + zero)
+                places.append(np.array(extremes) + zero)
                 lines.append(np.full(len(extremes), float(path.line[row])))
     if not fed:
         rows = np.flatnonzero(path.kind == Kind.MACHINE)
-        positions += [_machine_end(job, facts, path, row).reshape(1, 3) for row in rows.tolist()]
+        places += [_machine_end(job, facts, path, row).reshape(1, 3) for row in rows.tolist()]
         lines.append(path.line[rows].astype(np.float64))
-    return np.concatenate(positions), np.concatenate(lines)
+    return np.concatenate(places), np.concatenate(lines)
 
 
 def _stored_name(job: SendJob, line: int) -> str | None:
@@ -184,18 +184,18 @@ def _machine_end(job: SendJob, facts: Facts, path: Toolpath, row: int) -> Floats
     SendError
         The move goes to a stored position that the controller does not report.
     """
-    end: Floats = path.end[row]
+    place: Floats = path.end[row]
     line = int(path.line[row])
     name = _stored_name(job, line)
     if name is None:
-        return end
+        return place
     if name not in facts.places:
         raise SendError(
             f"line {line} goes to the place that is stored for {name}, and the controller does not say where that is "
             "($#); take the line out"
         )
-    result: Floats = np.where(np.isfinite(end), np.array(facts.places[name]), end)
-    return result
+    end: Floats = np.where(np.isfinite(place), np.array(facts.places[name]), place)
+    return end
 
 
 def path_on_machine(job: SendJob, facts: Facts) -> Toolpath:
@@ -216,19 +216,19 @@ def path_on_machine(job: SendJob, facts: Facts) -> Toolpath:
     zeros = np.zeros((len(path), 3))
     for frame in np.unique(frames).tolist():
         zeros[frames == frame] = facts.origin(int(frame))
-    has_position = np.isin(path.kind, [int(kind) for kind in PLACES]) | in_machine
-    ends = np.where(has_position[:, None], path.end + zeros, np.nan)
+    placed = np.isin(path.kind, [int(kind) for kind in PLACES]) | in_machine
+    ends = np.where(placed[:, None], path.end + zeros, np.nan)
     for row in np.flatnonzero(in_machine).tolist():
         ends[row] = _machine_end(job, facts, path, row)
     for axis in range(3):
         # A frame moves no axis; the height at which a probe stops is unknown in advance.
-        is_probe_height = (path.kind == Kind.PROBE) & (axis == 2)
-        last = last_rows(np.isfinite(ends[:, axis]) & ~is_probe_height | is_probe_height)
-        ends[:, axis] = np.where(last >= 0, np.where(is_probe_height, np.nan, ends[:, axis])[last], np.nan)
+        lost = (path.kind == Kind.PROBE) & (axis == 2)
+        last = last_rows(np.isfinite(ends[:, axis]) & ~lost | lost)
+        ends[:, axis] = np.where(last >= 0, np.where(lost, np.nan, ends[:, axis])[last], np.nan)
     return replace(
         path,
         kind=np.where(in_machine, int(Kind.RAPID), path.kind).astype(path.kind.dtype),
-        end=np.where(has_position[:, None], ends - zeros, path.end),
+        end=np.where(placed[:, None], ends - zeros, path.end),
     )
 
 
@@ -242,39 +242,39 @@ def _check_heights(job: SendJob, facts: Facts, path: Toolpath) -> None:
     SendError
         Names the line, the height, and the stored position or work zero that causes it.
     """
-    planned = expand(job.program.path)
-    machine_moves = planned.kind == Kind.MACHINE
-    if not machine_moves.any():
+    original = expand(job.program.path)
+    moved = original.kind == Kind.MACHINE
+    if not moved.any():
         return
     before = path.before
-    unchecked = machine_moves | (np.isnan(planned.before[:, 2]) & np.isfinite(before[:, 2]))
+    unseen = moved | (np.isnan(original.before[:, 2]) & np.isfinite(before[:, 2]))
     checks = height_checks(path, before, 0.0, LEAST_CLEARANCE, -np.inf, milled=False)
     low = [
         (int(row), code)
-        for kind, mask, _ in checks
-        if (code := _CODES.get(kind)) is not None and code not in job.accept
-        for row in np.flatnonzero(mask & unchecked)[:1]
+        for danger, mask, _ in checks
+        if (code := _CODES.get(danger)) is not None and code not in job.accept
+        for row in np.flatnonzero(mask & unseen)[:1]
     ]
     if low:
         row, code = min(low)
-        line, height = int(planned.line[row]), float(np.fmin(before[row, 2], path.end[row, 2]))
+        line, height = int(original.line[row]), float(np.fmin(before[row, 2], path.end[row, 2]))
         raise SendError(
             f"line {line} '{job.text(line)}' is a rapid at Z{height:.3f}, below the surface of the part: "
-            f"{_height_cause(job, facts, planned, row)}; if that is right, add --accept {code}"
+            f"{_cause(job, facts, original, row)}; if that is right, add --accept {code}"
         )
 
 
-def _height_cause(job: SendJob, facts: Facts, path: Toolpath, row: int) -> str:
+def _cause(job: SendJob, facts: Facts, path: Toolpath, row: int) -> str:
     """Return the cause of a height: the last move in machine coordinates and its stored position or work zero."""
-    cause_row = int(np.flatnonzero(path.kind[: row + 1] == Kind.MACHINE)[-1])
-    line = int(path.line[cause_row])
-    zero = facts.origin(int(path.latest(Kind.FRAME, path.ref, 540)[cause_row]))[2]
-    location = "" if cause_row == row else f"line {line} left the tool there, "
+    at = int(np.flatnonzero(path.kind[: row + 1] == Kind.MACHINE)[-1])
+    line = int(path.line[at])
+    zero = facts.origin(int(path.latest(Kind.FRAME, path.ref, 540)[at]))[2]
+    origin = "" if at == row else f"line {line} left the tool there, "
     name = _stored_name(job, line)
     if name is None:
-        return f"{location}the work zero is at Z{zero:.3f} in machine coordinates; go to a higher place"
+        return f"{origin}the work zero is at Z{zero:.3f} in machine coordinates; go to a higher place"
     return (
-        f"{location}the place stored for {name} is Z{facts.places[name][2]:.3f} in machine coordinates ($#), the work "
+        f"{origin}the place stored for {name} is Z{facts.places[name][2]:.3f} in machine coordinates ($#), the work "
         f"zero is at Z{zero:.3f}; store a place above the part ({name}.1), or take line {line} out"
     )
 
@@ -289,23 +289,23 @@ def bulge(path: Toolpath, row: int) -> list[XYZ]:
 
 def _check_travel(job: SendJob, facts: Facts, *, unhomed: bool) -> None:
     """Refuse a program that leaves the travel. If the machine is not homed, only the size is checked."""
-    positions, lines = machine_places(job, facts)
+    places, lines = machine_places(job, facts)
     low, high = facts.travel()
     for axis, name in enumerate("XYZ"):
-        values = positions[:, axis]
-        is_known = np.isfinite(values)
-        if not is_known.any():
+        values = places[:, axis]
+        known = np.isfinite(values)
+        if not known.any():
             continue
-        minimum, maximum = float(values[is_known].min()), float(values[is_known].max())
+        lowest, highest = float(values[known].min()), float(values[known].max())
         if unhomed:
-            if maximum - minimum > high[axis] - low[axis] + _TOLERANCE:
+            if highest - lowest > high[axis] - low[axis] + _TOLERANCE:
                 raise SendError(
-                    f"the program needs {maximum - minimum:.3f} mm in {name}, but the machine's travel is "
+                    f"the program needs {highest - lowest:.3f} mm in {name}, but the machine's travel is "
                     f"{high[axis] - low[axis]:.3f} mm ({facts.names.travel[axis]}); is this the "
                     "program of another machine?"
                 )
             continue
-        outside = is_known & ((values < low[axis] - _TOLERANCE) | (values > high[axis] + _TOLERANCE))
+        outside = known & ((values < low[axis] - _TOLERANCE) | (values > high[axis] + _TOLERANCE))
         if outside.any():
             first = np.flatnonzero(outside)[np.argmin(lines[outside])]
             zero = facts.origin(540)[axis]
@@ -318,19 +318,19 @@ def _check_travel(job: SendJob, facts: Facts, *, unhomed: bool) -> None:
 
 def _check_start(job: SendJob, facts: Facts, path: Toolpath) -> None:
     """Refuse a first move in X or Y below the program's greatest height if no Z is given before it."""
-    position = facts.machine_place()
-    planned = expand(job.program.path)
-    heights = planned.end[np.isin(planned.kind, (Kind.RAPID, Kind.FEED)), 2]
+    place = facts.machine_place()
+    program_path = expand(job.program.path)
+    heights = program_path.end[np.isin(program_path.kind, (Kind.RAPID, Kind.FEED)), 2]
     known = heights[np.isfinite(heights)]
-    if not len(known) or position is None:
+    if not len(known) or place is None:
         return
     # G28 moves all axes at once, starting at the current height of the tool.
-    unknown_height = np.isnan(path.end[:, 2]) | (np.isnan(path.before[:, 2]) & (planned.kind == Kind.MACHINE))
-    sideways = (path.kind <= Kind.ARC_CCW) & np.isfinite(path.end[:, :2]).any(axis=1) & unknown_height
+    unknown = np.isnan(path.end[:, 2]) | (np.isnan(path.before[:, 2]) & (program_path.kind == Kind.MACHINE))
+    sideways = (path.kind <= Kind.ARC_CCW) & np.isfinite(path.end[:, :2]).any(axis=1) & unknown
     rows = np.flatnonzero(sideways)
     if not len(rows):
         return
-    z = position[2] - facts.origin(540)[2]
+    z = place[2] - facts.origin(540)[2]
     if z < float(known.max()) - _TOLERANCE:
         raise SendError(
             f"line {int(path.line[rows[0]])} moves in X or Y before the program sets a height, and the tool is at "
@@ -339,16 +339,16 @@ def _check_start(job: SendJob, facts: Facts, path: Toolpath) -> None:
 
 
 def _differences(job: SendJob, facts: Facts) -> list[Issue]:
-    profile, controller = job.machine, facts.timed(job.machine)
+    profile, timed = job.machine, facts.timed(job.machine)
     low, high = facts.travel()
     names = facts.names
-    pairs = [(profile.rapid_velocity[k] * 60.0, controller.rapid_velocity[k] * 60.0, names.rates[k]) for k in range(3)]
-    pairs += [(profile.acceleration[k], controller.acceleration[k], names.accelerations[k]) for k in range(3)]
+    pairs = [(profile.rapid_velocity[k] * 60.0, timed.rapid_velocity[k] * 60.0, names.rates[k]) for k in range(3)]
+    pairs += [(profile.acceleration[k], timed.acceleration[k], names.accelerations[k]) for k in range(3)]
     pairs += [(profile.reach(k), high[k] - low[k], names.travel[k]) for k in range(3) if np.isfinite(profile.reach(k))]
     wrong = [
-        f"{name}={actual:g} ({stated:g})"
-        for stated, actual, name in pairs
-        if abs(actual - stated) > _MAX_DEVIATION * stated
+        f"{name}={actual:g} ({expected:g})"
+        for expected, actual, name in pairs
+        if abs(actual - expected) > _MAX_DIFFERENCE * expected
     ]
     if not wrong:
         return []

@@ -45,7 +45,7 @@ class Interrupted(Exception):
 #: Called with each line of traffic: direction ("<" or ">") and text.
 Log = Callable[[str, str], None]
 #: Called with each answer that arrives while waiting for another one.
-Heard = Callable[[ControllerAnswer], None]
+OnAnswer = Callable[[ControllerAnswer], None]
 
 
 def ignore_answer(_answer: ControllerAnswer) -> None:
@@ -175,7 +175,7 @@ class Conversation(ABC):
 
     # Common to all firmwares.
 
-    def _deadline(self, seconds: float) -> float:
+    def _until(self, seconds: float) -> float:
         return self.clock() + seconds * self.patience
 
     def write(self, data: bytes) -> None:
@@ -219,15 +219,16 @@ class Conversation(ABC):
     def receive(
         self, seconds: float, every: float | None = None, ask: Callable[[], None] | None = None, *, later: bool = False
     ) -> Iterator[ControllerAnswer]:
-        """Yield answers for a given time, and query the status (or call `query`) at intervals of `interval`.
+        """Yield answers for a given time, and query the status (or call `ask`) at intervals of `every`.
 
-        The first query is immediate, or after the first interval with `later`. The caller may stop early.
+        The first query is immediate, or after the first interval if `later` is set. The caller may stop iterating
+        early.
         """
-        end, next_query = self._deadline(seconds), self.clock() + (interval or 0.0) * later
-        while self.clock() < end:
-            if interval is not None and self.clock() >= next_query:
-                (query or self.ask_status)()
-                next_query = self.clock() + interval
+        until, next_query = self._until(seconds), self.clock() + (every or 0.0) * later
+        while self.clock() < until:
+            if every is not None and self.clock() >= next_query:
+                (ask or self.ask_status)()
+                next_query = self.clock() + every
             yield from self.listen()
 
     def facts(self) -> Facts:
@@ -238,8 +239,8 @@ class Conversation(ABC):
         SendError
             The machine is moving, or another firmware answers.
         """
-        if motion := self._motion_state():
-            raise SendError(f"the machine is {motion}; wait until it stands, or use --unlock")
+        if movement := self._moving():
+            raise SendError(f"the machine is {movement}; wait until it stands, or use --unlock")
         return self.gather()
 
     def settings(self) -> tuple[str, str]:
@@ -250,11 +251,11 @@ class Conversation(ABC):
         SendError
             The machine is moving, does not report its settings, or another firmware answers.
         """
-        if motion := self._motion_state():
-            raise SendError(f"the machine is {motion}; wait until it stands")
+        if movement := self._moving():
+            raise SendError(f"the machine is {movement}; wait until it stands")
         return self.gather_settings()
 
-    def _motion_state(self) -> str:
+    def _moving(self) -> str:
         """Return the current activity in words; "" if the machine is at rest."""
         status = self.fresh_status()
         return "" if status.state in ("Idle", *LOCKED) else state_in_words(status)

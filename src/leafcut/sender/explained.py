@@ -214,14 +214,14 @@ def alarm_in_words(code: int, family: str = "") -> str:
     return f"alarm {code}: {_meaning(code, _ALARMS_OF.get(family, {}), _ALARMS, family)}"
 
 
-def _meaning(code: int, specific: dict[int, str], common: dict[int, str], family: str) -> str:
-    fallback = f"not in the list of {family or 'GRBL'}; see the manual of your controller"
-    return specific.get(code, common.get(code, fallback))
+def _meaning(code: int, by_family: dict[int, str], common: dict[int, str], family: str) -> str:
+    unknown = f"not in the list of {family or 'GRBL'}; see the manual of your controller"
+    return by_family.get(code, common.get(code, unknown))
 
 
 def state_in_words(status: Status, family: str = "") -> str:
     """Return the state of a machine in words; with the alarm number if the status contains it (grblHAL)."""
-    text = _STATES.get(status.state, f"in the state '{status.state}'")
+    words = _STATES.get(status.state, f"in the state '{status.state}'")
     if status.state == "Alarm" and status.detail:
-        return f"{text} ({alarm_in_words(status.detail, family)})"
-    return text
+        return f"{words} ({alarm_in_words(status.detail, family)})"
+    return words

@@ -155,20 +155,20 @@ class Facts:
         """Return the position in work coordinates, mm; `offset` is the last reported offset, in report units."""
         if status.work is not None:
             return scaled(status.work, self.unit)
-        position = self.machine_place(status)
-        if position is None:
+        place = self.machine_place(status)
+        if place is None:
             return None
         zero = self.origin(self.frame) if offset is None else scaled(offset, self.unit)
-        return (position[0] - zero[0], position[1] - zero[1], position[2] - zero[2])
+        return (place[0] - zero[0], place[1] - zero[1], place[2] - zero[2])
 
     def timed(self, machine: Machine) -> Machine:
         """Return the machine with the speeds, accelerations and other clock settings of this board."""
         return self.clock.timed(machine)
 
 
-def scaled(position: XYZ, unit: float) -> XYZ:
+def scaled(place: XYZ, unit: float) -> XYZ:
     """Return a position in mm."""
-    return (position[0] * unit, position[1] * unit, position[2] * unit)
+    return (place[0] * unit, place[1] * unit, place[2] * unit)
 
 
 def moving(values: XYZ, names: tuple[str, str, str]) -> XYZ:

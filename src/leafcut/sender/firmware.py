@@ -63,9 +63,9 @@ def asked_settings(port: Port, kind: str | None = None, clock: Callable[[], floa
     speakers = [GrblConversation, MarlinConversation] if kind is None else [ASKED[kind]]
     problems: list[NotThisFirmware] = []
     for speaker in speakers:
-        conversation = speaker(port, clock=clock)
+        talk = speaker(port, clock=clock)
         try:
-            conversation.connect()
+            talk.connect()
         except NotThisFirmware as problem:
             problems.append(problem)
             continue

@@ -24,7 +24,6 @@ from leafcut.sender.conversation import (
     SLOW_POLL_SECONDS,
     START_SECONDS,
     Conversation,
-    Heard,
     Interrupted,
     Log,
     OnAnswer,
@@ -113,7 +112,7 @@ class GrblConversation(Conversation):
         replies += [shown(self._rest.decode("ascii", "replace"))] * bool(self._rest)
         raise wrong_firmware(self.port.name, replies, "GRBL")
 
-    def _answers_to_newline(self) -> list[str]:
+    def _answers_to_line(self) -> list[str]:
         """Return the answers to a line ending: other firmwares may answer nothing else."""
         self.write(b"\n")
         return [answer_text(answer) for answer in self.receive(_LINE_SECONDS)]
@@ -161,8 +160,8 @@ class GrblConversation(Conversation):
             raise wrong_firmware(self.port.name, ["ok"], "GRBL")
         if self.family == "FluidNC":
             return "fluidnc", self._configuration()
-        reports = [answer for answer in [*answers, *self.ask("$$")] if isinstance(answer, Report)]
-        lines = [f"{answer.name}={answer.text}" if answer.name.startswith("$") else f"[{answer}]" for answer in reports]
+        reports = [report for report in [*build_info, *self.ask("$$")] if isinstance(report, Report)]
+        lines = [f"{report.name}={report.text}" if report.name.startswith("$") else f"[{report}]" for report in reports]
         return "grbl", "\n".join(lines) + "\n"
 
     def _settle(self) -> None:
@@ -206,8 +205,8 @@ class GrblConversation(Conversation):
 
     def step_feed(self, current: int, target: int) -> None:
         """Change the override by 10 or 1 percent: the board merges two steps that arrive together."""
-        difference = target - current
-        step = (10 if abs(difference) >= 10 else 1) * (1 if difference > 0 else -1)
+        change = target - current
+        step = (10 if abs(change) >= 10 else 1) * (1 if change > 0 else -1)
         self.write(_FEED_NORMAL if target == 100 else _FEED_STEPS[step])
 
     def prepare(self) -> None:
@@ -281,7 +280,7 @@ class GrblConversation(Conversation):
         finally:
             self._resetting = self._interrupted = False
 
-    def _reset(self, on_answer: Heard) -> Status:
+    def _reset(self, on_answer: OnAnswer) -> Status:
         sent = 0
 
         def send_reset() -> None:

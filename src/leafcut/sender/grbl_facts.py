@@ -32,23 +32,23 @@ _ZERO_AT_HOME, _NO_LOCK = "Z", "L"
 _PLACES = ("G54", "G55", "G56", "G57", "G58", "G59", "G28", "G30", "G92", "TLO")
 
 
-def _setting_names(first: int) -> tuple[str, str, str]:
+def _numbered(first: int) -> tuple[str, str, str]:
     return (f"${first}", f"${first + 1}", f"${first + 2}")
 
 
-def _axis_names(key: str) -> tuple[str, str, str]:
+def _of_axes(key: str) -> tuple[str, str, str]:
     return (f"{key} of x", f"{key} of y", f"{key} of z")
 
 
 _GRBL_NAMES = SettingNames(
-    "$22=0", "$20=0", _setting_names(_TRAVELS), _setting_names(_RATES), _setting_names(_ACCELERATIONS), "$30", "$32"
+    "$22=0", "$20=0", _numbered(_TRAVELS), _numbered(_RATES), _numbered(_ACCELERATIONS), "$30", "$32"
 )
 _FLUIDNC_NAMES = SettingNames(
     "not every axis has homing with a cycle",
     "soft_limits",
-    _axis_names("max_travel_mm"),
-    _axis_names("max_rate_mm_per_min"),
-    _axis_names("acceleration_mm_per_sec2"),
+    _of_axes("max_travel_mm"),
+    _of_axes("max_rate_mm_per_min"),
+    _of_axes("acceleration_mm_per_sec2"),
     "speed_map",
     "$32",
 )
@@ -82,13 +82,11 @@ def gathered(answers: list[ControllerAnswer], status: Status, *, homed: bool, co
     elif not configuration:
         raise SendError(f"the controller does not say how much its buffer holds ([OPT:{options.text}])")
     modes = next((tuple(report.text.split()) for report in reports if report.name == "GC"), ())
-    facts = _with_settings(
-        settings, letters, Facts(build.text.partition(":")[0], buffer, status, *_NOWHERE, _GRBL_NAMES)
-    )
+    facts = _by_numbers(settings, letters, Facts(build.text.partition(":")[0], buffer, status, *_NOWHERE, _GRBL_NAMES))
     facts = replace(facts, modes=modes, places=_places(reports, facts.unit))
     if configuration:
-        return _with_configuration(facts, configuration, homed=homed)
-    return replace(facts, homed=True if homed else _is_homed(reports, letters))
+        return _by_configuration(facts, configuration, homed=homed)
+    return replace(facts, homed=True if homed else _reports_homed(reports, letters))
 
 
 _NOWHERE: tuple[XYZ, XYZ] = ((-math.inf,) * 3, (math.inf,) * 3)
@@ -111,13 +109,13 @@ class _Settings(dict[str, str]):
 
     def axes(self, first: int, factor: float = 1.0) -> XYZ | None:
         """Return a setting per axis; None if the controller lacks it for any axis."""
-        if not all(self.get(name) for name in _setting_names(first)):
+        if not all(self.get(name) for name in _numbered(first)):
             return None
         x, y, z = (self.number(first + axis) * factor for axis in range(3))
-        return moving((x, y, z), _setting_names(first))
+        return moving((x, y, z), _numbered(first))
 
 
-def _with_settings(settings: _Settings, letters: str, facts: Facts) -> Facts:
+def _by_numbers(settings: _Settings, letters: str, facts: Facts) -> Facts:
     low, high = [], []
     to_min = int(settings.number(_HOME_TO_MIN))
     for axis in range(3):
@@ -146,7 +144,7 @@ def _with_settings(settings: _Settings, letters: str, facts: Facts) -> Facts:
     )
 
 
-def _is_homed(reports: list[Report], letters: str) -> bool | None:
+def _reports_homed(reports: list[Report], letters: str) -> bool | None:
     """Return whether the machine was homed; None if unknown.
 
     grblHAL reports it per axis. GRBL is locked until homed, unless it reports the opposite.
@@ -157,27 +155,27 @@ def _is_homed(reports: list[Report], letters: str) -> bool | None:
     return None if _NO_LOCK in letters else True
 
 
-def _with_configuration(facts: Facts, text: str, *, homed: bool) -> Facts:
+def _by_configuration(facts: Facts, text: str, *, homed: bool) -> Facts:
     """Return the facts with FluidNC's configuration; without ``must_home``, whether it was homed is unknown."""
     try:
-        settings: FluidConfiguration = configuration_of(text, "$CD")
+        configuration: FluidConfiguration = configuration_of(text, "$CD")
     except ReadError as problem:
         raise SendError(f"the controller's configuration cannot be used: {problem}") from None
     return replace(
         facts,
         names=_FLUIDNC_NAMES,
-        low=settings.low,
-        high=settings.high,
-        homing=settings.homing,
-        homed=True if homed or settings.must_home else None,
-        soft_limits=settings.soft_limits,
-        fastest=settings.fastest,
+        low=configuration.low,
+        high=configuration.high,
+        homing=configuration.homing,
+        homed=True if homed or configuration.must_home else None,
+        soft_limits=configuration.soft_limits,
+        fastest=configuration.fastest,
         clock=Clock(
-            moving(settings.rates, _FLUIDNC_NAMES.rates),
-            moving(settings.accelerations, _FLUIDNC_NAMES.accelerations),
-            moving(settings.steps, _axis_names("steps_per_mm")),
-            settings.deviation,
-            settings.arc_tolerance,
+            moving(configuration.rates, _FLUIDNC_NAMES.rates),
+            moving(configuration.accelerations, _FLUIDNC_NAMES.accelerations),
+            moving(configuration.steps, _of_axes("steps_per_mm")),
+            configuration.deviation,
+            configuration.arc_tolerance,
         ),
     )
 

@@ -41,8 +41,8 @@ def parse(line: str) -> ControllerAnswer:
     if line.startswith("<") and line.endswith(">"):
         return _status(line[1:-1]) or Strange(shown(line))
     if line.startswith("[") and line.endswith("]"):
-        name, colon, value = line[1:-1].partition(":")
-        return Report(name, _plain(value)) if colon else Report("", shown(name, 120))
+        name, colon, rest = line[1:-1].partition(":")
+        return Report(name, _plain(rest)) if colon else Report("", shown(name, 120))
     if match := _GREETING.match(line):
         return Greeting(match[1], match[2] or "")
     if match := _SETTING.match(line):
@@ -63,8 +63,8 @@ def _status(text: str) -> Status | None:
     if not state.isalpha():
         return None
     values = {name: value for name, _, value in (field.partition(":") for field in fields)}
-    free_space = numbers_in(values.get("Bf", "")) or ()
-    motion = numbers_in(values.get("FS", values.get("F", ""))) or ()
+    free = numbers_in(values.get("Bf", "")) or ()
+    moving = numbers_in(values.get("FS", values.get("F", ""))) or ()
     overrides = numbers_in(values.get("Ov", "")) or ()
     return Status(
         state=state,
@@ -72,10 +72,10 @@ def _status(text: str) -> Status | None:
         machine=place_in(values.get("MPos")),
         work=place_in(values.get("WPos")),
         offset=place_in(values.get("WCO")),
-        free_blocks=int(free_space[0]) if len(free_space) == 2 else None,
-        free_bytes=int(free_space[1]) if len(free_space) == 2 else None,
-        feed=motion[0] if motion else None,
-        speed=motion[1] if len(motion) > 1 else None,
+        free_blocks=int(free[0]) if len(free) == 2 else None,
+        free_bytes=int(free[1]) if len(free) == 2 else None,
+        feed=moving[0] if moving else None,
+        speed=moving[1] if len(moving) > 1 else None,
         overrides=(int(overrides[0]), int(overrides[1]), int(overrides[2])) if len(overrides) == 3 else None,
         pins=values.get("Pn", ""),
     )

@@ -30,10 +30,7 @@ from leafcut.sender.lines import Pause, SentStep, in_dialect, steps_of
 #: Codes that need --accept whatever their severity: dangers, limits of the machine, unknown effects.
 _NEVER = ("L803", "L806", "L808")
 #: Rows that move the origin, or whose effect only the machine knows.
-_NOT_UNDERSTOOD = {
-    Kind.FOREIGN: "is not understood",
-    Kind.SHIFT: "moves the origin, so that nothing behind it can be checked",
-}
+_LOST = {Kind.FOREIGN: "is not understood", Kind.SHIFT: "moves the origin, so later lines cannot be checked"}
 #: Modes that the program reader assumes before the first line, and the words for its default units.
 _AT_FIRST = "G17 G90 G94 G40 G49 G80"
 _UNITS = {"mm": "G21", "in": "G20"}
@@ -95,14 +92,14 @@ class SendJob:
         from leafcut.timing.toolpath import clock
 
         timed = clock(self.program.path, self.machine, sent_lines(self.program.lines))
-        is_feed = (timed.path.kind >= Kind.FEED) & (timed.path.kind <= Kind.ARC_CCW)
+        at_feed = (timed.path.kind >= Kind.FEED) & (timed.path.kind <= Kind.ARC_CCW)
         lines = np.clip(timed.path.line, 0, len(self.program.lines))
         count = len(self.program.lines) + 1
-        totals = [
-            np.bincount(lines, weights=np.where(selected, timed.seconds, 0.0), minlength=count).astype(np.float64)
-            for selected in (is_feed, ~is_feed)
+        per_line = [
+            np.bincount(lines, weights=np.where(rows, timed.seconds, 0.0), minlength=count).astype(np.float64)
+            for rows in (at_feed, ~at_feed)
         ]
-        return totals[0], totals[1]
+        return per_line[0], per_line[1]
 
     def for_machine(self, machine: Machine) -> SendJob:
         """Return the same program with the times of another machine."""
@@ -110,12 +107,12 @@ class SendJob:
 
     def hole_at(self, line: int) -> DrilledHole | None:
         """Return the hole drilled in a line, or the last hole started before it."""
-        current = None
+        latest = None
         for hole in self.holes:
             if hole.first > line:
                 break
-            current = hole
-        return current
+            latest = hole
+        return latest
 
     def text(self, line: int) -> str:
         """Return a line of the program, shortened for a message."""
@@ -145,10 +142,10 @@ def read_job(
     OptionError
         Programs cannot be sent to the machine's controller, or the program has a danger that is not accepted.
     """
-    profile = load_machine(machine)
-    controller_dialect = dialect(dialect_name or profile.controller)
-    speaker_of(profile, machine)
-    return job_of(program_text(file, file), file, profile, controller_dialect, units, accept)
+    known = load_machine(machine)
+    controller_dialect = dialect(dialect_name or known.controller)
+    speaker_of(known, machine)
+    return job_of(program_text(file, file), file, known, controller_dialect, units, accept)
 
 
 def program_text(file: str | Path, name: str) -> str:
@@ -165,7 +162,7 @@ def program_text(file: str | Path, name: str) -> str:
     return text
 
 
-def accepted_codes(text: str) -> tuple[str, ...]:
+def accepted_codes(words: str) -> tuple[str, ...]:
     """Return the codes in a list such as ``L801,L806``.
 
     Raises
@@ -186,10 +183,10 @@ def job_of(
     """Return the text of a program as a job; see `read_job`."""
     program = interpret_program(text, controller_dialect, file, units=units or machine.units)
     steps = (
-        *_opening_lines(program, controller_dialect, units or machine.units),
+        *_opening(program, controller_dialect, units or machine.units),
         *steps_of(program.lines, controller_dialect, file),
     )
-    _check_understood(program, file)
+    _check_known(program, file)
     dangers = find_dangers(program, machine, "laser" if machine.head is Head.LASER else "mill")
     for issue in dangers:
         if (issue.severity is Severity.DANGER or issue.code in _NEVER) and issue.code not in accept:
@@ -203,49 +200,49 @@ def job_of(
     return SendJob(file, machine, controller_dialect, program, steps, tuple(issues), tuple(accept))
 
 
-def _opening_lines(program: Program, controller_dialect: Dialect, units: str) -> list[SentLine]:
+def _opening(program: Program, controller_dialect: Dialect, units: str) -> list[SentLine]:
     """Return the lines that set the state in which the program was read, whatever modes the controller is in."""
-    if not spoken(controller_dialect, _UNITS[units]):
+    if not in_dialect(controller_dialect, _UNITS[units]):
         raise OptionError(f"{controller_dialect.name} has no {_UNITS[units]}: a program for it must be in millimetres")
     blocks = [_AT_FIRST, "G54", _UNITS[units]]
     # If the program never starts the spindle, it was started by hand.
     if ((program.path.kind == Kind.SPINDLE) & (program.path.value != 0.0)).any():
         blocks += ["M5", "M9"]
-    return [SentLine(text) for text in spoken(controller_dialect, *blocks)]
+    return [SentLine(text) for text in in_dialect(controller_dialect, *blocks)]
 
 
-def _check_understood(program: Program, file: str) -> None:
+def _check_known(program: Program, file: str) -> None:
     path = program.path
-    for kind, consequence in _NOT_UNDERSTOOD.items():
+    for kind, reason in _LOST.items():
         rows = np.flatnonzero(path.kind == kind)
         if len(rows):
             line = int(path.line[rows[0]])
             block = int(np.searchsorted(program.first, rows[0], side="right")) - 1
-            reason = program.fixed.get(block, "") or f"'{program.lines[line - 1].strip()}' {consequence}"
-            raise ReadError(file, f"{reason}; take it out, and send it again", line)
+            explanation = program.fixed.get(block, "") or f"'{program.lines[line - 1].strip()}' {reason}"
+            raise ReadError(file, f"{explanation}; take it out, and send it again", line)
 
 
 def _holes(program: Program) -> list[DrilledHole]:
     path, before = program.path, program.path.before
-    descending = (path.kind == Kind.FEED) & (path.end[:, 2] < before[:, 2] - _SAME)
-    descending &= (np.abs(path.end[:, :2] - before[:, :2]) < _SAME).all(axis=1)
+    down = (path.kind == Kind.FEED) & (path.end[:, 2] < before[:, 2] - _SAME)
+    down &= (np.abs(path.end[:, :2] - before[:, :2]) < _SAME).all(axis=1)
     sideways: NDArray[np.bool_] = (path.kind <= Kind.ARC_CCW) & ~(
         (np.abs(path.end[:, :2] - before[:, :2]) < _SAME).all(axis=1)
     )
     holes: list[DrilledHole] = []
-    rapid_row, is_cut = -1, False
-    for row in np.flatnonzero(descending | sideways).tolist():
+    travel, cut = -1, False
+    for row in np.flatnonzero(down | sideways).tolist():
         line = int(path.line[row])
         if sideways[row]:
-            if is_cut and path.kind[row] != Kind.RAPID:
+            if cut and path.kind[row] != Kind.RAPID:
                 holes.pop()  # a cut sideways follows: milling, not a hole
-            rapid_row, is_cut = (row if path.kind[row] == Kind.RAPID else -1), False
-        elif is_cut:
+            travel, cut = (row if path.kind[row] == Kind.RAPID else -1), False
+        elif cut:
             holes[-1] = replace(holes[-1], last=line)
-        elif rapid_row >= 0:
+        elif travel >= 0:
             x, y, _ = path.end[row].tolist()
-            holes.append(DrilledHole(len(holes) + 1, x, y, int(path.line[rapid_row]), line))
-            is_cut = True
+            holes.append(DrilledHole(len(holes) + 1, x, y, int(path.line[travel]), line))
+            cut = True
     return holes
 
 

@@ -49,7 +49,7 @@ SentStep = SentLine | Pause
 _DWELL_UNITS = {"s": 1.0, "ms": 0.001, "cs": 0.01}
 
 
-def spoken(dialect: Dialect, *texts: str) -> list[str]:
+def in_dialect(dialect: Dialect, *texts: str) -> list[str]:
     """Return lines of our own, such as ``G21 G90 F100``, in a controller's dialect, without words that it lacks.
 
     If the controller takes one command per line, ``F100`` alone becomes ``G1 F100``, which moves nothing; any other
@@ -66,11 +66,11 @@ def _in_dialect(dialect: Dialect, text: str) -> list[str]:
         if word.letter == "M" and word.value not in dialect.m_codes:
             continue
         if not commands or (dialect.one_command and word.letter in "GM"):
-            is_alone = dialect.one_command and word.letter not in "GM"
-            if is_alone and word.letter != "F":
+            alone = dialect.one_command and word.letter not in "GM"
+            if alone and word.letter != "F":
                 continue
-            commands.append(["G1"] if is_alone else [])
-        commands[-1].append(_word_text(word))
+            commands.append(["G1"] if alone else [])
+        commands[-1].append(_written(word))
     return [_joined(dialect, command) for command in commands]
 
 
@@ -79,8 +79,8 @@ def dwell(dialect: Dialect, seconds: float) -> str:
     return f"G4 P{seconds / _DWELL_UNITS[dialect.dwell_unit]:g}"
 
 
-def _joined(dialect: Dialect, texts: Sequence[str]) -> str:
-    return (" " if dialect.one_command else "").join(texts)
+def _joined(dialect: Dialect, parts: Sequence[str]) -> str:
+    return (" " if dialect.one_command else "").join(parts)
 
 
 class HoleLines(Protocol):
@@ -97,15 +97,15 @@ class HoleLines(Protocol):
 
 def pauses_at_holes(steps: Sequence[SentStep], holes: Sequence[HoleLines]) -> list[SentStep]:
     """Return the steps with a pause before the first line of each hole."""
-    remaining = deque(holes)
-    result: list[SentStep] = []
+    waiting = deque(holes)
+    with_pauses: list[SentStep] = []
     for step in steps:
-        while remaining and step.number >= remaining[0].first:
-            hole = remaining.popleft()
+        while waiting and step.number >= waiting[0].first:
+            hole = waiting.popleft()
             if step.number == hole.first:
-                result.append(Pause(hole.first, hole=hole.number))
-        result.append(step)
-    return result
+                with_pauses.append(Pause(hole.first, hole=hole.number))
+        with_pauses.append(step)
+    return with_pauses
 
 
 def steps_of(lines: Sequence[str], dialect: Dialect, file: str, first: int = 1) -> list[SentStep]:
@@ -114,7 +114,8 @@ def steps_of(lines: Sequence[str], dialect: Dialect, file: str, first: int = 1) 
     Raises
     ------
     ReadError
-        A line has a word or a letter that the controller lacks, is a controller command ($), or is too long.
+        A line has a word or a letter that the controller lacks, is a command of the controller itself ($), or is too
+        long.
     """
     reader = _LineReader(dialect)
     steps: list[SentStep] = []
@@ -147,17 +148,17 @@ class _LineReader:
         if body.startswith("%"):
             self.ended = self.begun
             return []
-        block_words = words_of(body.removeprefix("/"))
-        self._check_words(block_words)
+        words = words_of(body.removeprefix("/"))
+        self._check(words)
         if comments:
             self.remark, self.remarked = shown(comments[-1]), number
-        for word in block_words:
+        for word in words:
             if word.letter == "T":
                 self.tool, self.chosen = int(word.value), number
-        self.begun |= bool(block_words)
-        codes = {int(word.value) for word in block_words if word.letter == "M"}
+        self.begun |= bool(words)
+        codes = {int(word.value) for word in words if word.letter == "M"}
         self.ended = bool(codes & {2, 30})
-        text = _joined(self.dialect, [_word_text(word) for word in block_words if not _is_dropped(word)])
+        text = _joined(self.dialect, [_written(word) for word in words if not _is_for_sender(word)])
         if self.dialect.one_command and codes & {*self.stops, 6}:
             text = ""  # text after M0 is for the operator
         if len(text) > LONGEST_LINE:
@@ -176,24 +177,24 @@ class _LineReader:
         remark = self.remark if number - self.remarked <= _REACH else ""
         return Pause(number, change, self.tool if change else None, remark)
 
-    def _check_words(self, block_words: Sequence[Word]) -> None:
+    def _check(self, words: Sequence[Word]) -> None:
         """Refuse words that this controller lacks, whatever the interpreter makes of them."""
-        for word in block_words:
-            is_known = word.letter in _LETTERS or word.letter == "N"
+        for word in words:
+            known = word.letter in _LETTERS or word.letter == "N"
             if word.letter == "G":
-                is_known = round(word.value * 10) in self.dialect.g_codes
+                known = round(word.value * 10) in self.dialect.g_codes
             elif word.letter == "M":
-                is_known = word.value in self.dialect.m_codes or word.value == 6
+                known = word.value in self.dialect.m_codes or word.value == 6
             elif word.letter == "T" and self.dialect.one_command:
-                is_known = block_words[0].letter == "M" and block_words[0].value in (0, 6)
-            if not is_known:
-                remedy = "post the program for this controller, or name its --dialect"
-                raise BlockError(f"{word} is not a word of {self.dialect.name}; {remedy}")
+                known = words[0].letter == "M" and words[0].value in (0, 6)
+            if not known:
+                advice = "post the program for this controller, or name its --dialect"
+                raise BlockError(f"{word} is not a word of {self.dialect.name}; {advice}")
 
 
-def _is_dropped(word: Word) -> bool:
+def _is_for_sender(word: Word) -> bool:
     return word.letter == "N" or (word.letter == "M" and word.value in (0, 6))
 
 
-def _word_text(word: Word) -> str:
+def _written(word: Word) -> str:
     return f"{word.letter}{word.text.removeprefix('+')}"

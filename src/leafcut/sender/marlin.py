@@ -49,7 +49,6 @@ from leafcut.sender.conversation import (
     ANSWER_SECONDS,
     STOPPED_SHORT,
     Conversation,
-    Heard,
     Log,
     OnAnswer,
     ignore_answer,
@@ -82,17 +81,12 @@ _ENDS = re.compile(r"(Min|Max):\s*X\s*(-?[\d.]+)\s*Y\s*(-?[\d.]+)\s*Z\s*(-?[\d.]
 _M211_WORD = re.compile(r"M211 S([01])")
 
 
-def _axis_names(word: str) -> tuple[str, str, str]:
+def _each(word: str) -> tuple[str, str, str]:
     return (f"{word} X", f"{word} Y", f"{word} Z")
 
 
 _NAMES = SettingNames(
-    "M211",
-    "M211 S0",
-    _axis_names("M211"),
-    _axis_names("M203"),
-    _axis_names("M201"),
-    coordinates="the program's coordinates",
+    "M211", "M211 S0", _each("M211"), _each("M203"), _each("M201"), coordinates="the program's coordinates"
 )
 
 
@@ -106,7 +100,7 @@ class NumberedLine:
 
     number: int
     text: str
-    ours: bool = False
+    is_query: bool = False
 
     @property
     def data(self) -> bytes:
@@ -133,23 +127,23 @@ class MarlinConversation(Conversation):
         super().__init__(port, log, clock)
         self.family = "Marlin"
         #: Last number; number of repeats of the unanswered line; time of the last answer.
-        self._number, self._n_repeats, self._heard_at = 0, 0, 0.0
-        self._unanswered: NumberedLine | None = None
+        self._number, self._times, self._heard_at = 0, 0, 0.0
+        self._flying: NumberedLine | None = None
         #: The last answered line, and the line to send after it if the controller requests it again.
         self._answered_last: NumberedLine | None = None
         self._next: NumberedLine | None = None
         #: Internal lines that wait until no line is unanswered.
-        self._own_lines: deque[str] = deque()
+        self._queries: deque[str] = deque()
         #: Time until which an ``ok`` answers no line, and the number of the requested line.
-        self._requested_repeat: tuple[float, int] | None = None
+        self._wanted: tuple[float, int] | None = None
         #: Answers that may still arrive to lines without a number; the error of the unanswered line.
-        self._stray_answers, self._line_error = 0, ""
+        self._stray, self._wrong = 0, ""
         self._place: XYZ | None = None
         self._percent = 100
         #: Held; a status was requested; the firmware has halted itself.
         self._held = self._asked = self._killed = False
         #: The machine may be moving; its position counter has restarted.
-        self._has_moved = self._restarted_now = False
+        self._moved = self._anew = False
 
     # Receiving.
 
@@ -159,27 +153,27 @@ class MarlinConversation(Conversation):
 
     def listen(self, seconds: float = 0.02) -> list[ControllerAnswer]:
         """Return the answers received, waiting at most `seconds`; repeats are handled here."""
-        answers = self._send_due()
+        answers = self._take_turn()
         for answer in super().listen(seconds):
             if answer != _WAITS:
                 self._heard_at = self.clock()
-            answers += self._process(answer)
+            answers += self._digest(answer)
             if self._asked:
                 # Marlin has no status report: while lines are unanswered, any message shows that it runs.
                 self._asked = False
-                answers.append(self._report_status(self._status_of("Run")))
+                answers.append(self._keep_status(self._inferred_status("Run")))
         return answers
 
-    def _send_due(self) -> list[ControllerAnswer]:
+    def _take_turn(self) -> list[ControllerAnswer]:
         """Repeat a line or send the next internal line when it is due."""
-        now, unanswered = self.clock(), self._unanswered
-        if self._requested_repeat is not None:
-            due, number = self._requested_repeat
-            if now < due:
+        now, flying = self.clock(), self._flying
+        if self._wanted is not None:
+            until, number = self._wanted
+            if now < until:
                 return []
-            self._requested_repeat = None
-            if unanswered is not None and number == unanswered.number + 1:
-                self._stray_answers += 1  # its answer was lost or is still to come
+            self._wanted = None
+            if flying is not None and number == flying.number + 1:
+                self._stray += 1  # its answer was lost or is still to come
                 return self._answered()
             if flying is not None:
                 self._put(flying)
@@ -188,29 +182,29 @@ class MarlinConversation(Conversation):
                 self._times += 1
                 self._put(flying)
                 self._heard_at = now
-        elif self._own_lines:
-            self._send_numbered(self._own_lines.popleft(), is_own=True)
+        elif self._queries:
+            self._fly(self._queries.popleft(), is_query=True)
         return []
 
-    def _process(self, answer: ControllerAnswer) -> list[ControllerAnswer]:
+    def _digest(self, answer: ControllerAnswer) -> list[ControllerAnswer]:
         """Process an answer and return the answers that matter to the caller."""
         match answer:
             case Accepted():
                 return self._ok()
             case Greeting():
-                self._clear_line()
-                self._restarted_now = True
-            case Alarm(reason):
-                self._killed |= "(kill)" in str(reason)
+                self._forget()
+                self._anew = True
+            case Alarm(why):
+                self._killed |= "(kill)" in str(why)
             case Report(name, text) if name == RESEND:
-                return self._repeat_from(int(text))
+                return self._asked_again(int(text))
             case Report(name, text) if name == UNKNOWN:
                 if text.partition(" ")[0] not in _NOTHING_TO_DO:
-                    self._line_error = f"the firmware does not have this word ('{shown(text, 40)}')"
+                    self._wrong = f"the firmware does not have this word ('{shown(text, 40)}')"
             case Report(name, text) if name == HOME_FIRST:
-                self._line_error = f"homing of {text} is needed first"
+                self._wrong = f"homing of {text} is needed first"
             case Report(name, _) if name == BUSY:
-                return [self._report_status(self._status_of("Run"))]
+                return [self._keep_status(self._inferred_status("Run"))]
             case Report(name, text) if name == PLACE:
                 self._place = place_in(text)
             case Report(name, text) if name == ACTION:
@@ -230,88 +224,88 @@ class MarlinConversation(Conversation):
         return []
 
     def _ok(self) -> list[ControllerAnswer]:
-        if self._requested_repeat is not None:
+        if self._wanted is not None:
             return []
-        if self._unanswered is None:
-            if not self._stray_answers:
+        if self._flying is None:
+            if not self._stray:
                 return [Accepted()]
-            self._stray_answers -= 1
+            self._stray -= 1
             return []
         return self._answered()
 
     def _answered(self) -> list[ControllerAnswer]:
         """Mark the unanswered line as answered."""
-        line, self._unanswered, self._n_repeats = self._unanswered, None, 0
-        wrong, self._line_error = self._line_error, ""
+        line, self._flying, self._times = self._flying, None, 0
+        wrong, self._wrong = self._wrong, ""
         assert line is not None
         self._answered_last = line
         if self._next is not None:
-            self._unanswered, self._next = self._next, None
-            self._number = self._unanswered.number
-            self._write_line(self._unanswered)
+            self._flying, self._next = self._next, None
+            self._number = self._flying.number
+            self._put(self._flying)
             return [Strange(f"line {line.number}: {wrong}")] if wrong else []
-        if not line.ours:
+        if not line.is_query:
             return [Refused(wrong) if wrong else Accepted()]
         if line.text == "M114":
-            self._has_moved = False
-            return [self._report_status(self._status_of("Idle", self._place))]
+            self._moved = False
+            return [self._keep_status(self._inferred_status("Idle", self._place))]
         if line.text.startswith("M220"):
             self._percent = int(line.text.rpartition("S")[2])
-            return [self._report_status(self._status_of("Run"))]
+            return [self._keep_status(self._inferred_status("Run"))]
         return []
 
-    def _repeat_from(self, number: int) -> list[ControllerAnswer]:
+    def _asked_again(self, number: int) -> list[ControllerAnswer]:
         """Record a request for a line. It is sent after a pause, because the controller may repeat the request."""
-        flying, last = self._unanswered, self._answered_last
+        flying, last = self._flying, self._answered_last
         if flying is not None and last is not None and self._next is None and number == last.number == self._number - 1:
             # The `ok` counted for this line belonged to an earlier one; the controller does not have the line.
-            self._next, self._unanswered, self._number = flying, last, number
+            self._next, self._flying, self._number = flying, last, number
         newest = self._number
-        if number not in (newest, newest + 1) or (self._unanswered is None and number == newest):
-            self._clear_line()
+        if number not in (newest, newest + 1) or (self._flying is None and number == newest):
+            self._forget()
             # The controller has restarted its count, or has lost lines.
-            self._restarted_now = number == 1
+            self._anew = number == 1
             return [Greeting("", "Marlin") if number == 1 else Strange(f"Resend: {number}")]
-        self._requested_repeat = (self.clock() + QUIET_SECONDS, number)
-        self._line_error = ""
+        self._wanted = (self.clock() + QUIET_SECONDS, number)
+        self._wrong = ""
         return []
 
-    def _status_of(self, state: str, position: XYZ | None = None) -> Status:
+    def _inferred_status(self, state: str, place: XYZ | None = None) -> Status:
         state = "Hold" if self._held and state == "Idle" else state
         percent = (self._percent, self._percent, 100)
-        return Status(state, 0 if state == "Hold" else None, machine=position, work=position, overrides=percent)
+        return Status(state, 0 if state == "Hold" else None, machine=place, work=place, overrides=percent)
 
-    def _report_status(self, status: Status) -> Status:
+    def _keep_status(self, status: Status) -> Status:
         self.keep(status)
         return status
 
     # Sending.
 
-    def _write_line(self, line: NumberedLine) -> None:
+    def _put(self, line: NumberedLine) -> None:
         self.write(line.data)
         self._heard_at = self.clock()
 
-    def _send_numbered(self, text: str, *, is_own: bool = False) -> None:
+    def _fly(self, text: str, *, is_query: bool = False) -> None:
         self._number += 1
-        self._has_moved |= not is_own
+        self._moved |= not is_query
         self._place = None if text == "M114" else self._place
-        self._unanswered = NumberedLine(self._number, text, is_own)
-        self._write_line(self._unanswered)
+        self._flying = NumberedLine(self._number, text, is_query)
+        self._put(self._flying)
 
-    def _clear_line(self) -> None:
+    def _forget(self) -> None:
         """Start again: no line is unanswered, and the next number is 1."""
-        self._unanswered, self._requested_repeat, self._number, self._n_repeats, self._line_error = None, None, 0, 0, ""
+        self._flying, self._wanted, self._number, self._times, self._wrong = None, None, 0, 0, ""
         self._answered_last = self._next = None
-        self._own_lines.clear()
+        self._queries.clear()
 
     @property
     def takes_lines(self) -> bool:
         """Whether no line is unanswered and the machine is not held."""
-        return not self._held and self._is_free
+        return not self._held and self._free
 
     @property
-    def _is_free(self) -> bool:
-        return self._unanswered is None and self._requested_repeat is None and not self._own_lines
+    def _free(self) -> bool:
+        return self._flying is None and self._wanted is None and not self._queries
 
     def send(self, text: str) -> None:
         """Send a line when no other is unanswered.
@@ -321,20 +315,20 @@ class MarlinConversation(Conversation):
         SendError
             An earlier line is not answered.
         """
-        deadline = self._deadline(PLANNED_SECONDS)
-        while not self._is_free:
+        until = self._until(PLANNED_SECONDS)
+        while not self._free:
             if any(isinstance(answer, Status) for answer in self.listen()):
-                deadline = self._deadline(PLANNED_SECONDS)
-            if self.clock() > deadline:
+                until = self._until(PLANNED_SECONDS)
+            if self.clock() > until:
                 raise SendError(f"nothing answers on {self.port.name} any more")
-        self._send_numbered(text)
+        self._fly(text)
 
     def ask_status(self, *, more: bool = False) -> None:
         """Query position and rest if no line is unanswered or follows; otherwise infer the status."""
-        if (more and not self._held) or (self._unanswered is not None and not self._unanswered.ours):
+        if (more and not self._held) or (self._flying is not None and not self._flying.is_query):
             self._asked = True
-        elif self._is_free:
-            self._own_lines.extend(("M400", "M114"))
+        elif self._free:
+            self._queries.extend(("M400", "M114"))
 
     # Commands.
 
@@ -362,7 +356,7 @@ class MarlinConversation(Conversation):
             raise wrong_firmware(self.port.name, replies, "Marlin")
         self._synchronise()
         self._firmware()
-        self._restarted_now = False
+        self._anew = False
         return self.fresh_status()
 
     def _knock(self) -> None:
@@ -370,10 +364,10 @@ class MarlinConversation(Conversation):
 
     def _synchronise(self) -> None:
         """Wait until no more answers arrive to earlier lines, and restart the numbering at 1."""
-        self._clear_line()
-        self._stray_answers = 0
+        self._forget()
+        self._stray = 0
         quiet = self.clock()
-        until = self._deadline(ANSWER_SECONDS)
+        until = self._until(ANSWER_SECONDS)
         while self.clock() - quiet < 2 * QUIET_SECONDS and self.clock() < until:
             if self.listen():
                 quiet = self.clock()
@@ -394,7 +388,7 @@ class MarlinConversation(Conversation):
         if int(version[1]) < 2:
             raise SendError(f"what answers on {self.port.name} is {shown(version[0], 40)}; Marlin 2 is needed")
         pairs = [report.text.rpartition(":") for report in reports if report.name == CAPABILITY]
-        return version[0], {name: on.strip() == "1" for name, _, on in pairs}
+        return version[0], {name: value.strip() == "1" for name, _, value in pairs}
 
     def gather(self) -> Facts:
         """Return the facts that the controller reports.
@@ -405,17 +399,17 @@ class MarlinConversation(Conversation):
             It does not report its settings, its travel or busy messages.
         """
         version, abilities = self._firmware()
-        if not re.search(r"M113 S[12]\b", self._answer_text("M113", _NO_BUSY)):
+        if not re.search(r"M113 S[12]\b", self._words("M113", _NO_BUSY)):
             raise SendError(_NO_BUSY)
-        settings = self._answer_text("M503", _NO_SETTINGS)
-        on, low, high = _soft_endstops(self._answer_text("M211", _NO_TRAVEL))
+        settings = self._words("M503", _NO_SETTINGS)
+        soft_limits_on, low, high = _soft_endstops(self._words("M211", _NO_TRAVEL))
         try:
             machine = imported(settings, "M503", "marlin").machine
         except ReadError as problem:
             raise SendError(f"the controller's settings cannot be used: {problem}") from None
         if machine.units != "mm":
             raise SendError("the controller counts in inches (G20 in M503); leafcut sends millimetres to Marlin")
-        status = self._rest_status()
+        status = self._rested()
         if status.machine is None:
             raise SendError("the controller does not say where it is (M114)")
         return Facts(
@@ -426,7 +420,7 @@ class MarlinConversation(Conversation):
             high=high,
             names=_NAMES,
             homed=True if self.homed else None,
-            soft_limits=on,
+            soft_limits=soft_limits_on,
             arcs=abilities.get("ARCS", True),
             clock=Clock(machine.rapid_velocity, machine.acceleration, None, machine.corner_deviation),
         )
@@ -439,19 +433,19 @@ class MarlinConversation(Conversation):
         SendError
             It does not report its settings.
         """
-        settings = self._answer_text("M503", _NO_SETTINGS)
+        settings = self._words("M503", _NO_SETTINGS)
         with suppress(NotBuiltIn):
-            settings += self._answer_text("M211", _NO_TRAVEL)
+            settings += self._words("M211", _NO_TRAVEL)
         return "marlin", settings
 
-    def _answer_text(self, question: str, missing_message: str) -> str:
-        """Return the answer to a query as text; `missing_message` is the error for a firmware without this command."""
+    def _words(self, question: str, lacking: str) -> str:
+        """Return the answer to a query as text; `lacking` is the error for a firmware without this command."""
         try:
             answers = self.ask(question)
         except SendError:
-            if self._unanswered is not None:  # not answered at all
+            if self._flying is not None:  # not answered at all
                 raise
-            raise NotBuiltIn(missing_message) from None
+            raise NotBuiltIn(lacking) from None
         return (
             "\n".join(answer.text for answer in answers if isinstance(answer, Report) and answer.name != PLACE) + "\n"
         )
@@ -470,7 +464,7 @@ class MarlinConversation(Conversation):
 
     def step_feed(self, current: int, target: int) -> None:
         """Set the feed override, rapids included, for moves that are planned from now on."""
-        self._own_lines.append(f"M220 S{target}")
+        self._queries.append(f"M220 S{target}")
 
     def home_lines(self) -> str:
         """Return the homing command."""
@@ -505,18 +499,18 @@ class MarlinConversation(Conversation):
         SendError
             The controller no longer answers.
         """
-        is_at_rest, self._held, self._resetting = not self._has_moved, False, True
+        unmoved, self._held, self._resetting = not self._moved, False, True
         try:
-            if is_at_rest:
+            if unmoved:
                 self.ask("M5")
-                return self._rest_status()
-            return self._stop_motors(on_answer)
+                return self._rested()
+            return self._stop_at_once(on_answer)
         finally:
             self._resetting = self._interrupted = False
 
-    def _stop_motors(self, on_answer: Heard) -> Status:
+    def _stop_at_once(self, on_answer: OnAnswer) -> Status:
         self.homed = False
-        self._own_lines.clear()
+        self._queries.clear()
         # Without a number, so that it acts before its turn.
         self.write(b"M410\n")
         self._stray += 1
@@ -529,13 +523,13 @@ class MarlinConversation(Conversation):
             raise SendError("it does not answer to M410; M112 (emergency stop) was sent")
         self._synchronise()
         self.ask("M5")
-        status = replace(self._rest_status(), state=STOPPED_SHORT)
-        if self._restarted_now:
+        status = replace(self._rested(), state=STOPPED_SHORT)
+        if self._anew:
             status = replace(status, machine=None, work=None)
         on_answer(status)
-        return self._report_status(status)
+        return self._keep_status(status)
 
-    def _rest_status(self) -> Status:
+    def _rested(self) -> Status:
         """Return the status once the machine is at rest."""
         status = self.fresh_status(PLANNED_SECONDS)
         while status.state == "Run":
@@ -549,7 +543,7 @@ class MarlinConversation(Conversation):
     def halt(self, on_answer: OnAnswer = ignore_answer) -> Status:
         """Stop remaining motion after an error; a halted firmware receives nothing."""
         if self._killed:
-            return self._report_status(Status("Alarm"))
+            return self._keep_status(Status("Alarm"))
         return self.stop(on_answer)
 
     def stop_unanswered(self) -> str:
@@ -566,10 +560,10 @@ def _soft_endstops(text: str) -> tuple[bool, XYZ, XYZ]:
     SendError
         The firmware has no soft end stops, so the travel is unknown.
     """
-    limits = {match[1].lower(): match for match in _ENDS.finditer(text)}
-    if "min" not in limits or "max" not in limits:
+    ends = {match[1].lower(): match for match in _ENDS.finditer(text)}
+    if "min" not in ends or "max" not in ends:
         raise SendError(_NO_TRAVEL)
-    low, high = ((float(match[2]), float(match[3]), float(match[4])) for match in (limits["min"], limits["max"]))
+    low, high = ((float(match[2]), float(match[3]), float(match[4])) for match in (ends["min"], ends["max"]))
     word = _M211_WORD.search(text)
     is_on = word[1] == "1" if word else re.search(r"endstops:\s*ON", text, re.IGNORECASE) is not None
     return is_on, low, high

@@ -74,7 +74,7 @@ def parse(line: str) -> ControllerAnswer:
 
 
 def _error(text: str) -> ControllerAnswer:
-    if any(phrase in text.lower() for phrase in _LINE_ERRORS):
+    if any(words in text.lower() for words in _LINE_ERRORS):
         return Report("line error", shown(text, 80))
-    meaning = next((phrase for part, phrase in _ERRORS.items() if part in text), "")
+    meaning = next((words for part, words in _ERRORS.items() if part in text), "")
     return Alarm(meaning or f"Marlin stopped with '{shown(text, 80)}'")

@@ -12,39 +12,39 @@ from leafcut.model.machine import XYZ
 from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, plane_axes
 
 #: Maximum chord error of an arc, mm; maximum number of chords.
-_SAGITTA, _MOST_PIECES = 0.02, 360
+_SAGITTA, _MAX_CHORDS = 0.02, 360
 #: A position farther than this from every move, mm, is still before the first of them.
 _MAX_DISTANCE = 0.25
 #: Moves this close to a position, mm, are equally near. The first counts, so that no move is skipped on resuming.
-_EQUALLY_NEAR = 0.02
+_TIE_TOLERANCE = 0.02
 
 
 class Tracker:
     """Finds the current line within a range of possible lines."""
 
     def __init__(self, path: Toolpath) -> None:
-        starts, ends, rows = _pieces(path)
+        starts, ends, rows = _chords(path)
         self._starts, self._ends = starts, ends
         self._lines = path.line[rows].astype(np.int64)
 
-    def line_at(self, position: XYZ, first: int, last: int) -> int:
+    def line_at(self, place: XYZ, first: int, last: int) -> int:
         """Return the line executed at a position, mm in program coordinates; `first` if no move is near."""
         low, high = np.searchsorted(self._lines, [first, last + 1])
         if low >= high:
             return first
         starts, ends = self._starts[low:high], self._ends[low:high]
-        directions = ends - starts
-        length = np.maximum((directions**2).sum(axis=1), 1e-18)
-        offsets = np.array(position) - starts
-        share = np.clip((offsets * directions).sum(axis=1) / length, 0.0, 1.0)
-        distances = np.sqrt(((offsets - share[:, None] * directions) ** 2).sum(axis=1))
-        shortest = float(distances.min())
-        if not shortest <= _MAX_DISTANCE:
+        along = ends - starts
+        length = np.maximum((along**2).sum(axis=1), 1e-18)
+        offset = np.array(place) - starts
+        share = np.clip((offset * along).sum(axis=1) / length, 0.0, 1.0)
+        distance = np.sqrt(((offset - share[:, None] * along) ** 2).sum(axis=1))
+        nearest = float(distance.min())
+        if not nearest <= _MAX_DISTANCE:
             return first
-        return int(self._lines[low:high][int(np.argmax(distances <= shortest + _EQUALLY_NEAR))])
+        return int(self._lines[low:high][int(np.argmax(distance <= nearest + _TIE_TOLERANCE))])
 
 
-def _pieces(path: Toolpath) -> tuple[Floats, Floats, NDArray[np.int64]]:
+def _chords(path: Toolpath) -> tuple[Floats, Floats, NDArray[np.int64]]:
     """Return chords of all moves with known ends: starts and ends, float64[k, 3], and their rows."""
     before = path.before
     starts: list[Floats] = []
@@ -66,7 +66,7 @@ def _arc_points(path: Toolpath, row: int) -> list[Floats]:
     first, second, normal = plane_axes(arc.plane)
     radius, start, sweep = arc_sweep(path, row)
     angle = 2.0 * math.acos(max(1.0 - _SAGITTA / radius, 0.0)) if radius > 0.0 else math.pi
-    count = min(max(1, math.ceil(abs(sweep) / angle)), _MOST_PIECES)
+    count = min(max(1, math.ceil(abs(sweep) / angle)), _MAX_CHORDS)
     points = []
     for share in np.linspace(0.0, 1.0, count + 1).tolist():
         point = np.zeros(3)

@@ -64,7 +64,7 @@ class SerialPort:
                 name, baud, timeout=0.0, write_timeout=_WRITE_SECONDS, exclusive=True if os.name == "posix" else None
             )
         except (serial.SerialException, OSError, ValueError) as problem:
-            raise _port_error(name, problem) from None
+            raise _refusal(name, problem) from None
 
     def read(self, seconds: float) -> bytes:
         """Return the bytes received, waiting up to `seconds` for the first."""
@@ -104,7 +104,7 @@ def _pyserial() -> ModuleType:
     return serial
 
 
-def _port_error(name: str, problem: Exception) -> SendError:
+def _refusal(name: str, problem: Exception) -> SendError:
     number = getattr(problem, "errno", None)
     text = str(problem)
     if number in (errno.EBUSY, errno.EWOULDBLOCK) or "exclusively lock" in text or "Access is denied" in text:

@@ -1,8 +1,8 @@
 """Resume a program at a line after a break, in the state that it has there, approaching from above.
 
-The tool rises to the program's greatest height and moves over the position, the spindle starts, and the tool descends.
-The descent is a rapid only if the program itself uses a rapid at that height, otherwise it is at the program's feed.
-The lines to send are read again and must produce the same moves as the program does from there on.
+The tool rises to the program's greatest height and moves over the position, the spindle starts, and the tool descends:
+as a rapid only if the program itself uses a rapid at that height, otherwise at the program's feed. The lines to send
+are read again and must produce the same moves as the program does from there on.
 """
 
 from __future__ import annotations
@@ -39,10 +39,8 @@ def line_of_hole(job: SendJob, number: int) -> int:
         The program has no such hole.
     """
     if not 1 <= number <= len(job.holes):
-        holes_text = (
-            count_of(len(job.holes), "hole") if job.holes else "no holes: give a line instead, with --from-line"
-        )
-        raise OptionError(f"--from-hole {number}: the program has {holes_text}")
+        have = count_of(len(job.holes), "hole") if job.holes else "no holes: give a line instead, with --from-line"
+        raise OptionError(f"--from-hole {number}: the program has {have}")
     return job.holes[number - 1].first
 
 
@@ -76,8 +74,8 @@ def rest_of(
     line = line_of_hole(job, from_hole) if from_hole is not None else int(from_line or 0)
     if line < 1:
         raise OptionError(f"--from-line {line}: lines are counted from 1")
-    position = facts.machine_place()
-    steps, tool = resumed(job, line, None if position is None else position[2] - facts.origin(540)[2])
+    place = facts.machine_place()
+    steps, tool = resumed(job, line, None if place is None else place[2] - facts.origin(540)[2])
     return line, steps, tool
 
 
@@ -92,7 +90,8 @@ def resumed(job: SendJob, line: int, height: float | None = None) -> tuple[tuple
     Raises
     ------
     OptionError
-        The program has no block at or after the line, or depends on an unknown state there.
+        The program has no block at or after the line, or depends on an unknown state there; the message gives the
+        reason.
     """
     program = job.program
     blocks = np.flatnonzero(program.line >= line)
@@ -102,33 +101,33 @@ def resumed(job: SendJob, line: int, height: float | None = None) -> tuple[tuple
     first = int(program.line[block])
     modal, row = program.modal(block), int(program.first[block])
     path = program.path
-    position = _position_before(job, row, first)
-    lead = spoken(job.words, *_lead_in(job, modal, path, row, position, height))
-    rest = steps_of(program.lines, job.words, job.file, first)
+    place = _place_before(job, row, first)
+    lead = in_dialect(job.dialect, *_lead_in(job, modal, path, row, place, height))
+    rest = steps_of(program.lines, job.dialect, job.file, first)
     rest = with_motion(rest, modal.motion)
-    _verify(job, lead, rest, row, first)
+    _prove(job, lead, rest, row, first)
     return (*(SentLine(text) for text in lead), *rest), modal.next_tool if modal.tool is None else modal.tool
 
 
-def _position_before(job: SendJob, row: int, line: int) -> XYZ:
+def _place_before(job: SendJob, row: int, line: int) -> XYZ:
     """Return the tool position before a row; Z is 0 for a laser that never moves Z."""
     path = job.program.path
     if row >= len(path):
         raise OptionError(f"--from-line {line}: nothing is left to be done there")
     x, y, z = path.before[row].tolist()
-    no_z = not np.isfinite(path.end[path.kind <= Kind.ARC_CCW, 2]).any()
-    if no_z:
+    never_moves_z = not np.isfinite(path.end[path.kind <= Kind.ARC_CCW, 2]).any()
+    if never_moves_z:
         z = 0.0
-    if not all(math.isfinite(value) for value in (x, y, z)):
+    if not all(math.isfinite(v) for v in (x, y, z)):
         hole = next((hole for hole in job.holes if hole.first > line), None)
-        alternative = (
+        advice = (
             f"; go on from line {hole.first} (--from-hole {hole.number})" if hole else "; start from the first line"
         )
-        raise OptionError(f"--from-line {line}: where the tool is before it is not known{alternative}")
+        raise OptionError(f"--from-line {line}: where the tool is before it is not known{advice}")
     return x, y, z
 
 
-def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, position: XYZ, height: float | None) -> list[str]:
+def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, place: XYZ, height: float | None) -> list[str]:
     """Return the lines that restore the machine's state and position before a block.
 
     Raises
@@ -139,13 +138,13 @@ def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, position: XYZ
     if modal.feed_mode != 94:
         raise OptionError("G93 gives each move a time: the program cannot be resumed there; start from the first line")
     if modal.unit is None:
-        raise OptionError("the program has not said its units there; begin from the start")
-    x, y, z = position
+        raise OptionError("the program has not set its units there; start from the first line")
+    x, y, z = place
     heights = path.end[np.isin(path.kind, (Kind.RAPID, Kind.FEED)), 2]
-    known_heights = heights[np.isfinite(heights)]
+    known = heights[np.isfinite(heights)]
     lines = ["M5", "M9", "G21 G90 G94 G17 G40 G49", f"G{modal.frame / 10:g}"]
-    if len(known_heights):
-        top = max(float(known_heights.max()), z if height is None else height)
+    if len(known):
+        top = max(float(known.max()), z if height is None else height)
         lines.append(f"G0 Z{number_in_mm(top)}{_rapid_feed(job, 'Z')}")
     lines.append(f"G0 X{number_in_mm(x)} Y{number_in_mm(y)}{_rapid_feed(job, 'XY')}")
     lines += _COOLANT[modal.coolant]
@@ -153,9 +152,9 @@ def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, position: XYZ
     if not job.laser:
         lines.append(spindle)
         if modal.spindle and job.machine.spindle_start_s:
-            lines.append(dwell(job.words, job.machine.spindle_start_s))
-    if len(known_heights):
-        lines.append(_move_down(job, modal, row, z))
+            lines.append(dwell(job.dialect, job.machine.spindle_start_s))
+    if len(known):
+        lines.append(_way_down(job, modal, row, z))
     # From here on in the modes of the program.
     lines += _units_and_feed(modal)
     lines.append(f"G{modal.plane} G{91 if modal.incremental else 90}")
@@ -170,7 +169,7 @@ def _rapid_feed(job: SendJob, axes: str) -> str:
     return f" F{number_in_mm(60.0 * min(job.machine.rapid_velocity['XYZ'.index(axis)] for axis in axes))}"
 
 
-def _move_down(job: SendJob, modal: Modal, row: int, z: float) -> str:
+def _way_down(job: SendJob, modal: Modal, row: int, z: float) -> str:
     """Return the move down to the resume position."""
     path = job.program.path
     before = path.before[row]
@@ -180,7 +179,7 @@ def _move_down(job: SendJob, modal: Modal, row: int, z: float) -> str:
         first = row + int(moves[0])
         sideways = bool(np.isfinite(path.end[first, :2]).all() and (path.end[first, :2] != before[:2]).any())
         travels = path.kind[first] == Kind.RAPID and (sideways or bool(path.end[first, 2] > z))
-        travels &= sideways or _arrives_by_rapid(path, row)
+        travels &= sideways or _came_by_rapid(path, row)
     if travels:
         return f"G0 Z{number_in_mm(z)}{_rapid_feed(job, 'Z')}"
     feed = modal.feed * (modal.unit or 1.0)
@@ -192,7 +191,7 @@ def _move_down(job: SendJob, modal: Modal, row: int, z: float) -> str:
     return f"G1 Z{number_in_mm(z)} F{number_in_mm(feed)}"
 
 
-def _arrives_by_rapid(path: Toolpath, row: int) -> bool:
+def _came_by_rapid(path: Toolpath, row: int) -> bool:
     """Return whether the last move before a row was a rapid up or sideways, so that its end is clear of material."""
     moves = np.flatnonzero(path.kind[:row] <= Kind.ARC_CCW)
     if not len(moves):
@@ -261,7 +260,7 @@ def with_motion(rest: list[SentStep], motion: int | None) -> list[SentStep]:
     return done
 
 
-def _verify(job: SendJob, lead: list[str], steps: list[SentStep], row: int, line: int) -> None:
+def _prove(job: SendJob, lead: list[str], rest: list[SentStep], row: int, line: int) -> None:
     """Read the lines to send, and compare them with the rest of the program.
 
     Raises
@@ -278,14 +277,14 @@ def _verify(job: SendJob, lead: list[str], steps: list[SentStep], row: int, line
         if kept_rows
         else []
     )
-    is_same = len(sent_rows) == len(planned_rows) and all(
-        planned.kind[a] == sent.kind[b]
-        and np.allclose(planned.end[a], sent.end[b], atol=_TOLERANCE, rtol=0.0, equal_nan=True)
-        and abs(planned.value[a] - sent.value[b]) <= 1e-6 * max(1.0, abs(planned.value[a]))
-        and np.allclose(planned.before[a], sent.before[b], atol=_TOLERANCE, rtol=0.0, equal_nan=True)
-        for a, b in zip(planned_rows, sent_rows, strict=True)
+    same = len(resumed_rows) == len(kept_rows) and all(
+        original_path.kind[a] == resumed_path.kind[b]
+        and np.allclose(original_path.end[a], resumed_path.end[b], atol=_TOLERANCE, rtol=0.0, equal_nan=True)
+        and abs(original_path.value[a] - resumed_path.value[b]) <= 1e-6 * max(1.0, abs(original_path.value[a]))
+        and np.allclose(original_path.before[a], resumed_path.before[b], atol=_TOLERANCE, rtol=0.0, equal_nan=True)
+        for a, b in zip(kept_rows, resumed_rows, strict=True)
     )
-    if not is_same:
+    if not same:
         raise OptionError(f"--from-line {line}: the program cannot be resumed there exactly; choose an earlier line")
 
 

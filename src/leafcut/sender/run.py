@@ -159,7 +159,7 @@ class _Silent(PortLost):
     """The port is open, but the controller no longer answers."""
 
 
-class _StopRequested(Exception):
+class _Asked(Exception):
     """The operator wants to stop."""
 
 
@@ -201,14 +201,14 @@ class SendRun:
         self.path = self.job.program.path
         self._tracker = Tracker(self.path)
         feed_s, other_s = self.job.seconds
-        self._feed_s, self._other_s = np.cumsum(feed_s), np.cumsum(other_s)
+        self._fed, self._other = np.cumsum(feed_s), np.cumsum(other_s)
         numbers = [step.number for step in self.steps if isinstance(step, SentLine) and step.number]
         self._first = min(numbers, default=1)
         self.taken = self.sent = self._first - 1
-        self.line = self._last_line = self._first
-        self._history: deque[int] = deque(maxlen=self.talk.most_ahead)
+        self.line = self._passed = self._first
+        self._history: deque[int] = deque(maxlen=self.talk.max_ahead)
         self._overrides = (100, 100, 100)
-        self._target_override: int | None = None
+        self._wanted: int | None = None
         self._changing = self._to_resume = False
         self._not_yet_held = 0
         self._offset = self.facts.status.offset
@@ -244,15 +244,15 @@ class SendRun:
                 self.talk.prepare()
             self._heard_at = self._owed_since = self.talk.clock()
             self._send_all()
-            return self._leave_check() if self.check else self._describe_ending("", self.talk.status)
+            return self._leave_check() if self.check else self._ending("", self.talk.status)
         except _Silent as silent:
             return self._lost(f"{silent}; {self._stop_unanswered()}")
         except PortLost as lost:
-            return self._lost_ending(str(lost))
-        except (_StopRequested, Interrupted, KeyboardInterrupt):
-            return self._stop_machine("stopped by you")
+            return self._lost(str(lost))
+        except (_Asked, Interrupted, KeyboardInterrupt):
+            return self._stopped("stopped by you")
         except LeafcutError as problem:
-            return self._stop_machine(str(problem), after_alarm=isinstance(problem, _Alarmed))
+            return self._stopped(str(problem), at_once=isinstance(problem, _Alarmed))
 
     def _skip_first_tool(self) -> None:
         """Assume that the first tool is mounted if nobody can be asked; refuse a program with any other pause.
@@ -273,29 +273,29 @@ class SendRun:
 
     def _send_all(self) -> None:
         while True:
-            self._process_requests()
+            self._obey()
             self._step_override()
-            self._fill_buffer()
+            self._fill()
             for answer in self.talk.listen():
-                self._process_message(answer)
+                self._hear(answer)
             if not self.left and not self.counter.waiting and self._rests >= 2:
                 return
             self._check_connection()
 
-    def _process_requests(self) -> None:
+    def _obey(self) -> None:
         while self.requests:
             request = self.requests.popleft()
             if request is Request.STOP:
-                raise _StopRequested
+                raise _Asked
             if request in (Request.HOLD, Request.RESUME):
                 self._to_resume = request is Request.RESUME
                 if request is Request.HOLD:
                     self.talk.hold()
                     self._not_yet_held = _HELD_BY
                 continue
-            before = self._overrides[0] if self._target_override is None else self._target_override
+            before = self._overrides[0] if self._wanted is None else self._wanted
             change = _CHANGES.get(request)
-            self._target_override = 100 if change is None else min(max(before + change, _SLOWEST), _FASTEST)
+            self._wanted = 100 if change is None else min(max(before + change, _SLOWEST), _FASTEST)
         status = self.talk.status
         slowing = status is not None and (status.state, status.detail) == _SLOWING
         if self._to_resume and not slowing and not self._not_yet_held:
@@ -303,16 +303,16 @@ class SendRun:
             self.talk.resume()
 
     def _step_override(self) -> None:
-        if self._target_override is None or self._changing:
+        if self._wanted is None or self._changing:
             return
-        if self._target_override == self._overrides[0]:
-            self._target_override = None
+        if self._wanted == self._overrides[0]:
+            self._wanted = None
             return
-        self.talk.step_feed(self._overrides[0], self._target_override)
+        self.talk.step_feed(self._overrides[0], self._wanted)
         self._changing = True
         self._asked_at = 0.0
 
-    def _fill_buffer(self) -> None:
+    def _fill(self) -> None:
         """Send as many steps as fit; at a pause, wait until the machine is at rest."""
         while self.left:
             step = self.left[0]
@@ -344,36 +344,36 @@ class SendRun:
         if (
             self._rests >= 2
             and self.counter.waiting
-            and now - self._owed_since > OWING_SECONDS * self.talk.patience + self._dwell_seconds()
+            and now - self._owed_since > OWING_SECONDS * self.talk.patience + self._dwell()
         ):
             raise _Ended("an answer was lost on the way, so the lines can no longer be counted; look at the cable")
 
-    def _dwell_seconds(self) -> float:
+    def _dwell(self) -> float:
         """Return the dwell of the oldest unanswered line, s."""
         oldest = self.counter.waiting[0].text
         if "G4" not in oldest and "G04" not in oldest:
             return 0.0
         return sum(word.value for word in words_of(split_line(oldest)[0]) if word.letter == "P")
 
-    def _process_message(self, answer: ControllerAnswer) -> None:
+    def _hear(self, answer: ControllerAnswer) -> None:
         self._heard_at = self.talk.clock()
         match answer:
             case Accepted():
-                self._process_answer()
+                self._take()
             case Refused():
-                self._process_answer(self.talk.explained(answer))
+                self._take(self.talk.explained(answer))
             case Alarm():
-                raise _Alarmed(f"{self._location_text()}: {self.talk.explained(answer)}")
+                raise _Alarmed(f"{self._place_text()}: {self.talk.explained(answer)}")
             case Greeting():
-                raise _Ended(f"the controller was reset{self._location_in_motion()}")
+                raise _Ended(f"the controller was reset{self._while_in()}")
             case Strange(words):
                 raise _Ended(f"the answer makes no sense: '{words}'; look at the cable")
             case Status():
-                self._process_status(answer)
+                self._see(answer)
             case _:
                 pass
 
-    def _process_answer(self, wrong: str = "") -> None:
+    def _take(self, wrong: str = "") -> None:
         """Process the answer to the oldest unanswered line; `wrong` is its error."""
         line = self.counter.answered()
         self._owed_since, self._rests = self.talk.clock(), 0
@@ -392,10 +392,10 @@ class SendRun:
         if len(self._errors) >= _MAX_ERRORS:
             raise _Ended(f"{problem}; {_MAX_ERRORS} errors, the rest was not looked at")
 
-    def _process_status(self, status: Status) -> None:
+    def _see(self, status: Status) -> None:
         """Process a status: position of the machine, and whether it is at rest."""
         if status.state in LOCKED:
-            raise _Ended(f"{self._location_text()}: the machine is {state_in_words(status, self.talk.family)}")
+            raise _Ended(f"{self._place_text()}: the machine is {state_in_words(status, self.talk.family)}")
         used = None if status.free_bytes is None else self.facts.buffer - status.free_bytes
         if self.facts.buffer == GRBL_BUFFER and used is not None and used > self.counter.bytes + SPARED:
             raise _Ended("there is more in the controller's buffer than was sent: is another program speaking to it?")
@@ -404,50 +404,50 @@ class SendRun:
         if status.overrides is not None:
             self._overrides, self._changing = status.overrides, False
         self._offset = status.offset or self._offset
-        position = self._program_place(status)
+        place = self._program_place(status)
         if not self.check:
-            self.line = self._line_of(position)
+            self.line = self._line_of(place)
         if self.observe is not None:
-            self.observe(self._view(status, position))
+            self.observe(self._view(status, place))
 
-    def _line_of(self, position: XYZ | None) -> int:
+    def _line_of(self, place: XYZ | None) -> int:
         """Return the line at a position, or the last accepted line if the position is unknown."""
         last = max(self.taken, self._first)
-        self._sure = position is not None
-        if position is None:
+        self._sure = place is not None
+        if place is None:
             return last
-        self._last_line = self._tracker.line_at(position, min(self._earliest_line, last), last)
-        return self._last_line
+        self._passed = self._tracker.line_at(place, min(self._earliest, last), last)
+        return self._passed
 
     @property
-    def _earliest_line(self) -> int:
+    def _earliest(self) -> int:
         """The earliest line that the machine may be in."""
-        return max(self._last_line, self._history[0] if len(self._history) == self.talk.most_ahead else self._first)
+        return max(self._passed, self._history[0] if len(self._history) == self.talk.max_ahead else self._first)
 
-    def _assume_earliest_line(self) -> None:
+    def _settle_line(self) -> None:
         """If the position is unknown, use the earliest possible line, so that no line is skipped."""
         if not self._sure:
-            self.line = min(self._earliest_line, max(self.taken, self._first))
+            self.line = min(self._earliest, max(self.taken, self._first))
 
     def _program_place(self, status: Status) -> XYZ | None:
         return self.facts.work_place(status, self._offset)
 
-    def _view(self, status: Status, position: XYZ | None) -> RunView:
+    def _view(self, status: Status, place: XYZ | None) -> RunView:
         line = self.taken if self.check else max(self.line - 1, 0)
-        line = min(line, len(self._feed_s) - 1)
+        line = min(line, len(self._fed) - 1)
         feed, rapid = max(self._overrides[0], 1), max(self._overrides[1], 1)
-        feed_s, other_s = self._feed_s[-1] - self._feed_s[line], self._other_s[-1] - self._other_s[line]
+        feed_left, other_left = self._fed[-1] - self._fed[line], self._other[-1] - self._other[line]
         hole = self.job.hole_at(self.line)
         return RunView(
             state=status.state,
             line=self.line,
             taken=self.taken,
             hole=0 if hole is None else hole.number,
-            place=position,
+            place=place,
             feed=(status.feed or 0.0) * self.facts.unit,
             override=self._overrides[0],
-            done_s=float(self._feed_s[line] + self._other_s[line]),
-            left_s=float(100.0 * feed_s / feed + 100.0 * other_s / rapid),
+            done_s=float(self._fed[line] + self._other[line]),
+            left_s=float(100.0 * feed_left / feed + 100.0 * other_left / rapid),
         )
 
     def _pause(self, pause: Pause) -> None:
@@ -463,22 +463,22 @@ class SendRun:
         while True:
             answer = self.prompt(pause, replies)
             if answer is None:
-                raise _StopRequested
+                raise _Asked
             if not answer.strip():
                 break
-            replies, changed = self._send_operator_line(answer.strip()), True
+            replies, changed = self._obey_line(answer.strip()), True
         self._heard_at = self.talk.clock()
         following = next((step.number for step in self.left if isinstance(step, SentLine)), 0)
         if not following:
             return
         if changed or self.touched:
             self.touched = False
-            self._restore_state(pause, following)
+            self._come_back(pause, following)
         elif pause.change and not self.job.laser:
             self.left.extendleft(reversed(spindle_words(self.job, following)))
         self._heard_at, self._rests = self.talk.clock(), 0
 
-    def _send_operator_line(self, text: str) -> list[str]:
+    def _obey_line(self, text: str) -> list[str]:
         try:
             data = text.upper() if text.isascii() and text.isprintable() else ""
             if not data or len(data) > 79 or set(data) & set("!?~"):
@@ -490,13 +490,13 @@ class SendRun:
         except SendError as problem:
             return [str(problem)]
 
-    def _restore_state(self, pause: Pause, following: int) -> None:
+    def _come_back(self, pause: Pause, following: int) -> None:
         """Read origins and position again, and continue at the next line in the program's state there."""
         self._wait_idle()
         self.facts = self.talk.facts()
         check_program(self.job, self.facts, unhomed=self.unhomed, begun=True)
-        position = self.facts.machine_place()
-        height = None if position is None else position[2] - self.facts.origin(540)[2]
+        place = self.facts.machine_place()
+        height = None if place is None else place[2] - self.facts.origin(540)[2]
         try:
             steps, _ = resumed(self.job, following, height)
         except OptionError:
@@ -510,13 +510,13 @@ class SendRun:
             while self.talk.fresh_status().state not in ("Idle", *LOCKED):
                 pass
 
-    def _location_text(self) -> str:
+    def _place_text(self) -> str:
         """Return the current line in words, as far as it is known."""
         if self.taken < self._first:
             return "before the program"
         return f"line {self.line} '{self.job.text(self.line)}'" if self._sure else f"in or behind line {self.line}"
 
-    def _location_in_motion(self) -> str:
+    def _while_in(self) -> str:
         return f" while it was in line {self.line}" if self.taken >= self._first else ""
 
     def _leave_check(self) -> Ending:
@@ -524,18 +524,18 @@ class SendRun:
         status = self.talk.reset()
         errors = self._errors
         reason = f"{errors[0][1]}" + (f"; {len(errors) - 1} more" if len(errors) > 1 else "") if errors else ""
-        return self._describe_ending(reason, status)
+        return self._ending(reason, status)
 
-    def _stop_machine(self, reason: str, *, after_alarm: bool = False) -> Ending:
-        """Stop the machine and report the end; `after_alarm` if an alarm has stopped it already."""
+    def _stopped(self, reason: str, *, at_once: bool = False) -> Ending:
+        """Stop the machine and report the end; `at_once` if an alarm has stopped it already."""
         try:
-            stop = self.talk.halt if after_alarm else self.talk.reset if self.check else self.talk.stop
-            status = stop(self._process_late_answer)
+            stop = self.talk.halt if at_once else self.talk.reset if self.check else self.talk.stop
+            status = stop(self._hear_late)
         except PortLost as lost:
-            return self._lost_ending(f"{reason}; {lost}")
+            return self._lost(f"{reason}; {lost}")
         except SendError as problem:
-            return self._lost_ending(f"{reason}; {problem}")
-        return self._describe_ending(reason, status)
+            return self._lost(f"{reason}; {problem}")
+        return self._ending(reason, status)
 
     def _stop_unanswered(self) -> str:
         try:
@@ -543,7 +543,7 @@ class SendRun:
         except LeafcutError:
             return "no stop could be sent"
 
-    def _process_late_answer(self, answer: ControllerAnswer) -> None:
+    def _hear_late(self, answer: ControllerAnswer) -> None:
         """Count answers and update the position while the machine comes to rest."""
         if isinstance(answer, Accepted | Refused):
             line = self.counter.answered()
@@ -553,9 +553,9 @@ class SendRun:
             self._offset = answer.offset or self._offset
             self.line = self._line_of(self._program_place(answer))
 
-    def _describe_ending(self, reason: str, status: Status | None) -> Ending:
+    def _ending(self, reason: str, status: Status | None) -> Ending:
         self.counter.forget()
-        self._assume_earliest_line()
+        self._settle_line()
         complete = not reason
         state = "standing still" if status is None else state_in_words(replace(status, detail=None))
         return Ending(
@@ -564,7 +564,7 @@ class SendRun:
             taken=self.taken,
             sent=self.sent,
             line=0 if self.taken < self._first else self.line,
-            hole=self._unfinished_hole(),
+            hole=self._hole(),
             state=state,
             homed=status is None or status.state not in (*LOCKED, STOPPED_SHORT),
             place=None if status is None else self.facts.machine_place(status),
@@ -573,18 +573,16 @@ class SendRun:
             coordinates=self.facts.names.coordinates,
         )
 
-    def _lost_ending(self, reason: str) -> Ending:
+    def _lost(self, reason: str) -> Ending:
         """Describe a machine that cannot be reached: it runs the lines that it has, then rests."""
-        self._assume_earliest_line()
+        self._settle_line()
         last = self.talk.status
-        is_turning = self._spindle_turns()
-        state_text = (
+        turns = self._spindle_turns()
+        rest = (
             f"it runs the lines that it has, at most to line {self.sent}, and stands then" if self.sent else "unknown"
         )
         spindle = (
-            f"; its {'laser' if self.job.laser else 'spindle'} may stay on: stop it at the machine"
-            if is_turning
-            else ""
+            f"; its {'laser' if self.job.laser else 'spindle'} may stay on: stop it at the machine" if turns else ""
         )
         return Ending(
             complete=False,
@@ -592,8 +590,8 @@ class SendRun:
             taken=self.taken,
             sent=self.sent,
             line=0 if self.taken < self._first else self.line,
-            hole=self._unfinished_hole(),
-            state=f"{state_text}{spindle}",
+            hole=self._hole(),
+            state=f"{rest}{spindle}",
             homed=False,
             place=None if last is None else self.facts.machine_place(last),
             lost=True,
@@ -601,7 +599,7 @@ class SendRun:
             coordinates=self.facts.names.coordinates,
         )
 
-    def _unfinished_hole(self) -> DrilledHole | None:
+    def _hole(self) -> DrilledHole | None:
         """Return the unfinished hole: the hole at the line, or the next hole if that one is finished."""
         hole = self.job.hole_at(self.line)
         if hole is None:

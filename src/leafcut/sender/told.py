@@ -11,20 +11,18 @@ from leafcut.sender.run import Ending, RunView
 from leafcut.units import format_time
 
 
-def place_in_words(position: XYZ) -> str:
+def place_in_words(place: XYZ) -> str:
     """Return ``X1.000 Y2.000 Z-0.500``."""
-    return " ".join(f"{axis}{value:.3f}" for axis, value in zip("XYZ", position, strict=True))
+    return " ".join(f"{axis}{value:.3f}" for axis, value in zip("XYZ", place, strict=True))
 
 
 def progress_in_words(view: RunView, job: SendJob) -> str:
     """Return the progress of a program as one line for a terminal."""
-    location = f"hole {view.hole}/{len(job.holes)}, line {view.line}" if job.holes else f"line {view.line}"
-    position = "" if view.place is None else f"  {place_in_words(view.place)}"
+    position = f"hole {view.hole}/{len(job.holes)}, line {view.line}" if job.holes else f"line {view.line}"
+    place = "" if view.place is None else f"  {place_in_words(view.place)}"
     state = {"Hold": "ON HOLD", "Door": "DOOR OPEN"}.get(view.state, "")
-    times = f"{format_time(view.done_s)} done, {format_time(view.left_s)} left"
-    return "  ".join(
-        filter(None, [f"{state}", f"{location}{position}", f"F{view.feed:.0f} at {view.override} %", times])
-    )
+    rest = f"{format_time(view.done_s)} done, {format_time(view.left_s)} left"
+    return "  ".join(filter(None, [f"{state}", f"{position}{place}", f"F{view.feed:.0f} at {view.override} %", rest]))
 
 
 def ending_in_words(ending: Ending, job: SendJob) -> str:
@@ -34,13 +32,13 @@ def ending_in_words(ending: Ending, job: SendJob) -> str:
         return f"{job.file}: all {count_of(lines, 'line')} done; the machine is {ending.state}"
     parts = [ending.reason, ending.state if ending.lost else f"the machine is {ending.state}"]
     if ending.place is not None:
-        intro = "it stands at" if ending.homed else "it was last seen at"
-        parts.append(f"{intro} {place_in_words(ending.place)} ({ending.coordinates})")
+        standing = "it stands at" if ending.homed else "it was last seen at"
+        parts.append(f"{standing} {place_in_words(ending.place)} ({ending.coordinates})")
     if ending.line:
-        location = f"{'' if ending.sure else 'or behind '}line {ending.line}" + (
+        last_position = f"{'' if ending.sure else 'or behind '}line {ending.line}" + (
             f", hole {ending.hole.number}" if ending.hole else ""
         )
-        parts.append(f"it was in {location}; lines up to {ending.taken} of {lines} were taken")
+        parts.append(f"it was in {last_position}; lines up to {ending.taken} of {lines} were taken")
         advice = f"go on with {ending.go_on}" if ending.go_on else "begin from the start"
         parts.append(advice + ("" if ending.homed else " after homing it, or setting its place"))
     else:

@@ -67,8 +67,8 @@ def whole_of(format_: Format, source: Source, kinds: Sequence[str], settings: Se
     try:
         part = read_whole(source, settings.read)
     except LeafcutError:
-        return Whole(machine=machine)  # what can be read of it says why the rest cannot
-    suits = registry.rate_works(works, WholeDrawing(part))
+        return Whole(machine=machine)  # the reading for a kind of work reports the error
+    suits = registry.rate_works(kinds, WholeDrawing(part))
     drawn = Thumbnails(part)
     pictures = {
         work: drawn.picture(selection.contours, selection.holes, registry.process(work).pictured)
