@@ -10,8 +10,8 @@ import pytest
 
 from leafcut.model.cycles import expand
 from leafcut.model.toolpath import Arc, DrillCycle, Kind, Toolpath, ToolpathBuilder
-from leafcut.processes.program.proof.same_work import compare_motion
 from leafcut.proof.difference import MOST_LISTED
+from leafcut.proof.read_back import compare_motion
 
 TOLERANCE = 0.0006
 

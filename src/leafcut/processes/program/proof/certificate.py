@@ -24,10 +24,9 @@ from leafcut.processes.program.proof.changed_order import ChangedOrder
 from leafcut.processes.program.proof.explanation import explain
 from leafcut.processes.program.proof.features import FIRST_CYCLE, first_with_units
 from leafcut.processes.program.proof.matching import Feature, Pairing, Room, pair
-from leafcut.processes.program.proof.program_work import STILL, ProgramWork, cuts_with_beam, read_work
+from leafcut.processes.program.proof.program_work import STILL, ProgramWork, cuts_with_beam, only_moves, read_work
 from leafcut.processes.program.proof.rapids import compare_rapids, gaps_of
 from leafcut.processes.program.proof.reversed_cuts import as_it_is, one_way, runs_turned
-from leafcut.processes.program.proof.same_work import only_moves
 from leafcut.processes.program.proof.stated import no_longer_stated
 from leafcut.processes.program.proof.tool_widths import narrowest_tool
 from leafcut.proof.difference import MOST_LISTED, shorten

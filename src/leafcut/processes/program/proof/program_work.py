@@ -103,6 +103,12 @@ def read_work(program: Program, *, written_out: bool, beam: bool, straight: floa
     )
 
 
+def only_moves(path: Toolpath) -> bool:
+    """Return whether a program works without drilling cycles; a program without work fits any other."""
+    working = (path.kind >= Kind.FEED) & (path.kind <= Kind.DRILL)
+    return bool(working.any()) and not bool((path.kind == Kind.DRILL).any())
+
+
 def goes_across(begin: Floats, end: Floats) -> Mask:
     """Return which moves change x or y; placing an axis for the first time counts as a move."""
     moved: Mask = np.isfinite(end[:, :2]) & ~(np.abs(end[:, :2] - begin[:, :2]) <= STILL)

@@ -1,4 +1,4 @@
-"""Rapids between the work: nowhere lower than the original was at that place, and no cut is torn apart."""
+"""Rapids between cuts: nowhere lower than the original at that place, and no cut is interrupted."""
 
 from __future__ import annotations
 
@@ -20,42 +20,42 @@ from leafcut.processes.program.proof.program_work import ProgramWork, goes_acros
 from leafcut.proof.clearance import at_machine_height
 from leafcut.proof.difference import MOST_LISTED, place
 
-#: So many rapids with something wrong are looked at whether they are alike.
-_MOST_LOOKED_AT = 2_000
+#: Faulty rapids that are grouped by their message.
+_MOST_GROUPED = 2_000
 #: Features whose rapids are compared together.
 _AT_ONCE = 30_000
-#: Whether a way across begins, or ends, at a height that is not known.
+#: A rapid across starts, or ends, at an unknown height.
 FROM, TO = 1, 2
 
 
 @dataclass(frozen=True, eq=False)
 class RapidGaps:
-    """What happens between two stops (features and barriers): gap k is before stop k, the last one after all stops.
+    """The rapids between two stops (features and barriers): gap k is before stop k, the last gap after all stops.
 
-    A height that is not known (after a move in machine coordinates) is infinite, as the tool is up there.
+    An unknown height (after a move in machine coordinates) is infinite, as the tool is up there.
 
     Attributes
     ----------
     feature
-        int32[n]: which feature stop k is, -1 for a barrier.
+        int32[n]: the feature of stop k, -1 for a barrier.
     gap_of
-        int32[m]: the gap before every feature.
+        int32[m]: the gap before each feature.
     rows, across
-        bool[n + 1]: there are rapids at all; there are some in x or y.
+        bool[n + 1]: the gap has rapids; it has rapids across, in x or y.
     line
         int64[n + 1]: of the first rapid.
     leave, arrive, cross
-        Where the first rapid across begins, where the last one ends, and the lowest place from the one to the other,
+        Height at the start of the first rapid across, at the end of the last one, and the lowest height between them,
         mm; infinite without any.
     down_here, down_there
-        The lowest place to which rapids go down before the first one across, and after the last, mm.
+        Lowest height of rapids down before the first rapid across, and after the last one, mm.
     top
-        The highest place, mm; minus infinity without rapids.
+        Greatest height, mm; minus infinity without rapids.
     unknown, unknown_first, unknown_last
-        int8[n + 1]: `FROM` where a rapid goes across from a height that is not known, `TO` where it ends at one, or
-        their sum: any of them, the first one, the last one.
+        int8[n + 1]: `FROM` if a rapid across starts at an unknown height, `TO` if it ends at one, or their sum: of all
+        rapids across, of the first one, of the last one.
     lit, lit_first, lit_last
-        bool[n + 1]: the spindle (beam) is on in a rapid across, in the first one, in the last one.
+        bool[n + 1]: the spindle (beam) is on in any rapid across, in the first one, in the last one.
     """
 
     feature: Ints
@@ -88,7 +88,7 @@ class RapidGaps:
 
 
 def gaps_of(work: ProgramWork) -> RapidGaps:
-    """Return the rapids of a program, gap by gap."""
+    """Return the rapids of a program by gap."""
     barriers = [mark.key for mark in work.marks if mark.kind != Kind.DWELL]
     keys = np.concatenate([work.features.row.astype(np.float64), barriers])
     number = np.concatenate([np.arange(len(work.features)), np.full(len(barriers), -1)])
@@ -107,7 +107,7 @@ def gaps_of(work: ProgramWork) -> RapidGaps:
     np.maximum.at(last, gap[ways], ways)
     has_across = last >= 0
     moves = np.arange(len(at))
-    # A rise goes nowhere that the way down to where it begins has not been.
+    # A rise stays where the tool came down before.
     sinks = ~across & (high < low)
     here, there = sinks & (moves < first[gap]), sinks & (moves > last[gap])
     amid = across | (sinks & ~here & ~there)
@@ -115,11 +115,11 @@ def gaps_of(work: ProgramWork) -> RapidGaps:
     begins[gap[::-1]] = row[::-1]
     on = np.append(work.states.of("direction", row) != 0, False)
     if not work.dark_rapids:
-        # A beam without power is dark.
+        # A beam without power is off.
         on[:-1] &= work.states.of("speed", row) != 0
     lit = np.zeros(n, dtype=bool)
     lit[gap[across & on[:-1]]] = True
-    # At machine zero or above the tool is up, whatever the work offset is.
+    # At machine zero or above the tool is up with any work offset.
     lost = across & ~at_machine_height(work.path, 0.0)[row]
     unknown = np.append(lost * (FROM * np.isnan(begin[:, 2]) + TO * np.isnan(end[:, 2])), 0).astype(np.int8)
     any_unknown = np.zeros(n, dtype=np.int8)
@@ -153,9 +153,9 @@ def _least(n: int, gap: Indices, value: Floats) -> Floats:
 
 
 def _moves(work: ProgramWork) -> tuple[Floats, Indices, Floats, Floats]:
-    """Return all rapids in order: where they stand, their rows, begin and end; those of a drilling cycle included.
+    """Return all rapids in order: key, row, start and end; with the rapids inside of drilling cycles.
 
-    A cycle goes to its place as its approach says, then to the R plane.
+    A cycle goes over its hole by its approach, then to the R plane.
     """
     path = work.path
     drill = np.flatnonzero(path.kind == Kind.DRILL)
@@ -164,7 +164,7 @@ def _moves(work: ProgramWork) -> tuple[Floats, Indices, Floats, Floats]:
     level[:, 2], over[:, 2] = approach.begin, approach.end
     down = over.copy()
     down[:, 2] = np.array([c.r_plane for c in path.cycles], dtype=np.float64)[path.ref[drill]]
-    # A rise goes nowhere that the way down has not been; but one may go down where it stands, too.
+    # A cycle may also go down before it goes across.
     upright = approach.upright
     at = np.concatenate([work.travel, drill[upright] - 0.5, drill - 0.4, drill - 0.3])
     order = np.argsort(at, kind="stable")
@@ -176,18 +176,18 @@ def _moves(work: ProgramWork) -> tuple[Floats, Indices, Floats, Floats]:
 
 @dataclass(frozen=True, eq=False)
 class AllowedHeights:
-    """What the original allows at every feature, mm; infinite: only a height that is not known either.
+    """The heights that the original allows at each feature, mm; infinite: only an unknown height.
 
     Attributes
     ----------
     leave, arrive
-        float64[m]: at which height rapids may begin and end.
+        float64[m]: of the start of a rapid after it, and of the end of a rapid before it.
     follows
-        bool[m]: the tool went on to it, without a rapid, from the one before it or from a barrier.
+        bool[m]: no rapid was before it.
     down_here, down_there
-        float64[m]: how far rapids may go down after it, and before it.
+        float64[m]: to which rapids may go down after it, and before it.
     first
-        bool[m]: it was the first after a barrier.
+        bool[m]: it was the first one after a barrier.
     """
 
     leave: Floats
@@ -199,9 +199,9 @@ class AllowedHeights:
 
 
 def heights_of(work: ProgramWork, gaps: RapidGaps) -> AllowedHeights:
-    """Return what the original allows at every feature."""
+    """Return the heights that the original allows at each feature."""
     before, after = gaps.gap_of, gaps.gap_of + 1
-    # Where a barrier follows at once, the tool leaves from there in the next gap with rapids before any work.
+    # If a barrier follows, the tool leaves in the next gap with rapids before any work.
     n = len(gaps.rows)
     ready = np.where(gaps.rows | gaps.closed_by_feature, np.arange(n), n - 1)
     following = np.minimum.accumulate(ready[::-1])[::-1][after]
@@ -210,12 +210,12 @@ def heights_of(work: ProgramWork, gaps: RapidGaps) -> AllowedHeights:
     first = ~gaps.opened_by_feature[before]
     arrive = np.where(gaps.across[before], gaps.arrive[before], gaps.top[before])
     arrive = np.where(gaps.rows[before], arrive, np.inf)
-    # The first work of a stage is reached from wherever the tool was, and from the last one it goes up for what comes
-    # next. What holds for them is how the tool left, or reached, this place.
+    # The tool reaches the first work of a stage from anywhere, and leaves the last one towards the next stage. The
+    # limit is the height at which it left, or reached, that place.
     visit = np.cumsum(gaps.across[before] | first)
     first_of_visit = np.searchsorted(visit, visit)
     last_of_visit = np.searchsorted(visit, visit, side="right") - 1
-    # So it is where the tool rises and waits: the dwell is no work that holds it there.
+    # The same holds if the tool rises and waits: a dwell is no work at a height.
     waits = (work.features.kind == Kind.DWELL) & gaps.rows[before] & ~gaps.across[before] & ~first
     last = ~gaps.closed_by_feature[after] | np.append(waits[1:], False)
     reached = arrive[first_of_visit]
@@ -227,7 +227,7 @@ def heights_of(work: ProgramWork, gaps: RapidGaps) -> AllowedHeights:
     made = work.features
     end = np.where(made.kind >= FIRST_CYCLE, made.start[:, 2], made.end[:, 2])
     start = np.where(made.kind >= FIRST_CYCLE, made.of("r_plane"), made.start[:, 2])
-    # Without a way across, all of the gap is at one place.
+    # Without a rapid across, the whole gap is at one place.
     sunk = _down_at_once(gaps)[after]
     return AllowedHeights(
         leave,
@@ -240,9 +240,9 @@ def heights_of(work: ProgramWork, gaps: RapidGaps) -> AllowedHeights:
 
 
 def _of_both_ends(heights: AllowedHeights, turned: Indices) -> AllowedHeights:
-    """Return the heights with those of the two ends of a run that is turned made the higher of the two.
+    """Return the heights; at both ends of a reversed run the higher one of the two.
 
-    What the tool comes down at is now where it left, and where it left is the place that it came to.
+    Start and end of the run have changed places.
     """
     if not (turned >= 0).any():
         return heights
@@ -263,36 +263,42 @@ def compare_rapids(
     tolerance: float,
     beam: bool,
 ) -> tuple[list[Difference], int]:
-    """Return where rapids of the new program are lower than the original's, or tear a cut apart, and how many.
+    """Return the rapids of the new program that are lower than in the original or interrupt a cut, and their number.
 
-    `new_of` and `mark_of` say which feature and which barrier is which, `turned` the run that every feature belongs to
-    which is made from its other end, else -1.
+    Parameters
+    ----------
+    new_of, mark_of
+        The new feature of each original one, -1 if missing; the new barrier of each original one, by key.
+    turned
+        The run of each feature if it is reversed, otherwise -1.
     """
     both = original, gaps_of(original), new, gaps_of(new)
     found = list(_after_length_change(original, new, tolerance + 1e-9))
     count = len(found)
-    told: set[tuple[int, int]] = set()
+    reported: set[tuple[int, int]] = set()
     for what, text, old_line, new_line, wrong in (
         *_by_feature(both, new_of, turned, tolerance + 1e-9, beam),
         *_by_barrier(both, mark_of, tolerance + 1e-9),
     ):
-        # A rapid that is wrong in one way is told once.
-        rows = [row for row in np.flatnonzero(wrong).tolist() if (int(old_line[row]), int(new_line[row])) not in told]
-        told.update((int(old_line[row]), int(new_line[row])) for row in rows if old_line[row] and new_line[row])
+        # Each rapid is reported once.
+        rows = [
+            row for row in np.flatnonzero(wrong).tolist() if (int(old_line[row]), int(new_line[row])) not in reported
+        ]
+        reported.update((int(old_line[row]), int(new_line[row])) for row in rows if old_line[row] and new_line[row])
         count += len(rows)
         alike: dict[str, list[int]] = {}
-        for row in rows[:_MOST_LOOKED_AT]:
+        for row in rows[:_MOST_GROUPED]:
             alike.setdefault(text(row)[0], []).append(row)
         for said, same in list(alike.items())[:MOST_LISTED]:
             lines = [(int(old_line[row]), int(new_line[row])) for row in same]
             more = f" and {count_of(len(same) - 1, 'other place')}" if len(same) > 1 else ""
             also = tuple(dict.fromkeys(pair for pair in lines if pair != lines[0]))
             found.append(Difference(what, *lines[0], said.format(text(same[0])[1] + more), also))
-        count -= min(len(rows), _MOST_LOOKED_AT) - len(alike)
+        count -= min(len(rows), _MOST_GROUPED) - len(alike)
     return found, count
 
 
-#: What is wrong, in words with room for the place, and the place, by the row; lines; and in which rows.
+#: Kind of difference; message with a field for the place, and the place, by row; old lines; new lines; faulty rows.
 RapidCheck = tuple[str, Callable[[int], tuple[str, str]], NDArray, NDArray, Mask]
 Both = tuple[ProgramWork, RapidGaps, ProgramWork, RapidGaps]
 
@@ -304,7 +310,7 @@ def _by_feature(both: Both, new_of: Indices, turned: Indices, room: float, beam:
     old = np.flatnonzero(new_of >= 0)
     old_of = np.full(int(new_of.max(initial=-1)) + 2, -1)
     old_of[new_of[old]] = old
-    # Some after the others: all at once, what is compared would need more memory than the programs.
+    # In parts: the columns of all features would need more memory than the programs.
     for begin in range(0, len(old), _AT_ONCE):
         some = old[begin : begin + _AT_ONCE]
         yield from _of_some(both, allowed, lowest, some, new_of, old_of, room, beam)
@@ -327,7 +333,7 @@ def _of_some(
     follows, rows = allowed.follows[old], gaps.rows[before]
     came_from = np.where(old > 0, new_of[old - 1], -1)
     stayed = np.where(old_gaps.opened_by_feature[old_before], (came_from == now - 1) | (came_from < 0), True)
-    # What it went on from is gone, or what it goes on from now is new: that is told of.
+    # The predecessor was removed or added: that is reported elsewhere.
     gone = old_gaps.opened_by_feature[old_before] & (came_from < 0)
     gone |= gaps.opened_by_feature[before] & (previous < 0)
     stayed &= gone | (gaps.opened_by_feature[before] == old_gaps.opened_by_feature[old_before])
@@ -354,7 +360,7 @@ def _of_some(
 def _lit(
     old_gaps: RapidGaps, gaps: RapidGaps, old: Indices, now: Indices, previous: Indices, first: Mask
 ) -> Iterator[Mask]:
-    """Yield for rapids to features, from them, and between them, which are made with the beam on and were not."""
+    """Yield the rapids to features, from them and between them in which the beam is on now and was off."""
     before, was = gaps.gap_of[now], old_gaps.gap_of[old]
     yield gaps.lit_last[before] & old_gaps.across[was] & ~old_gaps.lit_last[was] & ~first[old]
     yield gaps.lit_first[before + 1] & old_gaps.across[was + 1] & ~old_gaps.lit_first[was + 1]
@@ -380,20 +386,20 @@ def _heights_by_feature(
     retract = old_gaps.line[old_after], gaps.line[after]
     places, start = original.features.end[old], new.features.of("start z", now)
 
-    def told(word: str, before: Floats, after: Floats) -> Callable[[int], tuple[str, str]]:
+    def message(word: str, before: Floats, after: Floats) -> Callable[[int], tuple[str, str]]:
         return lambda row: (f"{word} {{}} at {_said(after[row])}, {_said(before[row])} before", place(*places[row, :2]))
 
     arrive = np.where(across, gaps.arrive[before], np.where(rows, gaps.top[before], start))
-    # Where there is no rapid any more, what is new before it is told of.
+    # Without a rapid now, an added predecessor is reported elsewhere.
     low_there = ~allowed.follows[old] & (arrive < allowed.arrive[old] - room)
     low_there &= rows | ~gaps.opened_by_feature[before] | (previous >= 0)
     leave = gaps.leave[after]
     low = gaps.across[after] & (leave < allowed.leave[old] - room)
-    # So is what is gone behind it, where there was none.
+    # Likewise a removed successor without a rapid between.
     low &= old_gaps.rows[old_after] | ~old_gaps.closed_by_feature[old_after] | (goes_to >= 0)
-    yield "lower retract", told("a rapid leaves", allowed.leave[old], leave), *retract, low
-    yield "lower approach", told("a rapid arrives at", allowed.arrive[old], arrive), *approach, low_there
-    # Without a way across both are at one place: how far the tool went down there after the one counts, too.
+    yield "lower retract", message("a rapid leaves", allowed.leave[old], leave), *retract, low
+    yield "lower approach", message("a rapid arrives at", allowed.arrive[old], arrive), *approach, low_there
+    # Without a rapid across both are at one place: the descent after the predecessor counts too.
     together = ~across & gaps.opened_by_feature[before] & (previous >= 0)
     behind = old_gaps.gap_of[previous] + 1
     after_previous = np.where(together, _down_at_once(old_gaps)[behind], np.inf)
@@ -401,7 +407,7 @@ def _heights_by_feature(
         ("a rapid goes down over", approach, np.fmin(allowed.down_there[old], after_previous), gaps.down_there[before]),
         ("a rapid goes down over", retract, allowed.down_here[old], gaps.down_here[after]),
     ):
-        yield "deeper rapid", told(word, limit, deep), *lines, deep < limit - room
+        yield "deeper rapid", message(word, limit, deep), *lines, deep < limit - room
     for now_gap, old_gap, lines, first in ((before, old_before, approach, False), (after, old_after, retract, True)):
         found, was = _own_unknown(gaps, now_gap, first), _own_unknown(old_gaps, old_gap, first)
         yield (
@@ -412,15 +418,15 @@ def _heights_by_feature(
         )
     limit = np.where(np.isinf(lowest[old]), allowed.arrive[old], lowest[old])
     cross = np.where(across, gaps.cross[before], np.inf)
-    yield "lower retract", told("a rapid goes across to", limit, cross), *approach, cross < limit - room
-    # On the way to a barrier, too.
+    yield "lower retract", message("a rapid goes across to", limit, cross), *approach, cross < limit - room
+    # Also on the way to a barrier.
     limit = np.where(np.isinf(lowest[old]), allowed.leave[old], lowest[old])
     cross = np.where(gaps.closed_by_feature[after], np.inf, gaps.cross[after])
-    yield "lower retract", told("a rapid goes across from", limit, cross), *retract, cross < limit - room
+    yield "lower retract", message("a rapid goes across from", limit, cross), *retract, cross < limit - room
 
 
 def _own_unknown(gaps: RapidGaps, gap: Indices | Ints, first: bool) -> NDArray[np.int8]:
-    """Return what is not known of the ways across that are a feature's own: beside a barrier the one next to it."""
+    """Return the unknown heights of the rapids across of a feature: next to a barrier, of the nearest rapid only."""
     nearest, inside = gaps.unknown_last, gaps.opened_by_feature
     if first:
         nearest, inside = gaps.unknown_first, gaps.closed_by_feature
@@ -428,13 +434,13 @@ def _own_unknown(gaps: RapidGaps, gap: Indices | Ints, first: bool) -> NDArray[n
 
 
 def _less_known(now: NDArray[np.int8], before: NDArray[np.int8]) -> Mask:
-    """Return where a rapid goes across at a height that is not known, but was: such a height is not up."""
+    """Return where a rapid crosses at an unknown height that was known before."""
     less: Mask = (now & ~before) != 0
     return less
 
 
 def _lowest_crossing(work: ProgramWork, gaps: RapidGaps) -> Floats:
-    """Return for every feature the lowest rapid across next to any of the same group and tool; else of the group."""
+    """Return the lowest rapid across of each feature's group and tool; without any, of its group."""
     group, tool = work.features.group, work.features.of("tool")
     cross = np.minimum(gaps.cross[gaps.gap_of], gaps.cross[gaps.gap_of + 1])
     lowest = np.full(len(group), np.inf)
@@ -450,7 +456,7 @@ def _said(height: float) -> str:
 
 
 def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator[RapidCheck]:
-    """Yield the checks of rapids to a barrier, and from it: a place to which the tool was parked is kept."""
+    """Yield the checks of rapids to a barrier and from it; the tool keeps its parking places."""
     original, old_gaps, new, gaps = both
     begins = _less_known(gaps.unknown_first[:1], old_gaps.unknown[:1]) & old_gaps.across[:1]
     yield (
@@ -480,7 +486,7 @@ def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator
     apart = ~(np.abs(here - there) <= room) & ~(np.isnan(here) & np.isnan(there))
     known = np.array([a.kind not in PLACELESS for a, *_ in pairs])
 
-    def told(word: str) -> Callable[[int], tuple[str, str]]:
+    def message(word: str) -> Callable[[int], tuple[str, str]]:
         return _named(f"a rapid {word} '{{}}' is lower than before", pairs)
 
     parked = known & old_gaps.across[old]
@@ -492,38 +498,38 @@ def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator
         parked & apart[:, :2].any(axis=1),
     )
     low = old_gaps.across[old] & gaps.across[now] & (gaps.arrive[now] < old_gaps.arrive[old] - room)
-    yield "lower approach", told("to"), *lines, low
-    # Between two barriers nothing else says how far down the tool goes.
+    yield "lower approach", message("to"), *lines, low
+    # Between two barriers no feature limits the descent.
     between = ~gaps.opened_by_feature[now] & ~old_gaps.opened_by_feature[old]
     sunk = [
         np.minimum(np.minimum(side.down_here[gap], side.down_there[gap]), side.cross[gap])
         for side, gap in ((gaps, now), (old_gaps, old))
     ]
-    yield "deeper rapid", told("down to"), *lines, between & (sunk[0] < sunk[1] - room)
-    # Where the tool stops it goes down no lower than it was there, before the stop and after it.
+    yield "deeper rapid", message("down to"), *lines, between & (sunk[0] < sunk[1] - room)
+    # Before and after a stop the tool goes no lower than it was there.
     stops = np.isfinite(here[:, 2])
     limit = np.fmin(old_gaps.down_there[old], here[:, 2])
-    yield "deeper rapid", told("down to"), *lines, stops & (gaps.down_there[now] < limit - room)
+    yield "deeper rapid", message("down to"), *lines, stops & (gaps.down_there[now] < limit - room)
     for word, here_now, here_old in (("to", now, old), ("from", now + 1, old + 1)):
         text_unknown = f"a rapid {word} '{{}}' goes across at a height that is not known"
-        # What comes behind the way next to the barrier may be another work's.
+        # Rapids further from the barrier may belong to other work.
         found = gaps.unknown[here_now] if word == "to" else gaps.unknown_first[here_now]
         less = _less_known(found, old_gaps.unknown[here_old]) & old_gaps.across[here_old]
         yield "unknown height", _named(text_unknown, pairs), *lines, less
     leave = _leave_or_top(old_gaps)[old + 1]
     low = old_gaps.rows[old + 1] & gaps.across[now + 1] & (gaps.leave[now + 1] < leave - room)
-    yield "lower retract", told("from"), *lines, low
+    yield "lower retract", message("from"), *lines, low
     limit = np.fmin(_down_at_once(old_gaps)[old + 1], here[:, 2])
-    yield "deeper rapid", told("down from"), *lines, stops & (gaps.down_here[now + 1] < limit - room)
+    yield "deeper rapid", message("down from"), *lines, stops & (gaps.down_here[now + 1] < limit - room)
 
 
 def _leave_or_top(gaps: RapidGaps) -> Floats:
-    """Return the height at which the tool leaves the place where a gap begins; without a way across the highest."""
+    """Return the height at which the tool leaves the first place of a gap; without a rapid across the greatest."""
     return np.where(gaps.across, gaps.leave, gaps.top)
 
 
 def _down_at_once(gaps: RapidGaps) -> Floats:
-    """Return how far rapids go down where a gap begins; without a way across all of it is there."""
+    """Return the lowest height of rapids down at the first place of a gap; without a rapid across, of all."""
     return np.where(gaps.across, gaps.down_here, gaps.down_there)
 
 
@@ -532,9 +538,9 @@ def _named(text: str, pairs: list[tuple[Mark, Mark, int, int]]) -> Callable[[int
 
 
 def _after_length_change(original: ProgramWork, new: ProgramWork, room: float) -> Iterator[Difference]:
-    """Yield how rapids go lower with a length offset just taken (G43, G49) than any did in the original.
+    """Yield the rapids that go lower right after a change of the length offset (G43, G49) than any in the original.
 
-    Heights before it say nothing of heights after it, and no cut does where none comes next.
+    Heights before the change and after it cannot be compared.
     """
     limits = _lowest_by_length(original)
     for length, (height, line) in _lowest_by_length(new).items():
@@ -547,9 +553,9 @@ def _after_length_change(original: ProgramWork, new: ProgramWork, room: float) -
 
 
 def _lowest_by_length(work: ProgramWork) -> dict[int, tuple[float, int]]:
-    """Return by register the lowest place of rapids between a change of the length offset and work, and its line.
+    """Return by register the lowest rapid between a change of the length offset and work, and its line.
 
-    Up to the first way across at a height that is known: from there on heights are compared place by place.
+    Only up to the first rapid across at a known height: from there on heights are compared by place.
     """
     path = work.path
     changes, made = np.flatnonzero(path.kind == Kind.OFFSET), work.features.row
