@@ -94,7 +94,9 @@ def test_a_hole_that_stays_and_goes_on_with_a_cycle_that_is_another_now_is_refus
     (section,) = find_sequence(program).sections
     pieces, last = section.pieces[:2], section.pieces[2].begin
     sequence = Sequence((Kept(0, pieces[0].begin), Section(pieces), Kept(last, program.n_blocks)), "drill")
-    with pytest.raises(PostError, match=r"^line 7: what stays there goes on with a cycle that now is another$"):
+    with pytest.raises(
+        PostError, match=r"^line 7: the block there continues a drilling cycle that is another one now$"
+    ):
         rewrite(program, sequence, [np.array([1, 0])])
 
 

@@ -1,10 +1,10 @@
-"""The rewriter: a foreign program with its pieces of work in another order, in its own words.
+"""Writes a foreign program with its pieces of work in another order.
 
     rewrite(program, sequence, orders) -> str
 
-What stays is copied byte for byte. A piece that moves keeps its text; only words that it took from its old neighbour,
-and that its new one does not leave behind, are written out in its first block, and where the height is another one it
-gets a rapid of its own. Between pieces the tool is nowhere lower than the section's clearance.
+Blocks that stay are copied byte for byte. A piece that moves keeps its text. Its first block gains the modal words that
+its old predecessor left active and its new one does not; if the heights differ, a rapid is written before it. Between
+pieces the tool is nowhere lower than the clearance of the section.
 """
 
 from __future__ import annotations
@@ -40,13 +40,13 @@ from leafcut.processes.program.post.reversing import reverse_stroke
 from leafcut.processes.program.post.source_positions import Original
 
 _TOLERANCE = 1e-6
-#: Without a centre they are an error: rs274 ("R i j k words all missing for arc"), GRBL (error 26).
+#: Arcs without a centre are an error: rs274 ("R i j k words all missing for arc"), GRBL (error 26).
 _ARCS = frozenset({"G2", "G3"})
-#: The text of a number, and of no expression.
+#: A number; an expression does not match.
 _NUMBER = re.compile(r"[-+]?[0-9.]+")
-#: Modes that the first piece of a section may say anew.
+#: Modes that the first piece of a section may state again.
 _ANEW = frozenset({"plane", "distance", "feed_mode", "feed", "speed"})
-#: Fields of `Modal` by what a block relies on.
+#: Fields of `Modal` by the modal group on which a block relies.
 _FIELDS: dict[str, tuple[str, ...]] = {
     "motion": ("motion", "cycle", "cycle_words"),
     "plane": ("plane",),
@@ -63,25 +63,25 @@ def rewrite(
     program: Program, sequence: Sequence, orders: Many[ArrayLike], *, renumber: bool = False, longest: int = 255,
     look: Heartbeat = unseen, obstacles: Obstacles | None = None,
 ) -> str:  # fmt: skip
-    """Return the text of the program with the pieces of every section in their order.
+    """Return the text of the program with the pieces of each section in a given order.
 
     Parameters
     ----------
     orders
-        One permutation of its pieces for every section, integers; ~k is piece k from its other end.
+        A permutation of the pieces of each section, integers; ~k is piece k, reversed.
     renumber
-        Give new N-numbers to all lines that have one.
+        Write new N-numbers.
     longest, look
-        Most characters of a line that gains words, unless it had more before; what is called as it goes on.
+        Maximum length of a line with inserted words, unless it was longer before; called during the work.
     obstacles
-        Rapids go over them, or round them where the tool cannot be lifted; also those that stay as they are.
+        All rapids go over them, or around them if the tool cannot be lifted.
 
     Raises
     ------
     PostError
-        An order is not a permutation, or breaks a precedence; what stays behind a section takes something from its
-        last piece that cannot be said again; the program jumps to N-numbers that would change; a line would be longer
-        than `longest`; a rapid across an obstacle can be led neither over it nor round it.
+        An order is not a permutation, or breaks a precedence. Blocks after a section rely on a state of its last piece
+        that no word restores. The program jumps to N-numbers that would change. A line would be longer than `longest`.
+        No rapid leads over or around an obstacle.
     """
     permutations: list[NDArray[np.int64]] = []
     for number, (section, order) in enumerate(zip(sequence.sections, orders, strict=True)):
@@ -98,7 +98,7 @@ def rewrite(
 
 @contextmanager
 def _of_section(number: int) -> Iterator[None]:
-    """Have every `PostError` say which section it is about."""
+    """Add the number of the section to each `PostError`."""
     try:
         yield
     except PostError as problem:
@@ -106,7 +106,7 @@ def _of_section(number: int) -> Iterator[None]:
 
 
 class _Rewriter:
-    """Writes piece after piece, and remembers what the machine then has active, and where the tool is."""
+    """Writes one piece after the other, and keeps the modal state and the place of the tool."""
 
     def __init__(
         self, program: Program, sequence: Sequence, longest: int, look: Heartbeat, obstacles: Obstacles | None = None
@@ -123,7 +123,7 @@ class _Rewriter:
         self.place = [math.nan] * 3
         #: The height before the running series of cycles.
         self.initial = math.nan
-        #: The groups that the new program has stated in words; the rest is as the machine happened to be.
+        #: The modal groups that the new program has stated; the others are the initial state of the machine.
         self.said: set[str] = set()
 
     def lines(self, orders: Many[NDArray[np.int64]]) -> list[tuple[str, bool]]:
@@ -146,19 +146,19 @@ class _Rewriter:
         return self.out
 
     def _copy(self, lines: Many[str]) -> None:
-        """Write lines as they are; one that was the last of the file gets an end."""
+        """Write lines unchanged; a last line without a line end gets one."""
         if lines and self.out and not self.out[-1][0].endswith(("\n", "\r")):
             self.out[-1] = self.out[-1][0] + self.end, self.out[-1][1]
         self.out.extend((line, False) for line in lines)
 
     def _own(self, *words: str) -> None:
-        """Write a block of our own."""
+        """Write a new block."""
         if self.out and not self.out[-1][0].endswith(("\n", "\r")):
             self.out[-1] = self.out[-1][0] + self.end, self.out[-1][1]
         self.out.append((" ".join(words) + self.end, True))
 
     def _rapid(self, x: float | None = None, y: float | None = None, z: float | None = None) -> None:
-        """Write a rapid of our own, after the end of a running cycle."""
+        """Write a new rapid, after the end of a running cycle."""
         if self.have.cycle is not None:
             self._own("G80")
         axes = [(letter, v) for letter, v in zip("XYZ", (x, y, z), strict=True) if v is not None]
@@ -168,7 +168,7 @@ class _Rewriter:
         self.have = replace(self.have, motion=0, cycle=None, cycle_words=())
 
     def _stand(self, block: int) -> None:
-        """Take over what the original has before a block."""
+        """Set state and place to those of the original before a block."""
         self.have = self.program.modal(block)
         self.said = self.reader.states(0, block)
         self.place = self.original.place_before(block)
@@ -179,8 +179,8 @@ class _Rewriter:
     def _section(self, section: Section, order: NDArray[np.int64]) -> None:
         """Write the pieces of a section in their order.
 
-        The first place of the original, if the tool came there from other work, and whatever place is first now, are
-        reached no lower than the original reached its first.
+        The tool arrives at the new first place no lower than the original at its first place. The same holds for the
+        original first place if other work comes before the section.
         """
         pieces = section.pieces
         entry = self.original.crossing(pieces[0])
@@ -192,21 +192,21 @@ class _Rewriter:
             index, turned = (~number, True) if number < 0 else (number, False)
             height = max(floor, entry) if index == 0 and follows else floor
             self._piece(pieces[index], height, turned, anew if not place else frozenset())
-            # The way from the last place of the original may have begun with a rise.
+            # The original may have risen before it left its last place.
             floor = section.clearance
             if index == len(pieces) - 1:
                 floor = max(floor, self.original.departure(pieces[-1]))
 
     def _anew(self, section: Section) -> frozenset[str]:
-        """Return what the first piece of a section says by itself, if it relies on it and was not first before.
+        """Return the modal groups that a new first piece of a section states itself if it relies on them.
 
-        That is its feed, wherever the program said it, and whatever else the section itself says somewhere.
+        These are the feed, and all groups that the section states.
         """
         pieces = section.pieces
         return frozenset({"feed"} | (_ANEW & self.reader.states(pieces[0].begin, pieces[-1].end)))
 
     def _piece(self, piece: PieceOfWork, floor: float, turned: bool, anew: frozenset[str]) -> None:
-        """Write one piece, `turned` from its other end, arriving no lower than `floor`, with what it says `anew`."""
+        """Write a piece, reversed if `turned`; the tool arrives no lower than `floor`, the piece states `anew`."""
         self.look()
         program = self.program
         block, row = self.original.arrival(piece)
@@ -240,7 +240,7 @@ class _Rewriter:
         self.place[:2] = piece.entry if turned else self.place[:2]
 
     def _past(self, to: tuple[float, float], floor: float, tool: int | None) -> float:
-        """Return the height, mm, at which the way to a place crosses what is in it; go round where none does."""
+        """Return the height, mm, at which a rapid to a place crosses all obstacles; go around them without one."""
         obstacles, here = self.obstacles, (self.place[0], self.place[1])
         over = -math.inf if obstacles is None else obstacles.between(here, to, tool)
         if obstacles is None or over < math.inf:
@@ -253,7 +253,7 @@ class _Rewriter:
         return floor
 
     def _turned(self, piece: PieceOfWork, lines: list[str]) -> tuple[list[str], Modal]:
-        """Return the lines of a piece made from its other end, and what they leave active."""
+        """Return the lines of a reversed piece, and the state that they leave."""
         stroke = find_stroke(self.program, piece.begin, piece.end)
         if stroke is None:
             raise PostError(f"line {piece.line}: the piece of work there cannot be reversed")
@@ -265,7 +265,7 @@ class _Rewriter:
         return {} if words is None else words.letters
 
     def _arrive(self, piece: PieceOfWork, arrival: int, floor: float, entry: tuple[float, float]) -> None:
-        """Bring the tool to the height at which a piece that begins with a way across needs it."""
+        """Bring the tool to the height at which a piece that begins with a rapid across needs it."""
         z, original = self.place[2], self.original.place_before(piece.begin)[2]
         matters = height_matters(self.reader, range(piece.begin, piece.end))
         level = max(floor, original) if matters and not math.isnan(original) else floor
@@ -279,7 +279,7 @@ class _Rewriter:
             self._rapid(z=original)
 
     def _stated_z(self, block: int) -> float | None:
-        """Return the height, mm, to which a block before the cut says to go."""
+        """Return the height, mm, that a block before the cut states; None without one."""
         if "Z" not in self._letters(block):
             return None
         return float(self.program.path.end[int(self.program.first[block + 1]) - 1, 2])
@@ -292,7 +292,7 @@ class _Rewriter:
         risen = self.original.risen(range(row, int(self.program.first[piece.end])))
         initial = self.initial if self.have.cycle is not None else self.place[2]
         if risen is not None and abs((initial if initial >= risen[1] else risen[1]) - risen[0]) > _TOLERANCE:
-            # Never below the plane at which the first hole begins: a higher rise does no harm.
+            # Never below the R plane of the first hole.
             wanted = max(risen[0], path.cycles[int(path.ref[row])].r_plane)
             if self.place[2] > wanted + _TOLERANCE:
                 self._rapid(*piece.entry)
@@ -302,7 +302,7 @@ class _Rewriter:
             self.initial = self.place[2]
 
     def _after_piece(self, piece: PieceOfWork) -> None:
-        """Take over where a piece leaves the tool, and what it has stated."""
+        """Update place, height and stated groups after a piece."""
         program, path = self.program, self.program.path
         height = self.place[2]
         for block in range(piece.begin, piece.end):
@@ -312,7 +312,7 @@ class _Rewriter:
                     height = float(path.end[row, 2])
                 elif path.kind[row] in MOTIONS:
                     height = float(path.end[row, 2]) if states_z else height
-                    # A series of cycles that follows begins from here.
+                    # The initial height of a following series of cycles.
                     self.initial = height
         x, y, _ = self.original.place_before(piece.end)
         self.place = [x, y, height]
@@ -326,14 +326,14 @@ class _Rewriter:
     def _missing(
         self, reliance: Reliance, need: Modal, block: int, anew: frozenset[str] = frozenset()
     ) -> tuple[list[str], list[str]]:
-        """Return the words, for the front and the back of a block, that make active what the block relies on.
+        """Return the words for the front and the back of a block that set the state on which it relies.
 
-        What is relied on and `anew` is written though it is active.
+        Groups in `anew` are stated even if they are active.
         """
         have, relies = self.have, reliance.relies
         front: list[str] = []
         back: list[str] = []
-        # What the original states before here must be stated by now, though the machine may begin with it.
+        # A group that the original has stated up to here is stated, even if it is the initial state of the machine.
         known = {g for g in relies if self.reader.first_stated.get(g, block) < block}
         unsaid = known - self.said
         again = known & anew
@@ -354,20 +354,20 @@ class _Rewriter:
                 stated = self._letters(block)
                 words = [(w, v) for w, v in need.cycle_words if w not in stated]
                 if have.cycle != need.cycle or not dict(have.cycle_words).items() >= set(words):
-                    # A block that states its cycle may still rely on words that the cycle keeps.
+                    # A block that states its cycle may still rely on earlier words of the cycle.
                     front += [] if "motion" in self.reader.states(block, block + 1) else [f"G{need.cycle}"]
                     back += [self._text(w, v, block) for w, v in words]
             elif need.motion is not None and have.motion != need.motion:
                 front.append(f"G{need.motion}")
         if "feed" in relies and need.feed and (have.feed != need.feed or "feed" in again):
             back.append(self._text("F", need.feed, block))
-        # The power of a beam is said where it is switched on.
+        # A beam states its power where it is switched on.
         if "speed" in relies and (have.rpm != need.rpm or ("speed" in again and not self.beam)):
             back.append(self._text("S", need.rpm, block))
         return front, back
 
     def _text(self, letter: str, value: float, block: int) -> str:
-        """Return a word as the program last wrote it before a block, or else as its value says."""
+        """Return a word as the program last wrote it before a block, otherwise from its value."""
         if letter == "F" and value in self.program.feed_words:
             return self.program.feed_words[value]
         blocks, texts = self.reader.stated.get(letter, ([], []))
@@ -379,7 +379,7 @@ class _Rewriter:
     # -- what stays --------------------------------------------------------------------------------------------------
 
     def _stay(self, kept: Kept) -> None:
-        """Write blocks that stay as they are; before a rapid across an obstacle stands a way over it or round it."""
+        """Write blocks that stay; before a rapid across an obstacle, write rapids over it or around it."""
         lines, done = self.territory.of(kept.begin, kept.end), 0
         if self.obstacles is None:
             self._copy(lines)
@@ -400,9 +400,9 @@ class _Rewriter:
         self._copy(lines[done:])
 
     def _crosses(self, block: int, row: int) -> bool:
-        """Return whether a block that stays goes by a rapid from where the tool is across an obstacle, too low.
+        """Return whether a block that stays crosses an obstacle too low in a rapid from the current place.
 
-        Not where a series of cycles goes on, or places are relative: another rapid before it would change those.
+        Not in a running series of cycles or with incremental places: another rapid before it would change them.
         """
         obstacles, path, modal = self.obstacles, self.program.path, self.program.modal(block)
         if obstacles is None or path.kind[row] not in (Kind.RAPID, Kind.DRILL) or modal.cycle or modal.incremental:
@@ -412,12 +412,12 @@ class _Rewriter:
             return False
         drills = path.kind[row] == Kind.DRILL
         level = max(self.place[2], path.cycles[int(path.ref[row])].r_plane) if drills else min(self.place[2], z)
-        # A height that is not known is the machine's own, up; a laser has none, and never is.
+        # An unknown height follows a move in machine coordinates: the tool is up. A laser has no height.
         over = obstacles.between((self.place[0], self.place[1]), (x, y), modal.tool)
         return level < over - _TOLERANCE or over == math.inf
 
     def _go_past(self, x: float, y: float, *, down: bool) -> None:
-        """Go to a place over or round all obstacles in between, and `down` again to the height of before."""
+        """Go to a place over or around all obstacles, and `down` again to the height before."""
         height = self.place[2]
         level = self._past((x, y), -math.inf, self.have.tool)
         if level > height:
@@ -427,7 +427,7 @@ class _Rewriter:
             self._rapid(z=height)
 
     def _go_on(self, kept: Kept) -> None:
-        """Restore what blocks that stay rely on, and take over what they leave."""
+        """Restore the state on which blocks that stay rely, and update it to the state that they leave."""
         program, blocks = self.program, range(kept.begin, kept.end)
         original = self.original.place_before(kept.begin)
         if self.place[2] < original[2] - _TOLERANCE:
@@ -443,13 +443,13 @@ class _Rewriter:
         risen = self.original.risen(range(int(program.first[kept.begin]), int(program.first[kept.end])))
         initial = self.initial if self.have.cycle is not None else self.place[2]
         if risen is not None and max(initial, risen[1]) < risen[0] - _TOLERANCE:
-            # The series that ran here before has kept in mind to rise as high.
+            # The cycles of the original rise to this initial height.
             self._rapid_to(z=risen[0])
         reliance = self.reader.reliance(kept.begin, kept.end)
         need = program.modal(kept.begin)
         if "motion" in reliance.relies and need.cycle is not None and not self._same_series(need, kept.begin):
             raise PostError(
-                f"line {program.line[kept.begin]}: what stays there goes on with a cycle that now is another"
+                f"line {program.line[kept.begin]}: the block there continues a drilling cycle that is another one now"
             )
         if self.have.cycle is not None and need.cycle is None and self._ends_cycle(reliance, need, kept):
             self._own("G80")
@@ -457,7 +457,7 @@ class _Rewriter:
         words = [w for part in self._missing(reliance, need, kept.begin) for w in part]
         if not _ARCS.isdisjoint(words):
             line = program.line[kept.begin]
-            raise PostError(f"line {line}: what stays there goes on with an arc, whose word cannot stand alone")
+            raise PostError(f"line {line}: the block there continues an arc, and G2 or G3 cannot stand alone")
         if words:
             self._own(*words)
         self._take(reliance.relies, need)
@@ -473,13 +473,13 @@ class _Rewriter:
             self._rapid(*(None if math.isnan(v) else v for v in (x, y, z)))
 
     def _ends_cycle(self, reliance: Reliance, need: Modal, kept: Kept) -> bool:
-        """Return whether blocks that stay do not bear that a series of cycles runs before them."""
+        """Return whether a running series of cycles must end before blocks that stay."""
         kinds = {kind for block in range(kept.begin, kept.end) for kind in self.reader.kinds(block)}
         alone = {Kind.MACHINE, Kind.SHIFT, Kind.FOREIGN}
         return not kinds.isdisjoint(alone) or ("motion" in reliance.relies and need.motion is None)
 
     def _same_series(self, need: Modal, block: int) -> bool:
-        """Return whether the running series of cycles is the one that the block goes on with."""
+        """Return whether the running series of cycles is the one that the block continues."""
         have = self.have
         same = have.cycle == need.cycle and dict(have.cycle_words) == dict(need.cycle_words)
         initial = self.original.initial_before(block)
@@ -499,17 +499,17 @@ class _Rewriter:
         self.initial = self.original.initial_before(kept.end)
 
     def _opaque(self, block: int) -> bool:
-        """Return whether only the interpreter knows what a block does."""
+        """Return whether a block has an effect that its words do not show."""
         words = self.reader.words(block)
         return words is None or (block in self.program.fixed and not words.empty)
 
 
 class Territory:
-    """Divides the lines of a program between its pieces.
+    """Assigns the lines of a program to its pieces.
 
-    Comments directly before the first block of a piece travel with it, unless a blank line parts them from it and more
-    comments follow. The first piece of a section takes as many lines above it as the second one has: what stands
-    higher is about the section.
+    Comments directly before the first block of a piece belong to it, unless a blank line separates them and more
+    comments follow. The first piece of a section gets as many lines above it as the second one; comments further up
+    belong to the section.
     """
 
     def __init__(self, program: Program, sequence: Sequence) -> None:
@@ -521,12 +521,12 @@ class Territory:
 
     @property
     def head(self) -> tuple[str, ...]:
-        """The lines that stay above the first piece, where that may move."""
+        """The lines above the first piece."""
         return self._lines[: self._at(0)]
 
     @property
     def tail(self) -> tuple[str, ...]:
-        """The lines behind the last block."""
+        """The lines after the last block."""
         return self._lines[self._line[-1] :] if self._line else self._lines
 
     def of(self, begin: int, end: int) -> tuple[str, ...]:
@@ -534,11 +534,11 @@ class Territory:
         return self._lines[self._at(begin) : self._at(end)]
 
     def first_block_in(self, begin: int, block: int) -> int:
-        """Return where the line of `block` is among the lines of a piece that begins with block `begin`."""
+        """Return the index of the line of `block` among the lines of a piece that begins with block `begin`."""
         return int(self._line[block]) - 1 - self._at(begin)
 
     def _at(self, block: int) -> int:
-        """Return the number of lines before those of a block's piece."""
+        """Return the number of lines before the piece of a block."""
         if block in self._cut:
             return self._cut[block]
         return int(self._line[block - 1]) if block else 0
@@ -558,7 +558,7 @@ class Territory:
             self._cut[piece.begin] = max(low, high - above)
 
     def _between(self, block: int) -> int:
-        """Return where the lines of a piece begin that follows another one."""
+        """Return the first line of a piece that directly follows another one."""
         low, high = int(self._line[block - 1]), int(self._line[block]) - 1
         blank = [n for n in range(low, high) if not self._lines[n].strip()]
         if blank and any(self._lines[n].strip() for n in range(blank[0], high)):
@@ -567,14 +567,14 @@ class Territory:
 
 
 def checked_order(section: Section, order: ArrayLike) -> NDArray[np.int64]:
-    """Return the order as an array, if it has each piece of the section once and keeps its precedence.
+    """Return the order as an array.
 
-    ~k stands for piece k made from its other end, if that is allowed.
+    ~k is piece k, reversed.
 
     Raises
     ------
     PostError
-        It does not; the message names the lines.
+        The order does not have each piece of the section once, breaks a precedence, or reverses a piece that cannot be.
     """
     given = np.asarray(order, dtype=np.int64)
     chosen = np.where(given < 0, ~given, given)

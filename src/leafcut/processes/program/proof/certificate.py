@@ -24,7 +24,7 @@ from leafcut.processes.program.proof.changed_order import ChangedOrder
 from leafcut.processes.program.proof.explanation import explain
 from leafcut.processes.program.proof.features import FIRST_CYCLE, first_with_units
 from leafcut.processes.program.proof.matching import Feature, Pairing, Room, pair
-from leafcut.processes.program.proof.program_work import STILL, ProgramWork, cuts_with_beam, only_moves, read_work
+from leafcut.processes.program.proof.program_work import ProgramWork, cuts_with_beam, has_no_mill, only_moves, read_work
 from leafcut.processes.program.proof.rapids import compare_rapids, gaps_of
 from leafcut.processes.program.proof.reversed_cuts import as_it_is, one_way, runs_turned
 from leafcut.processes.program.proof.stated import no_longer_stated
@@ -215,7 +215,7 @@ def _compare_work(
     found.add(difference for difference, phrases in grouping.states if not phrases <= explanation.phrases)
     found.add(explanation.differences, explanation.found)
     turned = runs_turned(both[0], both[1], pairing.new_of)
-    no_mill = beam or _is_flat(before.path)
+    no_mill = has_no_mill(programs[0])
     found.add(*compare_rapids(before, after, pairing.new_of, turned, grouping.mark_of, tolerance, no_mill))
     order = ChangedOrder(before, after, gaps_of(before), pairing.new_of, no_mill, found.look)
     found.add((*order.touching(tolerance), *order.inside()))
@@ -235,12 +235,6 @@ def _other_units(programs: tuple[Program, Program]) -> Iterator[Difference]:
         was, now = ("inches" if side == {MM_PER_INCH} else "mm" for side in units)
         old, new = (int(program.line[block]) for program, block in zip(programs, stated, strict=True))
         yield Difference("units", old, new, f"{was} became {now}, and the lengths did not change with them")
-
-
-def _is_flat(path: Toolpath) -> bool:
-    """Return whether the tool never moves up or down: a plotter, or a laser that is dark in rapids by itself."""
-    z = path.end[path.kind <= Kind.DRILL, 2]
-    return not bool((np.abs(np.diff(z[np.isfinite(z)])) > STILL).any() or (path.kind == Kind.DRILL).any())
 
 
 def _reach(features: list[Feature]) -> Bounds | None:

@@ -70,10 +70,10 @@ class ChangedOrder:
         for one in _overtaken(self.new_of, np.flatnonzero(~known)):
             yield self._difference("order", one, one, "the position of {} is unknown, and it has moved in the order")
         self.look()
-        found = inverted(self.traces, self.new_of, tolerance)
-        for one, other in found.pairs[:MOST_LISTED].tolist():
+        pairs, proved = inverted(self.traces, self.new_of, tolerance)
+        for one, other in pairs[:MOST_LISTED].tolist():
             yield self._difference("order", one, other, "{} touches {}, which came after it and is now before")
-        if not found.proved:
+        if not proved:
             yield Difference("order", 0, 0, "so many cuts lie on top of each other that their order cannot be proved")
 
     def inside(self) -> Iterator[Difference]:
@@ -171,10 +171,10 @@ class ChangedOrder:
             return
         level = lowest_level(features, visits, visit, FREE) & (above <= FREE.through)[visit]
         lines = lines_of(features, self.traces, np.where(level, visit, -1), FREE.closure.sagitta)
-        freed = freed_parts(visits, list(outlines_of(lines, None, FREE.closure, self.look)), above, FREE)
-        for outline in np.flatnonzero(overtakes & freed.surely).tolist():
+        may, surely = freed_parts(visits, list(outlines_of(lines, None, FREE.closure, self.look)), above, FREE)
+        for outline in np.flatnonzero(overtakes & surely).tolist():
             later = ends[:outline] > ends[outline]
-            later &= ~(freed.may[:outline] & (visits.floor[:outline] <= visits.floor[outline] + FREE.same_depth))
+            later &= ~(may[:outline] & (visits.floor[:outline] <= visits.floor[outline] + FREE.same_depth))
             if later.any():
                 yield int(visits.first[np.argmax(later)]), int(visits.last[outline])
 

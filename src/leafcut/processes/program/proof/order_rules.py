@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import shapely
@@ -305,13 +305,6 @@ def _step(row: Floats, follower: Floats, lean: float, widest: float) -> float:
     return step if even and wide and common >= 0.5 * shorter else math.nan
 
 
-class Freed(NamedTuple):
-    """Which visits may cut a part free, and which do so for certain, bool[n] each."""
-
-    may: Mask
-    surely: Mask
-
-
 def lowest_level(features: Features, visits: Visits, visit: Indices, doubt: Doubt) -> Mask:
     """Return the features that cut sideways at the lowest level of their visit: a tab lies higher.
 
@@ -331,8 +324,8 @@ def lowest_level(features: Features, visits: Visits, visit: Indices, doubt: Doub
     return level
 
 
-def freed_parts(visits: Visits, outlines: Sequence[Outline], above: Floats, doubt: Doubt) -> Freed:
-    """Return the visits that cut a part free.
+def freed_parts(visits: Visits, outlines: Sequence[Outline], above: Floats, doubt: Doubt) -> tuple[Mask, Mask]:
+    """Return the visits that may cut a part free, and those that do so for certain, bool[n] each.
 
     An outline within another one through the material is scrap, unless other work begins inside it.
 
@@ -347,7 +340,7 @@ def freed_parts(visits: Visits, outlines: Sequence[Outline], above: Floats, doub
     # Any of the cuts that close an outline together may be the last.
     parts = [(outline, owner) for outline in outlines for owner in outline.owners if outline.area.area >= doubt.area]
     if not parts:
-        return Freed(*np.zeros((2, n), dtype=bool))
+        return np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
     owner = np.array([number for _, number in parts])
     alone = np.array([outline.alone for outline, _ in parts], dtype=bool)
     shapes = np.array([outline.area for outline, _ in parts], dtype=object)
@@ -364,7 +357,7 @@ def freed_parts(visits: Visits, outlines: Sequence[Outline], above: Floats, doub
     doubtful = _any(len(shapes), inner[size[inner] < doubt.smaller * size[outer]])
     may = (~scrap | holds) & (depth <= doubt.through)
     surely = alone & (~doubtful | holds) & (depth <= doubt.surely_through) & (size >= doubt.sure_area)
-    return Freed(_any(n, owner[may]), _any(n, owner[surely]))
+    return _any(n, owner[may]), _any(n, owner[surely])
 
 
 def _any(n: int, which: Indices) -> Mask:

@@ -116,9 +116,9 @@ def goes_across(begin: Floats, end: Floats) -> Mask:
 
 
 def cuts_with_beam(program: Program) -> bool:
-    """Return whether a program switches off what it cuts with when it goes from one cut to the next.
+    """Return whether a program switches its spindle off between two cuts without a barrier: a laser or a torch.
 
-    No mill does that but for a barrier: it is a laser or a torch. Moves with the beam off then make nothing.
+    Moves with the beam off are travel then.
     """
     path, direction = program.path, program.spindle_directions
     stage = np.cumsum(np.isin(path.kind, (Kind.PAUSE, Kind.TOOL, Kind.FRAME, Kind.SHIFT, Kind.MACHINE)))
@@ -126,6 +126,14 @@ def cuts_with_beam(program: Program) -> bool:
     lit = np.flatnonzero(moving & (path.kind != Kind.RAPID) & (direction != 0))
     dark = np.cumsum(moving & (direction == 0) & goes_across(path.before, path.end))
     return bool(((np.diff(dark[lit]) > 0) & (np.diff(stage[lit]) == 0)).any())
+
+
+def has_no_mill(program: Program) -> bool:
+    """Return whether a program cuts with a beam, or its tool never moves up or down, as that of a plotter."""
+    path = program.path
+    z = path.end[path.kind <= Kind.DRILL, 2]
+    rises = (np.abs(np.diff(z[np.isfinite(z)])) > STILL).any() or (path.kind == Kind.DRILL).any()
+    return not rises or cuts_with_beam(program)
 
 
 def _with_end(program: Program) -> Program:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,27 +23,14 @@ _CHUNK = 200_000
 Reach = NDArray[np.float32]
 
 
-class Inversions(NamedTuple):
-    """Features that touch each other and have changed places.
+def inverted(traces: Traces, rank: Indices, tolerance: float) -> tuple[Indices, bool]:
+    """Return the features that touch and have changed places, int64[k, 2], the earlier one first; and whether all.
 
-    Attributes
-    ----------
-    pairs
-        int64[k, 2]: the earlier and the later one, as they were.
-    proved
-        False: there is so much on top of each other that not all could be compared.
-    """
+    It is not all if so many cuts lie on top of each other that they cannot be compared.
 
-    pairs: Indices
-    proved: bool
-
-
-def inverted(traces: Traces, rank: Indices, tolerance: float) -> Inversions:
-    """Return which pieces come within `tolerance` of each other and are in another order than before.
-
-    `rank` is the place of every feature in the new program, by its place in the original, int64[n], -1 for those that
-    are not in it. The pieces are split by lines into ever smaller cells, and a cell whose pieces have kept their order
-    is done with: a program that is not changed costs nothing.
+    Pieces touch if they come within `tolerance`. `rank` is the place of each feature in the new program, int64[n], -1
+    if it is missing. Lines split the pieces into smaller and smaller cells; a cell whose pieces have kept their order
+    needs no comparison, so an unchanged program costs nothing.
     """
     kept = rank[traces.feature] >= 0
     if not kept.all():
@@ -57,20 +43,20 @@ def inverted(traces: Traces, rank: Indices, tolerance: float) -> Inversions:
     for _ in range(_MOST_LEVELS):
         entry, cell = _with_inversions(entry, cell, place)
         if not len(entry):
-            return Inversions(_unique(found), True)
+            return _unique(found), True
         few, many, split = _split(entry, cell, low, high)
         for one, other in (*_near_pairs(entry[few], cell[few], place), *_all_pairs(entry[many], cell[many], place)):
             looked += len(one)
             if looked > _MOST_PAIRS:
-                return Inversions(_unique(found), False)
+                return _unique(found), False
             touch = touching(traces.pick(one), traces.pick(other), tolerance)
             pairs = np.column_stack([traces.feature[one], traces.feature[other]])[touch]
             found.append(pairs)
             count += len(pairs)
             if count > 20 * MOST_LISTED:
-                return Inversions(_unique(found), True)
+                return _unique(found), True
         entry, cell = split
-    return Inversions(_unique(found), False)
+    return _unique(found), False
 
 
 def _unique(found: list[Indices]) -> Indices:

@@ -16,7 +16,7 @@ from leafcut.geometry.index import linked, unique_pairs
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.kinds import BEAMS
 from leafcut.model.sequence import PieceOfWork
-from leafcut.processes.program.plan.sections.program_rows import Rows, works_with_beam
+from leafcut.processes.program.plan.sections.program_rows import Rows
 from leafcut.processes.program.proof.features import Features
 from leafcut.processes.program.proof.order_rules import (
     KEEP,
@@ -39,6 +39,7 @@ from leafcut.processes.program.proof.outlines import (
     outlines_of,
     starts_inside,
 )
+from leafcut.processes.program.proof.program_work import has_no_mill
 from leafcut.processes.program.proof.traces import Traces, traces_of
 
 #: Pieces reduced together, as the bits of one number.
@@ -153,7 +154,7 @@ def _related(work: _Work, process: str, look: Heartbeat) -> dict[str, NDArray[np
             pairs[PASSES].append(rows_in_order(visits, KEEP))
     tab = BEAM_TAB if process in BEAMS else MILL_TAB
     # With a beam, work inside a part that was cut out before it is free.
-    both_ways = process not in BEAMS or not works_with_beam(work.program, work.rows)
+    both_ways = process not in BEAMS or not has_no_mill(work.program)
     for number in range(len(work.sections)):
         mine = [line for line in lines if work.section[line.owner] == number]
         outlines = list(outlines_of(mine, tab, KEEP.closure, look))
@@ -175,7 +176,7 @@ def _freeing(work: _Work, process: str, look: Heartbeat) -> tuple[PieceOfWork, .
     The deepest place to which the mill goes sideways counts as the underside of the material.
     """
     pieces = tuple(work.pieces)
-    if process in BEAMS or works_with_beam(work.program, work.rows):
+    if process in BEAMS or has_no_mill(work.program):
         return pieces
     deepest = work.rows.deepest[work.program.before[pieces[0].begin]]
     visits = work.visits()
@@ -186,10 +187,10 @@ def _freeing(work: _Work, process: str, look: Heartbeat) -> tuple[PieceOfWork, .
     level = lowest_level(work.features, visits, work.owner, KEEP) & through[work.owner]
     lines = lines_of(work.features, work.traces, np.where(level, work.owner, -1), KEEP.closure.sagitta)
     outlines = list(outlines_of(lines, TOUCHING, KEEP.closure, look))
-    freed = freed_parts(visits, outlines, above, KEEP)
+    frees = freed_parts(visits, outlines, above, KEEP)
     return tuple(
         replace(piece, may_free=may, frees=may and surely) if may else piece
-        for piece, may, surely in zip(pieces, freed.may.tolist(), freed.surely.tolist(), strict=True)
+        for piece, may, surely in zip(pieces, *(mask.tolist() for mask in frees), strict=True)
     )
 
 

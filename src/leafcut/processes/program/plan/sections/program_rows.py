@@ -152,21 +152,6 @@ def _beam(program: Program) -> NDArray[np.bool_]:
     return beam
 
 
-def works_with_beam(program: Program, rows: Rows) -> bool:
-    """Return whether what cuts is switched off (M5) from one cut to the next without a stop, or Z never moves."""
-    path = program.path
-    z = path.end[path.kind <= Kind.DRILL, 2]
-    z = z[np.isfinite(z)]
-    if not ((np.abs(np.diff(z)) > TOLERANCE).any() or (path.kind == Kind.DRILL).any()):
-        return True
-    off = np.array([program.modals[k].spindle == 0 for k in program.before[1:].tolist()], dtype=bool)[rows.block]
-    moving = path.kind <= Kind.ARC_CCW
-    stage = np.cumsum(np.isin(path.kind, [Kind.PAUSE, Kind.TOOL, Kind.FRAME, Kind.SHIFT, Kind.MACHINE]))
-    lit = np.flatnonzero(moving & ~off & (path.kind != Kind.RAPID))
-    dark = np.cumsum(moving & off & rows.sideways)
-    return bool(((np.diff(dark[lit]) > 0) & (np.diff(stage[lit]) == 0)).any())
-
-
 def known_process(program: Program) -> str:
     """Return the process that the program itself tells: what switches on and off, and where Z goes.
 
