@@ -12,7 +12,7 @@ from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.processes.program.plan.precedence import precedence
 from leafcut.processes.program.plan.resequencing import find_sequence
-from leafcut.processes.program.proof.order_rules import KEEP
+from leafcut.processes.program.proof.doubt import KEEP
 from leafcut.processes.program.proof.outlines import Line, joined_outlines
 from rewriting import program_of
 
@@ -48,8 +48,8 @@ def square(x: float, y: float, first: int) -> list[Line]:
 def test_outlines_that_share_nothing_are_found_as_each_by_itself() -> None:
     squares = [square(100.0 * k, 7.0 * k, 4 * k) for k in range(6)]
     mixed = [line for lines in zip(*squares, strict=True) for line in lines]
-    alone = [found for lines in squares for found in joined_outlines(lines, 3.0, KEEP.closure)]
-    together = list(joined_outlines(mixed, 3.0, KEEP.closure))
+    alone = [found for lines in squares for found in joined_outlines(lines, 3.0, KEEP)]
+    together = list(joined_outlines(mixed, 3.0, KEEP))
     assert [(found.area.wkb, found.owners) for found in together] == [(found.area.wkb, found.owners) for found in alone]
     assert len(alone) == 6
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder, arc_sweep, plane_axes, position_before
+from leafcut.processes.program.proof.doubt import FREE
 from leafcut.processes.program.proof.features import Features, features_of, states_of_path
-from leafcut.processes.program.proof.order_rules import FREE
 from leafcut.processes.program.proof.outlines import lines_of, outlines_of, starts_inside
 from leafcut.processes.program.proof.touching_order import inverted
 from leafcut.processes.program.proof.traces import touching, traces_of
@@ -54,8 +54,8 @@ def cuts_of(path: Toolpath) -> Features:
 
 def inside(features: Features, run: np.ndarray) -> list[int]:
     """Return the runs that begin inside an outline of another run."""
-    lines = lines_of(features, traces_of(features), run, FREE.closure.sagitta)
-    found = starts_inside(lines, outlines_of(lines, None, FREE.closure))
+    lines = lines_of(features, traces_of(features), run, FREE.sagitta)
+    found = starts_inside(lines, outlines_of(lines, None, FREE))
     return sorted(k for outline, inner in found for k in inner.tolist() if k not in outline.owners)
 
 

@@ -12,8 +12,8 @@ from leafcut.geometry.arrays import Indices, Mask
 from leafcut.model.difference import Difference
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.toolpath import Kind
+from leafcut.processes.program.proof.doubt import FREE
 from leafcut.processes.program.proof.order_rules import (
-    FREE,
     LEVEL,
     freed_parts,
     lowest_level,
@@ -93,9 +93,9 @@ class ChangedOrder:
         soonest = np.minimum.accumulate(np.concatenate([[missing], np.where(begins < 0, missing, begins)[::-1]]))[:n]
         moved = ((latest > ends) | (soonest[::-1] < ends)) & (ends >= 0)
         tab = BEAM_TAB if self.flat else MILL_TAB
-        lines = lines_of(self.features, self.traces, self.run, FREE.closure.sagitta)
+        lines = lines_of(self.features, self.traces, self.run, FREE.sagitta)
         counts = {False: 0, True: 0}
-        for outline, within in starts_inside(lines, outlines_of(lines, tab, FREE.closure, self.look, moved)):
+        for outline, within in starts_inside(lines, outlines_of(lines, tab, FREE, self.look, moved)):
             if counts[outline.joined] > MOST_LISTED or (begins[outline.owners] < 0).any():
                 continue
             inner = np.setdiff1d(within, outline.owners)
@@ -135,7 +135,7 @@ class ChangedOrder:
 
         if np.count_nonzero(chosen) > 1:
             owner = np.where(chosen[visit], visit, -1)
-            near, of = near_lines(lines_of(self.features, self.traces, owner, FREE.closure.sagitta))
+            near, of = near_lines(lines_of(self.features, self.traces, owner, FREE.sagitta))
             for rule, text in (
                 (passes_at_levels, "{} is at another level beside {}, which came after it and is now before"),
                 (passes_side_by_side, "{} runs side by side with {}, which came after it and is now before"),
@@ -170,8 +170,8 @@ class ChangedOrder:
         if not overtakes.any():
             return
         level = lowest_level(features, visits, visit, FREE) & (above <= FREE.through)[visit]
-        lines = lines_of(features, self.traces, np.where(level, visit, -1), FREE.closure.sagitta)
-        may, surely = freed_parts(visits, list(outlines_of(lines, None, FREE.closure, self.look)), above, FREE)
+        lines = lines_of(features, self.traces, np.where(level, visit, -1), FREE.sagitta)
+        may, surely = freed_parts(visits, list(outlines_of(lines, None, FREE, self.look)), above, FREE)
         for outline in np.flatnonzero(overtakes & surely).tolist():
             later = ends[:outline] > ends[outline]
             later &= ~(may[:outline] & (visits.floor[:outline] <= visits.floor[outline] + FREE.same_depth))
@@ -207,8 +207,8 @@ class ChangedOrder:
 
     def _part_outlines(self) -> Indices:
         """Return the runs that are outlines of parts: closed, and inside no other run, or inside a hole of a part."""
-        lines = lines_of(self.features, self.traces, self.run, FREE.closure.sagitta)
-        outlines = list(outlines_of(lines, None, FREE.closure, self.look))
+        lines = lines_of(self.features, self.traces, self.run, FREE.sagitta)
+        outlines = list(outlines_of(lines, None, FREE, self.look))
         if not outlines:
             return np.zeros(0, dtype=np.int64)
         starts = {line.owner: line.points[0] for line in reversed(lines)}

@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Floats, Indices, Mask
 from leafcut.geometry.index import NearLines, unique_pairs
 from leafcut.model.toolpath import Kind
+from leafcut.processes.program.proof.doubt import Doubt
 from leafcut.processes.program.proof.features import FIRST_CYCLE, Features
-from leafcut.processes.program.proof.outlines import IN_DOUBT_CLOSED, IN_DOUBT_OPEN, Closure, Line, Outline
+from leafcut.processes.program.proof.outlines import Line, Outline
 from leafcut.processes.program.proof.traces import Traces
 
 #: Depths that differ by less are one level, mm.
@@ -39,65 +40,6 @@ _SEGMENTS, _PAIRS = 32, 2000
 _STRAIGHT = 1.01
 #: Rows of a surface: largest distance, mm, and smallest number.
 _WIDEST_ROW, _LEAST_ROWS = 100.0, 3
-
-
-@dataclass(frozen=True)
-class Doubt:
-    """The thresholds of the rules.
-
-    Attributes
-    ----------
-    keep
-        In doubt the order is kept.
-    closure
-        When a line is closed.
-    width
-        Of a tool whose width is unknown, mm: passes at different depths keep their order within it.
-    beside, beside_part
-        Passes at one depth run side by side if this part of the shorter one is within this distance of the other, mm.
-    lean, widening
-        Rows are parallel within this part of their length; each is at most this factor farther than the one before.
-    through, surely_through, around_through
-        A cut within these distances of the deepest one, mm, may be through the material, is through for certain, and
-        is an outline in which a piece of scrap may lie.
-    area, sure_area
-        Smallest area of a part, mm²: of one that may be cut free, and of one that is for certain.
-    tab
-        Height of a tab, mm: lower rises belong to the lowest level.
-    smaller
-        An area within another one is smaller than this part of it; otherwise both are passes of one outline.
-    same_depth
-        Parts whose outlines differ in depth by no more, mm, may come free in any order.
-    """
-
-    keep: bool
-    closure: Closure
-    width: float
-    beside: float
-    beside_part: float
-    lean: float
-    widening: float
-    through: float
-    surely_through: float
-    around_through: float
-    area: float
-    sure_area: float
-    tab: float
-    smaller: float
-    same_depth: float
-
-
-#: 12.7 mm (half an inch) is wider than the tools of desktop machines and of most routers.
-KEEP = Doubt(
-    keep=True, closure=IN_DOUBT_CLOSED, width=12.7, beside=1.0, beside_part=0.45, lean=0.02, widening=1.05,
-    through=1.0, surely_through=1.0, around_through=0.6, area=1.0, sure_area=1.0, tab=0.2, smaller=0.95,
-    same_depth=LEVEL,
-)  # fmt: skip
-FREE = Doubt(
-    keep=False, closure=IN_DOUBT_OPEN, width=6.0, beside=0.99, beside_part=0.55, lean=0.015, widening=1.01,
-    through=1.1, surely_through=0.9, around_through=0.4, area=0.5, sure_area=1.5, tab=0.15, smaller=0.94,
-    same_depth=0.02,
-)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -16,6 +15,7 @@ from leafcut.geometry.arrays import Floats, Indices, Mask
 from leafcut.geometry.index import linked
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.toolpath import Kind
+from leafcut.processes.program.proof.doubt import FREE, Doubt
 from leafcut.processes.program.proof.features import Features
 from leafcut.processes.program.proof.traces import Traces
 
@@ -37,35 +37,7 @@ _CLEARLY = 1.02
 _SAME_LINE = 0.05
 
 
-@dataclass(frozen=True)
-class Closure:
-    """When a line counts as closed.
-
-    Attributes
-    ----------
-    gap
-        Largest distance between its ends, mm.
-    open_part
-        Largest distance between its ends, as a part of its length.
-    alone
-        A line with a smaller gap, mm, is closed without doubt.
-    rings_only
-        Several lines enclose an area only if they form a ring: exactly two lines meet at each joint.
-    sagitta
-        Largest distance of an arc from its chords, mm.
-    """
-
-    gap: float
-    open_part: float
-    alone: float
-    rings_only: bool
-    sagitta: float
-
-
-#: In doubt a line is closed, or is not.
-IN_DOUBT_CLOSED = Closure(TOUCHING, 0.1, 0.005, False, 0.02)
-IN_DOUBT_OPEN = Closure(MEETING, 0.0, MEETING, True, 0.002)
-#: In doubt open: largest gap of a single line with a tab, as a part of its length.
+#: In doubt free: largest gap of a single line with a tab, as a part of its length.
 _TABBED_PART = 0.09
 
 
@@ -118,27 +90,27 @@ def is_point(line: Line) -> bool:
     return bool((line.points == line.points[0]).all())
 
 
-def area_of(points: Floats, closure: Closure) -> tuple[Any, bool]:
+def area_of(points: Floats, doubt: Doubt) -> tuple[Any, bool]:
     """Return the area that a line encloses, None without one, and whether it is closed without doubt."""
     if len(points) < 4:
         return None, False
-    if closure is IN_DOUBT_CLOSED and len(points) > _MOST_POINTS:
+    if doubt.keep and len(points) > _MOST_POINTS:
         hull: Any = shapely.convex_hull(shapely.multipoints(points))
-        alone = bool(np.abs(points[-1] - points[0]).max() <= closure.alone)
+        alone = bool(np.abs(points[-1] - points[0]).max() <= doubt.alone)
         return (hull, alone) if hull.geom_type == "Polygon" else (None, False)
     length = float(np.hypot(*np.diff(points, axis=0).T).sum())
     gap = float(np.hypot(*(points[-1] - points[0])))
-    closed = gap <= max(closure.gap, closure.open_part * length) and length > TOUCHING
+    closed = gap <= max(doubt.gap, doubt.open_part * length) and length > TOUCHING
     whole = np.concatenate([points, points[:1]]) if closed else points
     if closed:
         ring: Any = shapely.polygons(whole)
         if shapely.is_valid(ring) and ring.area > 0:
-            return ring, gap <= closure.alone
+            return ring, gap <= doubt.alone
     # A lead-in and a lead-out cross the outline, or the line goes round several times.
     area = _enclosed(shapely.linestrings(whole), MEETING)
     if area is None:
         return None, False
-    return area, gap <= closure.alone or not closed or _enclosed(shapely.linestrings(points), MEETING) is not None
+    return area, gap <= doubt.alone or not closed or _enclosed(shapely.linestrings(points), MEETING) is not None
 
 
 def _enclosed(lines: Any, meeting: float) -> Any:
@@ -162,19 +134,19 @@ def _exteriors(polygons: NDArray[np.object_]) -> Indices:
     return exteriors
 
 
-def joined_outlines(lines: Sequence[Line], tab: float, closure: Closure, look: Heartbeat = unseen) -> Iterator[Outline]:
-    """Yield the areas that several open lines enclose, and in doubt open also a single line with one tab.
+def joined_outlines(lines: Sequence[Line], tab: float, doubt: Doubt, look: Heartbeat = unseen) -> Iterator[Outline]:
+    """Yield the areas that several open lines enclose, and in doubt free also a single line with one tab.
 
     Lines that touch belong together, and lines whose ends are nearest to each other and within `tab`, mm.
     """
-    if len(lines) < (1 if closure.rings_only else 2):
+    if len(lines) < (2 if doubt.keep else 1):
         return
     shapes: Any = shapely.linestrings(
         np.concatenate([line.points for line in lines]),
         indices=np.repeat(np.arange(len(lines)), [len(line.points) for line in lines]),
     )
     one, other = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=TOUCHING)
-    joint, begins, ends, tabs = _joints(shapes, tab, closure.rings_only)
+    joint, begins, ends, tabs = _joints(shapes, tab, not doubt.keep)
     links = np.concatenate([one[one < other], begins]), np.concatenate([other[one < other], ends])
     group = linked(len(lines), *links)
     order = np.argsort(group, kind="stable")
@@ -184,14 +156,14 @@ def joined_outlines(lines: Sequence[Line], tab: float, closure: Closure, look: H
     begins, ends, tabs = begins[by_group], ends[by_group], tabs[by_group]
     for members in sorted(parts, key=lambda part: int(part[0])):
         look()
-        if len(members) < 2 and not closure.rings_only:
+        if len(members) < 2 and doubt.keep:
             continue
         # Passes at several depths cut the same line.
         rounded = shapely.set_precision(shapes[members], TOUCHING / 10)
         if len(members) > _MOST_LINES and len(np.unique(shapely.to_wkb(shapely.normalize(rounded)))) > _MOST_LINES:
             continue
         here = slice(*np.searchsorted(group[begins], group[members[0]] + np.arange(2)))
-        rings = _rings(members, joint, shapes) if closure.rings_only else [members]
+        rings = [members] if doubt.keep else _rings(members, joint, shapes)
         for ring in rings:
             closing = tabs[here][np.isin(begins[here], ring) & np.isin(ends[here], ring)]
             if len(ring) == 1 and not _has_tab(shapes[ring[0]]):
@@ -206,7 +178,7 @@ def _has_tab(line: Any) -> bool:
     points = shapely.get_coordinates(line)
     gap = float(np.hypot(*(points[-1] - points[0])))
     enough = len(points) > 3 and gap <= _TABBED_PART * shapely.length(line)
-    return bool(enough and area_of(points, IN_DOUBT_OPEN)[0] is None)
+    return bool(enough and area_of(points, FREE)[0] is None)
 
 
 def _joints(
@@ -275,7 +247,7 @@ def _rings(members: Indices, joint: Indices, shapes: NDArray[np.object_]) -> lis
 
 
 def outlines_of(
-    lines: Sequence[Line], tab: float | None, closure: Closure, look: Heartbeat = unseen, chosen: Mask | None = None
+    lines: Sequence[Line], tab: float | None, doubt: Doubt, look: Heartbeat = unseen, chosen: Mask | None = None
 ) -> Iterator[Outline]:
     """Yield the outlines that lines cut, single ones first; joined ones only with a `tab`, mm.
 
@@ -284,15 +256,15 @@ def outlines_of(
     open_: list[Line] = []
     for line in lines:
         look()
-        area, alone = area_of(line.points, closure) if chosen is None or chosen[line.owner] else (None, False)
+        area, alone = area_of(line.points, doubt) if chosen is None or chosen[line.owner] else (None, False)
         if area is not None:
             yield Outline(area, [line.owner], alone)
-        if (area is None or closure.rings_only) and not is_point(line):
+        if (area is None or not doubt.keep) and not is_point(line):
             open_.append(line)
     if tab is not None:
-        if closure.rings_only:
+        if not doubt.keep:
             open_ = [line for line in open_ if _is_open(line.points)]
-        yield from joined_outlines(open_, tab, closure, look)
+        yield from joined_outlines(open_, tab, doubt, look)
 
 
 def _is_open(points: Floats) -> bool:

@@ -17,9 +17,9 @@ from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.kinds import BEAMS
 from leafcut.model.sequence import PieceOfWork
 from leafcut.processes.program.plan.sections.program_rows import Rows
+from leafcut.processes.program.proof.doubt import KEEP
 from leafcut.processes.program.proof.features import Features
 from leafcut.processes.program.proof.order_rules import (
-    KEEP,
     LEVEL,
     Visits,
     freed_parts,
@@ -85,7 +85,7 @@ class _Work:
 
     def lines(self) -> list[Line]:
         """Return the lines of all pieces; the place where it begins of a piece without any."""
-        lines = lines_of(self.features, self.traces, self.owner, KEEP.closure.sagitta)
+        lines = lines_of(self.features, self.traces, self.owner, KEEP.sagitta)
         without = set(range(len(self.pieces))) - {line.owner for line in lines}
         return lines + [Line(number, np.array([self.pieces[number].entry] * 2)) for number in sorted(without)]
 
@@ -140,7 +140,7 @@ def _related(work: _Work, process: str, look: Heartbeat) -> dict[str, NDArray[np
         return chosen
 
     pairs: dict[str, list[NDArray[np.int64]]] = {TOUCHES: [], PASSES: [], INSIDE: []}
-    reach = TOUCHING + 2 * KEEP.closure.sagitta + max(widths)
+    reach = TOUCHING + 2 * KEEP.sagitta + max(widths)
     for a, b in near.pairs(near, reach, lambda a, b: wanted(owner[a], owner[b])):
         look()
         pairs[TOUCHES].append(unique_pairs(owner[a], owner[b]))
@@ -157,7 +157,7 @@ def _related(work: _Work, process: str, look: Heartbeat) -> dict[str, NDArray[np
     both_ways = process not in BEAMS or not has_no_mill(work.program)
     for number in range(len(work.sections)):
         mine = [line for line in lines if work.section[line.owner] == number]
-        outlines = list(outlines_of(mine, tab, KEEP.closure, look))
+        outlines = list(outlines_of(mine, tab, KEEP, look))
         for outline, inner in starts_inside(lines, outlines):
             outer = np.array(outline.owners)
             found = np.array(np.meshgrid(inner, outer)).reshape(2, -1).T
@@ -185,8 +185,8 @@ def _freeing(work: _Work, process: str, look: Heartbeat) -> tuple[PieceOfWork, .
     if not through.any():
         return pieces
     level = lowest_level(work.features, visits, work.owner, KEEP) & through[work.owner]
-    lines = lines_of(work.features, work.traces, np.where(level, work.owner, -1), KEEP.closure.sagitta)
-    outlines = list(outlines_of(lines, TOUCHING, KEEP.closure, look))
+    lines = lines_of(work.features, work.traces, np.where(level, work.owner, -1), KEEP.sagitta)
+    outlines = list(outlines_of(lines, TOUCHING, KEEP, look))
     frees = freed_parts(visits, outlines, above, KEEP)
     return tuple(
         replace(piece, may_free=may, frees=may and surely) if may else piece
