@@ -189,7 +189,7 @@ class Dialect:
         Lines for the header: what must be set on the machine for the program to mean what it says.
     obeyed_comments, obeyed_parameters
         How comments begin, and names of parameters, that are settings to the controller though its interpreter passes
-        them by (`gcode.obeyed`).
+        them by (`gcode.active_comments`).
     line_ends
         ``lf``: only a line feed ends a line, and a carriage return before anything else is a space. ``any``: each of
         the two ends it. Empty: not known.

@@ -5,10 +5,9 @@ T, tool change, spindle, coolant, dwell, plane, units, offsets, distance mode, m
 
     interpret("G21\\nG0 Z5\\nG81 X1 Y2 Z-3 R1 F100\\nM2", dialect("linuxcnc"))
 
-A block that is not understood is an error in leafcut's own programs. In programs of other CAMs
-(`InterpreterState.keeps_unknown`)
-it becomes a row FOREIGN: it is kept word for word in its place, and the axes that it may move are unknown until they
-are programmed again. A block that makes no sense is an error in both.
+A block that is not understood is an error in leafcut's own programs. In programs of other CAMs (the state
+`keeps_unknown`) it becomes a row FOREIGN: it is kept word for word in its place, and the axes that it may move are
+unknown until they are programmed again. A block that makes no sense is an error in both.
 """
 
 from __future__ import annotations
@@ -19,13 +18,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from leafcut.errors import OptionError, ReadError
+from leafcut.gcode.active_comments import active_comments, may_stop
 from leafcut.gcode.canned import end_cycle, run_cycle, start_cycle
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.klartext import interpret_klartext
 from leafcut.gcode.linuxcnc_refusals import is_linuxcnc, is_malformed, is_refused
 from leafcut.gcode.motion import run_arc, run_home, run_machine, run_probe, run_straight
 from leafcut.gcode.origin import chooses_origin, run_origin, run_shift
-from leafcut.gcode.saying import may_stop, obeyed_among
 from leafcut.gcode.sinumerik import call_cycle, drill_call, end_call, sinumerik_block
 from leafcut.gcode.state import AXES, InterpreterState, named_axes, unit_of, whole
 from leafcut.gcode.torch import leave_outputs, lower_feed, material_block, run_outputs, set_speed, spindle_number
@@ -317,7 +316,7 @@ class Interpreter:
 
     def _comments(self, block: Block) -> None:
         """Note block delete and comments that a controller acts on."""
-        self.obeyed = obeyed_among(block.comments)
+        self.obeyed = active_comments(block.comments)
         if block.deleted:
             self.reason = "a switch of the machine may skip it"
         if self.obeyed:

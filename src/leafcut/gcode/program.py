@@ -15,7 +15,7 @@ from typing import overload
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.gcode.obeyed import Obeyed
+from leafcut.gcode.active_comments import ControllerSetting
 from leafcut.model.toolpath import Toolpath
 
 
@@ -142,7 +142,7 @@ class Program:
         from a loop, a subprogram or an expression, may be skipped by a switch of the machine …
     said
         By block, where what it does is not known, or where the controller obeys it beside its motions: all that it
-        reads, in values (`leafcut.gcode.saying`).
+        reads, in values (`leafcut.gcode.block_description`).
     calls
         The blocks begin … end - 1 of every subprogram that the program itself calls, with that which calls it.
     last_line
@@ -168,7 +168,7 @@ class Program:
     modals: tuple[Modal, ...]
     fixed: dict[int, str] = field(default_factory=dict)
     last_line: int = 0
-    obeyed: tuple[Obeyed, ...] = ()
+    obeyed: tuple[ControllerSetting, ...] = ()
     said: dict[int, str] = field(default_factory=dict)
     assumed_units: bool = False
     feed_words: dict[float, str] = field(default_factory=dict)

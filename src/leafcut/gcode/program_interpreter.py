@@ -1,8 +1,7 @@
-"""The interpreter of foreign programs: text in, `Program` out, with what was active before every block.
+"""Reader of programs of any CAM: text in, `Program` out, with the modal state before every block.
 
-Where `interpreter` reads back our own output and takes no word that it does not understand, this one reads what any
-other CAM has written. Plain lines go the quick way (`quick`), all others through `blocks`; `flow` says which line comes
-next.
+`control_flow` and `jumps` choose the next line, `expressions` evaluates its numbers, `interpreter` carries it out.
+Plain lines (G0 to G3, coordinates, F and S in ordinary modes) need none of this and are carried out directly.
 
     interpret_program("G21\\nG90 G0 Z5\\nX1 Y2\\nG1 Z-1 F100\\nG0 Z5\\nM2", dialect("linuxcnc")).path
 """
@@ -19,6 +18,14 @@ from itertools import islice
 import numpy as np
 
 from leafcut.errors import OptionError, ReadError
+from leafcut.gcode.active_comments import ControllerSetting, controller_settings, is_active_comment, shown_comments
+from leafcut.gcode.block_description import (
+    RangeDigests,
+    describe,
+    may_read_parameters,
+    significant_text,
+    subprogram_digest,
+)
 from leafcut.gcode.control_flow import Control, Flow, control_of
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.expressions import ProgramParameters, Reading, read_block, spelled_words
@@ -26,9 +33,7 @@ from leafcut.gcode.interpreter import Interpreter
 from leafcut.gcode.jumps import Statement, Undecided, board_command, has_statements, is_output, statement_of
 from leafcut.gcode.material import MaterialFeeds
 from leafcut.gcode.motion import check_radii
-from leafcut.gcode.obeyed import Obeyed, obeyed_lines
 from leafcut.gcode.program import Lines, Modal, Program
-from leafcut.gcode.saying import Stretches, as_read, is_obeyed, may_read_parameters, say, shown_comments, text_behind
 from leafcut.gcode.state import InterpreterState
 from leafcut.gcode.torch import set_speed
 from leafcut.gcode.words import (
@@ -45,11 +50,11 @@ from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.toolpath import STILL, Arc, Kind
 from leafcut.units import MM_PER_UNIT, SECONDS_PER_MINUTE
 
-#: Spaces, and what old editors and tape punches leave at the end of a file.
+#: Spaces, and characters that old editors and tape punches leave at the end of a file.
 _FILLING = " \t\f\x1a\0"
-#: So many lines may stand above the percent sign with which a program begins.
+#: Most lines of a title above the first percent sign.
 _MOST_TITLE = 200
-#: Why the blocks of a call stay that do nothing else.
+#: Reasons for keeping blocks that only direct or repeat others.
 _DIRECTS = "it directs a loop, a condition or a subprogram"
 _LOOPED = "it is run from a loop or a subprogram"
 CALLED = frozenset((_DIRECTS, _LOOPED))
@@ -59,13 +64,12 @@ _NESTED = "a comment is inside a comment: controllers differ in where it ends"
 _SENDS = "it sends a record"
 _GOAL = "a jump leads here"
 _PIERCED = "the controller makes only a pierce of it (#<pierce-only>=1)"
-_MOTION = [f.name for f in fields(Modal)].index("motion")
-_FEED = [f.name for f in fields(Modal)].index("feed")
-_SPEED = [f.name for f in fields(Modal)].index("rpm")
 _AGAIN = "it may be run again"
-#: Mask of the line number: `look` is called every 4,096 lines.
+#: Mask of the line number: `on_progress` is called every 4,096 lines.
 _LINES_BETWEEN_CHECKS = 0xFFF
 _MAYBE = "only the machine knows whether it is run"
+#: Indices in `InterpreterState.modal_values`.
+_MOTION, _FEED, _SPEED = ([f.name for f in fields(Modal)].index(name) for name in ("motion", "feed", "rpm"))
 
 
 def interpret_program(
@@ -74,48 +78,47 @@ def interpret_program(
     file: str = "program",
     *,
     units: str | None = None,
-    look: Heartbeat = unseen,
+    on_progress: Heartbeat = unseen,
     material_feed: float | None = None,
 ) -> Program:
-    """Return what a program of any CAM does, block by block.
+    """Return the motions and states of a program of any CAM, block by block.
 
-    Blocks are lines with words, O-words or messages; blank lines and plain comments are none. What stands after the end
-    (M2, M30, a closing percent sign) belongs to the program only as far as subprograms there are called. A block that
-    makes sense but is not understood becomes a row `Kind.FOREIGN`, and `Program.fixed` says why. Blocks with a slash
-    are run. No other file is opened.
+    Blocks are lines with words, O-words or messages; blank lines and plain comments are not. Text after the end (M2,
+    M30, a closing percent sign) belongs to the program only where its subprograms are called. A block that makes sense
+    but is not understood becomes a row `Kind.FOREIGN`, with the reason in `Program.fixed`. Blocks with a slash are
+    run. No other file is opened.
 
     Parameters
     ----------
     text
         The program, with its line ends as they are in the file.
     dialect
-        How to read it (`gcode.dialects.dialect`).
+        The dialect of its controller (`gcode.dialects.dialect`).
     file
         Its name, for messages.
     units
-        "mm" or "in" for a program that does not state them before its first length; None: that is an error.
-    look
-        Called as it goes on.
+        "mm" or "in" for a program that does not state its units before the first length; None: that is an error.
+    on_progress
+        Called with the fraction of lines that are done.
     material_feed
-        The feed of the controller's materials that the program does not define, mm/s; None: where the program takes
-        its feed from the material, it is not known.
+        The feed of the controller's materials that the program does not define, mm/s; None: a feed that comes from
+        the material is unknown.
 
     Raises
     ------
     ReadError
-        What stands there cannot be meant (a letter without a number, an arc that does not end on its circle, a cut
-        without a feed, a subprogram that is not there …), or it comes to more blocks than can be run; with its line.
+        A block makes no sense (a letter without a number, an arc that does not end on its circle, a cut without a
+        feed, a missing subprogram …), or loops run too many blocks; with its line.
     """
     if units is not None and units not in MM_PER_UNIT:
         raise OptionError(f"unknown unit '{units}'; use mm or in")
-    state = InterpreterState(
-        dialect=dialect, keeps_unknown=True, default_unit=None if units is None else MM_PER_UNIT[units]
-    )
-    return _ProgramPass(text, state, file, look, material_feed).program()
+    default_unit = None if units is None else MM_PER_UNIT[units]
+    state = InterpreterState(dialect=dialect, keeps_unknown=True, default_unit=default_unit)
+    return _ProgramReader(text, state, file, on_progress, material_feed).program()
 
 
 def lines_of(text: str, dialect: Dialect, file: str) -> tuple[str, ...]:
-    """Return the lines of a text with their ends, as its controller parts them."""
+    """Return the lines of a text with their ends, split as its controller does."""
     if "\r" in text and "\n" not in text.rstrip() and dialect.line_ends == "lf" and "\r" in text.rstrip():
         reason = "its lines end in a carriage return alone, and the controller takes them for one line; save it with LF"
         raise ReadError(file, reason, 1)
@@ -127,11 +130,11 @@ def lines_of(text: str, dialect: Dialect, file: str) -> tuple[str, ...]:
     return lines
 
 
-def _begin(lines: tuple[str, ...]) -> int:
-    """Return the first line, from 0: what stands above a percent sign and is no G-code is none of the program.
+def _first_line(lines: tuple[str, ...]) -> int:
+    """Return the first line of the program, from 0: that of the percent sign below a title, else 0.
 
-    Above it are words for people alone then, and the program is behind it. One block above it, and all of it is the
-    program: a percent sign is its end, too.
+    A title is text above the first percent sign that is not G-code. With a block of G-code above it, the sign is the
+    end of the program.
     """
     percent = next((at for at, line in enumerate(lines[:_MOST_TITLE]) if line.lstrip(_FILLING).startswith("%")), 0)
     words = False
@@ -144,7 +147,7 @@ def _begin(lines: tuple[str, ...]) -> int:
 
 
 def _readable(line: str) -> bool | None:
-    """Return whether a line has words of a program; None where it has words that are none."""
+    """Return whether a line has words of G-code; None for a line with other text."""
     try:
         body, _ = split_line(line.strip(_FILLING + "\r\n"), nested=True)
         if set("#[") & set(body) or control_of(line) is not None or statement_of(line) is not None:
@@ -155,21 +158,21 @@ def _readable(line: str) -> bool | None:
 
 
 #: Commands of GRBL that only unlock, check or report. Source: GRBL 1.1, "Commands".
-_TELLS = ("$X", "$G", "$I", "$N", "$#", "$$")
+_REPORTS = ("$X", "$G", "$I", "$N", "$#", "$$")
 #: Millimetres per unit that a G word selects; a block may select it for its own feed.
 _UNIT_OF = {20.0: MM_PER_UNIT["in"], 21.0: MM_PER_UNIT["mm"]}
 
 
 @dataclass
 class _BlockRecord:
-    """The blocks so far. `current` is the number of the state that is active now."""
+    """The blocks so far, in columns. `current` is the number of the active modal state."""
 
     state: InterpreterState
     line: array[int] = field(default_factory=lambda: array("i"))
     first: array[int] = field(default_factory=lambda: array("i"))
     before: array[int] = field(default_factory=lambda: array("i"))
     fixed: dict[int, str] = field(default_factory=dict)
-    obeyed: tuple[Obeyed, ...] = ()
+    obeyed: tuple[ControllerSetting, ...] = ()
     said: dict[int, str] = field(default_factory=dict)
     current: int = 0
     calls: list[tuple[int, int]] = field(default_factory=list)
@@ -181,13 +184,13 @@ class _BlockRecord:
         self.note_state()
 
     def note_state(self) -> None:
-        """Take note of the state that is active now."""
+        """Record the modal state after the last block."""
         values = self.state.modal_values()
         self.current = self._numbers.setdefault(values, len(self._numbers))
         self._plain = {}
 
     def add(self, line: int, rows: int, reason: str) -> None:
-        """Add a block on `line` whose rows begin at `rows`, and then look at the state; `reason`: why it is fixed."""
+        """Add a block on `line` whose rows start at `rows`; `reason`: why it is fixed. Then record the state."""
         if reason:
             self.fixed[len(self.line)] = reason
         self.line.append(line)
@@ -195,19 +198,19 @@ class _BlockRecord:
         self.before.append(self.current)
         self.note_state()
 
-    def say(self, said: str) -> None:
-        """Note what the block that comes next says."""
-        self.said[len(self.line)] = said
+    def describe(self, text: str) -> None:
+        """Set the description of the next block (`Program.said`)."""
+        self.said[len(self.line)] = text
 
     def note_depth(self, before: int, after: int) -> None:
-        """Note how many calls deep the program is before and after the block that was added last."""
+        """Record the depth of calls before and after the last block."""
         if before == 0 and after:
             self._called = len(self.line) - 1
         elif before and after == 0:
             self.calls.append((self._called, len(self.line)))
 
     def current_of(self, motion: int, feed: float, speed: float) -> int:
-        """Return the number of the state that differs from that of the last look by motion, feed and speed only."""
+        """Return the number of the state that differs from the last one only by motion, feed and speed."""
         number = self._plain.get((motion, feed, speed))
         if number is None:
             values = list(self.state.modal_values())
@@ -236,21 +239,21 @@ class _BlockRecord:
         )
 
     def _fixed(self) -> dict[int, str]:
-        """Return why blocks stay; where the controller makes pierces of all cuts to come, every one does."""
-        start = next((said.line for said in self.obeyed if said.pierces_only), None)
+        """Return the reasons of fixed blocks: all blocks after a setting that turns cuts into pierces are fixed."""
+        start = next((setting.line for setting in self.obeyed if setting.pierces_only), None)
         if start is None:
             return self.fixed
         after = [block for block, line in enumerate(self.line) if line > start]
         return {**dict.fromkeys(after, _PIERCED), **self.fixed}
 
 
-class _ProgramPass:
-    """One program on its way through."""
+class _ProgramReader:
+    """Reads one program line by line."""
 
     def __init__(
-        self, text: str, state: InterpreterState, file: str, look: Heartbeat, material_feed: float | None
+        self, text: str, state: InterpreterState, file: str, on_progress: Heartbeat, material_feed: float | None
     ) -> None:
-        self.file, self.look = file, look
+        self.file, self.on_progress = file, on_progress
         self.lines = lines_of(text, state.dialect, file)
         self.state = state
         torch = state.dialect.torch
@@ -258,25 +261,25 @@ class _ProgramPass:
         if material_feed is not None and torch is not None and torch.material_feed:
             self.feeds = MaterialFeeds(self.lines, torch.material_feed, material_feed)
         self.runner = Interpreter(state)
-        self.record = _BlockRecord(state, obeyed=obeyed_lines(self.lines, state.dialect))
-        self.obeyed = {said.line for said in self.record.obeyed}
+        self.record = _BlockRecord(state, obeyed=controller_settings(self.lines, state.dialect))
+        self.obeyed = {setting.line for setting in self.record.obeyed}
         self.parameters = ProgramParameters(state.known_value)
         self.parameters.fanuc = state.dialect.groups == "fanuc" or has_statements(self.lines)
         self.flow = Flow(self.lines, self.parameters)
         self.ended = False
-        self._title = _begin(self.lines)
-        #: What the program does for ever, where it begins again from a line of its own.
+        self._title = _first_line(self.lines)
+        #: Digest of the text that the program repeats for ever (M99 P in the main program).
         self._endless = ""
-        #: Up to which block, and from which line on, text may be run once more.
+        #: Text that may be run again: up to a block, from a line.
         self._again: list[tuple[int, int]] = []
-        #: How many calls deep the modes are brought back at the end of a call (M73).
+        #: Depths of calls at whose end the modes are restored (M73).
         self.restored: list[int] = []
 
     def program(self) -> Program:
         flow, n = self.flow, len(self.lines)
         at = self._title
         while at < n and not self.ended:
-            self.look(at / n)
+            self.on_progress(at / n)
             if self.state.takes_plain_lines and not flow.looped(at):
                 at = self._run_plain_lines(at)
                 if at == n:
@@ -288,7 +291,7 @@ class _ProgramPass:
         for block, line in enumerate(self.record.line):
             if flow.jumps.is_goal(line - 1):
                 self.record.fixed.setdefault(block, _GOAL)
-        self._fix_what_is_run_again()
+        self._fix_repeated_blocks()
         last = at if self.ended and not flow.calls else n
         self._check_after_percent(last)
         program = self.record.program(self.lines, last, self.state.assumed_units, self._title)
@@ -312,7 +315,7 @@ class _ProgramPass:
         for line in islice(lines, start, None):
             number += 1
             if not number & _LINES_BETWEEN_CHECKS:
-                self.look(number / len(lines))
+                self.on_progress(number / len(lines))
             found = match(line)
             if found is None or found.lastindex is None:
                 return number - 1
@@ -369,15 +372,15 @@ class _ProgramPass:
         if not self.ended or not self.lines[last - 1].strip(_FILLING + "\r\n").startswith("%"):
             return
         for k in range(last, len(self.lines)):
-            if self._means_something(k) and not self.lines[k].strip(_FILLING).startswith("%"):
+            if self._has_effect(k) and not self.lines[k].strip(_FILLING).startswith("%"):
                 reason = (
                     f"the program goes on after the percent sign in line {last}, where some controllers end it; "
                     "remove the sign, or what follows it"
                 )
                 raise ReadError(self.file, reason, k + 1)
 
-    def _fix_what_is_run_again(self) -> None:
-        """Let every block stay that stands behind the goal of a jump back that comes after it."""
+    def _fix_repeated_blocks(self) -> None:
+        """Keep every block in place that a later jump back may run again."""
         again, left = len(self.lines) + 1, sorted(self._again)
         for block in range(len(self.record.line) - 1, -1, -1):
             while left and left[-1][0] > block:
@@ -386,7 +389,7 @@ class _ProgramPass:
                 self.record.fixed.setdefault(block, _AGAIN)
 
     def _step(self, at: int) -> int:
-        """Run the line `at` (from 0); return the one that comes next, or the number of lines done when it ends all."""
+        """Carry out the line `at` (from 0); return the next line, or the number of lines read at the end."""
         line = self.lines[at].rstrip("\r\n").replace("\r", " ")
         if not line.strip(_FILLING):
             return at + 1
@@ -406,7 +409,7 @@ class _ProgramPass:
             raise ReadError(self.file, str(problem), at + 1) from None
 
     def _keep(self, at: int, unknown: Undecided) -> int:
-        """Keep the lines from `at` on of which nobody knows whether they are run; return the one that comes next."""
+        """Keep the lines from `at` on that may or may not be run; return the next line."""
         if unknown.last is None:
             done = set(self.record.line)
             kept = [k for k in range(len(self.lines)) if k >= at or k + 1 not in done]
@@ -414,39 +417,39 @@ class _ProgramPass:
             self.flow.calls.clear()
         else:
             kept = list(range(at, unknown.last + 1))
-        said = {k: self._text_of(k) for k in kept if self._means_something(k)}
-        if unknown.again is not None and said:
-            first = min(said)
-            said[first] = f"{said[first]} {self._back_to(unknown.again, at)}"
+        texts = {k: self._full_text(k) for k in kept if self._has_effect(k)}
+        if unknown.again is not None and texts:
+            first = min(texts)
+            texts[first] = f"{texts[first]} {self._repeated_text(unknown.again, at)}"
         self.parameters.forget()
-        for k, text in said.items():
+        for k, text in texts.items():
             self.state.line = k + 1
             rows = len(self.state.path)
             self.runner.forget_all(f"line {at + 1}")
-            self.record.say(text)
+            self.record.describe(text)
             self.record.add(k + 1, rows, _MAYBE)
         if unknown.again is not None:
             self._again.append((len(self.record.line), unknown.again))
         return len(self.lines) if unknown.last is None else unknown.last + 1
 
-    def _means_something(self, at: int) -> bool:
+    def _has_effect(self, at: int) -> bool:
         line = self.lines[at].strip(_FILLING + "\r\n")
         try:
             body, comments = split_line(line, nested=True)
         except BlockError:
             return True
         fagor = self.state.dialect.cycle_words == "fagor"
-        return body not in ("", "%") or any(map(is_obeyed, comments)) or (fagor and bool(comments))
+        return body not in ("", "%") or any(map(is_active_comment, comments)) or (fagor and bool(comments))
 
     def _state(self, statement: Statement, at: int) -> int:
-        """Obey IF, WHILE, GOTO, DO or END."""
+        """Carry out IF, WHILE, GOTO, DO or END."""
         self.state.line = at + 1
-        after, said = self.flow.jumps.obey(statement, at)
+        after, consequence = self.flow.jumps.obey(statement, at)
         self._note_jump(at, after)
         if after <= at:
             self.flow.note_round(at)
-        if said:
-            return self._words(said, at)
+        if consequence:
+            return self._words(consequence, at)
         self.record.add(at + 1, len(self.state.path), _DIRECTS)
         return after
 
@@ -469,14 +472,14 @@ class _ProgramPass:
         """
         state = self.state
         state.line, rows, path = at + 1, len(state.path), state.path
-        if command in _TELLS:
+        if command in _REPORTS:
             x, y, z = path.position
             path.set_place(Kind.FOREIGN, (x, y, z), STILL, at + 1)
         elif command.startswith(("$H", "$J")):
             path.set_place(Kind.FOREIGN, (math.nan, math.nan, math.nan), 1, at + 1)
         else:
             self.runner.forget_all(command)
-        self.record.say(self._text_of(at))
+        self.record.describe(self._full_text(at))
         self.record.add(at + 1, rows, f"{command} is a command of the board")
         return at + 1
 
@@ -486,7 +489,7 @@ class _ProgramPass:
         if is_output(line):
             x, y, z = state.path.position
             state.path.set_place(Kind.FOREIGN, (x, y, z), 0, at + 1)
-            self.record.say(self._text_of(at))
+            self.record.describe(self._full_text(at))
             self.record.add(at + 1, rows, _SENDS)
             return at + 1
         self.parameters.asked = False
@@ -498,14 +501,14 @@ class _ProgramPass:
             raise Undecided(None, 0)
         after = self._next(at)
         if reading.unknown or runner.opaque:
-            self.record.say(self._text_of(at))
+            self.record.describe(self._full_text(at))
         elif block.deleted or runner.obeyed or runner.unclear or state.shift != shift:
-            self._say(block, line)
+            self._describe(block, line)
         elif runner.named and not (runner.returns and depth):
-            self.record.say(runner.named)
+            self.record.describe(runner.named)
         besides = ["refused by LinuxCNC"] * runner.refused + [self._endless] * bool(self._endless)
         if besides:
-            self.record.say(" ".join([self.record.said.get(len(self.record.line), ""), *besides]))
+            self.record.describe(" ".join([self.record.said.get(len(self.record.line), ""), *besides]))
         for key, value in settings:
             self.parameters.put(key, value)
         if runner.opaque or of_machine:
@@ -525,7 +528,7 @@ class _ProgramPass:
         return after
 
     def _read_block(self, line: str, number: int) -> Reading:
-        """Return what a line holds; its feed may be that of the controller's material."""
+        """Return the block of a line; its feed may be that of the controller's material."""
         feeds = self.feeds
         if feeds is None or feeds.word not in line or feeds.word not in split_line(line, nested=True)[0]:
             return read_block(line, number, self.parameters)
@@ -538,12 +541,12 @@ class _ProgramPass:
         return reading._replace(block=replace(reading.block, words=words))
 
     def _computed(self, reading: Reading, line: str) -> str:
-        """Return why a block with parameters stays, "" where it need not: they are the same while none is set."""
+        """Return the reason to keep a block with parameters; "" if no parameter can change."""
         stays = reading.computed and (reading.settings or self.parameters.asked or spelled_words(line) is None)
         return _COMPUTED if stays else ""
 
     def _next(self, at: int) -> int:
-        """Return the line that comes after one that was run: it may call a subprogram, or end one."""
+        """Return the line after a block, which may call or end a subprogram."""
         runner, flow, after = self.runner, self.flow, at + 1
         if runner.restores:
             self.restored.append(len(flow.calls))
@@ -554,10 +557,10 @@ class _ProgramPass:
                 runner.opaque = "M73"
             goal = None if to is None else flow.jumps.label(to, at)
             if back is None and (goal is None or goal <= at):
-                # The controller begins again from there: once through is all that there is to see.
+                # The controller starts again from there; one pass shows everything.
                 self.state.path.end(line=at + 1)
                 if to is not None:
-                    self._endless = self._back_to(goal or 0, at)
+                    self._endless = self._repeated_text(goal or 0, at)
                     self._again.append((len(self.record.line) + 1, goal or 0))
                 self.ended = True
                 return after
@@ -578,34 +581,34 @@ class _ProgramPass:
             runner.opaque = "M97" if runner.label is not None else f"M98 P{number}" if number is not None else "M98"
         return after
 
-    def _back_to(self, goal: int, line: int) -> str:
-        """Return what a jump from a line back to its goal says: all text in between, as it may be run once more."""
-        return f"[again {self._lines_read.between(goal, line)}]"
+    def _repeated_text(self, goal: int, line: int) -> str:
+        """Return a digest of the text from `goal` to `line`, which a jump back may run again."""
+        return f"[again {self._line_digests.between(goal, line)}]"
 
     @cached_property
-    def _lines_read(self) -> Stretches:
-        return Stretches([self._read_of(at) for at in range(len(self.lines))])
+    def _line_digests(self) -> RangeDigests:
+        return RangeDigests([self._significant_text(at) for at in range(len(self.lines))])
 
     @cached_property
-    def _behind(self) -> str:
-        return text_behind(self.lines, self.state.dialect)
+    def _subprograms(self) -> str:
+        return subprogram_digest(self.lines, self.state.dialect)
 
-    def _read_of(self, at: int) -> str:
-        """Return a line as far as it means anything, with its number where a jump may lead to it."""
-        text = as_read(self.lines[at], self.state.dialect)
+    def _significant_text(self, at: int) -> str:
+        """Return the significant text of a line, with its number if a jump may lead to it."""
+        text = significant_text(self.lines[at], self.state.dialect)
         return self.flow.jumps.named(at) + text if self.flow.jumps.is_goal(at) else text
 
-    def _text_of(self, at: int) -> str:
-        """Return what a line says that reads what is not known: its text, and all that the program has set by then."""
+    def _full_text(self, at: int) -> str:
+        """Return the description of a line with unknown effects: its text and all parameters set so far."""
         line = self.lines[at].rstrip("\r\n")
         shown = shown_comments(line, self.state.dialect)
         parameters = f"[parameters {self.parameters.digest()}]"
-        return " ".join([self._read_of(at), *shown, parameters, f"[calls {self._behind}]"])
+        return " ".join([self._significant_text(at), *shown, parameters, f"[calls {self._subprograms}]"])
 
-    def _say(self, block: Block, line: str) -> None:
-        """Note what a block says whose doing is not known, or that has a comment which the controller obeys."""
+    def _describe(self, block: Block, line: str) -> None:
+        """Describe a block with unknown effects or with a comment that the controller acts on."""
         dialect, unknown = self.state.dialect, self.runner.unknown
         obeyed = shown_comments(line, dialect)
         read = may_read_parameters(unknown, obeyed, dialect)
-        called = self._behind if unknown else ""
-        self.record.say(say(block, obeyed, self.parameters.digest() if read else None, called, dialect))
+        called = self._subprograms if unknown else ""
+        self.record.describe(describe(block, obeyed, self.parameters.digest() if read else None, called, dialect))

@@ -6,7 +6,7 @@ import re
 import textwrap
 import unicodedata
 
-from leafcut.gcode.saying import is_obeyed
+from leafcut.gcode.active_comments import is_active_comment
 
 #: ASCII replacements of shop characters; ? ! ~ act at once when GRBL receives them, % ends a tape.
 _PLAIN = str.maketrans(
@@ -30,7 +30,7 @@ def plain_text(text: str) -> str:
     # QtPlasmaC searches for ";qtplasmac filtered" anywhere in a text.
     one_line = re.sub(r";(?=\S)", ",", " ".join(ascii_text.translate(_PLAIN).split()))
     plain = _ACTIVE.sub(r"\1 -", one_line)
-    return f"- {plain}" if is_obeyed(plain) or _MATERIAL.match(plain) else plain
+    return f"- {plain}" if is_active_comment(plain) or _MATERIAL.match(plain) else plain
 
 
 def comment_lines(text: str, width: int, uppercase: bool = False, style: str = "()") -> list[str]:

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from leafcut.errors import ReadError
+from leafcut.gcode.active_comments import is_active_comment
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.interpreter import interpret
-from leafcut.gcode.saying import is_obeyed
 from leafcut.gcode.words import lines
 from leafcut.model.cycles import expand
 from leafcut.model.difference import Difference
@@ -47,8 +47,8 @@ def _refuse_obeyed_comments(text: str) -> None:
     for number, line in lines(text):
         if "(" not in line and ";" not in line:
             continue
-        comments = [comment.strip("(;) \t") for comment in _COMMENT.findall(line)]
-        obeyed = next(filter(is_obeyed, comments), None)
+        comments = [found.strip("(;) \t") for found in _COMMENT.findall(line)]
+        obeyed = next(filter(is_active_comment, comments), None)
         if obeyed is not None:
             raise ReadError(
                 "program", f"a controller would act on the comment '{obeyed[:60]}'; rename what it names", number

@@ -296,7 +296,7 @@ def _read(text: str, source: str, settings: Settings, machine: Machine, words: D
     if units not in ("mm", "in"):
         raise OptionError(f"--units {units}: a program is in mm or in inches; use mm or in")
     feed, issues = _material_feed(text, settings, words)
-    program = interpret_program(text, words, source, units=units, look=look, material_feed=feed)
+    program = interpret_program(text, words, source, units=units, on_progress=look, material_feed=feed)
     if program.title_lines:
         what = "line 1 is" if program.title_lines == 1 else f"lines 1 to {program.title_lines} are"
         issues.append(Issue("L101", f"{what} not G-code, and stand above the percent sign: ignored as a title"))

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from leafcut.errors import ReadError
+from leafcut.gcode.active_comments import is_active_comment
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
-from leafcut.gcode.saying import is_obeyed
 from leafcut.post.comments import comment_lines
 from leafcut.processes.program.plan.resequencing import find_sequence
 from leafcut.processes.program.post.rewriter import rewrite
@@ -101,7 +101,7 @@ def test_a_reason_says_that_a_comment_may_stop_the_program() -> None:
 def test_linuxcnc_does_not_skip_what_is_called_obeyed(line: str, rs274: str, tmp_path: Path) -> None:
     """It stops, or passes no plain COMMENT on; PROBEOPEN, PROBECLOSE, AXIS and PREVIEW are read from the comment."""
     status, out = run_rs274(rs274, f"G21 G90\nG0 Z5\n{line}\nG0 X1\nM2\n", tmp_path)
-    assert is_obeyed(line.strip("() "))
+    assert is_active_comment(line.strip("() "))
     if "abort" in line.lower():
         assert status != 0 and "PROGRAM_END" not in out
     elif line[1:].startswith(("PROBE", "AXIS", "PREVIEW")):
@@ -112,7 +112,7 @@ def test_linuxcnc_does_not_skip_what_is_called_obeyed(line: str, rs274: str, tmp
 
 @pytest.mark.parametrize("comment", ["abortive cut", "a, b", "message", "logs", "python", "axis X first", "(plain)"])
 def test_a_plain_remark_is_not_obeyed(comment: str) -> None:
-    assert not is_obeyed(comment)
+    assert not is_active_comment(comment)
 
 
 @pytest.mark.hazard
@@ -122,7 +122,7 @@ def test_no_name_in_a_header_makes_a_comment_that_is_obeyed(name: str, line: str
     for style in ("()", ";"):
         (text,) = comment_lines(line[1:-1], 200, style=style)
         bare = text.strip("(); ")
-        assert not is_obeyed(bare)
+        assert not is_active_comment(bare)
         assert not bare.startswith("o=")
 
 

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from leafcut.gcode.block_description import changed_inputs, normalized, without_digests
 from leafcut.gcode.program import Modal, Program
-from leafcut.gcode.saying import in_words, plain, reads_differently
 from leafcut.geometry.arrays import Floats, Indices, Ints, Mask
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath
@@ -113,7 +113,7 @@ def barriers_of(program: Program, path: Toolpath, source: Indices, states: State
         state = (*(int(states.of(name, row)) for name in ("direction", "coolant", "radius")),)
         # The next program may rely on that a length offset is off.
         left_on = motion.kind is Kind.END and int(states.of("length", row)) % TAKEN != 0
-        shown = in_words(said)
+        shown = without_digests(said)
         words = _shown(text, shown) if text else f"{describe(motion)} {shown}".rstrip()
         if motion.kind is Kind.END and motion.ref < 0:
             words = "end of the text, without M2 or M30"
@@ -175,7 +175,7 @@ def _obeyed(program: Program, source: Indices) -> Iterator[Mark]:
         one = said[int(program.line[block])]
         row = int(np.searchsorted(source, program.first[block]))
         unit = program.modal(block).unit
-        yield Mark((OBEYED, *one.what, unit), OBEYED, row - 0.5, one.line, nowhere, False, one.said)
+        yield Mark((OBEYED, *one.value, unit), OBEYED, row - 0.5, one.line, nowhere, False, one.text)
 
 
 def compare_unrun(before: Program, after: Program) -> Iterator[Difference]:
@@ -184,16 +184,16 @@ def compare_unrun(before: Program, after: Program) -> Iterator[Difference]:
     one, other = (
         [said for said in p.obeyed if said.line not in lines] for p, lines in zip((before, after), run, strict=True)
     )
-    if [said.what for said in one] != [said.what for said in other]:
+    if [said.value for said in one] != [said.value for said in other]:
         lines = one[0].line if one else 0, other[0].line if other else 0
         text = "the settings that the controller takes from lines which are not run differ: "
-        told = [", ".join(said.said for said in side) or "none" for side in (one, other)]
+        told = [", ".join(said.text for said in side) or "none" for side in (one, other)]
         yield Difference("changed setting", *lines, text + " became ".join(told))
 
 
 def _plain(program: Program, line: int) -> str:
     """Return the text of a line as far as it means anything."""
-    return plain(program.lines[line - 1]) if 0 < line <= len(program.lines) else ""
+    return normalized(program.lines[line - 1]) if 0 < line <= len(program.lines) else ""
 
 
 def with_dwells(
@@ -368,7 +368,7 @@ def _differing(
             continue
         text = f"'{one.said}' became '{other.said}'"
         if one.said == other.said:
-            reads = reads_differently(*("".join(w for w in mark.what if isinstance(w, str)) for mark in (one, other)))
+            reads = changed_inputs(*("".join(w for w in mark.what if isinstance(w, str)) for mark in (one, other)))
             around = "with the spindle, the coolant or the work around it in another state than before"
             text = f"'{one.said}': {'; '.join(reads)}" if reads else f"'{one.said}' {around}"
         found.append(Difference(f"changed {_noun(one)}", one.line, other.line, text))

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from leafcut.gcode.block_description import normalized
 from leafcut.gcode.program import Program
-from leafcut.gcode.saying import plain
 from leafcut.geometry.arrays import Indices, Mask
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind
@@ -116,7 +116,7 @@ class _Relying(NamedTuple):
 
 def _words(program: Program) -> dict[int, str]:
     """Return the text of the lines, from 1, that have another G word than G0 to G3, as far as it means anything."""
-    return {number: plain(text) for number, text in enumerate(program.lines, 1) if _OTHER.search(text)}
+    return {number: normalized(text) for number, text in enumerate(program.lines, 1) if _OTHER.search(text)}
 
 
 def _relying(

@@ -7,9 +7,9 @@ import re
 
 import numpy as np
 
+from leafcut.gcode.active_comments import controller_settings
+from leafcut.gcode.block_description import normalized
 from leafcut.gcode.dialects import Dialect
-from leafcut.gcode.obeyed import obeyed_lines
-from leafcut.gcode.saying import plain
 from leafcut.model.cutting import Cut, CutPlan
 from leafcut.model.difference import Difference
 from leafcut.model.machine import Probe
@@ -213,19 +213,19 @@ def _material(
     """Return what is wrong with the material that the program selects or states, and with all settings beside it."""
     torch = dialect.torch
     lines = text.splitlines()
-    obeyed = obeyed_lines(lines, dialect)
+    obeyed = controller_settings(lines, dialect)
     if torch is None or not torch.material_comment:
-        return [Difference("material", 0, one.line, f"the controller would obey '{one.said}'") for one in obeyed]
+        return [Difference("material", 0, one.line, f"the controller would obey '{one.text}'") for one in obeyed]
     selected = [
         (number, int(match.group(1)))
         for number, line in enumerate(lines, 1)
-        if (match := _SELECTED.search(plain(line))) is not None
+        if (match := _SELECTED.search(normalized(line))) is not None
     ]
     lit = path.line[(path.kind == Kind.SPINDLE) & (path.value != 0.0)]
     first = int(lit[0]) if len(lit) else len(lines) + 1
     if material_number is not None:
         found = [
-            Difference("material", 0, one.line, f"'{one.said}' overrides material {material_number}") for one in obeyed
+            Difference("material", 0, one.line, f"'{one.text}' overrides material {material_number}") for one in obeyed
         ]
         found += [
             Difference("material", 0, number, f"material {material} is selected, not {material_number}")

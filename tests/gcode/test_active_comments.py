@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from leafcut.gcode.active_comments import controller_settings
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.obeyed import obeyed_lines
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.processes.program.plan.resequencing import find_sequence
@@ -157,4 +157,4 @@ def test_a_program_that_only_pierces_is_left_as_it_is() -> None:
 
 
 def test_no_other_controller_obeys_them() -> None:
-    assert obeyed_lines(PROGRAM.splitlines(), dialect("grbl")) == ()
+    assert controller_settings(PROGRAM.splitlines(), dialect("grbl")) == ()

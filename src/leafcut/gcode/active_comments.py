@@ -1,0 +1,132 @@
+"""Active comments and settings: lines that a controller acts on though they are not G-code to an interpreter.
+
+    is_active_comment("MSG, turn it over")                                           True
+    controller_settings(["(o=0, kw=1.5, ph=4, pd=0.5, ch=1.5, fr=1200)"], dialect("qtplasmac"))
+
+A setting may choose another material, a slower hole, or no cut at all. The dialect lists those of its controller.
+They are taken in the order of the text, as by the filter of a controller's screen, which ignores loops and subprograms.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+from leafcut.gcode.dialects import Dialect
+from leafcut.gcode.words import split_line
+
+#: A comment that stops the program with an error. Source: LinuxCNC 2.9, `convert_comment`; seen with rs274.
+_STOP = re.compile(r"abort[ \t]*,", re.IGNORECASE)
+#: Comments that run something, write a record, or show a text, of any controller: a program may be read in the wrong
+#: dialect. docs/programs.md lists the controllers and sources.
+_ACTION = re.compile(
+    r"(?:debug|print|log|logopen|logappend|py|pyrun|axis|preview)[ \t]*,"
+    r"|(?:msg|logclose|probeopen|probeclose|pyreload)(?![a-z0-9_])|\{",
+    re.IGNORECASE,
+)
+#: Words of Fanuc and Haas that show the comment of their line to a person: alarm, stop, question.
+_PROMPT = re.compile(r"#[ \t]*300[06][ \t]*=|M[ \t]*0*109(?![0-9.])", re.IGNORECASE)
+#: The parameter that makes QtPlasmaC turn all cuts after it into pierces.
+_PIERCE_ONLY = "pierce-only"
+_NUMBER = re.compile(r"^/?n[0-9.]+", re.IGNORECASE)
+_SETTING = re.compile(r"#<([^<>]+)>=([^(;]*)")
+#: Figures that are equal with more zeros after the point; the others are whole numbers or names.
+_MEASURES = frozenset({"ph", "pd", "ch", "fr", "kw", "jh", "jd", "ca", "cv", "pe", "gp", "cm"})
+#: Longest text of a setting in a message, characters.
+_LONGEST = 60
+
+
+def is_active_comment(comment: str) -> bool:
+    """Return whether some controller acts on a comment, given without its parentheses or semicolon."""
+    return bool(_STOP.match(comment) or _ACTION.match(comment))
+
+
+def may_stop(comments: Iterable[str]) -> bool:
+    """Return whether one of these comments may stop the program."""
+    return any(_STOP.match(comment) for comment in comments)
+
+
+def active_comments(comments: Sequence[str]) -> list[str]:
+    """Return the comments of a block from the first active one on.
+
+    The comments after it count, too: of several comments in a block LinuxCNC obeys only the last.
+    """
+    first = next((at for at, comment in enumerate(comments) if is_active_comment(comment)), len(comments))
+    return list(comments[first:])
+
+
+def shown_comments(line: str, dialect: Dialect) -> list[str]:
+    """Return the active comments of a line, or all if its controller shows them with an alarm, a stop or a question."""
+    if "(" not in line and ";" not in line:
+        return []
+    comments = split_line(line, nested=True)[1]
+    return list(comments) if dialect.groups == "fanuc" and _PROMPT.search(line) else active_comments(comments)
+
+
+class ControllerSetting(NamedTuple):
+    """A line with a setting of the controller.
+
+    Attributes
+    ----------
+    line
+        Its number in the text, from 1.
+    value
+        Equal for two lines that mean the same.
+    text
+        Its text, for messages.
+    """
+
+    line: int
+    value: tuple[object, ...]
+    text: str
+
+    @property
+    def pierces_only(self) -> bool:
+        """Whether all cuts after it are turned into pierces."""
+        return self.value[0] == _PIERCE_ONLY and str(self.value[1]).startswith("1")
+
+
+def controller_settings(lines: Sequence[str], dialect: Dialect) -> tuple[ControllerSetting, ...]:
+    """Return the settings of the controller in a program, in order."""
+    if not dialect.obeyed_comments and not dialect.obeyed_parameters:
+        return ()
+    openings = tuple(_without_spaces(opening) for opening in dialect.obeyed_comments)
+    settings = []
+    for number, line in enumerate(lines, 1):
+        if "(" not in line and ";" not in line and "#" not in line:
+            continue
+        bare = _NUMBER.sub("", _without_spaces(line))
+        parameter = _SETTING.match(bare)
+        if parameter is not None and parameter.group(1) in dialect.obeyed_parameters:
+            value: tuple[object, ...] = (parameter.group(1), _number(parameter.group(2)))
+        elif any(opening in bare for opening in openings):
+            exactly = _NUMBER.sub("", line.strip()).lstrip().startswith(dialect.obeyed_comments)
+            value = ("comment", exactly, *_figures(line, bare))
+        else:
+            continue
+        settings.append(ControllerSetting(number, value, line.strip()[:_LONGEST]))
+    return tuple(settings)
+
+
+def _without_spaces(text: str) -> str:
+    return "".join(text.split()).casefold()
+
+
+def _number(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _figures(line: str, bare: str) -> Sequence[object]:
+    """Return the figures of a comment such as ``(o=0, kw=1.5, na=steel)``, by name; else its text.
+
+    The filter does not see a figure with a space between name and sign, and takes the last of two with one name.
+    """
+    if not bare.startswith("("):
+        return [bare]
+    inside = line.partition("(")[2].partition(")")[0]
+    named = {name.lstrip(): value.strip() for name, _, value in (item.partition("=") for item in inside.split(","))}
+    return sorted((name, _number(value) if name in _MEASURES else value) for name, value in named.items())

@@ -1,0 +1,125 @@
+"""Descriptions of blocks whose effect is unknown, by value, so that a proof can compare them.
+
+    A[#3+90]        A93.
+    G65 P100 A5.    G65 P100. A5. [parameters …] [calls …]
+    (MSG, turn it)  itself, and the comments after it
+
+Two such blocks are equal only if all that they read is: their words by value, the parameters that a macro of the
+controller may read, the text that they may call (after the end of the program), their messages.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Iterable, Sequence
+
+from leafcut.gcode.dialects import Dialect
+from leafcut.gcode.words import Block, Word
+
+#: M words of LinuxCNC that call no macro: their effect is unknown, but they read only their own words.
+_PLAIN_M = frozenset({19, *range(48, 54), 60, 61, *range(62, 69), 190})
+_END = re.compile(r"M0*(?:2|30|99)(?![0-9.])")
+_SUB = re.compile(r"O([0-9]+|<[^<>]*>)(SUB|ENDSUB)")
+_COMMENT = re.compile(r"\([^()]*\)|;.*")
+_NUMBER = re.compile(r"^(/?)N[0-9]+")
+#: Digests in brackets after the words, and the meaning of a difference.
+_INPUTS = {
+    "parameters": "a parameter that it may read has another value",
+    "calls": "the text of a subprogram that it may call has changed",
+    "again": "what it may run once more has changed",
+}
+_DIGEST = re.compile(r" ?\[(parameters|calls|again) ([^\]]*)\]")
+
+
+def describe(block: Block, comments: Sequence[str], parameters: str | None, called: str, dialect: Dialect) -> str:
+    """Return the description of a block: words by value, active comments, and digests of its other inputs.
+
+    `parameters` is the digest of the parameters that a macro or a message may read, None without such; `called` that of
+    the subprograms. With Fanuc, a number with a decimal point differs from one without: their units may differ.
+    """
+    points = dialect.groups == "fanuc"
+    words = [
+        f"{w.letter}{_number(w.value)}" + ("." if points and "." in w.text else "")
+        for w in block.words
+        if w.letter not in "NO"
+    ]
+    parts = ["/"] * block.deleted + words + [" ".join(text.split()) for text in comments]
+    parts += [f"[parameters {parameters}]"] * (parameters is not None) + [f"[calls {called}]"] * bool(called)
+    return " ".join(parts)
+
+
+def without_digests(description: str) -> str:
+    """Return a description for a message: without the digests of its inputs."""
+    return _DIGEST.sub("", description)
+
+
+def changed_inputs(left: str, right: str) -> list[str]:
+    """Return, in words, the inputs that differ between two descriptions with the same words."""
+    digests = [dict(_DIGEST.findall(description)) for description in (left, right)]
+    return [words for name, words in _INPUTS.items() if digests[0].get(name) != digests[1].get(name)]
+
+
+def may_read_parameters(unknown: Iterable[Word], comments: Sequence[str], dialect: Dialect) -> bool:
+    """Return whether a macro or a message of a block may read parameters that are not in its words."""
+    plain_m = _PLAIN_M if dialect.groups == "rs274" else ()
+    macro = any(w.letter != "M" or w.value not in plain_m for w in unknown)
+    return macro or any("#" in text or "%" in text or text[:2].lower() == "py" for text in comments)
+
+
+def _number(value: float) -> str:
+    # Nine decimals: sums are never exact, and no machine resolves less.
+    return f"{round(value, 9) + 0.0:.12g}"
+
+
+def subprogram_digest(lines: Sequence[str], dialect: Dialect) -> str:
+    """Return a digest of the text after the end of a program and of its subroutines (o… sub); "" without any.
+
+    A block that is not understood can call only this text, whether its number is stated, computed or implied.
+    """
+    kept, ended, started, sub = [], False, False, ""
+    for line in lines:
+        text = significant_text(line, dialect)
+        word = _SUB.match(text)
+        if word is not None and not sub and word.group(2) == "SUB":
+            sub = word.group(1)
+        if (ended or sub) and text not in ("", "%"):
+            kept.append(text)
+        if word is not None and word.group(1) == sub and word.group(2) == "ENDSUB":
+            sub = ""
+        ended = ended or (started and text.startswith("%")) or (not sub and _END.search(text) is not None)
+        started = started or bool(text)
+    return hashlib.sha256("\n".join(kept).encode()).hexdigest()[:16] if kept else ""
+
+
+class RangeDigests:
+    """Digests of ranges of lines, each in constant time.
+
+    A prefix hash of the digests of all lines with text (Rabin and Karp 1987).
+    """
+
+    _BASE, _PRIME = 0x1E3779B97F4A7C15F39CC0605CEDC835, 2**127 - 1
+
+    def __init__(self, texts: Iterable[str]) -> None:
+        self._upto, self._count = [0], [0]
+        for text in texts:
+            own = int.from_bytes(hashlib.sha256(text.encode()).digest()[:15], "big")
+            last = self._upto[-1]
+            self._upto.append((last * self._BASE + own) % self._PRIME if text else last)
+            self._count.append(self._count[-1] + bool(text))
+
+    def between(self, first: int, last: int) -> str:
+        """Return the digest of lines `first` to `last`, both included."""
+        count = self._count[last + 1] - self._count[first]
+        value = self._upto[last + 1] - self._upto[first] * pow(self._BASE, count, self._PRIME)
+        return f"{count}:{value % self._PRIME:032x}"
+
+
+def significant_text(line: str, dialect: Dialect) -> str:
+    """Return the significant text of a line for a controller; for a Fagor, comments may be statements."""
+    return "".join(line.split()).upper() if dialect.cycle_words == "fagor" else normalized(line)
+
+
+def normalized(line: str) -> str:
+    """Return a line in capitals without number, comments and spaces."""
+    return _NUMBER.sub(r"\1", "".join(_COMMENT.sub("", line).split()).upper())
