@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.material import Material, as_run, materials_of
+from leafcut.gcode.material import Material, materials_of, with_controller_moves
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
@@ -31,7 +31,7 @@ CUT = "M3 $0 S1\nM62 P2\nG1 X100 F1200\nM63 P2\nM5 $0\n"
 
 def run(text: str, clearance: float = 10.0):
     program = interpret_program(f"G21 G90 G94 G61\n{text}M2\n", dialect("qtplasmac"))
-    return as_run(program.path, program.lines, clearance)
+    return with_controller_moves(program.path, program.lines, clearance)
 
 
 def test_a_cut_by_hand() -> None:

@@ -1,10 +1,10 @@
-"""Canned cycles: words in, `DrillCycle` rows out. What a cycle then does is `model.cycles`.
+"""Canned cycles: words in, `DrillCycle` rows out. `model.cycles` has their motions.
 
-As RS274/NGC has them (3.5.16), Z is the bottom, R the plane where rapid becomes feed, Q the peck, P the dwell. In the
+In RS274/NGC (3.5.16), Z is the bottom, R the plane where rapid becomes feed, Q the peck, P the dwell. In the
 Fagor 8055, Z is that plane, I the bottom and K the dwell.
 
-In LinuxCNC the next hole of a series is reached on a slant where the tool has to rise for it, by G98 behind G99 or by a
-higher R (`DrillCycle.approach`); elsewhere it crosses at the height where it is, or first rises to R.
+LinuxCNC moves to the next hole of a series on a slant if the tool must rise for it, by G98 after G99 or a higher R
+(`DrillCycle.approach`); other controllers cross at the current height, or rise to R first.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from leafcut.gcode.words import BlockError, UnclearBlock, Word
 from leafcut.model.cycles import DWELLING, PECKING
 from leafcut.model.toolpath import DrillCycle
 
-#: More repeats or pecks than this are a slip of the pen, and would fill the memory.
+#: More repeats or pecks than this are a mistake, and would fill the memory.
 MAX_REPEATS = 9_999
-#: Holes that repeated cycles of a program make together.
+#: Most holes of all repeated cycles of a program.
 MAX_REPEATED_HOLES = 1_000_000
 MAX_PECKS = 10_000
 
 
 def start_cycle(state: InterpreterState, number: int) -> None:
-    """Make a cycle the active one. In RS274/NGC a change of cycle forgets the words of the one before."""
+    """Activate a cycle. In RS274/NGC a change of cycle clears the words of the last one."""
     if state.cycle != number and state.dialect.groups == "rs274":
         state.cycle_values = CycleValues()
     elif state.cycle != number:
@@ -40,7 +40,7 @@ def end_cycle(state: InterpreterState) -> None:
 
 
 def run_cycle(state: InterpreterState, letters: dict[str, Word]) -> None:
-    """Drill one block: at its place, or at several places with repeats."""
+    """Drill the hole of a block, or several with repeats."""
     if state.plane != 17:
         raise UnclearBlock("canned cycles are understood in the XY plane (G17) only")
     if state.feed_mode == 93:
@@ -62,7 +62,7 @@ def run_cycle(state: InterpreterState, letters: dict[str, Word]) -> None:
 
 
 def _place(state: InterpreterState, letters: dict[str, Word], letter: str, here: float) -> float:
-    """Return the coordinate of the hole, or with G91 the step to it."""
+    """Return the coordinate of the hole; with G91 the step to it."""
     word = letters.pop(letter, None)
     if word is None:
         return 0.0 if state.incremental else here
@@ -81,7 +81,7 @@ def _repeats(state: InterpreterState, letters: dict[str, Word]) -> int:
 
 
 def _cycle(state: InterpreterState, letters: dict[str, Word]) -> DrillCycle:
-    """Return the cycle that the words of this block and of the blocks before it describe."""
+    """Return the cycle of the words of this block and of the blocks before it."""
     fagor = state.dialect.cycle_words == "fagor"
     name = f"G{state.cycle}"
     words = state.cycle_values
@@ -106,7 +106,7 @@ def _cycle(state: InterpreterState, letters: dict[str, Word]) -> DrillCycle:
     if name == "G84" and words.dwell is None and state.dialect.groups == "rs274":
         # LinuxCNC 2.9 (rs274): a tap without P dwells as the last cycle with P did, even across G80.
         dwell = state.last_dwell
-    # A word that its cycle does not use is a word all the same: some controls dwell, and a proof is to see it.
+    # A word that its cycle does not use counts: some controls dwell, and a proof must see it.
     waits = name in DWELLING or "P" in words.spare
     return DrillCycle(name, r_plane, bottom, state.to_initial, peck, dwell if waits else 0.0)
 
@@ -119,12 +119,12 @@ def _peck_word(state: InterpreterState, word: Word) -> float:
 
 
 def _take(state: InterpreterState, letters: dict[str, Word], words: CycleValues, names: tuple[str, str]) -> None:
-    """Take the words of the R plane and of the bottom, and see that the old ones still mean the same."""
+    """Take the words of the R plane and of the bottom; refuse old ones whose meaning has changed."""
     given = [name in letters for name in names]
     known = words.r is not None or words.z is not None
     changed = words.incremental != state.incremental or words.unit != state.unit
     if known and changed and not all(given):
-        # RS274/NGC takes the old numbers in the new mode, other controls as they were meant.
+        # RS274/NGC takes the old numbers in the new mode, other controls in the old one.
         kind = BlockError if words.unit != state.unit else UnclearBlock
         raise kind(f"units or G90/G91 changed inside a cycle; give {names[0]} and {names[1]} again")
     words.incremental, words.unit = state.incremental, state.unit

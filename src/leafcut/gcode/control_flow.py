@@ -1,9 +1,9 @@
-"""Which line comes next: O-words of LinuxCNC (subroutines, conditions, loops), and M98 with M99.
+"""Control flow: O-words of LinuxCNC (subroutines, conditions, loops), and M98 with M99.
 
     o100 sub … o100 endsub    o100 call [1] [2]    o1 if [#1 GT 0] … o1 elseif [] … o1 else … o1 endif
     o2 while [] … o2 endwhile    o2 do … o2 while []    o2 repeat [3] … o2 endrepeat    break, continue, return
 
-Only the program's own text is looked at; no file is ever opened. Source: LinuxCNC, O codes.
+Only the text of the program is used; no file is opened. Source: LinuxCNC, O codes.
 """
 
 from __future__ import annotations
@@ -19,9 +19,8 @@ from leafcut.gcode.words import BlockError, split_line
 
 #: Subroutines inside subroutines: LinuxCNC has ten levels, the program itself among them.
 MAX_CALLS = 9
-#: Letters that loops and subprograms may run in all, or so many for each of the program, if that is more; a block
-#: counts at least `LEAST`: a quarter of a million short ones take some seconds. Beyond that a loop has no end, for all
-#: that anyone would wait.
+#: Most characters that loops and subprograms may run in all, or per character of the program, if that is more; a
+#: block counts at least `LEAST`. Reading that many takes some seconds; a longer loop is taken to be endless.
 MAX_REPEATED, REPEATED_PER_LETTER, LEAST = 6_000_000, 24, 24
 
 _OPENING = r"(?:[ \t]|\([^()]*\))*+/?[ \t]*+(?:[nN][ \t]*+[0-9]++[ \t]*+)?[oO][ \t]*+"
@@ -53,7 +52,7 @@ class Control:
 
 
 def control_of(line: str) -> Control | None:
-    """Return the O-word that a line holds, or None for a line of words.
+    """Return the O-word of a line, or None for a line of words.
 
     Raises
     ------
@@ -78,7 +77,7 @@ def _unknown(label: str, keyword: str) -> Control:
 
 @dataclass(slots=True)
 class Construct:
-    """One sub, if, while, do or repeat: its kind, and its lines (from 0) with their keywords, in order."""
+    """One sub, if, while, do or repeat: its kind, and its lines (from 0) with keywords, in order."""
 
     kind: str
     parts: list[tuple[int, str]]
@@ -103,7 +102,7 @@ class Construct:
 
 @dataclass(slots=True)
 class SubprogramCall:
-    """A subprogram that runs: where it began, where to go on, how often again, and what it must give back."""
+    """A running subprogram: its first line, the line to return to, repeats left, and the parameters to restore."""
 
     start: int
     back: int
@@ -125,8 +124,8 @@ class Flow:
         self._letters, self._most = 0, max(MAX_REPEATED, REPEATED_PER_LETTER * sum(map(len, lines)))
         self._lines = lines
         self._counters: dict[int, int] = {}
-        #: Line → all that says how the program goes on, as it was when a round of a loop began there last.
-        self._rounds: dict[int, tuple[object, ...]] = {}
+        #: By line of a loop: the parameters and calls at the start of its last iteration.
+        self._iterations: dict[int, tuple[object, ...]] = {}
         self._deciding = -1
         self._broken = False
         self._of_line: dict[int, Construct] | None = None
@@ -144,7 +143,7 @@ class Flow:
         Raises
         ------
         BlockError
-            They are more than any program means.
+            There are more than in any sensible program.
         """
         if not self.looped(line):
             return
@@ -154,7 +153,7 @@ class Flow:
             raise BlockError(f"loops and subprograms run more than {self.repeated:,} blocks; is this loop endless?")
 
     def obey(self, control: Control, line: int) -> int:
-        """Carry out the O-word on `line`, and return the line that comes next."""
+        """Carry out the O-word on `line`; return the next line."""
         if self._of_line is None:
             self._survey()
         scanner = Scanner(control.rest, self.parameters)
@@ -170,22 +169,22 @@ class Flow:
         return int(after)
 
     def go_back(self, line: int, goal: int) -> None:
-        """Note that the text from `goal` to `line` is run again."""
+        """Mark the lines from `goal` to `line` as repeated."""
         if self._of_line is None:
             self._survey()
         self._looped[goal : line + 1] = b"\1" * (line + 1 - goal)
 
     def call_line(self, number: int, times: int, line: int) -> int | None:
-        """Begin the subprogram at N`number` (M97), to be run `times`; return its first line, None where it is not."""
+        """Start the subprogram at N`number` (M97), to be run `times`; return its first line, None if it is missing."""
         start = self.jumps.label(number, line)
         if start is None:
             return None
         return self._begin(start, times, line)
 
     def call_program(self, number: int, times: int, line: int) -> int | None:
-        """Begin the subprogram O`number` (M98), to be run `times`; return its first line, None where it is not here.
+        """Start the subprogram O`number` (M98), to be run `times`; return its first line, None if it is missing.
 
-        Of more than four digits those in front may be the times: P30012 calls O12 three times.
+        In a number of more than four digits the first may be the repeats: P30012 calls O12 three times.
         """
         if self._labels is None:
             self._labels = {}
@@ -206,7 +205,7 @@ class Flow:
         return start
 
     def leave_program(self) -> int | None:
-        """End the subprogram that M98 began (M99); return the line that comes next, None in the program itself."""
+        """End the subprogram that M98 started (M99); return the next line, None in the main program."""
         if not self.calls:
             return None
         call = self.calls[-1]
@@ -224,10 +223,10 @@ class Flow:
         self.calls.append(call)
         self.parameters.inside = any(c.construct is not None for c in self.calls)
 
-    # What stands where.
+    # Structure of the program.
 
     def _survey(self) -> None:
-        """Find what every O-word of the program belongs to, and which lines loops run."""
+        """Find the construct of every O-word of the program, and the lines of loops."""
         self._of_line = {}
         self._looped = bytearray(len(self._lines))
         open_ones: dict[str, Construct] = {}
@@ -237,7 +236,7 @@ class Flow:
             try:
                 control = control_of(text)
             except BlockError:
-                continue  # It is refused if it is ever run.
+                continue  # It is refused when it is run.
             if control is not None and control.keyword != "call":
                 self._place(control, at, open_ones)
 
@@ -304,7 +303,7 @@ class Flow:
         parameters.shared["_value"] = value or 0.0
         return call.back
 
-    # Conditions. When a branch was run, the next part of its `if` goes to the end.
+    # Conditions. After a branch, the next part of its `if` jumps to the end.
 
     def _obey_if(self, construct: Construct, scanner: Scanner, line: int) -> int:
         return self._branch(construct, scanner.expression(), line)
@@ -316,7 +315,7 @@ class Flow:
         if condition:
             return line + 1
         if keyword == "elseif":
-            # Not the end of a branch: the condition that stands there decides.
+            # Not the end of a branch: the condition of the elseif decides.
             self._deciding = after
             return after
         return after + 1 if keyword == "else" else after
@@ -342,23 +341,23 @@ class Flow:
             raise self.jumps.undecided(line, end, construct.first)
         if not condition:
             return line + 1 if construct.kind == "do" else end + 1
-        self.note_round(line)
+        self.start_iteration(line)
         return (construct.first if construct.kind == "do" else line) + 1
 
-    def note_round(self, line: int) -> None:
-        """Note that one more round of a loop begins at a line: what is as it was there before stays so for ever.
+    def start_iteration(self, line: int) -> None:
+        """Start an iteration of the loop at a line.
 
         Raises
         ------
         BlockError
-            Nothing has changed of what says how the program goes on.
+            The parameters and calls are those of the last iteration: the loop is endless.
         """
         own = self.parameters
         calls = [(c.back, c.again, dict(c.numbered), dict(c.local), dict(c.counters)) for c in self.calls]
         now = own.asks, dict(self._counters), dict(own.numbered), dict(own.shared), dict(own.local), calls
-        if self._rounds.get(line) == now:
+        if self._iterations.get(line) == now:
             raise BlockError("this loop is endless: no parameter changes from one round to the next")
-        self._rounds[line] = now
+        self._iterations[line] = now
 
     def _obey_endwhile(self, construct: Construct, _scanner: Scanner, _line: int) -> int:
         return construct.first
@@ -371,10 +370,10 @@ class Flow:
 
     def _obey_repeat(self, construct: Construct, scanner: Scanner, line: int) -> int:
         end = construct.closing()
-        said = scanner.expression()
-        if math.isnan(said):
+        value = scanner.expression()
+        if math.isnan(value):
             raise self.jumps.undecided(line, end, construct.first)
-        times = round(said)
+        times = round(value)
         if times <= 0:
             return end + 1
         self._counters[construct.first] = times

@@ -1,4 +1,4 @@
-"""What the table of a dialect may say, whoever wrote it: values of their kinds, and words that leafcut understands."""
+"""Checks of the table of a dialect: types and values of its keys, and words that leafcut understands."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from leafcut.errors import shown
 from leafcut.gcode.word_groups import GROUP_OF, M_GROUP_OF
 from leafcut.model.kinds import CutMethod
 
-#: The values that a key takes, where these are few.
+#: Allowed values by key.
 _CHOICES: dict[str, tuple[str, ...]] = {
     "language": ("g-code", "sinumerik", "klartext"),
     "groups": ("rs274", "fanuc"),
@@ -32,49 +32,49 @@ _CHOICES: dict[str, tuple[str, ...]] = {
     "torch.compensation": ("", "G41", "G41.1"),
     "torch.probe": ("", "G38.2"),
 }
-#: The items of a list, where these are few.
+#: Allowed items of lists by key.
 _ITEMS: dict[str, tuple[str, ...]] = {
     "cycles": ("G81", "G82", "G83", "G73", "G84", "G85"),
     "dwell_cycles": ("G81", "G82", "G83", "G73", "G84", "G85"),
     "torch.cuts": tuple(CutMethod),
 }
-#: How a text has to look, and what that is in words.
+#: Pattern of a text, and its description.
 _PATTERNS = {
     "extension": (r"\.[A-Za-z0-9]{1,8}", "a point and up to eight letters and digits, such as .nc"),
     "dwell_letter": (r"[A-Z]", "a capital letter"),
     "repeat_letter": (r"[A-Z]?", "a capital letter, or empty"),
     "description": (r".+", "a text"),
 }
-#: The smallest and the largest of a whole number. With fewer decimals a program could not be proved to do its work.
+#: Limits of whole numbers. With fewer decimals the proof of a program fails.
 _BOUNDS = {"max_line": (40, 10_000), "decimals_mm": (2, 6), "decimals_inch": (3, 7)}
 _ANY_BOUNDS = (0, 9999)
 
-#: Where the number of a beam's power, and of a material, stands in the words of a torch.
+#: Placeholders for the power of a beam and the number of a material in the words of a torch.
 POWER, NUMBER = "{power}", "{number}"
 _PLACES = {"on": POWER, "mark_on": POWER, "material": NUMBER}
 
 
 def fault_of(key: str, value: Any, kind: Any) -> str:
-    """Return what is wrong with the value of a key whose kind is a type of `Dialect` or `Torch`; "" where nothing is.
+    """Return the fault of the value of a key with the type `kind`, or "".
 
     Keys of the table ``[torch]`` are ``torch.key``.
     """
     if kind is bool:
-        return "" if isinstance(value, bool) else f"is {_said(value)}, but must be true or false"
+        return "" if isinstance(value, bool) else f"is {_shown(value)}, but must be true or false"
     if kind is int:
         low, high = _BOUNDS.get(key, _ANY_BOUNDS)
         right = isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
-        return "" if right else f"is {_said(value)}, but must be a whole number from {low} to {high}"
+        return "" if right else f"is {_shown(value)}, but must be a whole number from {low} to {high}"
     if kind is str:
         return _fault_of_text(key, value)
     if not isinstance(value, list):
-        return f"is {_said(value)}, but must be a list of texts"
+        return f"is {_shown(value)}, but must be a list of texts"
     known = _ITEMS.get(key)
     for item in value:
         if not _is_text(item) or not item.strip():
-            return f"has {_said(item)}, but must be a list of texts of one line"
+            return f"has {_shown(item)}, but must be a list of texts of one line"
         if known is not None and item not in known:
-            return f"has '{_said(item)}', but takes only {', '.join(known)}"
+            return f"has '{_shown(item)}', but takes only {', '.join(known)}"
     return ""
 
 
@@ -84,17 +84,17 @@ def _is_text(value: Any) -> bool:
 
 def _fault_of_text(key: str, value: Any) -> str:
     if key in ("g_words", "m_words"):  # over several lines, as there are many
-        return "" if isinstance(value, str) else f"is {_said(value)}, but must be a text of words"
+        return "" if isinstance(value, str) else f"is {_shown(value)}, but must be a text of words"
     if not _is_text(value):
-        return f"is {_said(value)}, but must be a text of one line"
+        return f"is {_shown(value)}, but must be a text of one line"
     known = _CHOICES.get(key)
     if known is not None and value not in known:
-        return f"is '{_said(value)}', but must be one of {', '.join(word or 'nothing' for word in known)}"
+        return f"is '{_shown(value)}', but must be one of {', '.join(word or 'nothing' for word in known)}"
     pattern, words = _PATTERNS.get(key, ("", ""))
-    return f"is '{_said(value)}', but must be {words}" if pattern and not re.fullmatch(pattern, value) else ""
+    return f"is '{_shown(value)}', but must be {words}" if pattern and not re.fullmatch(pattern, value) else ""
 
 
-def _said(value: Any) -> str:
+def _shown(value: Any) -> str:
     try:
         return shown(value if isinstance(value, str) else repr(value))
     except ValueError:  # a number of more digits than Python prints
@@ -102,11 +102,10 @@ def _said(value: Any) -> str:
 
 
 def faults_of_words(table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yield the keys of a whole table whose words do not fit each other, and why.
+    """Yield the keys of a whole table whose words contradict each other, with the fault.
 
-    Every value is of its kind, and keys that the file does not say have their defaults. What a program is begun, worked
-    and ended with are words that the controller has, and every one of these is a word that leafcut understands: else no
-    program could be read back.
+    Every value has its type, and missing keys have their defaults. All words that leafcut writes must be words of the
+    controller, and words that leafcut understands: otherwise no program could be read back.
     """
     g_words, m_words = table["g_words"].split(), table["m_words"].split()
     for key, words, letter, known in (
@@ -115,12 +114,12 @@ def faults_of_words(table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     ):
         for word in words:
             if word not in known:
-                yield key, f"has '{_said(word)}', which is no {letter} word that leafcut understands"
-    there = {*g_words, *m_words}
+                yield key, f"has '{_shown(word)}', which is no {letter} word that leafcut understands"
+    known_words = {*g_words, *m_words}
     for key in ("units_mm", "units_inch", "end_word"):
-        if table[key] and table[key] not in there:
+        if table[key] and table[key] not in known_words:
             yield key, f"is {table[key]}, which is none of its words"
-    said = {
+    written = {
         "opening": table["opening"],
         "preamble": table["preamble"],
         "cycles": [] if table["cycle_words"] != "rs274" else table["cycles"],
@@ -128,10 +127,10 @@ def faults_of_words(table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     torch = table["torch"]
     if torch is not None:
         yield from _faults_of_torch(torch)
-        said |= {f"torch.{key}": value for key, value in torch.items() if key not in ("cuts", "compensation")}
-    for key, value in said.items():
+        written |= {f"torch.{key}": value for key, value in torch.items() if key not in ("cuts", "compensation")}
+    for key, value in written.items():
         for word in re.findall(r"[GM]\d[\d.]*", _text_of(value)):
-            if word not in there:
+            if word not in known_words:
                 yield key, f"has {word}, which is none of its words"
 
 

@@ -1,9 +1,9 @@
-"""Conditions, loops and jumps as Fanuc and Haas have them, without an O-word.
+"""Conditions, loops and jumps of Fanuc and Haas (custom macro), without O-words.
 
     IF [#1 GT 3] GOTO 20    IF [#1 EQ 0] THEN #2=5    WHILE [#1 LT 5] DO 1 … END 1    GOTO 20
 
-A jump goes to the line N20 of the same program: behind it first, then from the top. Source: Fanuc 30i user's manual
-(B-63944EN), custom macro: repetition and branching; Haas mill operator's manual, macros.
+A jump goes to the line N20 of the same program: it is searched after the jump first, then from the top. Source: Fanuc
+30i user's manual (B-63944EN), custom macro: repetition and branching; Haas mill operator's manual, macros.
 """
 
 from __future__ import annotations
@@ -28,21 +28,21 @@ _LABEL = re.compile(r"(?:[ \t]|\([^()]*\))*+/?[1-9]?[ \t]*+[nN][ \t]*+([0-9]{1,1
 _PROGRAM = re.compile(r"[ \t]*[oO:][ \t]*[0-9]")
 _MAY_JUMP = re.compile(r"GOTO|M[ \t]*9[79]", re.IGNORECASE)
 _GOAL = re.compile(r"(?:GOTO|M97P|M99P)([0-9]{1,18}(?![0-9]))?", re.IGNORECASE)
-#: Words that leave a piece of text for somewhere else, beside jumps to a line of it.
+#: Words that leave a range of text, besides jumps to one of its lines.
 _LEAVES = re.compile(r"M99(?![0-9])|O(?:[0-9]+|<[^<>]*>)(?:RETURN|BREAK|CONTINUE)|GOTO(?![0-9])", re.IGNORECASE)
 _AFTER_IF = re.compile(r"[ \t]*(GOTO|THEN)[ \t]*", re.IGNORECASE)
 _AFTER_WHILE = re.compile(r"[ \t]*DO[ \t]*([0-9]{1,9})[ \t]*$", re.IGNORECASE)
 
 
 class Undecided(Exception):
-    """What comes next depends on what only the machine knows.
+    """The next line depends on a value that only the machine knows.
 
     Attributes
     ----------
     last
-        The last of the lines, from 0, of which nobody knows whether they are run; None: all that follows.
+        The last line, from 0, that may or may not be run; None: that of the program.
     again
-        The first line from which text may be run once more, or None.
+        The first line from which text may be repeated, or None.
     """
 
     def __init__(self, last: int | None, again: int | None = None) -> None:
@@ -51,14 +51,14 @@ class Undecided(Exception):
 
 
 class Statement(NamedTuple):
-    """IF, WHILE, GOTO, DO or END, and what follows on its line."""
+    """IF, WHILE, GOTO, DO or END, and the rest of its line."""
 
     keyword: str
     rest: str
 
 
 def statement_of(line: str) -> Statement | None:
-    """Return the statement that a line is, or None for a line of words."""
+    """Return the statement of a line, or None for a line of words."""
     found = _STATEMENT.match(line)
     if found is None:
         return None
@@ -66,7 +66,7 @@ def statement_of(line: str) -> Statement | None:
 
 
 def board_command(line: str) -> str:
-    """Return the command of GRBL, such as ``$H`` or ``$J=``, that is all of a line; "" for a line of G-code."""
+    """Return the command of GRBL in a line, such as ``$H`` or ``$J=``; "" for a line of G-code."""
     found = _BOARD.match(line)
     return "" if found is None else found.group(1)
 
@@ -77,12 +77,12 @@ def is_output(line: str) -> bool:
 
 
 def has_statements(lines: Sequence[str]) -> bool:
-    """Return whether a program is written with them."""
+    """Return whether a program has such statements."""
     return any("[" in line or "GOTO" in line.upper() for line in lines) and any(map(_STATEMENT.match, lines))
 
 
 def compact(line: str) -> str:
-    """Return what a line says without its comments and spaces, as far as they can be told."""
+    """Return a line without comments and spaces; with its comments if they cannot be parsed."""
     try:
         return "".join(split_line(line, nested=True)[0].split())
     except BlockError:
@@ -106,12 +106,12 @@ class Jumps:
         return line in self._goals
 
     def named(self, line: int) -> str:
-        """Return the number of a line, as jumps name it: "N20"; "" where it has none."""
+        """Return the number of a line, such as "N20", or ""."""
         found = _LABEL.match(self._lines[line])
         return "" if found is None else f"N{int(found.group(1))}"
 
     def label(self, number: int, line: int) -> int | None:
-        """Return the line N`number` that a jump from `line` leads to, or None where there is none."""
+        """Return the line N`number` that a jump from `line` leads to, or None."""
         if self._labels is None:
             self._labels = {}
             for at, text in enumerate(self._lines):
@@ -129,14 +129,14 @@ class Jumps:
         return mine[behind] if behind < len(mine) else mine[0] if mine else None
 
     def obey(self, statement: Statement, line: int) -> tuple[int, str]:
-        """Carry out the statement on `line`; return the line that comes next, and a text to be run before that.
+        """Carry out the statement on `line`; return the next line, and a text to be run first.
 
         Raises
         ------
         Undecided
-            What comes next is not known.
+            The next line is not known.
         BlockError
-            It makes no sense.
+            The statement makes no sense.
         """
         keyword, rest = statement
         if keyword == "GOTO":
@@ -157,9 +157,9 @@ class Jumps:
         return (line + 1 if condition else end + 1), ""
 
     def undecided(self, line: int, last: int, again: int | None = None) -> Undecided:
-        """Return what is not known when nobody knows whether the text up to the line `last` is run.
+        """Return the exception for text up to the line `last` that may or may not be run.
 
-        Where that text may go somewhere else, all that follows is not known.
+        If that text may jump out, all that follows is undecided.
         """
         inside = [compact(self._lines[at]) for at in range(line, last + 1)]
         goals = [self._goal(found, line) for text in inside for found in _GOAL.finditer(text)]
@@ -169,7 +169,7 @@ class Jumps:
         return Undecided(last, again)
 
     def all_that_follows(self, line: int) -> Undecided:
-        """Return that nothing is known from a line on, with the first line to which the text there may go back."""
+        """Return the exception for all text from a line on, with the first line that it may jump back to."""
         goals = [
             self._goal(found, at)
             for at in range(len(self._lines))
@@ -194,29 +194,25 @@ class Jumps:
     def _if(self, rest: str, line: int) -> tuple[int, str]:
         scanner = Scanner(rest, self._parameters)
         condition = scanner.expression()
-        what = _AFTER_IF.match(rest, scanner.position)
-        if what is None:
+        clause = _AFTER_IF.match(rest, scanner.position)
+        if clause is None:
             raise BlockError("IF needs its GOTO or THEN")
-        said = rest[what.end() :]
-        if what.group(1).upper() == "THEN":
+        consequence = rest[clause.end() :]
+        if clause.group(1).upper() == "THEN":
             if math.isnan(condition):
                 raise self.undecided(line, line)
-            return line + 1, said if condition else ""
+            return line + 1, consequence if condition else ""
         if not math.isnan(condition):
-            return (self._goto(said, line) if condition else line + 1), ""
-        goal = self._goto(said, line)
+            return (self._goto(consequence, line) if condition else line + 1), ""
+        goal = self._goto(consequence, line)
         if goal > line:
-            raise self._skipping(line, goal)
+            raise self.undecided(line, goal - 1)
         raise Undecided(line, goal)
-
-    def _skipping(self, line: int, goal: int) -> Undecided:
-        """Return what is not known where nobody knows whether the text between a jump and its goal is run."""
-        return self.undecided(line, goal - 1)
 
     # -- loops -------------------------------------------------------------------------------------------------------
 
     def _loop_at(self, line: int) -> tuple[int, int]:
-        """Return the number of the loop that a line opens, and the line of its END."""
+        """Return the number of the loop that starts on a line, and the line of its END."""
         found = self._all_loops().get(line)
         if found is None:
             raise BlockError("a loop (WHILE … DO) without its END")
@@ -229,7 +225,7 @@ class Jumps:
         return found[1]
 
     def _all_loops(self) -> dict[int, tuple[int, int]]:
-        """Return for the lines that open and close loops the number of the loop, and the line of its other end."""
+        """Return, for the first and last lines of loops, the number of the loop and the line of its other end."""
         if self._loops is None:
             self._loops = {}
             opened: dict[int, list[int]] = {}
@@ -247,7 +243,7 @@ class Jumps:
 
     @staticmethod
     def _opened(statement: Statement) -> int | None:
-        """Return the number of the loop that a statement opens."""
+        """Return the number of the loop that a statement starts."""
         if statement.keyword == "DO":
             return _number_of(statement.rest)
         if statement.keyword != "WHILE":

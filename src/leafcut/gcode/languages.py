@@ -1,8 +1,8 @@
-"""Programs that are none of leafcut's: for lathes and printers, and in the languages of Heidenhain and Siemens.
+"""Recognition of programs that leafcut does not read: for lathes and printers, of Heidenhain and Siemens controls.
 
     other_language("BEGIN PGM 12 MM\\nTOOL CALL 1 Z S3000")      'this is a program in Heidenhain's plain language …'
 
-Each is known by words that no program of a mill, a laser or a torch has outside of its remarks.
+Each has words that no program of a mill, a laser or a torch has outside of comments.
 """
 
 from __future__ import annotations
@@ -10,13 +10,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 
-#: So much of a text is looked at: what a program is shows early.
+#: Characters that are examined; the kind of a program shows early.
 _LOOKED_AT = 400_000
 
 _HEIDENHAIN = re.compile(
     r"\d*\s*(BEGIN PGM|END PGM|TOOL CALL|TOOL DEF|CYCL DEF|BLK FORM|LBL|CALL LBL)\b", re.IGNORECASE
 )
-#: In DIN/ISO of the same controls: the program's name and its units, and a star behind each block.
+#: DIN/ISO of the same controls: name and units of the program, and a star after each block.
 _HEIDENHAIN_ISO = re.compile(r"%\S+\s+G7[01]\s*\*", re.IGNORECASE)
 _FMAX = re.compile(r"\d*\s*(?:L|CC|C|CR|APPR|DEP)\s.*\bFMAX\b", re.IGNORECASE)
 _SIEMENS_HEAD = re.compile(r";\s*\$PATH\s*=|%_N_\w+_(?:MPF|SPF|INI)\b", re.IGNORECASE)
@@ -32,7 +32,7 @@ _SLICER = re.compile(
     r"generated (?:by|with) (?:PrusaSlicer|SuperSlicer|Slic3r|Cura|OrcaSlicer|Bambu))",
     re.IGNORECASE,
 )
-#: The words of a lathe, in lines without blanks; what else has to stand there is only looked at.
+#: Words of a lathe, in lines without blanks.
 _LATHE = (
     re.compile(r"G96(?![0-9.])", re.IGNORECASE),
     re.compile(r"G(?:50|92)(?=S[0-9])", re.IGNORECASE),
@@ -46,7 +46,7 @@ _LATHE_MODES = (
     re.compile(r"G18(?![0-9.])", re.IGNORECASE),
 )
 _ARC = re.compile(r"G0?[23](?![0-9.])", re.IGNORECASE)
-#: What a lathe has not: the planes of a mill, the rotary axes of work that turns under a mill.
+#: Words that no lathe has: the planes of a mill, its rotary axes.
 _OF_MILL = re.compile(r"G1[79](?![0-9.])|[AB][-+\[#.0-9]", re.IGNORECASE)
 _Y = re.compile(r"Y\s*[-+\[#.0-9]", re.IGNORECASE)
 _X = re.compile(r"[XU]\s*[-+\[#.0-9]", re.IGNORECASE)
@@ -57,22 +57,22 @@ _REMARK = re.compile(r"\([^()]*\)|;.*")
 
 
 def other_language(text: str) -> str:
-    """Return what a text is, and that leafcut does not do it, in one sentence; empty where it is none of these."""
+    """Return a message that names the language of a text; empty for G-code of a mill, a laser or a torch."""
     lines = text[:_LOOKED_AT].splitlines()
     if len(text) > _LOOKED_AT:
         lines = lines[:-1]
     code = [_REMARK.sub(" ", line).strip() for line in lines]
-    for found, what in (
+    for words, kind in (
         (_heidenhain(lines), "a program in Heidenhain's plain language ({}), not in G-code"),
         (_heidenhain_iso(lines), "a program in Heidenhain's DIN/ISO ({})"),
         (_siemens(lines), "a program in the language of Siemens ({}), not in plain G-code"),
         (_print(lines, code), "a program for a 3D printer ({})"),
         (_lathe(code, text), "a program for a lathe ({})"),
     ):
-        if found:
+        if words:
             does = "leafcut orders the work of mills, drills, lasers and torches whose programs are in G-code"
-            hint = "; if it is for a mill, state G17 in its first lines" if "lathe" in what else ""
-            return f"this is {what.format(found)}; {does}{hint}"
+            hint = "; if it is for a mill, state G17 in its first lines" if "lathe" in kind else ""
+            return f"this is {kind.format(words)}; {does}{hint}"
     return ""
 
 
@@ -109,7 +109,7 @@ def _print(lines: list[str], code: list[str]) -> str:
 def _lathe(code: list[str], text: str) -> str:
     """Return the word of a lathe, with its line, in a program that moves X and Z, never Y, and has no drilling cycle.
 
-    G18 alone is no such word: a slot along X may be milled in it. Its arcs are those of a turned contour.
+    G18 counts only with arcs, those of a turned contour: a slot along X may be milled in it.
     """
     if any(_Y.search(line) or _DRILLS.search(line) for line in code):
         return ""

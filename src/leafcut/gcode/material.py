@@ -1,8 +1,8 @@
-"""What a controller does itself at every start of a torch, where it takes the material from the program's comments.
+"""Materials of a controller that the program defines in comments, and the moves that it adds at every cut.
 
-    as_run(path, program.lines, 10.0)
+    with_controller_moves(path, program.lines, 10.0)
 
-`gcode.torch.for_controller` leaves heights and waits out of what such a controller is told; here they come back.
+`gcode.torch.for_controller` removes heights and waits from the program of such a controller; this adds them again.
 Source: QtPlasmaC manual, material handling: ``(o=0, …)`` is for this program, ``o=1`` and ``o=2`` go to the table
 under their number ``nu``, from which M190 chooses.
 """
@@ -26,9 +26,9 @@ _FIGURE = re.compile(r"\b([a-z]{2})\s*=\s*([0-9]{1,9}(?:\.[0-9]{0,9})?|\.[0-9]{1
 _CHOICE = re.compile(r"(?:^|[\s0-9])M190\s*P([0-9]{1,9})", re.IGNORECASE)
 _FLOWING = re.compile(r"^(?:\s*N[0-9]+)?\s*M(?:62|63|67)(?![0-9])", re.IGNORECASE)
 _UNITS = re.compile(r"(?:^|[\s0-9])G(20|21)(?![0-9.])", re.IGNORECASE)
-#: A cut begins within so many rows of the start of the torch: outputs and pauses stand between.
+#: Most rows between the start of the torch and its cut: outputs and pauses.
 _NEAR = 40
-#: Feeds that come from the controller are so much more than what the program says, per minute.
+#: Difference that marks a feed as the controller's, units per minute.
 _APART = 1e-6
 _CUTTING = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)
 _MOVING = [int(kind) for kind in MOTIONS]
@@ -36,7 +36,7 @@ _MOVING = [int(kind) for kind in MOTIONS]
 
 @dataclass(frozen=True)
 class Material:
-    """How a controller begins its cuts: mm, s, mm/s."""
+    """Pierce and cut data of a material: mm, s, mm/s."""
 
     pierce_height: float
     pierce_delay: float
@@ -44,44 +44,44 @@ class Material:
     feed: float
 
 
-#: From a line of the program on: a material; None is one that only the controller knows.
+#: The material from a line of the program on; None: only the controller knows it.
 Choice = tuple[int, Material | None]
 
 
 def materials_of(lines: Sequence[str]) -> list[Choice]:
-    """Return which materials a program chooses, in the order of its lines."""
-    unit, table, found = 1.0, dict[int, Material](), list[Choice]()
+    """Return the materials that a program chooses, in the order of its lines."""
+    unit, table, choices = 1.0, dict[int, Material](), list[Choice]()
     for number, line in enumerate(lines, 1):
         units = _UNITS.search(line)
         if units is not None:
             unit = MM_PER_INCH if units.group(1) == "20" else 1.0
-        said = _COMMENT.search(line) if "=" in line else None
-        if said is not None:
-            figures = {name.lower(): float(value) for name, value in _FIGURE.findall(said.group(2))}
-            if said.group(1) == "0":
-                found.append((number, _material(figures, unit)))
+        comment = _COMMENT.search(line) if "=" in line else None
+        if comment is not None:
+            figures = {name.lower(): float(value) for name, value in _FIGURE.findall(comment.group(2))}
+            if comment.group(1) == "0":
+                choices.append((number, _material(figures, unit)))
             else:
                 table[int(figures.get("nu", -1))] = _material(figures, unit)
         chosen = _CHOICE.search(line) if "190" in line else None
         if chosen is not None:
-            found.append((number, table.get(int(chosen.group(1)))))
-    return found
+            choices.append((number, table.get(int(chosen.group(1)))))
+    return choices
 
 
 class MaterialFeeds:
-    """Feeds that a program takes from the controller's material: each is that of the number that the text selects.
+    """Feeds that a program takes from the controller's material, by the number that it selects.
 
     Attributes
     ----------
     word
-        What says so in a block, such as ``F#<_hal[plasmac.cut-feed-rate]>``.
+        The word in a block, such as ``F#<_hal[plasmac.cut-feed-rate]>``.
     words
-        `word` by the feeds that it stands for. No program writes such a feed: it is a millionth more than its
-        material's.
+        `word` by the feeds that it stands for. No program states such a feed: it is a millionth more than that of the
+        material.
     """
 
     def __init__(self, lines: Sequence[str], word: str, otherwise: float) -> None:
-        """Take the materials of a program's lines; `otherwise` is the feed of any that they do not define, mm/s."""
+        """Take the materials of a program; `otherwise` is the feed of materials that it does not define, mm/s."""
         self.word, self.words = word, dict[float, str]()
         self._choices, self._otherwise = materials_of(lines), otherwise
         self._starts = [line for line, _ in self._choices]
@@ -105,29 +105,29 @@ def _material(figures: dict[str, float], unit: float) -> Material:
     )
 
 
-def as_run(path: Toolpath, lines: Sequence[str], clearance: float) -> tuple[Toolpath, int]:
-    """Return a path with what its controller adds at every cut, and how many cuts have no known material.
+def with_controller_moves(path: Toolpath, lines: Sequence[str], clearance: float) -> tuple[Toolpath, int]:
+    """Return a path with the moves that its controller adds at every cut, and the number of cuts of unknown material.
 
-    Down to the pierce height, the delay, down to the cut height at the feed that the cut begins with (as our plans have
-    it: what a controller takes is a setting), and up again; what marks has no delay. How the controller finds the sheet
-    is not there: its way and feed are settings. Outputs that change with the motion (M62, M63, M67) are left out, since
+    The torch goes down to the pierce height, waits, goes down to the cut height at the feed of the first move of the
+    cut (as in leafcut's plans: the controller's own is a setting), and up again; marking has no delay. Probing is not
+    included: its path and feed are settings. Outputs that change with the motion (M62, M63, M67) are left out, since
     the machine does not stop for them.
 
     Parameters
     ----------
     path
-        Of a program that does not move Z; without canned cycles.
+        That of a program that does not move Z, without canned cycles.
     lines
-        Of that program, with its materials.
+        The lines of that program.
     clearance
-        How high the torch travels, mm over the sheet.
+        Height of travel moves above the sheet, mm.
     """
     choices = materials_of(lines)
     starts = [line for line, _ in choices]
     unknown, switched, place = 0, 0, (math.nan, math.nan, clearance)
     rows = [Motion(Kind.RAPID, place, 0.0, 0, 0)]
     for index, row in enumerate(path):
-        # The word that says which tool the torch is ($1) is not understood elsewhere; it stops nothing besides.
+        # The word for the number of the torch ($1) is kept as FOREIGN; it stops nothing.
         if row.kind is Kind.FOREIGN and (row.line == switched or _FLOWING.search(lines[row.line - 1])):
             continue
         if row.kind in PLACES:
@@ -140,16 +140,16 @@ def as_run(path: Toolpath, lines: Sequence[str], clearance: float) -> tuple[Tool
         switched, number = row.line, bisect_right(starts, row.line)
         material = choices[number - 1][1] if number else None
         unknown += material is None and row.value != 0.0 and row.ref == 0
-        made = (
+        moves = (
             [row] if material is None else list(_switching(row, material, place, clearance, _feed_after(path, index)))
         )
-        place = next((m.end for m in reversed(made) if m.kind in MOTIONS), place)
-        rows += made
+        place = next((m.end for m in reversed(moves) if m.kind in MOTIONS), place)
+        rows += moves
     return replace(Toolpath.of_motions(rows), cycles=path.cycles, arcs=path.arcs), unknown
 
 
 def _feed_after(path: Toolpath, index: int) -> float:
-    """Return the feed of the first cut behind a row, mm/s; 0 where a rapid comes before one, or nothing."""
+    """Return the feed of the first cut after a row, mm/s; 0 if a rapid or no move comes first."""
     ahead = path.kind[index + 1 : index + 1 + _NEAR]
     moving = np.flatnonzero(np.isin(ahead, _MOVING))
     first = index + 1 + int(moving[0]) if len(moving) else index
@@ -157,7 +157,7 @@ def _feed_after(path: Toolpath, index: int) -> float:
 
 
 def _switching(row: Motion, material: Material, place: Point3, clearance: float, feed: float) -> Iterator[Motion]:
-    """Yield what a controller does where the program switches the torch at a place and then cuts at a feed."""
+    """Yield the moves of a controller where the program switches the torch at a place and then cuts at a feed."""
 
     def to(kind: Kind, z: float, feed: float = 0.0) -> Motion:
         return Motion(kind, (place[0], place[1], z), feed, 0, row.line)

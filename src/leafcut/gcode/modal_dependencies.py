@@ -1,7 +1,7 @@
-"""What a run of blocks takes from the blocks before it, and what it leaves behind: the price of moving a piece of text.
+"""Modal dependencies of a range of blocks: the modes it takes from the blocks before it, and the modes it sets.
 
-`G1 Z-1` takes the feed from a line above it, `X5` takes the motion and the height of Y. Whoever puts text elsewhere
-must say there what it took for granted.
+`G1 Z-1` takes the feed from a line above it, `X5` takes the motion and the position of Y. If the range is moved, these
+must be stated at its new place.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from leafcut.gcode.program import Program
 from leafcut.gcode.words import BlockError, tokenise
 from leafcut.model.toolpath import Kind
 
-#: What a block may take from the blocks before it, beside where the tool is.
+#: Modes that a block may take from the blocks before it, besides the position.
 GROUPS = frozenset({"motion", "plane", "distance", "centres", "retract", "feed", "feed_mode", "speed"})
-#: G codes in tenths by what they state.
+#: G codes, in tenths, that state a mode.
 _STATES = {
     "motion": (0, 10, 20, 30, 690, 730, 760, 800, 810, 820, 830, 840, 850, 860, 870, 880, 890),
     "plane": (170, 180, 190),
@@ -29,7 +29,7 @@ _STATES = {
     "retract": (980, 990),
     "feed_mode": (930, 940, 950),
 }
-#: Letters that M words for outputs and inputs take: numbers and waits, no lengths.
+#: Letters of M words for outputs and inputs: numbers and waits, no lengths.
 _OF_OUTPUTS = frozenset("PQEL$")
 _STATED_BY = {code: group for group, codes in _STATES.items() for code in codes}
 _CUTS = frozenset({int(Kind.FEED), int(Kind.ARC_CW), int(Kind.ARC_CCW), int(Kind.DRILL)})
@@ -39,27 +39,27 @@ _MOVES = _CUTS | {int(Kind.RAPID)}
 
 @dataclass(frozen=True, slots=True)
 class BlockWords:
-    """The `GROUPS` that a block states, the text of every letter's number, and whether it has M3 or M4."""
+    """The `GROUPS` that a block states, the text of the number of every letter, and whether it has M3 or M4."""
 
     states: frozenset[str]
     letters: dict[str, str]
     starts_spindle: bool
-    #: It has no words at all: a comment, though perhaps one that a controller acts on.
+    #: It has no words: a comment, perhaps an active one.
     empty: bool = False
-    #: It has M words only, with what these may take.
+    #: It has only M words for outputs and their letters.
     outputs: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class Reliance:
-    """Which of `GROUPS` a run of blocks uses before stating them, and which it states (or uses) at all."""
+    """The `GROUPS` that a range of blocks uses before stating them, and those that it states or uses."""
 
     relies: frozenset[str]
     sets: frozenset[str]
 
 
 class BlockReader:
-    """Reads the words of a program's blocks, each once. Of a `beam` S is the power, which may show in rapids, too."""
+    """Reads the words of a program's blocks, each once. With `beam`, S is a power, which may act in rapids, too."""
 
     def __init__(self, program: Program, *, beam: bool = False) -> None:
         self.program = program
@@ -71,7 +71,7 @@ class BlockReader:
 
     @cached_property
     def stated(self) -> dict[str, tuple[list[int], list[str]]]:
-        """By letter: the blocks that state it, in order, and its text there; cycle words only from cycles."""
+        """By letter: the blocks that state it, in order, and its text; cycle words only of cycles."""
         found: dict[str, tuple[list[int], list[str]]] = {}
         for block in range(self.program.n_blocks):
             words = self.words(block)
@@ -104,7 +104,7 @@ class BlockReader:
         return self._kinds[self._first[block] : self._first[block + 1]]
 
     def words(self, block: int) -> BlockWords | None:
-        """Return the words of a block, or None where they are not plain words."""
+        """Return the words of a block, or None if they are not plain."""
         if block not in self._words:
             self._words[block] = self._read(block)
         return self._words[block]
@@ -126,7 +126,7 @@ class BlockReader:
         return BlockWords(frozenset(states - {""}), letters, spindle, not words, outputs)
 
     def reliance(self, begin: int, end: int) -> Reliance:
-        """Return what blocks begin … end - 1 take from before, and what they set."""
+        """Return the modes that blocks begin … end - 1 take from before, and those that they set."""
         relies: set[str] = set()
         sets: set[str] = set()
         for block in range(begin, end):
@@ -145,13 +145,13 @@ class BlockReader:
         return Reliance(frozenset(relies), frozenset(sets))
 
     def _inert(self, block: int, words: BlockWords | None) -> bool:
-        """Return whether a block has nothing to do with motion: an output, or a setting that the controller obeys."""
+        """Return whether a block does not affect motion: an output, or a setting of the controller."""
         if int(self.program.line[block]) in self._obeyed:
             return words is None or words.empty
         return words is not None and words.outputs and set(self.kinds(block)) == {int(Kind.FOREIGN)}
 
     def _used(self, block: int, words: BlockWords) -> tuple[set[str], set[str]]:
-        """Return what a block uses without stating it, and what it states."""
+        """Return the modes that a block uses without stating them, and those that it states."""
         kinds, stated = set(self.kinds(block)), set(words.states)
         after = self.program.modal(block + 1)
         used: set[str] = set()
@@ -179,14 +179,14 @@ HERE = "here"
 
 
 def next_place(reader: BlockReader, blocks: Iterable[int], clearance: float) -> tuple[float, float] | str | None:
-    """Return where the tool goes first in X and Y in `blocks`, whatever was before; `HERE` where that matters.
+    """Return the first position in X and Y in `blocks`; `HERE` if it depends on the position before them.
 
-    None: it does not go anywhere. `clearance` is the height above which the tool may come down anywhere, mm.
+    None: they do not move. `clearance` is the height above which the tool may come down anywhere, mm.
     """
     program = reader.program
     path, first = program.path, program.first
     stated: set[str] = set()
-    # A dwell amid work has its place; one before or after a stop is part of that.
+    # A dwell amid cuts belongs to its position; one next to a stop belongs to the stop.
     waits = stopped = False
     for block in blocks:
         words = reader.words(block)
@@ -214,12 +214,12 @@ def next_place(reader: BlockReader, blocks: Iterable[int], clearance: float) -> 
                     return HERE
             elif kind in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.FRAME, Kind.SHIFT, Kind.RADIUS, Kind.FOREIGN):
                 return HERE
-    # Where only one axis was told to go, the other one has stayed.
+    # If only one axis was given, the other has not moved.
     return HERE if stated or waits else None
 
 
 def height_matters(reader: BlockReader, blocks: Iterable[int]) -> bool:
-    """Return whether what `blocks` do depends on the height that the tool has before them."""
+    """Return whether the effect of `blocks` depends on the height of the tool before them."""
     program = reader.program
     drilled = False
     for block in blocks:

@@ -1,4 +1,4 @@
-"""The moves of a program: straight, round, and to machine coordinates."""
+"""Moves: straight, circular, and to machine coordinates."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from leafcut.gcode.words import BlockError, UnclearBlock, Word
 from leafcut.geometry.arrays import Point3
 from leafcut.model.toolpath import Arc, plane_axes
 
-#: How far the two radii of an arc may differ: always this much, mm …
+#: Largest difference of the two radii of an arc, mm, …
 _RADIUS_TOLERANCE = 0.0127
-#: … and this much more of the radius (LinuxCNC: SPIRAL_RELATIVE_TOLERANCE; GRBL has the same 0.1 %).
+#: … or relative to the radius, if that is more (LinuxCNC: SPIRAL_RELATIVE_TOLERANCE; GRBL has the same 0.1 %).
 _RADIUS_RELATIVE_TOLERANCE = 0.001
-#: How far a given radius may be too small to reach, mm.
+#: Largest difference of a radius that is too small to reach the end, mm.
 SHORT_RADIUS_TOLERANCE = 0.002
-#: More turns than this in one block is a slip.
+#: More turns than this in one block are a mistake.
 MAX_TURNS = 10_000
 
 
@@ -32,7 +32,7 @@ def run_straight(state: InterpreterState, letters: dict[str, Word]) -> None:
 
 
 def run_probe(state: InterpreterState, letters: dict[str, Word]) -> None:
-    """Run G38.2 straight down: on until the probe trips, and an alarm where it does not."""
+    """Run G38.2 straight down until the probe trips; it is an alarm if it does not."""
     if "X" in letters or "Y" in letters or "Z" not in letters:
         raise BlockError("a probe (G38.2) that does not go straight down is not understood")
     before, z = state.path.position[2], state.target(letters, 2)
@@ -54,9 +54,9 @@ def run_machine(state: InterpreterState, letters: dict[str, Word]) -> None:
 
 
 def run_home(state: InterpreterState, letters: dict[str, Word]) -> None:
-    """Run G28 or G30: at rapid over the point that is programmed, then to the machine's zero in the same axes.
+    """Run G28 or G30: at rapid through the programmed point, then to machine zero in the same axes.
 
-    That the reference point is machine zero is a convention; the program does not say it.
+    By convention the reference point is machine zero; the program does not state it.
     """
     given = [axis in letters for axis in AXES]
     before = list(state.path.position)
@@ -111,7 +111,7 @@ def _flat(point: list[float] | Point3, axes: tuple[int, int, int]) -> tuple[floa
 def _centre_of_offsets(
     state: InterpreterState, letters: dict[str, Word], begin: Point3, axes: tuple[int, int, int]
 ) -> list[float]:
-    """Return the centre given by two of I, J and K; the third coordinate is the start's."""
+    """Return the centre given by two of I, J and K; the third coordinate is that of the start."""
     names = ["IJK"[axis] for axis in axes[:2]]
     if not any(name in letters for name in names):
         raise BlockError(f"an arc needs {names[0]} and {names[1]}, or R")
@@ -137,7 +137,7 @@ def check_radii(u0: float, v0: float, u1: float, v1: float, uc: float, vc: float
 def _centre_of_radius(
     begin: Point3, end: list[float], axes: tuple[int, int, int], radius: float, clockwise: bool
 ) -> list[float]:
-    """Return the centre of an arc of given radius; a negative radius takes the long way round."""
+    """Return the centre of an arc of given radius; a negative radius is for more than half a turn."""
     (u0, v0), (u1, v1) = _flat(begin, axes), _flat(end, axes)
     du, dv = u1 - u0, v1 - v0
     half = math.hypot(du, dv) / 2.0

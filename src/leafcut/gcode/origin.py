@@ -1,7 +1,7 @@
 """Words that move the origin of the program's coordinates: G10, G52, G92 and their relatives.
 
-Where the tool is in the new coordinates is known only where the word says it (G92 X0, G10 L20 of the active frame);
-else the axis is not known until it is programmed again.
+The position in the new coordinates is known only if the word states it (G92 X0, G10 L20 of the active frame); otherwise
+the axis is unknown until it is programmed again.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ _G92_OFF = (921, 922, 923)
 
 
 def chooses_origin(code: int) -> bool:
-    """Return whether a G code, in tenths, moves the origin or stores a place."""
+    """Return whether a G code, in tenths, moves the origin or stores a position."""
     return code in (_G10, _G28_1, _G30_1, _G52, _G92, *_G92_OFF)
 
 
 def run_shift(state: InterpreterState, code: int, letters: dict[str, Word]) -> None:
-    """Run G92 with axes, or G92.1 and its relatives, which do nothing before the first G92: a row SHIFT."""
+    """Run G92 with axes, or G92.1 and its relatives, which have no effect before the first G92: a row SHIFT."""
     if code in _G92_OFF:
         if state.shift:
             state.move_origin((True, True, True))
@@ -38,7 +38,7 @@ def run_origin(state: InterpreterState, code: int, letters: dict[str, Word]) -> 
     BlockError
         A word is missing.
     UnclearBlock
-        It stores something that the program does not show.
+        It stores a value that the program does not show.
     """
     if code in _G92_OFF:
         state.move_origin((True, True, True))
@@ -68,7 +68,7 @@ def _set_table(state: InterpreterState, letters: dict[str, Word]) -> None:
     named, values = _take_axes(letters)
     active = {540 + 10 * n: n + 1 for n in range(6)} | {590 + n: n + 6 for n in range(1, 4)}
     if number not in (0, active.get(state.frame)):
-        # Another one than the active: nothing moves until it is chosen, but it is not to be lost.
+        # Not the active offset: nothing moves until it is selected, but the row must not be lost.
         state.move_origin((False, False, False))
     elif turned:
         state.move_origin((True, True, named[2]))
@@ -79,6 +79,6 @@ def _set_table(state: InterpreterState, letters: dict[str, Word]) -> None:
 
 
 def _take_axes(letters: dict[str, Word]) -> tuple[tuple[bool, bool, bool], dict[int, Word]]:
-    """Take X, Y and Z out of the words: which are named, and their words."""
+    """Take X, Y and Z: return which are named, and their words."""
     named = named_axes(letters)
     return named, {axis: letters.pop(AXES[axis]) for axis in range(3) if named[axis]}

@@ -1,7 +1,6 @@
-"""`Program`: a foreign program block by block: what every block did, and what was active before it.
+"""`Program`: a program of any CAM block by block, with its motions and the modal state before every block.
 
-A toolpath says what a program does. To put pieces of its text into another order one has to know, too, which lines did
-it, and what each of them takes from the lines before.
+To reorder the text of a program, its toolpath is not enough: every motion must have its line and its modal state.
 """
 
 from __future__ import annotations
@@ -72,23 +71,23 @@ class Modal:
     cycle
         Number of the active canned cycle (81 for G81), or None.
     cycle_words
-        Letter and value of the words that the active cycle keeps (R, Z, P, Q …), as written and in their units.
+        Letter and value of the modal words of the active cycle (R, Z, P, Q …), as written.
     unit
-        Millimetres in one unit, None where it is not stated yet.
+        Millimetres in one unit; None before it is stated.
     plane
         17, 18 or 19.
     incremental, absolute_centres, to_initial
         G91, G90.1 and G98.
     feed_mode, feed
-        93, 94 or 95; F as it was written, in units per minute, units per revolution, or 1/min; 0 when there was none.
+        93, 94 or 95; F as written, in units per minute, units per revolution, or 1/min; 0 without any.
     rpm, spindle, coolant
         S; 1 for M3, -1 for M4, 0 for M5; 0 off, 1 mist, 2 flood, 3 both.
     tool, next_tool
-        In the spindle, and chosen by the last T; None where the program has not said.
+        The tool in the spindle, and that of the last T; None if not stated.
     length, radius, frame
         Register of the length offset (0: G49); 40, 41 or 42; work offset in tenths (540 for G54, 591 for G59.1).
     shift
-        G52, G92 and all else that moves the origin: a number that changes whenever it does, 0 before the first.
+        Number of changes of the origin so far (G52, G92 …).
     blending, tolerance, joining
         610, 611 or 640 (G61, G61.1, G64); the P of G64, in mm, 0 without; its Q, in mm, P without.
     """
@@ -119,45 +118,43 @@ class Modal:
 
 @dataclass(frozen=True, eq=False)
 class Program:
-    """A program as it was run, block by block; blocks are numbered in the order in which they were run.
+    """A program block by block, in the order of execution.
 
-    A block that a loop or a subprogram runs again is there again.
+    A block that a loop or a subprogram repeats is there once per execution.
 
     Attributes
     ----------
     lines
-        The text in lines, with their ends as they were.
+        The text in lines, with their line ends.
     path
-        What the program does.
+        Motions and commands.
     line
-        int32[m]: the line that each block stands on, from 1.
+        int32[m]: the line of each block, from 1.
     first
         int32[m + 1]: the rows of block b in `path` are ``first[b] … first[b + 1] - 1``.
     before
-        int32[m + 1]: the row of `modals` that was active before block b; the last is what the program leaves.
+        int32[m + 1]: the row of `modals` before block b; the last is the state at the end.
     modals
         Every different state.
     fixed
-        By block: why the block must stay where it is and as it is, whatever it does: it is not understood, was run
-        from a loop, a subprogram or an expression, may be skipped by a switch of the machine …
+        By block: the reason to keep it unchanged in its place: it is not understood, belongs to a loop or a
+        subprogram, has a computed number, may be skipped by a switch of the machine …
     said
-        By block, where what it does is not known, or where the controller obeys it beside its motions: all that it
-        reads, in values (`leafcut.gcode.block_description`).
+        By block with unknown effects or an active comment: its description (`gcode.block_description`).
     calls
-        The blocks begin … end - 1 of every subprogram that the program itself calls, with that which calls it.
+        The blocks begin … end - 1 of every subprogram that the main program calls, including the calling block.
     last_line
-        The last line that was looked at; what follows is not part of the program.
+        The last line of the program; the text after it is ignored.
     feed_words
-        Feeds that the program does not say in numbers, as they were taken, and the words that stand there: F and the
-        controller's own figure.
+        Words such as F with a figure of the controller's material, by the feed that replaces them.
     assumed_units
-        The program has lengths before it states its units: they are those that the reader was told.
+        The program has lengths before it states its units; the option `units` gave them.
     dark_rapids
-        The controller darkens a beam in every rapid, whatever S is.
+        The controller darkens the beam in every rapid, whatever S is.
     title_lines
-        So many lines at the beginning are no G-code but a title, above a percent sign: they were left out.
+        Number of lines of a title above the first percent sign, which are not G-code.
     obeyed
-        Comments and settings that the controller obeys beside the G-code, in the order of the text, wherever it ends.
+        Settings of the controller in comments and parameters, in the order of the whole text.
     """
 
     lines: Sequence[str]
@@ -178,7 +175,7 @@ class Program:
 
     @property
     def n_blocks(self) -> int:
-        """Number of blocks that were run."""
+        """Number of executed blocks."""
         return len(self.line)
 
     @cached_property
@@ -192,12 +189,12 @@ class Program:
 
     @cached_property
     def text_line(self) -> NDArray[np.int32]:
-        """int32[m]: the line of the program's own text that each block is run from: its own, or that of the call."""
+        """int32[m]: the line of each block in the main program: its own, or that of the call."""
         line = self.line.copy()
         for begin, end in self.calls:
             line[begin:end] = line[begin]
         return line
 
     def modal(self, block: int) -> Modal:
-        """Return what is active before a block; for `n_blocks`: at the end."""
+        """Return the modal state before a block; for `n_blocks`: at the end."""
         return self.modals[int(self.before[block])]

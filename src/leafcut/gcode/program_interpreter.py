@@ -447,7 +447,7 @@ class _ProgramReader:
         after, consequence = self.flow.jumps.obey(statement, at)
         self._note_jump(at, after)
         if after <= at:
-            self.flow.note_round(at)
+            self.flow.start_iteration(at)
         if consequence:
             return self._words(consequence, at)
         self.record.add(at + 1, len(self.state.path), _DIRECTS)

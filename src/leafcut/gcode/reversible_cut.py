@@ -1,9 +1,9 @@
-"""A stroke: blocks that go to a place, cut along one level from there, and come up; what it takes to go the other way.
+"""Cuts that can be reversed: blocks that go to a position, cut at one level from there, and come up.
 
     G0 X0 Y0 / G1 Z-1 F50  |  X5 F200 / G2 X9 I2  |  G0 Z5
     lead                   |  body                |  tail
 
-Only plain words count: whatever else a block may mean, it cannot be turned round without knowing that.
+Only plain words are allowed: a block that is not fully understood cannot be reversed.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from leafcut.gcode.program import Program
 from leafcut.gcode.words import Block, BlockError, tokenise
 from leafcut.model.toolpath import Kind
 
-#: G codes in tenths that may stand in the lead and the tail, where they stay.
+#: G codes, in tenths, that may be in the lead and the tail, where they stay.
 _ASIDE = frozenset({0, 10, 170, 400, 900, 901, 911, 940})
 _SPINDLE = frozenset({3.0, 4.0, 5.0})
 _LETTERS = frozenset("NGMXYZFS")
@@ -26,8 +26,8 @@ _DWELL_LETTERS = frozenset("NGP")
 _BODY_LETTERS = frozenset("NGXYZIJRFS")
 _MOTIONS = frozenset({10, 20, 30})
 _CUTS = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)
-#: A remark that says where something is, which would no longer be true.
-_SAYS_WHERE = re.compile(r"[XYIJR]\s*(?:[:=]\s*)?[-+]?\.?[0-9]", re.IGNORECASE)
+#: A comment with a position, which would be wrong after reversing.
+_STATES_POSITION = re.compile(r"[XYIJR]\s*(?:[:=]\s*)?[-+]?\.?[0-9]", re.IGNORECASE)
 _TOLERANCE = 1e-6
 
 
@@ -40,8 +40,7 @@ class ReversibleCut:
     rows
         The row of every block of the cut.
     places
-        The X and Y, as text, of the places that the cut goes through, one more than it has blocks; None where no word
-        of the stroke says it.
+        The X and Y, as text, of the positions along the cut, one more than it has blocks; None if no word states it.
     """
 
     begin: int
@@ -53,7 +52,7 @@ class ReversibleCut:
 
 
 def find_stroke(program: Program, begin: int, end: int) -> ReversibleCut | None:
-    """Return the stroke that blocks begin … end - 1 are, or None where they are not all plain, or not on one level."""
+    """Return blocks begin … end - 1 as a reversible cut; None if one is not plain, or they are not at one level."""
     return _CutReader(program, begin, end).stroke()
 
 
@@ -88,7 +87,7 @@ class _CutReader:
         return ReversibleCut(self.begin, body, tail, self.end, tuple(rows), places)
 
     def _blocks(self, body: int, tail: int) -> list[Block] | None:
-        """Return all blocks, or None where one has no plain words, or a remark of one that changes says a place."""
+        """Return all blocks; None if one has no plain words, or a comment states a position."""
         lines, line = self.program.lines, self.program.line
         try:
             blocks = [tokenise(lines[int(line[b]) - 1].rstrip("\r\n")) for b in range(self.begin, self.end)]
@@ -101,10 +100,10 @@ class _CutReader:
             for comment in tokenise(lines[number].rstrip("\r\n")).comments
         ]
         plain = not any(b.deleted or b.percent is not None for b in blocks)
-        return blocks if plain and not any(_SAYS_WHERE.search(remark) for remark in remarks) else None
+        return blocks if plain and not any(_STATES_POSITION.search(remark) for remark in remarks) else None
 
     def _row(self, block: int, words: Block) -> int | None:
-        """Return the row of a block that does nothing but cut, or None."""
+        """Return the row of a block that only cuts, or None."""
         low, high = int(self.program.first[block]), int(self.program.first[block + 1])
         rows = [row for row in range(low, high) if self.path.kind[row] != Kind.SPINDLE]
         letters = [word.letter for word in words.words]
@@ -115,29 +114,28 @@ class _CutReader:
         return rows[0] if plain and once and cuts else None
 
     def _steady(self, body: int, tail: int) -> bool:
-        """Return whether nothing but feeds and motions changes in the cut, and all is measured from zero."""
+        """Return whether only feeds and motions change in the cut, and all coordinates are absolute."""
         modals = [self.program.modal(block + 1) for block in range(body, tail)]
-        one = modals[0]
-        alike = all(
-            (m.spindle, m.rpm, m.plane, m.absolute_centres) == (one.spindle, one.rpm, one.plane, one.absolute_centres)
-            for m in modals
+        first = modals[0]
+        alike = len({(m.spindle, m.rpm, m.plane, m.absolute_centres) for m in modals}) == 1
+        return (
+            alike and not first.incremental and first.plane == 17 and first.radius == 40 and first.feed_mode in (94, 95)
         )
-        return alike and not one.incremental and one.plane == 17 and one.radius == 40 and one.feed_mode in (94, 95)
 
     def _level(self, rows: list[int]) -> bool:
-        """Return whether the cut neither rises nor sinks, and every arc goes round once at most."""
+        """Return whether the cut is at one level, and no arc has more than one turn."""
         z = [*(float(self._before_z(row)) for row in rows), *(float(self.path.end[row, 2]) for row in rows)]
         level = all(math.isnan(v) for v in z) or max(z) - min(z) < _TOLERANCE
         arcs = [row for row in rows if self.path.kind[row] != Kind.FEED]
         return level and all(self.path.arcs[int(self.path.ref[row])].turns == 1 for row in arcs)
 
     def _is_aside(self, block: int, words: Block, at: tuple[float, float]) -> bool:
-        """Return whether a block of the lead or tail is plain, and is at `at` where it says a place."""
+        """Return whether a block of the lead or tail is plain, and moves to `at` if it moves in X or Y."""
         rows = range(int(self.program.first[block]), int(self.program.first[block + 1]))
         letters = {word.letter for word in words.words}
         if self.path.kind[rows.start : rows.stop].tolist() == [int(Kind.DWELL)]:
             codes = [round(word.value * 10) for word in words.words if word.letter == "G"]
-            # It waits where the cut begins, or ends, whichever that is.
+            # It waits at the start or the end of the cut.
             return letters <= _DWELL_LETTERS and codes == [40] and self._near(self._before(rows.start), at)
         plain = _LETTERS.issuperset(letters) and all(
             round(word.value * 10) in _ASIDE if word.letter == "G" else word.value in _SPINDLE
@@ -157,14 +155,14 @@ class _CutReader:
         )
 
     def _at_once(self, low: int, high: int, *, down: bool) -> bool:
-        """Return whether the feeds among rows that lead down to the cut, or up from it, stand next to it."""
+        """Return whether the feeds among rows that lead down to the cut, or up from it, are next to it."""
         kinds = [int(k) for k in self.path.kind[low:high] if k in (Kind.RAPID, Kind.FEED)]
         return kinds == sorted(kinds, reverse=not down)
 
     def _places(
         self, blocks: list[Block], body: int, tail: int, rows: list[int]
     ) -> tuple[tuple[str | None, str | None], ...] | None:
-        """Return the text of every place of the cut; None where a text is not what the place is."""
+        """Return the text of every position of the cut; None if a text differs from its position."""
         unit = self.program.modal(body).unit or 1.0
         said: dict[str, str | None] = {"X": None, "Y": None}
         places: list[tuple[str | None, str | None]] = []
@@ -180,7 +178,7 @@ class _CutReader:
         return tuple(places)
 
     def _centres(self, blocks: list[Block], body: int, rows: list[int]) -> bool:
-        """Return whether I and J say what they say, in the units of the program."""
+        """Return whether I and J state the centres in the units of the program."""
         modal = self.program.modal(body)
         unit = modal.unit or 1.0
         for number, row in enumerate(rows):
@@ -197,7 +195,7 @@ class _CutReader:
     # -- places ------------------------------------------------------------------------------------------------------
 
     def _before_row(self, row: int) -> int:
-        """Return the motion before a row; a stroke has its lead before its cut."""
+        """Return the motion before a row; a cut has its lead before it."""
         row -= 1
         while row > 0 and self.path.kind[row] > Kind.DRILL:
             row -= 1
@@ -216,5 +214,5 @@ class _CutReader:
         return abs(one[0] - other[0]) < _TOLERANCE and abs(one[1] - other[1]) < _TOLERANCE
 
     def _stands(self, row: int) -> bool:
-        """Return whether a row leaves X and Y where they are."""
+        """Return whether a row does not move X and Y."""
         return row > 0 and self._near(self._before(row), self._after(row))

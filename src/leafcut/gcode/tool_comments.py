@@ -1,4 +1,4 @@
-"""How wide a tool is, and of what shape, as the comments of a program tell."""
+"""Diameter and kind of a tool from the comments of a program."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind
 from leafcut.units import MM_PER_INCH
 
-#: Lines above a section in which its tool may be described, and before the change to it.
+#: Most lines above a section, and before its tool change, that may describe its tool.
 _FARTHEST_COMMENT, _BEFORE_CHANGE = 2000, 20
-#: Lines at the top of a program among which a list of tools may stand.
+#: Lines at the top of a program that may hold a list of tools.
 _TOP = 200
 _NUMBER = r"([0-9]{1,3}\s?/\s?[0-9]{1,3}|[0-9]{0,4}\.?[0-9]{1,6})\.?"
 _UNIT = r"\s?(mm|inch|in\b|\")?"
@@ -27,7 +27,7 @@ _DIAMETERS = (
         rf"(?:diameter|\bdia\b\.?|drill size|bit size|\bD\s?=|Ø)\s?[:=]?\s?{_NUMBER}{_UNIT}",
         re.IGNORECASE,
     ),
-    # Drill {3 mm}, Drill, 5 mm: with its unit, or the number may be that of an operation.
+    # Drill {3 mm}, Drill, 5 mm: only with a unit; the number may be that of an operation.
     re.compile(rf"\bdrill(?:\s?bit)?\s?[,{{]?\s?{_NUMBER}\s?(mm|inch|\")(?!\s*(?:deep|depth))", re.IGNORECASE),
     # T1 | 6. DRILL | H1
     re.compile(rf"\|\s*{_NUMBER}{_UNIT}\s?(?:[a-z]{{1,20}}[\s-]{{1,3}}){{0,2}}?drill\s*\|", re.IGNORECASE),
@@ -45,11 +45,11 @@ _REMARK = re.compile(r"\([^()]*\)|;.*")
 _SIZE = re.compile(
     r"(?<![\w./])(?:[0-9]{1,3}/[0-9]{1,3}|[0-9]{0,4}\.?[0-9]{1,6}\.?)\s?-?(mm\b|inch(?:es)?\b|\")", re.IGNORECASE
 )
-#: A comment that says which tool it is about: T5, 5 = …
+#: A comment that names its tool: T5, 5 = …
 _NAMED = re.compile(r"\bT\s?([0-9]{1,9})\b|^[\s(;]*([0-9]{1,9})\s?=", re.IGNORECASE)
 
 
-#: How comments call a kind of tool, the first that fits; anything else mills flat.
+#: Words for kinds of tools; the first match counts, anything else is an end mill.
 _SHAPES = (
     (ToolKind.BALL_MILL, re.compile(r"\bball", re.IGNORECASE)),
     (ToolKind.V_BIT, re.compile(r"\bv-?\s?(?:bit|carve|groove)", re.IGNORECASE)),
@@ -59,14 +59,14 @@ _SHAPES = (
 )
 _ANGLE = re.compile(r"([0-9]{1,3}(?:\.[0-9]{0,6})?)\s?(?:deg|°)", re.IGNORECASE)
 _CORNER = re.compile(r"\bCR\s?=\s?([0-9]{0,4}\.?[0-9]{1,6})", re.IGNORECASE)
-#: What a drill of which nothing more is said has.
+#: Point angle of a drill without a stated one, rad.
 _USUAL_POINT = math.radians(118)
 
 
 def sizes_in_other_unit(lines: Iterable[str], unit: str) -> tuple[int, str]:
     """Return line and text of the first size in a comment that has another unit than `unit`, ``mm`` or ``in``.
 
-    Line 0 where there is none, or where comments also give sizes in that unit.
+    Line 0 without any, or if comments also give sizes in `unit`.
     """
     first = (0, "")
     for number, text in enumerate(lines, 1):
@@ -83,16 +83,15 @@ def sizes_in_other_unit(lines: Iterable[str], unit: str) -> tuple[int, str]:
 def tool_width(program: Program, block: int) -> float:
     """Return the diameter, mm, that the last comment before a block gives for its tool, or 0.
 
-    A comment that names another tool says nothing of this one; one in a list at the top, with its number, does.
+    Comments that name another tool are ignored. A list of tools at the top counts, too.
     """
     return _described(program, block)[0]
 
 
 def tool_in_comments(program: Program, block: int, since: int = 0) -> Tool | None:
-    """Return the tool of a block as that comment describes it; None where no diameter is given, or no angle of a cone.
+    """Return the tool of a block from the same comment; None without a diameter, or without the angle of a V-bit.
 
-    What mills is taken to be flat where the comment says nothing else. A comment up to line `since` counts only if it
-    names the tool.
+    Mills are flat unless the comment names another kind. A comment up to line `since` counts only if it names the tool.
     """
     width, comment = _described(program, block, since)
     if not width:
@@ -100,7 +99,7 @@ def tool_in_comments(program: Program, block: int, since: int = 0) -> Tool | Non
     number = program.modal(block).tool or 0
     kind = next((kind for kind, pattern in _SHAPES if pattern.search(comment)), ToolKind.END_MILL)
     angle, corner = _ANGLE.search(comment), _CORNER.search(comment)
-    # Of a drill, comments of CAM programs have the angle of the point as TAPER.
+    # CAM programs write the point angle of a drill as TAPER.
     degrees = float(angle.group(1)) if angle else 0.0
     point = math.radians(degrees) if 0 < degrees < 180 else _USUAL_POINT if kind is ToolKind.DRILL else math.pi
     if kind is ToolKind.V_BIT:
@@ -112,30 +111,30 @@ def tool_in_comments(program: Program, block: int, since: int = 0) -> Tool | Non
 
 
 def _described(program: Program, block: int, since: int = 0) -> tuple[float, str]:
-    """Return the diameter that the last comment before a block gives for its tool, mm, and the comment; 0 if none."""
-    # Of what is called, the call counts: the last change of tool in the text may be that of a later one.
+    """Return the diameter in the last comment before a block about its tool, mm, and the comment; 0 without any."""
+    # In a subprogram the line of its call counts: the last tool change in the text may belong to a later call.
     line = int(program.text_line[block]) - 1
     modal = program.modal(block)
     unit, tool = modal.unit or 1.0, modal.tool
     changes = np.searchsorted(program.first, np.flatnonzero(program.path.kind == Kind.TOOL), side="right") - 1
-    made = changes[changes < block]
-    last = int(program.text_line[made[-1]]) if len(made) else 1
+    earlier = changes[changes < block]
+    last = int(program.text_line[earlier[-1]]) if len(earlier) else 1
     for number in range(line, max(last - _BEFORE_CHANGE, 0, line - _FARTHEST_COMMENT) - 1, -1):
-        said = _said(program.lines[number], unit)
-        if not said:
+        described = _diameter_in(program.lines[number], unit)
+        if not described:
             continue
-        named = tool is not None and said[1] == tool
-        if named or (number >= since and None in (tool, said[1])):
-            return said[0], said[2]
+        named = tool is not None and described[1] == tool
+        if named or (number >= since and None in (tool, described[1])):
+            return described[0], described[2]
     for text in program.lines[: min(line, _TOP)]:
-        said = _said(text, unit)
-        if said and tool is not None and said[1] == tool:
-            return said[0], said[2]
+        described = _diameter_in(text, unit)
+        if described and tool is not None and described[1] == tool:
+            return described[0], described[2]
     return 0.0, ""
 
 
-def _said(text: str, unit: float) -> tuple[float, int | None, str] | None:
-    """Return the diameter that a comment gives, mm, the number of the tool if it names one, and the comment."""
+def _diameter_in(text: str, unit: float) -> tuple[float, int | None, str] | None:
+    """Return the diameter in a comment, mm, the number of the tool that it names, if any, and the comment."""
     if "(" not in text and ";" not in text:
         return None
     match = next((m for pattern in _DIAMETERS if (m := pattern.search(text))), None)

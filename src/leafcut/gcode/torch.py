@@ -1,6 +1,6 @@
-"""What the outputs of a controller do to a torch: the arc off for a while, the height held, the feed lowered.
+"""Outputs of a controller that drive a torch: arc off for a while, height held, feed lowered.
 
-Source: LinuxCNC, M-code reference, M52 and M62 to M68; QtPlasmaC manual, which outputs it listens to.
+Source: LinuxCNC, M-code reference, M52 and M62 to M68; QtPlasmaC manual, outputs.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from leafcut.units import SECONDS_PER_MINUTE
 
 #: Register of the controller that holds half a kerf, where G41 and G42 take it from one.
 KERF_REGISTER = 1
-#: QtPlasmaC takes a part of the feed outside of these limits for all of it, percent.
+#: QtPlasmaC takes a feed override outside these limits for 100 %.
 LEAST_PERCENT, MOST_PERCENT = 10.0, 100.0
 
 
@@ -45,7 +45,7 @@ def run_outputs(state: InterpreterState, words: SortedBlock) -> None:
 
 
 def material_block(state: InterpreterState, line: str, number: int) -> Block:
-    """Return the block of a line, in which F may be the feed of the controller's material that is selected.
+    """Return the block of a line; F may be the feed of the selected material of the controller.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def _needed(letters: dict[str, Word], letter: str, code: int) -> Word:
 
 
 def leave_outputs(state: InterpreterState) -> None:
-    """Leave the outputs as a program that was broken off may: the feed lowered, the torch dark, its height held."""
+    """Set the outputs as an aborted program may leave them: feed lowered, torch dark, height held."""
     torch = state.dialect.torch
     if torch is None:
         return
@@ -89,13 +89,13 @@ def leave_outputs(state: InterpreterState) -> None:
 
 
 def spindle_number(letters: dict[str, Word]) -> int:
-    """Take the `$` of a spindle word: 0 without it, and for -1, which means all of them."""
+    """Take the `$` of a spindle word: 0 without it, and for -1, which means all spindles."""
     word = letters.pop("$", None)
     return 0 if word is None or word.value == -1.0 else whole(word, 7)
 
 
 def _take_wait(letters: dict[str, Word]) -> None:
-    """Take the words of M66, which waits for an input and changes nothing that a toolpath holds."""
+    """Take the words of M66, which waits for an input and changes nothing in a toolpath."""
     if ("P" in letters) == ("E" in letters):
         raise BlockError("M66 needs P or E")
     for letter in ("P", "E", "L", "Q"):
@@ -103,7 +103,7 @@ def _take_wait(letters: dict[str, Word]) -> None:
 
 
 def lower_feed(state: InterpreterState, number: int, percent: float) -> None:
-    """Set an analog output; the one that the torch's feed obeys lowers it from here on."""
+    """Set an analog output; that of the torch's feed lowers the feed from here on."""
     torch = state.dialect.torch
     if torch is not None and number == torch.feed_output:
         state.override = percent / 100.0 if LEAST_PERCENT <= percent <= MOST_PERCENT else 1.0
@@ -135,25 +135,25 @@ def set_speed(state: InterpreterState, rpm: float) -> None:
 
 
 def for_controller(path: Toolpath, dialect: Dialect) -> Toolpath:
-    """Return a cutting toolpath as its controller is told it; the same path where the dialect drives no torch.
+    """Return a cutting toolpath in the form that its controller takes; unchanged if the dialect drives no torch.
 
-    A controller that probes, moves Z and waits for the pierce itself is told nothing of that; one that cannot keep the
-    torch dark while it moves on puts it out earlier; the control of height and G64 are only for those that have them.
+    Probing, moves of Z and waits are left out if the controller does them. A torch that cannot be dark while it moves
+    is switched off earlier. Height control and G64 are only for controllers that have them.
 
     Raises
     ------
     PostError
-        The torch is to go dark and on again, or to mark, and the controller has no word for it.
+        The controller has no word for marking, or for a torch that is dark for a while.
     """
     torch = dialect.torch
     if torch is None:
         return path
     rows: list[Motion] = []
     arcs = list(path.arcs)
-    teller = _Teller(torch, dialect, rows.append)
+    writer = _TorchWriter(torch, dialect, rows.append)
     before = path.before
     for number, motion in enumerate(path):
-        teller.tell(motion, before[number])
+        writer.write(motion, before[number])
     if not dialect.states_z:
         arcs = [replace(arc, center=(arc.center[0], arc.center[1], math.nan)) for arc in arcs]
     return _with_arcs(rows, arcs)
@@ -163,8 +163,8 @@ def _with_arcs(rows: list[Motion], arcs: list[Arc]) -> Toolpath:
     return replace(Toolpath.of_motions(rows), arcs=tuple(arcs))
 
 
-class _Teller:
-    """Passes on the rows that a controller is told, changed where it is told them otherwise."""
+class _TorchWriter:
+    """Passes on the rows that a controller takes, changed where it takes another form."""
 
     def __init__(self, torch: Torch, dialect: Dialect, keep: Callable[[Motion], None]) -> None:
         self.torch, self.dialect, self.keep = torch, dialect, keep
@@ -172,8 +172,8 @@ class _Teller:
         self.piercing = False
         self.displaced = False
 
-    def tell(self, row: Motion, before: np.ndarray) -> None:
-        """Pass one row on; `before` is where the torch was."""
+    def write(self, row: Motion, before: np.ndarray) -> None:
+        """Pass one row on; `before` is the position of the torch before it."""
         torch, kind = self.torch, row.kind
         if kind is Kind.SPINDLE:
             self._light(row)
@@ -191,18 +191,18 @@ class _Teller:
             self.keep(row._replace(value=float(KERF_REGISTER)) if by_register else row)
         elif kind is Kind.BLENDING:
             if 640 in self.dialect.g_codes:
-                # On a Fanuc G64 has no tolerance of its own.
+                # G64 has no tolerance on Fanuc.
                 self.keep(row._replace(value=0.0) if self.dialect.groups == "fanuc" else row)
         elif kind in MOTIONS and not self.dialect.states_z:
             self._go(row, before)
         else:
-            # Another tool is not where the one before it was.
+            # Another tool has another position.
             self.displaced |= kind is Kind.TOOL
             self.keep(row)
         self.piercing &= kind not in MOTIONS
 
     def _go(self, row: Motion, before: np.ndarray) -> None:
-        """Pass on a move without its height; up and down alone are not told."""
+        """Pass on a move without its height; moves of Z alone are left out."""
         x, y, _ = row.end
         if row.kind not in (Kind.RAPID, Kind.FEED) or self.displaced or not _same((x, y), before):
             self.keep(row._replace(end=(x, y, math.nan)))

@@ -38,7 +38,7 @@ _M_GROUPS: dict[str, tuple[int, ...]] = {
 #: The stop of a firmware whose M0, M1 and M2 end a program.
 PAUSE = 226
 M_GROUP_OF = {code: group for group, codes in _M_GROUPS.items() for code in codes}
-#: Words for a machine's own outputs: what they do is known only where a dialect says what listens to them.
+#: Words for outputs of the machine; their effect is known only if the dialect states the device.
 OUTPUT_CODES = frozenset(code for group in ("output", "adaptive", "material") for code in _M_GROUPS[group])
 
 #: G codes in tenths that rotate, scale, mirror or wrap all that follows, with the code that ends them.
@@ -58,9 +58,9 @@ OTHER_AXES = ("A", "B", "C", "U", "V", "W")
 
 @dataclass(slots=True)
 class SortedBlock:
-    """The words of a block by what they do: one G code a group, M codes a group, every other letter once.
+    """The words of a block: one G code per group, M codes by group, every other letter once.
 
-    `unknown` holds the G and M words that are not known, where such blocks are kept.
+    `unknown` holds the G and M words that are not understood, if such blocks are kept.
     """
 
     g: dict[str, int] = field(default_factory=dict)
@@ -74,14 +74,14 @@ def sort_words(
 ) -> SortedBlock:
     """Return the words of a block by group.
 
-    `g_codes` (in tenths) and `m_codes` are those that the dialect has. `separate_cycles` says that cycles and G80
-    are a group of their own, as Fanuc has it; else they exclude G0 to G3, as in RS274/NGC. `keep_unknown` collects the
-    codes that are not known, which are an error else.
+    `g_codes` (in tenths) and `m_codes` are those of the dialect. With `separate_cycles`, cycles and G80 are a group of
+    their own (Fanuc); else they exclude G0 to G3 (RS274/NGC). `keep_unknown` collects unknown codes, which are errors
+    otherwise.
 
     Raises
     ------
     BlockError
-        A code that is not known, two codes of one group, or a letter twice.
+        An unknown code, two codes of one group, or a letter twice.
     """
     result = SortedBlock(unknown=[] if keep_unknown else None)
     for word in block.words:
@@ -91,7 +91,7 @@ def sort_words(
         elif letter == "M":
             _add_m(result, word, m_codes)
         elif letter == "N" and "N" in result.letters:
-            continue  # a number that somebody has put before the one that was there
+            continue  # a second number, put before the first
         elif letter in result.letters:
             raise BlockError(f"{letter} is given twice: {result.letters[letter]} and {word}")
         else:
@@ -118,7 +118,7 @@ def _add_m(result: SortedBlock, word: Word, known: frozenset[int]) -> None:
         _set_aside(result, word)
         return
     codes = result.m.setdefault(M_GROUP_OF[code], [])
-    # Mist and flood may go on together; everything else of one group excludes itself.
+    # Mist and flood may be on together; all other codes of a group exclude each other.
     if codes and {*codes, code} - {7, 8} and code not in codes:
         _conflict("M", codes[0], code)
     codes.append(code)

@@ -14,9 +14,9 @@ from typing import NamedTuple, NoReturn
 
 from leafcut.errors import LeafcutError
 
-#: A line longer than this is no line of a program; the RS274/NGC limit is 256.
+#: Longest line of a program, characters; the RS274/NGC limit is 256.
 MAX_LINE = 10_000
-#: Numbers beyond this are no numbers of a machine tool, in whatever unit.
+#: Largest number in any unit.
 MAX_NUMBER = 1e9
 
 # The possessive `++` keeps a line of a thousand digits linear in its length.
@@ -40,18 +40,15 @@ PLAIN_LINE_WITH_POINTS = _plain_line(r"([+-]?(?:[0-9]{1,8}+\.[0-9]{0,20}+|\.[0-9
 
 
 class BlockError(LeafcutError):
-    """A block cannot be understood; the interpreter adds file and line.
-
-    The one seam between "cannot be read" and "must be kept word for word": every refusal of a block is one of these.
-    """
+    """A block makes no sense or is not understood; the caller adds file and line."""
 
 
 class UnclearBlock(BlockError):
-    """A block that makes sense, but what it does cannot be known from the program; it can be kept word for word."""
+    """A block that makes sense, but whose effect the program does not show; it can be kept word for word."""
 
 
 class Word(NamedTuple):
-    """A letter in upper case, its number, and the number as it was written (some rules ask for the decimal point)."""
+    """A letter in upper case, its number, and the number as written (some rules need the decimal point)."""
 
     letter: str
     value: float
@@ -65,9 +62,9 @@ class Word(NamedTuple):
 class Block:
     """One line: its words in order, its comments, and its marks.
 
-    `percent` is the text after a leading percent sign (often empty), or None when there is no such sign.
-    `deleted` says that the line starts with a slash, so that a switch on the machine may skip it.
-    `call` is the modal call of a cycle by its name, with its arguments, or the end of one ("", ()).
+    `percent` is the text after a leading percent sign (often empty), or None without such a sign.
+    `deleted`: the line starts with a slash, so that a switch on the machine may skip it.
+    `call` is the name and the arguments of a modal call of a cycle, or ("", ()), which ends it.
     """
 
     line: int
@@ -79,12 +76,12 @@ class Block:
 
 
 def lines(text: str) -> Iterator[tuple[int, str]]:
-    """Yield (number from 1, line) of a text with any of the three line ends."""
+    """Yield number (from 1) and text of the lines of a text with any line ends."""
     return enumerate(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), start=1)
 
 
 def tokenise(line: str, number: int = 0) -> Block:
-    """Return the block that one line holds.
+    """Return the block of one line.
 
     Raises
     ------
@@ -103,7 +100,7 @@ def tokenise(line: str, number: int = 0) -> Block:
 def split_line(line: str, nested: bool = False) -> tuple[str, tuple[str, ...]]:
     """Return a line without comments and outer spaces, and its comments.
 
-    With `nested`, a comment inside a comment belongs to the outer one.
+    With `nested`, a comment inside a comment belongs to the outer comment.
 
     Raises
     ------
@@ -119,13 +116,13 @@ def split_line(line: str, nested: bool = False) -> tuple[str, tuple[str, ...]]:
 
 
 def has_nested_comment(line: str) -> bool:
-    """Return whether a comment holds another one."""
+    """Return whether a comment contains another."""
     first, inner = line.find("("), line.find("(", line.find("(") + 1)
     return first >= 0 and inner >= 0 and _flattened(line) != line
 
 
 def _flattened(line: str) -> str:
-    """Return a line with spaces for the parentheses inside of comments, up to a semicolon outside of them."""
+    """Return a line with the parentheses inside comments replaced by spaces, up to a semicolon outside comments."""
     if line.count("(") < 2:
         return line
     depth, letters = 0, list(line)
@@ -181,13 +178,13 @@ def words_of(body: str) -> tuple[Word, ...]:
 
 
 def out_of_range(letter: str) -> str:
-    """Return what to say of a number that is too large for any machine."""
-    what = f"the number of {letter.upper()} is out of range: {MAX_NUMBER:,.0f} or more"
-    return f"{what}; correct or delete that word, or re-post the program"
+    """Return the message for a number that is too large for any machine."""
+    fault = f"the number of {letter.upper()} is out of range: {MAX_NUMBER:,.0f} or more"
+    return f"{fault}; correct or delete that word, or re-post the program"
 
 
 def refuse_rest(body: str, position: int) -> NoReturn:
-    """Raise a `BlockError` that says what stands at `position` instead of a word."""
+    """Raise a `BlockError` that shows the text at `position`, which is not a word."""
     rest = body[position:].lstrip(" \t")
     first = rest[:1]
     if first in "#[]=<>*":
@@ -200,5 +197,5 @@ def refuse_rest(body: str, position: int) -> NoReturn:
 
 
 def _shown(text: str) -> str:
-    """Return the start of a text that is safe to show in one line."""
+    """Return the start of a text, safe to show in one line."""
     return re.sub(r"[^\x21-\x7e]+", " ", text[:12]).strip()

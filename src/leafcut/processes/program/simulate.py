@@ -90,11 +90,11 @@ def _check_lifts(settings: Settings, words: Dialect) -> None:
 
 def run_of_controller(program: Program, words: Dialect, clearance: float) -> tuple[Toolpath, list[Issue]]:
     """Return the motion with the moves that the controller adds at each cut, and a warning about unknown materials."""
-    from leafcut.gcode.material import as_run
+    from leafcut.gcode.material import with_controller_moves
 
     if words.torch is None or not words.torch.material_comment:
         return program.path, []
-    path, unknown = as_run(program.path, program.lines, clearance)
+    path, unknown = with_controller_moves(program.path, program.lines, clearance)
     message = f"{unknown} cuts use a material that the program does not define, (o=0, …): their pierces are not timed"
     if unknown == 1:
         message = "1 cut uses a material that the program does not define, (o=0, …): its pierce is not timed"
