@@ -15,13 +15,12 @@ import re
 from collections.abc import Iterable, Sequence
 
 from leafcut.gcode.dialects import Dialect
-from leafcut.gcode.words import Block, Word
+from leafcut.gcode.words import COMMENT, Block, Word
 
 #: M words of LinuxCNC that call no macro: their effect is unknown, but they read only their own words.
 _PLAIN_M = frozenset({19, *range(48, 54), 60, 61, *range(62, 69), 190})
 _END = re.compile(r"M0*(?:2|30|99)(?![0-9.])")
 _SUB = re.compile(r"O([0-9]+|<[^<>]*>)(SUB|ENDSUB)")
-_COMMENT = re.compile(r"\([^()]*\)|;.*")
 _NUMBER = re.compile(r"^(/?)N[0-9]+")
 #: Digests in brackets after the words, and the meaning of a difference.
 _INPUTS = {
@@ -122,4 +121,4 @@ def significant_text(line: str, dialect: Dialect) -> str:
 
 def normalized(line: str) -> str:
     """Return a line in capitals without number, comments and spaces."""
-    return _NUMBER.sub(r"\1", "".join(_COMMENT.sub("", line).split()).upper())
+    return _NUMBER.sub(r"\1", "".join(COMMENT.sub("", line).split()).upper())

@@ -10,6 +10,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 
+from leafcut.gcode.words import COMMENT
+
 #: Characters that are examined; the kind of a program shows early.
 _LOOKED_AT = 400_000
 
@@ -53,7 +55,6 @@ _X = re.compile(r"[XU]\s*[-+\[#.0-9]", re.IGNORECASE)
 _Z = re.compile(r"[ZW]\s*[-+\[#.0-9]", re.IGNORECASE)
 _DRILLS = re.compile(r"G8[1-9](?![0-9.])", re.IGNORECASE)
 _CHANGES = re.compile(r"M0*6(?![0-9.])", re.IGNORECASE)
-_REMARK = re.compile(r"\([^()]*\)|;.*")
 
 
 def other_language(text: str) -> str:
@@ -61,7 +62,7 @@ def other_language(text: str) -> str:
     lines = text[:_LOOKED_AT].splitlines()
     if len(text) > _LOOKED_AT:
         lines = lines[:-1]
-    code = [_REMARK.sub(" ", line).strip() for line in lines]
+    code = [COMMENT.sub(" ", line).strip() for line in lines]
     for words, kind in (
         (_heidenhain(lines), "a program in Heidenhain's plain language ({}), not in G-code"),
         (_heidenhain_iso(lines), "a program in Heidenhain's DIN/ISO ({})"),
@@ -130,7 +131,7 @@ def _lathe(code: list[str], text: str) -> str:
         ),
         "",
     )
-    return "" if _Y.search(_REMARK.sub(" ", text[_LOOKED_AT:])) else found
+    return "" if _Y.search(COMMENT.sub(" ", text[_LOOKED_AT:])) else found
 
 
 def _matches(pattern: re.Pattern[str], lines: Iterable[str]) -> Iterator[re.Match[str]]:

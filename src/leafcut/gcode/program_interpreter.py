@@ -13,7 +13,6 @@ import math
 from array import array
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from itertools import islice
 
 import numpy as np
 
@@ -300,23 +299,17 @@ class _ProgramReader:
     def _run_plain_lines(self, start: int) -> int:
         """Carry out plain lines from `start` (from 0) on; return the first line that `_step` must carry out."""
         state, record, lines = self.state, self.record, self.lines
-        path, arcs, unit, motion, feed = (
-            state.path,
-            state.path.arcs,
-            state.unit or 1.0,
-            state.motion or 0,
-            state.feed_rate,
-        )
+        path, arcs, feed = state.path, state.path.arcs, state.feed_rate
+        unit, motion = state.unit or 1.0, state.motion or 0
         match = (PLAIN_LINE_WITH_POINTS if state.dialect.point_required else PLAIN_LINE).fullmatch
         add_row, add_line = path.rows.extend, record.line.append
         add_first, add_before = record.first.append, record.before.append
         flat = state.plane == 17 and not state.absolute_centres
-        row, number = len(path), start
-        for line in islice(lines, start, None):
-            number += 1
+        row = len(path)
+        for number in range(start + 1, len(lines) + 1):
             if not number & _LINES_BETWEEN_CHECKS:
                 self.on_progress(number / len(lines))
-            found = match(line)
+            found = match(lines[number - 1])
             if found is None or found.lastindex is None:
                 return number - 1
             g, x, y, z, i, j, s, f, s_last = found.groups()

@@ -9,6 +9,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from leafcut.gcode.program import Program
+from leafcut.gcode.words import COMMENT
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind
 from leafcut.units import MM_PER_INCH
@@ -40,7 +41,6 @@ _DIAMETERS = (
         rf"(?<![\w./#-]){_NUMBER}{_NO_COUNT}{_UNIT}[\s-]?(?:[a-z]{{1,20}}[\s-]{{1,3}}){{0,2}}?{_MILL}", re.IGNORECASE
     ),
 )
-_REMARK = re.compile(r"\([^()]*\)|;.*")
 #: A number with its unit.
 _SIZE = re.compile(
     r"(?<![\w./])(?:[0-9]{1,3}/[0-9]{1,3}|[0-9]{0,4}\.?[0-9]{1,6}\.?)\s?-?(mm\b|inch(?:es)?\b|\")", re.IGNORECASE
@@ -72,8 +72,8 @@ def sizes_in_other_unit(lines: Iterable[str], unit: str) -> tuple[int, str]:
     for number, text in enumerate(lines, 1):
         if "(" not in text and ";" not in text:
             continue
-        for remark in _REMARK.findall(text):
-            for size in _SIZE.finditer(remark):
+        for comment in COMMENT.findall(text):
+            for size in _SIZE.finditer(comment):
                 if (size.group(1).lower() == "mm") == (unit == "mm"):
                     return 0, ""
                 first = first if first[0] else (number, size.group())

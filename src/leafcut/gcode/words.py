@@ -21,7 +21,7 @@ MAX_NUMBER = 1e9
 
 # The possessive `++` keeps a line of a thousand digits linear in its length.
 _WORD = re.compile(r"[ \t]*([A-Za-z$])[ \t]*([+-]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++))")
-_COMMENT = re.compile(r"\([^()]*\)|;.*")
+COMMENT = re.compile(r"\([^()]*\)|;.*")
 _SHORT_NUMBER = r"([+-]?(?:[0-9]{1,8}+(?:\.[0-9]{0,20}+)?|\.[0-9]{1,20}+))"
 
 
@@ -146,7 +146,7 @@ def _without_comments(line: str) -> tuple[str, tuple[str, ...]]:
         comments.append(match.group().lstrip("(;").removesuffix(")").strip())
         return " "
 
-    body = _COMMENT.sub(cut, line)
+    body = COMMENT.sub(cut, line)
     if "(" in body:
         raise BlockError("a comment inside a comment" if ")" in body else "a comment is not closed: ')' is missing")
     if ")" in body:
