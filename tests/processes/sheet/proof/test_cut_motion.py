@@ -28,13 +28,13 @@ def motion_of(text: str, words: str, options: CutOptions | None = None) -> list[
 
 def without(kind: Kind, keeps: Callable[[Motion], bool] = lambda row: False) -> Callable[..., None]:
     """Return a writer's fault: rows of a kind are not passed on."""
-    right = torch._Teller.tell
+    right = torch._TorchWriter.write
 
-    def tell(self: torch._Teller, row: Motion, before: object) -> None:
+    def write(self: torch._TorchWriter, row: Motion, before: object) -> None:
         if row.kind is not kind or keeps(row):
             right(self, row, before)  # type: ignore[arg-type]
 
-    return tell
+    return write
 
 
 FAULTS = [
@@ -59,7 +59,7 @@ def test_what_the_writer_leaves_out_by_mistake_is_a_difference(
     options = CutOptions(compensation="controller") if kind is Kind.RADIUS else None
     plan, _ = planned(words, options)
     assert motion_of(program(plan.cuts, words), words, options) == []
-    monkeypatch.setattr(torch._Teller, "tell", without(kind, keeps or (lambda row: False)))
+    monkeypatch.setattr(torch._TorchWriter, "write", without(kind, keeps or (lambda row: False)))
     wrong = program(plan.cuts, words)
     monkeypatch.undo()
     assert motion_of(wrong, words, options) != []
