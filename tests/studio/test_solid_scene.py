@@ -16,7 +16,7 @@ from solid_scenes import STOCK, shaped_path, stepped_path, stepped_stock
 from leafcut.material.solid import solid_of
 from leafcut.model.shown_stock import ShownStock
 from leafcut.studio.drawing.solid import compared_solid_scenes, solid_scene
-from leafcut.studio.jobs.run_job import Made, run
+from leafcut.studio.jobs.run_job import JobResult, run
 from leafcut.studio.jobs.task import ReadyTask
 
 SLOT = "(T1 D=8. CR=0. - flat end mill)\nG21 G90 G94\nT1 M6\nS3000 M3\nG0 X0 Y0 Z5\nG1 Z{} F200\nX60 F600\nG0 Z5\nM30\n"
@@ -67,7 +67,7 @@ def test_the_same_work_of_another_depth_below_the_floor_is_no_difference() -> No
         assert len(blocks["differs"]) == 0
 
 
-def compared(folder: Path, *texts: str) -> Made:
+def compared(folder: Path, *texts: str) -> JobResult:
     """Return two programs compared, as a job does it."""
     files = [folder / f"{name}.nc" for name in ("one", "other")]
     for file, text in zip(files, texts, strict=True):

@@ -12,14 +12,16 @@ import pytest
 
 from leafcut.cli import app as cli
 from leafcut.studio.jobs.nest_request import WantedPart
-from leafcut.studio.jobs.run_job import Made, run
+from leafcut.studio.jobs.run_job import JobResult, run
 from leafcut.studio.jobs.task import ReadyTask
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 LITTLE = {"iterations": 1, "threads": 1}
 
 
-def made(command: str, *names: str, process: str = "auto", parts: tuple[WantedPart, ...] = (), **options: Any) -> Made:
+def made(
+    command: str, *names: str, process: str = "auto", parts: tuple[WantedPart, ...] = (), **options: Any
+) -> JobResult:
     """Do what a job does with examples."""
     sources = tuple(name if ":" in name else str(EXAMPLES / name) for name in names)
     call = ReadyTask(command, sources, process, options, parts)

@@ -15,7 +15,7 @@ from starlette.testclient import TestClient
 
 from leafcut.cli import app as cli
 from leafcut.studio.jobs import jobs
-from leafcut.studio.jobs.run_job import Made
+from leafcut.studio.jobs.run_job import JobResult
 from leafcut.studio.server.app import make_api
 from leafcut.studio.studio import Studio
 
@@ -165,7 +165,7 @@ def test_however_many_wait_for_their_answers_the_others_are_answered(
 ) -> None:
     """Sixty requests wait, more than the server has threads for; the next one is answered all the same."""
     release = threading.Event()
-    monkeypatch.setattr(jobs, "run", lambda *_: release.wait(600) and Made({}, {}, {}))
+    monkeypatch.setattr(jobs, "run", lambda *_: release.wait(600) and JobResult({}, {}, {}))
 
     async def ask() -> None:
         transport = httpx2.ASGITransport(make_api(studio))

@@ -12,10 +12,10 @@ from nicegui.page import page as page_of
 
 from leafcut.studio.jobs import jobs as room
 from leafcut.studio.jobs.history import JobState
-from leafcut.studio.jobs.run_job import Made
+from leafcut.studio.jobs.run_job import JobResult
 from leafcut.studio.jobs.task import Task
 from leafcut.studio.page.compare_jobs import compared_figures, compared_options
-from leafcut.studio.page.job_words import wanted_words
+from leafcut.studio.page.job_words import search_terms
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_jobs import MAX_ROWS, JobsPanel
 from leafcut.studio.studio import Studio
@@ -85,31 +85,31 @@ def test_a_job_is_found_by_its_name_its_day_its_options_and_how_it_ended(
     noted(studio, 1, thickness='3/8"')
     studio.history.add("other", "other.svg", Task("optimize", ("example:plate-27",), "pocket"), 1e9 + 60)
     studio.history.finish("other", JobState.FAILED, line="pockets need the end mill; give “Tool diameter”")
-    records, count = studio.jobs.find(wanted_words(text, EN), 50)
+    records, count = studio.jobs.find(search_terms(text, EN), 50)
     assert ({record.id for record in records}, count) == (found, len(found))
 
 
 @pytest.mark.parametrize("text", ["algorithm", "run", "origin", "option", "put", "Origin", "false"])
 def test_a_job_is_not_found_by_a_word_that_only_its_storage_has(studio: Studio, text: str) -> None:
     noted(studio, 1, header=False)
-    assert studio.jobs.find(wanted_words(text, EN), 50)[1] == 0
+    assert studio.jobs.find(search_terms(text, EN), 50)[1] == 0
 
 
 def test_a_job_is_found_by_letters_beyond_ascii_and_by_what_is_in_a_list(studio: Studio) -> None:
     noted(studio, 1, machine="mine:fräse", tools=["6mm", "größe"])
-    assert [studio.jobs.find(wanted_words(text, EN), 50)[1] for text in ("fräse", "größe", "plasma")] == [1, 1, 0]
+    assert [studio.jobs.find(search_terms(text, EN), 50)[1] for text in ("fräse", "größe", "plasma")] == [1, 1, 0]
 
 
 def test_a_study_is_found_by_its_algorithms(studio: Studio) -> None:
     studio.history.add("a", "berlin52", Task("study", ("random:9:1",), algorithms=("mmas",), runs=3), 1e9)
-    assert [studio.jobs.find(wanted_words(text, EN), 50)[1] for text in ("study mmas", "study eas")] == [1, 0]
+    assert [studio.jobs.find(search_terms(text, EN), 50)[1] for text in ("study mmas", "study eas")] == [1, 0]
 
 
 def test_jobs_are_found_by_the_words_of_the_language_that_is_spoken(studio: Studio) -> None:
     noted(studio, 2, kerf="1.5")
-    assert studio.jobs.find(wanted_words("sangría", ES), 50)[1] == 2
-    assert studio.jobs.find(wanted_words(ES("state.done"), ES), 50)[1] == 2
-    assert studio.jobs.find(wanted_words("sangría", EN), 50)[1] == 0
+    assert studio.jobs.find(search_terms("sangría", ES), 50)[1] == 2
+    assert studio.jobs.find(search_terms(ES("state.done"), ES), 50)[1] == 2
+    assert studio.jobs.find(search_terms("sangría", EN), 50)[1] == 0
 
 
 def test_what_two_jobs_have_in_common_is_told_apart_from_what_differs(studio: Studio) -> None:
@@ -148,10 +148,10 @@ def test_jobs_that_wait_come_to_their_turn_in_the_order_that_was_given_them(
 ) -> None:
     go, began = threading.Semaphore(0), []
 
-    def held(call: Any, *_: Any) -> Made:
+    def held(call: Any, *_: Any) -> JobResult:
         began.append(call.options["seed"])
         go.acquire()
-        return Made({}, {}, {})
+        return JobResult({}, {}, {})
 
     monkeypatch.setattr(room, "run", held)
     jobs = [

@@ -19,8 +19,8 @@ from leafcut.files.whole_files import OutputError
 from leafcut.model.heartbeat import Progress, Trial
 from leafcut.studio.jobs import jobs as room
 from leafcut.studio.jobs.history import Artefact, History, JobState
-from leafcut.studio.jobs.jobs import Live
-from leafcut.studio.jobs.run_job import Made
+from leafcut.studio.jobs.jobs import LiveJob
+from leafcut.studio.jobs.run_job import JobResult
 from leafcut.studio.jobs.task import ReadyTask, Task, prepare, title_of
 from leafcut.studio.page.job_words import change_words, choices_of
 from leafcut.studio.studio import Studio, open_studio
@@ -66,7 +66,7 @@ def test_stopping_keeps_the_best_and_cancelling_keeps_nothing(studio: Studio) ->
 
 def test_a_job_that_waits_can_be_cancelled(studio: Studio, monkeypatch: pytest.MonkeyPatch) -> None:
     release = threading.Event()
-    monkeypatch.setattr(room, "run", lambda *_: release.wait(30) and Made({}, {}, {}))
+    monkeypatch.setattr(room, "run", lambda *_: release.wait(30) and JobResult({}, {}, {}))
     jobs = [studio.jobs.start(SHORT) for _ in range(room.AT_ONCE + 1)]
     last = studio.jobs.live(jobs[-1])
     assert last is not None
@@ -80,7 +80,7 @@ def test_who_waits_for_a_job_that_has_no_turn_is_told_at_once_that_it_is_over(
     studio: Studio, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     release = threading.Event()
-    monkeypatch.setattr(room, "run", lambda *_: release.wait(30) and Made({}, {}, {}))
+    monkeypatch.setattr(room, "run", lambda *_: release.wait(30) and JobResult({}, {}, {}))
     jobs = [studio.jobs.start(SHORT) for _ in range(room.AT_ONCE + 2)]
     studio.jobs.cancel(jobs[-1])
     assert studio.jobs.wait(jobs[-1], 30) is JobState.CANCELLED
@@ -97,7 +97,7 @@ def test_a_job_whose_outcome_cannot_be_kept_is_over_and_says_so(
     studio: Studio, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of a history that takes nothing more, the server still knows; of a fault in storing, the history, too."""
-    monkeypatch.setattr(room, "run", lambda *_: Made({"odd": object()}, {}, {}))
+    monkeypatch.setattr(room, "run", lambda *_: JobResult({"odd": object()}, {}, {}))
     job = studio.jobs.start(SHORT)
     assert studio.jobs.wait(job, 30) is JobState.FAILED
     kept = studio.history.get(job)
@@ -135,9 +135,9 @@ def test_of_a_days_jobs_only_the_last_are_still_known_as_they_went(
 ) -> None:
     """What they said and how they stand is read from the history; what that does not know is not let go of."""
 
-    def said(_call: Any, _names: Any, tell: Any, *_: Any) -> Made:
+    def said(_call: Any, _names: Any, tell: Any, *_: Any) -> JobResult:
         tell(Progress("search"))
-        return Made({}, {}, {})
+        return JobResult({}, {}, {})
 
     def full(*_: object, **__: object) -> None:
         raise OutputError("cannot write the history (disk full)")
@@ -169,7 +169,7 @@ def test_a_run_that_fails_says_its_line_and_nothing_else_ends(studio: Studio) ->
 def test_a_fault_of_leafcut_is_one_line_too(
     studio: Studio, monkeypatch: pytest.MonkeyPatch, problem: BaseException
 ) -> None:
-    def broken(*_: object) -> Made:
+    def broken(*_: object) -> JobResult:
         raise problem
 
     monkeypatch.setattr(room, "run", broken)
@@ -200,7 +200,7 @@ def test_a_task_that_cannot_be_meant_is_refused_before_it_is_a_job(studio: Studi
 
 
 def test_the_curve_of_a_long_run_stays_short() -> None:
-    live = Live("a", ReadyTask("optimize", ("a.dxf",), "auto", {}), ("a.dxf",))
+    live = LiveJob("a", ReadyTask("optimize", ("a.dxf",), "auto", {}), ("a.dxf",))
     for k in range(9_000):
         live.began = time.perf_counter() - k
         live.record_progress(Progress("search", 0.5, 1e6 - k))
@@ -217,10 +217,10 @@ def test_a_restart_loses_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     tour = first.history.artefact(done, "tour")
     started = threading.Event()
 
-    def search(_call: Any, _names: Any, _tell: Any, cancelled: threading.Event, *_: Any) -> Made:
+    def search(_call: Any, _names: Any, _tell: Any, cancelled: threading.Event, *_: Any) -> JobResult:
         started.set()
         assert cancelled.wait(60)
-        return Made({}, {}, {})
+        return JobResult({}, {}, {})
 
     with monkeypatch.context() as patched:
         patched.setattr(room, "run", search)
@@ -382,7 +382,7 @@ def test_jobs_of_one_file_are_told_apart_by_machine_and_options(studio: Studio) 
 
 
 def test_messages_are_counted_also_when_only_the_last_are_kept() -> None:
-    live = Live("a", ReadyTask("optimize", ("a.dxf",), "auto", {}), ("a.dxf",))
+    live = LiveJob("a", ReadyTask("optimize", ("a.dxf",), "auto", {}), ("a.dxf",))
     for number in range(1500):
         live.record_progress(Progress(f"pocket {number}"))
     assert (len(live.messages), live.said) == (1000, 1500)
@@ -392,7 +392,7 @@ def test_messages_are_counted_also_when_only_the_last_are_kept() -> None:
 def test_what_a_run_tries_is_kept_by_its_name_with_what_came_of_it(studio: Studio) -> None:
     """Also what is told of it in the same words: the words are one message."""
     call = prepare(Task("optimize", ("example:plate-27",)), studio.folder)
-    live = Live("a", call, ("plate-27",))
+    live = LiveJob("a", call, ("plate-27",))
     live.record_progress(Progress("trying both", trial=Trial("zigzag")))
     live.record_progress(Progress("trying both", trial=Trial("contour")))
     live.record_progress(Progress("trying both", 0.5, trial=Trial("zigzag", "41.2 s", 41.2)))

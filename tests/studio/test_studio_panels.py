@@ -11,7 +11,7 @@ from nicegui.client import Client
 from nicegui.page import page as page_of
 
 from leafcut.studio.drawing.editing import HoleOrder
-from leafcut.studio.jobs.jobs import Live
+from leafcut.studio.jobs.jobs import LiveJob
 from leafcut.studio.jobs.nest_request import WantedPart
 from leafcut.studio.jobs.task import Task, prepare
 from leafcut.studio.page.elements import box
@@ -45,7 +45,7 @@ def test_an_outcome_is_shown_once_the_page_knows_that_the_run_is_over(studio: St
 
 
 def test_of_what_is_tried_the_least_cost_is_the_best_so_far_and_what_is_not_over_is_told_so(studio: Studio) -> None:
-    live = Live("a", prepare(Task("optimize", ("example:plate-27",)), studio.folder), ("plate-27",))
+    live = LiveJob("a", prepare(Task("optimize", ("example:plate-27",)), studio.folder), ("plate-27",))
     live.tried = {"zigzag": ("52.0 s", 52.0), "shapes 3": ("41.2 s", 41.2), "ants": ("", None), "adaptive": ("–", None)}
     with Client(page_of("/")):
         panel = TriedPanel(words("en"), live)

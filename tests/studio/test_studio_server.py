@@ -21,7 +21,7 @@ from leafcut.errors import OptionError
 from leafcut.files.whole_files import OutputError
 from leafcut.studio.jobs.history import JobState
 from leafcut.studio.jobs.task import Task
-from leafcut.studio.lock import held
+from leafcut.studio.lock import lock_folder
 from leafcut.studio.server.app import StudioError, _listen, parse_port, serve
 from leafcut.studio.studio import open_studio
 
@@ -210,7 +210,7 @@ def test_only_a_package_that_is_not_installed_is_reported_as_missing(
 
 def test_a_second_studio_on_the_same_folder_is_refused_in_one_line_and_the_first_keeps_its_jobs(tmp_path: Path) -> None:
     root = tmp_path / "studio"
-    with held(root, "http://127.0.0.1:1234"):
+    with lock_folder(root, "http://127.0.0.1:1234"):
         first = open_studio(root)
         first.history.add("j", "plate", Task("optimize", ("example:plate-10",)), 0.0)
         with pytest.raises(
@@ -220,5 +220,5 @@ def test_a_second_studio_on_the_same_folder_is_refused_in_one_line_and_the_first
         waiting = first.history.get("j")
         assert waiting is not None and waiting.state is JobState.WAITING
         first.history.close()
-    with held(root, "http://127.0.0.1:99"):  # let go of when the first one ended
+    with lock_folder(root, "http://127.0.0.1:99"):  # let go of when the first one ended
         assert (root / "lock").read_text() == "http://127.0.0.1:99"

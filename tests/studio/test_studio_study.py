@@ -13,7 +13,7 @@ from leafcut import api
 from leafcut.errors import OptionError
 from leafcut.model.heartbeat import Progress
 from leafcut.studio.jobs.history import JobState
-from leafcut.studio.jobs.jobs import Live
+from leafcut.studio.jobs.jobs import LiveJob
 from leafcut.studio.jobs.task import Task
 from leafcut.studio.studio import Studio
 
@@ -48,15 +48,15 @@ def test_a_study_can_be_cancelled_and_a_stopped_study_keeps_its_finished_runs(
 ) -> None:
     """The studio stops the study when the third run starts, and cancels it when the first run starts."""
     long = Task("study", ("random:30:1",), options=OPTIONS, algorithms=("mmas",), runs=1000)
-    tell = Live.record_progress
+    tell = LiveJob.record_progress
 
     def end_at(words: str, end: Callable[[str], None]) -> None:
-        def observed(live: Live, progress: Progress) -> None:
+        def observed(live: LiveJob, progress: Progress) -> None:
             tell(live, progress)
             if words in progress.step:
                 end(live.id)
 
-        monkeypatch.setattr(Live, "record_progress", observed)
+        monkeypatch.setattr(LiveJob, "record_progress", observed)
 
     end_at("seed 3", studio.jobs.stop)
     job = studio.jobs.start(long)

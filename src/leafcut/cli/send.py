@@ -199,7 +199,7 @@ def _run(
     from leafcut.sender.run import SendRun
 
     run = SendRun(talk, facts, job, steps, check=check, unhomed=unhomed)
-    shown = _Shown(job, quiet=quiet)
+    shown = _ProgressLine(job, quiet=quiet)
     run.observe = shown.show
     keys = Keys(lambda key: _press(run, key))
     if keys.terminal and not check:
@@ -240,7 +240,7 @@ def _press(run: SendRun, key: str) -> None:
         run.ask(requests[key])
 
 
-class _Shown:
+class _ProgressLine:
     """The progress line on a terminal, and the prompts at a pause."""
 
     def __init__(self, job: SendJob, *, quiet: bool) -> None:

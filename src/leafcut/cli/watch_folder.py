@@ -35,7 +35,7 @@ _Signature = tuple[int, int, int]
 
 
 @dataclass
-class _Seen:
+class _FileState:
     """State of a file at the last poll, number of polls in this state, and the last state that was processed."""
 
     signature: _Signature
@@ -48,7 +48,7 @@ class FolderPoll:
     """Finds new or changed files in a folder that are complete."""
 
     folder: Path
-    seen: dict[Path, _Seen] = field(default_factory=dict)
+    seen: dict[Path, _FileState] = field(default_factory=dict)
 
     def ready(self) -> list[Path]:
         """Poll once; return the files that are complete and were not returned in this state before.
@@ -64,7 +64,7 @@ class FolderPoll:
         for path, signature in sorted(signatures.items()):
             seen_file = self.seen.get(path)
             if seen_file is None:
-                self.seen[path] = _Seen(signature)
+                self.seen[path] = _FileState(signature)
             elif seen_file.signature != signature:
                 seen_file.signature, seen_file.polls = signature, 1
             elif seen_file.done != signature:

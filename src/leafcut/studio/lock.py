@@ -14,7 +14,7 @@ _BYTE = 1 << 20
 
 
 @contextmanager
-def held(root: Path, address: str) -> Iterator[None]:
+def lock_folder(root: Path, address: str) -> Iterator[None]:
     """Lock a folder during the context; the system releases the lock however the process ends.
 
     Parameters

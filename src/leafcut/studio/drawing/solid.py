@@ -71,8 +71,8 @@ def outcome_solid_scenes(outcome: Outcome) -> tuple[bytes, bytes]:
     """Return the stock of an outcome with the moves before and after, or the reason why it is not shown."""
     stock = report_of(outcome).stock()
     return _scenes(
-        _Shown(outcome.path_before, stock, lambda: outcome_playback(outcome, "before")),
-        _Shown(outcome.path_after, stock, lambda: outcome_playback(outcome, "after")),
+        _ShownRun(outcome.path_before, stock, lambda: outcome_playback(outcome, "before")),
+        _ShownRun(outcome.path_after, stock, lambda: outcome_playback(outcome, "after")),
     )
 
 
@@ -97,7 +97,7 @@ def solid_scene(path: Toolpath, machine: Machine, stock: ShownStock, measured: M
         return _refusal(problem)
 
 
-class _Shown(NamedTuple):
+class _ShownRun(NamedTuple):
     """A toolpath, the stock that it cuts, and a function that returns its rows for playback."""
 
     path: Toolpath
@@ -105,15 +105,15 @@ class _Shown(NamedTuple):
     rows: Callable[[], Playback]
 
 
-def _shown_run(path: Toolpath, machine: Machine, stock: ShownStock, measured: Measure | None = None) -> _Shown:
-    return _Shown(path, stock, lambda: playback(path, machine, measured=measured))
+def _shown_run(path: Toolpath, machine: Machine, stock: ShownStock, measured: Measure | None = None) -> _ShownRun:
+    return _ShownRun(path, stock, lambda: playback(path, machine, measured=measured))
 
 
 def _refusal(problem: LeafcutError) -> bytes:
     return packed({**_HEAD, "refused": clean(str(problem))}, {})
 
 
-def _scenes(first: _Shown, second: _Shown) -> tuple[bytes, bytes]:
+def _scenes(first: _ShownRun, second: _ShownRun) -> tuple[bytes, bytes]:
     """Return the scenes of two toolpaths that cut one block, with the places where they differ."""
     try:
         blocks = [shown_block(run.path, run.stock) for run in (first, second)]

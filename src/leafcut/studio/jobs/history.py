@@ -94,7 +94,7 @@ class JobRecord:
 
 
 @dataclass(frozen=True)
-class Wanted:
+class SearchTerm:
     """Search term for jobs. It matches the title, command, option values, message or date.
 
     `options` and `states` are the names of options and the states with this label in the user's language.
@@ -240,13 +240,13 @@ class History:
             _record(row) for row in self._read(f"SELECT {_COLUMNS} FROM job ORDER BY created DESC LIMIT ?", (limit,))
         ]
 
-    def find(self, terms: Sequence[Wanted], limit: int, skip: int = 0) -> list[JobRecord]:
+    def find(self, terms: Sequence[SearchTerm], limit: int, skip: int = 0) -> list[JobRecord]:
         """Return up to `limit` jobs that match all terms, newest first, after skipping `skip` jobs."""
         condition, values = _condition(terms)
         query = f"SELECT {_COLUMNS} FROM job {condition} ORDER BY created DESC, rowid DESC LIMIT ? OFFSET ?"
         return [_record(row) for row in self._read(query, (*values, limit, skip))]
 
-    def count(self, terms: Sequence[Wanted] = ()) -> int:
+    def count(self, terms: Sequence[SearchTerm] = ()) -> int:
         """Return the number of jobs that match all terms."""
         condition, values = _condition(terms)
         return int(self._read(f"SELECT COUNT(*) FROM job {condition}", values)[0][0])
@@ -308,7 +308,7 @@ _PLACES = (
 _OPTIONS = "EXISTS (SELECT 1 FROM json_tree(task, '$.options') WHERE {})"
 
 
-def _condition(terms: Sequence[Wanted]) -> tuple[str, tuple[Any, ...]]:
+def _condition(terms: Sequence[SearchTerm]) -> tuple[str, tuple[Any, ...]]:
     """Return the SQL condition for jobs that match all terms, and its values."""
     parts: list[str] = []
     values: list[Any] = []

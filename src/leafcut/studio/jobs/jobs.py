@@ -20,8 +20,8 @@ from leafcut.model.heartbeat import Progress
 from leafcut.model.study import Study
 from leafcut.studio.folder import Folder
 from leafcut.studio.jobs.ending import Endable
-from leafcut.studio.jobs.history import History, JobRecord, JobState, Wanted
-from leafcut.studio.jobs.run_job import Made, run
+from leafcut.studio.jobs.history import History, JobRecord, JobState, SearchTerm
+from leafcut.studio.jobs.run_job import JobResult, run
 from leafcut.studio.jobs.search_watch import Watch
 from leafcut.studio.jobs.task import ReadyTask, Task, names_of, prepare, title_of
 
@@ -44,7 +44,7 @@ class Cancelled(Exception):
 
 
 @dataclass
-class Live:
+class LiveJob:
     """A job of this server.
 
     Attributes
@@ -131,7 +131,7 @@ class Jobs:
 
     def __init__(self, folder: Folder, history: History, kept: Callable[[], set[str]] = set) -> None:
         self.folder, self.history, self._kept = folder, history, kept
-        self._live: dict[str, Live] = {}
+        self._live: dict[str, LiveJob] = {}
         #: Jobs whose end is stored in the history, the latest at the end.
         self._ended: deque[str] = deque()
         #: Ids of waiting jobs, in their order of execution.
@@ -153,7 +153,7 @@ class Jobs:
         call = prepare(task, self.folder)
         if self.closed:
             raise OutputError("the studio is closing; no new jobs are started")
-        live = Live(secrets.token_urlsafe(9), call, names_of(task, self.folder), watch=watch or Watch())
+        live = LiveJob(secrets.token_urlsafe(9), call, names_of(task, self.folder), watch=watch or Watch())
         live.study = Study(live.watch) if call.studied else None
         self.history.add(live.id, title_of(task, self.folder), task, time.time())
         with self._lock:
@@ -174,7 +174,7 @@ class Jobs:
                 self._queue.remove(job)
                 self._queue.insert(max(place, 0), job)
 
-    def live(self, job: str) -> Live | None:
+    def live(self, job: str) -> LiveJob | None:
         """Return a running or recently finished job of this server; None for older jobs."""
         return self._live.get(job)
 
@@ -187,7 +187,7 @@ class Jobs:
         """Return the newest jobs in their current state, newest first."""
         return self._with_live_state(lambda: self.history.newest(limit))
 
-    def find(self, terms: Sequence[Wanted], limit: int, skip: int = 0) -> tuple[list[JobRecord], int]:
+    def find(self, terms: Sequence[SearchTerm], limit: int, skip: int = 0) -> tuple[list[JobRecord], int]:
         """Return jobs that match all terms in their current state, newest first, and the total number of matches."""
         return self._with_live_state(lambda: self.history.find(terms, limit, skip)), self.history.count(terms)
 
@@ -278,7 +278,7 @@ class Jobs:
         if live is not None:
             self._work(live)
 
-    def _work(self, live: Live) -> None:
+    def _work(self, live: LiveJob) -> None:
         """Run one job in its own thread; no exception reaches the server."""
         live.state, live.began = JobState.RUNNING, time.perf_counter()
         try:
@@ -299,7 +299,7 @@ class Jobs:
             else:
                 self._end(live, JobState.STOPPED if live.stop.is_set() else JobState.DONE, result=result)
 
-    def _end(self, live: Live, state: JobState, *, line: str = "", result: Made | None = None) -> None:
+    def _end(self, live: LiveJob, state: JobState, *, line: str = "", result: JobResult | None = None) -> None:
         """Store the end in the history, then publish it."""
         live.line, noted = line, True
         try:

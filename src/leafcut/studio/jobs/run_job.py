@@ -45,7 +45,7 @@ _MAX_SEARCHES = 50
 
 
 @dataclass(frozen=True)
-class Made:
+class JobResult:
     """Result of a job: the answer of the command line's ``--json``, figures for lists, and files."""
 
     answer: dict[str, Any]
@@ -59,7 +59,7 @@ def run(
     on_progress: OnProgress,
     cancelled: threading.Event,
     observe: Observer | None = None,
-) -> Made:
+) -> JobResult:
     """Run a task; `names` are the displayed names of the inputs.
 
     Raises
@@ -79,11 +79,11 @@ def run(
         return _study(call, names[0], on_progress, cancelled, observe)
     if call.command == "simulate":
         simulation = replace(api.simulate(call.sources[0], progress=on_progress, **call.options), program=names[0])
-        return Made(simulation_as_json(simulation), {"time_s": simulation.measure.time_s}, {})
+        return JobResult(simulation_as_json(simulation), {"time_s": simulation.measure.time_s}, {})
     return _verify(call, names, on_progress)
 
 
-def _verify(call: ReadyTask, names: tuple[str, ...], on_progress: OnProgress) -> Made:
+def _verify(call: ReadyTask, names: tuple[str, ...], on_progress: OnProgress) -> JobResult:
     """Compare two programs; create scenes of both and of their differences."""
     from leafcut.report.json_answer import verification_as_json
     from leafcut.studio.drawing.differences import differences_scene
@@ -100,7 +100,7 @@ def _verify(call: ReadyTask, names: tuple[str, ...], on_progress: OnProgress) ->
     artefacts |= _stocks(call, runs)
     artefacts["scene-differences"] = _scene(differences_scene(proof.differences, *(run.run for run in runs)))
     artefacts["lines"] = _lines(runs[0].path, runs[1].path, *texts)
-    return Made(verification_as_json(proof), {"same": proof.same}, artefacts)
+    return JobResult(verification_as_json(proof), {"same": proof.same}, artefacts)
 
 
 def _stocks(call: ReadyTask, runs: Sequence[Simulation]) -> dict[str, Artefact]:
@@ -127,7 +127,7 @@ def _lines(before: Toolpath, after: Toolpath, original: str, new: str) -> Artefa
 
 def _optimize(
     call: ReadyTask, name: str, on_progress: OnProgress, cancelled: threading.Event, observe: Observer | None
-) -> Made:
+) -> JobResult:
     from leafcut.processes.registry import report_of
     from leafcut.read.plan_file import plan_text
     from leafcut.report.json_answer import as_json, overview_as_json
@@ -172,10 +172,10 @@ def _optimize(
     norms = report.norms()
     if norms:
         artefacts["norms"] = Artefact(f"{Path(output).stem}_norms.csv", "text/csv", norms.encode())
-    return Made(answer, figures, artefacts)
+    return JobResult(answer, figures, artefacts)
 
 
-def _nest(call: ReadyTask, names: tuple[str, ...], on_progress: OnProgress, cancelled: threading.Event) -> Made:
+def _nest(call: ReadyTask, names: tuple[str, ...], on_progress: OnProgress, cancelled: threading.Event) -> JobResult:
     """Nest parts; create a scene for every sheet of every variant."""
     from leafcut.processes.registry import command
     from leafcut.read.nest_list import WantedDrawing
@@ -198,7 +198,7 @@ def _nest(call: ReadyTask, names: tuple[str, ...], on_progress: OnProgress, canc
     if needs_list(call.parts):
         names = unique_names([Path(source).name for source in call.sources])  # names of all inputs without the sheets
         artefacts["list"] = Artefact(LIST, _CSV, list_text(call.parts, names).encode())
-    return Made(command("nest_answer")(outcome), _nest_figures(outcome), artefacts)
+    return JobResult(command("nest_answer")(outcome), _nest_figures(outcome), artefacts)
 
 
 def _nest_figures(outcome: NestOutcome) -> dict[str, Any]:
@@ -276,7 +276,7 @@ def _scene(data: bytes) -> Artefact:
 
 def _solve(
     call: ReadyTask, name: str, on_progress: OnProgress, cancelled: threading.Event, observe: Observer | None
-) -> Made:
+) -> JobResult:
     from leafcut.read.tsplib import tour_text
     from leafcut.report.json_answer import solved_as_json
 
@@ -293,12 +293,12 @@ def _solve(
     if isinstance(observe, Study):
         text = iterations_as_csv(observe.iterations())
         artefacts["iterations"] = Artefact(program_name(name, "_iterations.csv"), _CSV, text.encode())
-    return Made(answer, figures, artefacts)
+    return JobResult(answer, figures, artefacts)
 
 
 def _study(
     call: ReadyTask, name: str, on_progress: OnProgress, cancelled: threading.Event, observe: Observer | None
-) -> Made:
+) -> JobResult:
     """Run several algorithms with several seeds; the scene shows the best tour."""
     from leafcut.lab.experiment import run_experiment
     from leafcut.lab.tables import curves_as_json, experiment_as_json, runs_as_csv, summary_as_csv
@@ -318,7 +318,7 @@ def _study(
         "tour": Artefact(program_name(name, ".tour"), _TEXT, tour.encode()),
         **_tour_scenes(part, experiment.best.nodes),
     }
-    return Made(experiment_as_json(experiment), {"length": experiment.best.cost}, artefacts)
+    return JobResult(experiment_as_json(experiment), {"length": experiment.best.cost}, artefacts)
 
 
 def _tour_scenes(part: Part, nodes: NDArray[np.int32]) -> dict[str, Artefact]:

@@ -9,7 +9,7 @@ from leafcut.api import default_machine
 from leafcut.errors import LeafcutError
 from leafcut.processes.settings import all_options, group_of
 from leafcut.studio.folder import OWN, Folder
-from leafcut.studio.jobs.history import JobRecord, JobState, Wanted
+from leafcut.studio.jobs.history import JobRecord, JobState, SearchTerm
 from leafcut.studio.jobs.task import Task
 from leafcut.studio.page.forms import changed
 from leafcut.studio.wording import Words
@@ -66,12 +66,12 @@ def figures_of(record: JobRecord, words: Words) -> str:
     return format_time(figures["time_s"]) if "time_s" in figures else words.plain(record.line)
 
 
-def wanted_words(text: str, words: Words) -> list[Wanted]:
+def search_terms(text: str, words: Words) -> list[SearchTerm]:
     """Return a search term for each word of a text, with the options and states whose labels contain it."""
     terms = []
     for word in text.split()[:_MAX_WORDS]:
         low = word.lower()
         options = tuple(name for _, name, _ in all_options() if low in words.option(name).lower())
         states = tuple(state for state in JobState if low in words(f"state.{state.value}").lower())
-        terms.append(Wanted(word, options, states))
+        terms.append(SearchTerm(word, options, states))
     return terms

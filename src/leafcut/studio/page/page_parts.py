@@ -14,7 +14,7 @@ from leafcut.studio.jobs.sheets import SheetOfNest
 from leafcut.studio.jobs.task import Task
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_reading import PreviewReading
-from leafcut.studio.page.preview import Seen
+from leafcut.studio.page.preview import Preview
 
 
 class InputPart(Protocol):
@@ -37,7 +37,7 @@ class InputPart(Protocol):
     def ready(self, ready: bool) -> None:
         """Enable or disable the run button."""
 
-    async def read_preview(self, view: View, work: str) -> tuple[Seen | None, str, bool]:
+    async def read_preview(self, view: View, work: str) -> tuple[Preview | None, str, bool]:
         """Return the preview of an input, an error, and whether no newer request was made meanwhile."""
 
     def cancel(self) -> None:
@@ -128,10 +128,10 @@ class ResultPart(Protocol):
     def arrive(self, record: JobRecord) -> None:
         """Show a new answer."""
 
-    def kept(self) -> tuple[str, Seen | None]:
+    def kept(self) -> tuple[str, Preview | None]:
         """Return the selected tab, and the program shown when it was opened."""
 
-    def show_again(self, kept: tuple[str, Seen | None]) -> None:
+    def show_again(self, kept: tuple[str, Preview | None]) -> None:
         """Restore the display from before another input was tried."""
 
 

@@ -17,7 +17,7 @@ from leafcut.studio.jobs.task import Task, command_line, prepare, program_name
 from leafcut.studio.page import fitting_machines, forms
 from leafcut.studio.page.chart_menus import Menus, chart_menus, chart_problem
 from leafcut.studio.page.own_defaults import OwnDefaults, own_defaults, without_idle
-from leafcut.studio.page.preview import Seen, read_preview
+from leafcut.studio.page.preview import Preview, read_preview
 from leafcut.studio.page.whole import Zero
 from leafcut.studio.wording import Words
 
@@ -71,7 +71,7 @@ class View:
     part_names: dict[str, str] = field(default_factory=dict)
     origin: str = ""
     sheet: tuple[int, int] = (1, 1)
-    seen: Seen | None = None
+    seen: Preview | None = None
     work: str = "drill"
     process: str = "auto"
     values: dict[str, Any] = field(default_factory=dict)
@@ -86,7 +86,7 @@ class View:
     edited: bool = False
     for_study: bool | None = None
 
-    def read_preview(self, work: str = "", progress: OnProgress | None = None) -> Seen:
+    def read_preview(self, work: str = "", progress: OnProgress | None = None) -> Preview:
         """Read the input for a given or the most likely kind of work; slow for a large file."""
         try:
             values = dict(self.values)  # the user may type meanwhile

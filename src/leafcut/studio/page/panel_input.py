@@ -25,7 +25,7 @@ from leafcut.studio.page.panel_live import pace_field
 from leafcut.studio.page.panel_parts import PartsPanel
 from leafcut.studio.page.panel_reading import PreviewReading
 from leafcut.studio.page.panel_recent import RecentPanel
-from leafcut.studio.page.preview import Seen
+from leafcut.studio.page.preview import Preview
 from leafcut.studio.page.work_choice import WorkChoice, cards, why_suggested
 
 if TYPE_CHECKING:
@@ -231,7 +231,7 @@ class InputPanel:
         if await self.read("cut"):
             self.page.run.canvas.fit()
 
-    async def read_preview(self, view: View, work: str) -> tuple[Seen | None, str, bool]:
+    async def read_preview(self, view: View, work: str) -> tuple[Preview | None, str, bool]:
         """Read an input outside the event loop; return preview, error, and whether this reading is the newest.
 
         Reading takes a while, and the user may open another input meanwhile.
@@ -293,7 +293,7 @@ class InputPanel:
         if not newest:
             return False
         if self._is_cancelled(line) and work and view.seen is not None:  # keep the previous choices
-            seen = Seen(view.seen.format, view.seen.works, error=line)
+            seen = Preview(view.seen.format, view.seen.works, error=line)
         view.seen = seen
         if line and not work:
             view.source = view.name = ""
@@ -536,7 +536,7 @@ def _added(before: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in now.items() if name not in before or before[name] != value}
 
 
-def look_until_ended(view: View, work: str, reading: PreviewReading) -> tuple[Seen | None, str]:
+def look_until_ended(view: View, work: str, reading: PreviewReading) -> tuple[Preview | None, str]:
     """Return the result of `View.read_preview`, or its error in one line; neither if the reading was ended."""
     try:
         with reading.endable:

@@ -9,7 +9,7 @@ from leafcut.studio.jobs.jobs import line_of
 from leafcut.studio.page.badge import notice_switch
 from leafcut.studio.page.compare_jobs import ComparedRow, compared_figures, compared_options
 from leafcut.studio.page.elements import box, button, text
-from leafcut.studio.page.job_words import choices_of, figures_of, wanted_words
+from leafcut.studio.page.job_words import choices_of, figures_of, search_terms
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_input import work_of
 from leafcut.studio.page.queue_card import QueueCard
@@ -89,7 +89,7 @@ class JobsPanel:
         Existing rows are kept, so that a button does not disappear while it is pressed.
         """
         w = self.view.words
-        records, count = self.view.studio.jobs.find(wanted_words(self._wanted, w), MAX_ROWS, self._skip)
+        records, count = self.view.studio.jobs.find(search_terms(self._wanted, w), MAX_ROWS, self._skip)
         if not records and self._skip:  # the last job of a page was deleted
             self._skip = max(self._skip - MAX_ROWS, 0)
             return self._list()

@@ -10,7 +10,7 @@ from leafcut.studio.drawing.canvas import Bars, Brightness, Canvas, Convergence
 from leafcut.studio.drawing.charts import Learning
 from leafcut.studio.drawing.scene import path_scene, pheromone_scene
 from leafcut.studio.jobs.history import JobState
-from leafcut.studio.jobs.jobs import Live
+from leafcut.studio.jobs.jobs import LiveJob
 from leafcut.studio.jobs.search_watch import Watch
 from leafcut.studio.page.elements import Form, box, button, text
 from leafcut.studio.page.page_state import View
@@ -87,7 +87,7 @@ class LivePanel:
         self.canvas.hide("pheromone")
         self._number, self._floor, self._shown_figures = 0, None, ()
 
-    def show(self, live: Live) -> None:
+    def show(self, live: LiveJob) -> None:
         """Update the display of an unfinished job."""
         number, snapshot = live.watch.poll()
         seconds = time.perf_counter() - live.began if live.began else 0.0
@@ -101,7 +101,7 @@ class LivePanel:
             self._draw(snapshot)
         self.lesson.show(snapshot, live.watch.paused)
 
-    def _figures(self, live: Live, seconds: float) -> None:
+    def _figures(self, live: LiveJob, seconds: float) -> None:
         w, latest = self.view.words, live.latest
         self.place.set_visibility(True)
         self.what.set_text(
@@ -168,7 +168,7 @@ class LivePanel:
                 ]
             )
 
-    def _job(self) -> Live | None:
+    def _job(self) -> LiveJob | None:
         return self.view.studio.jobs.live(self.view.job or "")
 
     def _stop(self) -> None:

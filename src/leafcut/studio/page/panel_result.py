@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from nicegui.element import Element
 
     from leafcut.studio.page.page_parts import PageParts
-    from leafcut.studio.page.preview import Seen
+    from leafcut.studio.page.preview import Preview
 
 _TABS = ("summary", "issues", "program", "search")
 _NUMBER = "n"
@@ -48,7 +48,7 @@ class ResultPanel:
         self.view, self.page = view, page
         self.tab = "summary"
         #: Program shown when it was opened.
-        self._opened: Seen | None = None
+        self._opened: Preview | None = None
         #: Source of the visible program, if any.
         self._reading: tuple[object, str] | None = None
         self.nest = NestPanel(view, page)
@@ -68,11 +68,11 @@ class ResultPanel:
         """Select the tab for the next result."""
         self.tab = tab if tab in _TABS else "summary"
 
-    def kept(self) -> tuple[str, Seen | None]:
+    def kept(self) -> tuple[str, Preview | None]:
         """Return the selected tab, and the program shown when it was opened."""
         return self.tab, self._opened
 
-    def show_again(self, kept: tuple[str, Seen | None]) -> None:
+    def show_again(self, kept: tuple[str, Preview | None]) -> None:
         """Restore the content from before another input was tried."""
         self.tab, self._opened = kept
         self.draw()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from leafcut.studio.jobs.jobs import Live
+from leafcut.studio.jobs.jobs import LiveJob
 from leafcut.studio.page.elements import box, text
 from leafcut.studio.wording import Words
 
@@ -10,7 +10,7 @@ from leafcut.studio.wording import Words
 class TriedPanel:
     """One row per trial with its result; the best and the running ones are marked."""
 
-    def __init__(self, words: Words, live: Live) -> None:
+    def __init__(self, words: Words, live: LiveJob) -> None:
         self.words, self.live = words, live
         self._rows: list[tuple[str, str, float | None]] = []
         self.place = box("div", "tried")

@@ -26,7 +26,7 @@ _EXAMPLE = ("drill", "solve")
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class Preview:
     """Preview of an input.
 
     Attributes
@@ -85,7 +85,7 @@ def get_ready() -> None:
 
 def read_preview(
     source: str | Source, work: str = "", options: dict[str, Any] | None = None, progress: OnProgress | None = None
-) -> Seen:
+) -> Preview:
     """Return the preview of an input; `work` selects how to read a drawing that is suitable for several.
 
     Raises
@@ -110,12 +110,12 @@ def read_preview(
             return replace(_drawing(loaded, format_.name, kind, settings, whole, progress), works=kinds)
         except LeafcutError as problem:
             error, broken = error or str(problem), broken and isinstance(problem, ReadError)
-    return Seen(format_.name, kinds, error=error, broken=broken, whole=whole)
+    return Preview(format_.name, kinds, error=error, broken=broken, whole=whole)
 
 
 def _drawing(
     source: Source, name: str, work: str, settings: Settings, whole: Whole, progress: OnProgress | None
-) -> Seen:
+) -> Preview:
     """Return the preview of a drawing or a map read for a kind of work, on top of the whole drawing."""
     from leafcut.report.json_answer import issues_as_json
     from leafcut.studio.drawing.scene import part_scene, unitless
@@ -125,12 +125,12 @@ def _drawing(
     scenes = {"part": part_scene(part)}
     issues = tuple(issues_as_json(part.issues))
     if unitless(part):
-        return Seen(name, (work,), _facts(part), issues, scenes, work=work)
+        return Preview(name, (work,), _facts(part), issues, scenes, work=work)
     background, zero = whole.background(work, source, part, settings)
     if background is not None:
         scenes["whole"] = part_scene(background)
     travel = travel_of(registry.usual(work, settings), part.extents)
-    return Seen(name, (work,), _facts(part), issues, scenes, work=work, whole=whole, zero=zero, travel=travel)
+    return Preview(name, (work,), _facts(part), issues, scenes, work=work, whole=whole, zero=zero, travel=travel)
 
 
 def _facts(part: Part) -> tuple[tuple[str, str], ...]:
@@ -161,7 +161,7 @@ def _size(width: float, height: float) -> str:
     return " × ".join(f"{side:,.0f}" if abs(side) >= 1000.0 else f"{side:.4g}" for side in (width, height))
 
 
-def _program(source: Source, options: Mapping[str, Any], progress: OnProgress | None) -> Seen:
+def _program(source: Source, options: Mapping[str, Any], progress: OnProgress | None) -> Preview:
     from leafcut.files.whole_files import read_program
     from leafcut.report.json_answer import issues_as_json
     from leafcut.studio.drawing.scene import toolpath_scene
@@ -180,7 +180,9 @@ def _program(source: Source, options: Mapping[str, Any], progress: OnProgress | 
     except LeafcutError as problem:
         # A text that looks like a program is shown even if it cannot be simulated.
         match = sniff_gcode(source.data[:SNIFF_BYTES])
-        return Seen("gcode", _PROGRAM, error=str(problem), broken=isinstance(problem, ReadError) and match == Match.NO)
+        return Preview(
+            "gcode", _PROGRAM, error=str(problem), broken=isinstance(problem, ReadError) and match == Match.NO
+        )
     (left, low, _), (right, high, _) = simulation.path.extents
     facts = (
         ("time", format_time(simulation.measure.time_s)),
@@ -188,7 +190,7 @@ def _program(source: Source, options: Mapping[str, Any], progress: OnProgress | 
         ("feed", format_length(simulation.measure.cut_mm)),
         ("size", f"{_size(right - left, high - low)} mm"),
     )
-    return Seen(
+    return Preview(
         "gcode", _PROGRAM, facts, tuple(issues_as_json(simulation.issues)), shown, _stock(source, simulation, options)
     )
 

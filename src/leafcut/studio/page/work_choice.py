@@ -7,7 +7,7 @@ from typing import Any
 
 from nicegui.element import Element
 
-from leafcut.studio.page.preview import Seen
+from leafcut.studio.page.preview import Preview
 from leafcut.studio.wording import Words
 
 
@@ -25,13 +25,13 @@ class WorkChoice(Element, component="../static/works.js"):
         self.update()
 
 
-def cards(kinds: tuple[str, ...], seen: Seen | None, words: Words) -> list[dict[str, Any]]:
+def cards(kinds: tuple[str, ...], seen: Preview | None, words: Words) -> list[dict[str, Any]]:
     """Return a card for each kind of work, with a thumbnail of its effect on the open drawing."""
     pictures = seen.whole.pictures if seen is not None else {}
     return [{"name": work, "title": words.named("work", work), "picture": pictures.get(work)} for work in kinds]
 
 
-def why_suggested(seen: Seen | None, words: Words) -> str:
+def why_suggested(seen: Preview | None, words: Words) -> str:
     """Return the most suitable kind of work for a drawing, with the reason; empty without a choice."""
     if seen is None or len(seen.whole.suits) < 2:
         return ""

@@ -18,7 +18,7 @@ from leafcut.files.whole_files import OutputError
 from leafcut.studio.folder import LARGEST_UPLOAD, data_folder
 from leafcut.studio.jobs.ending import catch_discarded_end
 from leafcut.studio.keys import page_that_goes_to, write_private
-from leafcut.studio.lock import held
+from leafcut.studio.lock import lock_folder
 from leafcut.studio.server.connections import patient_protocol
 from leafcut.studio.server.safety import Guard
 from leafcut.studio.studio import HOST, PORT, Studio, open_studio
@@ -117,7 +117,7 @@ def serve(port: int | None = None, *, open_page: bool = True, root: Path | None 
         raise StudioError(f"the studio needs the package {package}: pip install 'leafcut[studio]'") from None
     folder = root or data_folder()
     catch_discarded_end()
-    with _listen(port) as listening, held(folder, "http://{}:{}".format(*listening.getsockname())):
+    with _listen(port) as listening, lock_folder(folder, "http://{}:{}".format(*listening.getsockname())):
         studio = open_studio(folder, listening.getsockname()[1])
         app = make_api(studio)
         add_pages(app, studio)
