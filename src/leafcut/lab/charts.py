@@ -29,7 +29,7 @@ _STEPS = 120
 _ID = re.compile(r'\s+id="([^"]*)"')
 
 
-def box_plots(groups: Mapping[str, Sequence[float]], heading: str, words: str) -> str:
+def box_plots(groups: Mapping[str, Sequence[float]], heading: str, description: str) -> str:
     """Return box plots with whiskers to 1.5 times the interquartile range (Tukey 1977), and a dot per value."""
     figure, axes = _figure(max(_WIDTH, 0.55 * len(groups)))
     values = [list(group) for group in groups.values()]
@@ -44,11 +44,11 @@ def box_plots(groups: Mapping[str, Sequence[float]], heading: str, words: str) -
         axes.plot(x, sample, "o", color=_HUES[1], markersize=2.6, alpha=0.7, markeredgewidth=0)
     _names(axes, list(groups))
     axes.set_ylabel(heading)
-    return _svg(figure, words)
+    return _svg(figure, description)
 
 
-def means(series: Mapping[str, Sequence[tuple[float, float, float, float]]], x_label: str, heading: str, words: str,
-          ideal: Sequence[tuple[float, float]] = ()) -> str:  # fmt: skip
+def means(series: Mapping[str, Sequence[tuple[float, float, float, float]]], x_label: str, heading: str,
+          description: str, ideal: Sequence[tuple[float, float]] = ()) -> str:  # fmt: skip
     """Return means with their intervals: name → (x, mean, low, high); `ideal` is a thin line."""
     figure, axes = _figure()
     if ideal:
@@ -61,10 +61,10 @@ def means(series: Mapping[str, Sequence[tuple[float, float, float, float]]], x_l
     axes.set_xlabel(x_label)
     axes.set_ylabel(heading)
     _legend(axes, len(series) + bool(ideal))
-    return _svg(figure, words)
+    return _svg(figure, description)
 
 
-def convergence(variants: Mapping[str, Sequence[Course]], x_label: str, heading: str, words: str) -> str:
+def convergence(variants: Mapping[str, Sequence[Course]], x_label: str, heading: str, description: str) -> str:
     """Return the mean convergence of each variant, with a band from its best to its worst run."""
     figure, axes = _figure()
     last = max(curve[-1][0] for curves in variants.values() for curve in curves)
@@ -77,10 +77,10 @@ def convergence(variants: Mapping[str, Sequence[Course]], x_label: str, heading:
     axes.set_xlabel(x_label)
     axes.set_ylabel(heading)
     _legend(axes, len(variants))
-    return _svg(figure, words)
+    return _svg(figure, description)
 
 
-def time_to_target(variants: Mapping[str, Sequence[float | None]], x_label: str, words: str) -> str:
+def time_to_target(variants: Mapping[str, Sequence[float | None]], x_label: str, description: str) -> str:
     """Return time-to-target plots: the share of runs that have reached the target.
 
     `variants` maps a name to the time of each run, None if it missed the target. Missed runs count in the total.
@@ -99,11 +99,11 @@ def time_to_target(variants: Mapping[str, Sequence[float | None]], x_label: str,
     axes.set_xlabel(x_label)
     axes.set_ylabel("runs at the target, %")
     _legend(axes, len(variants))
-    return _svg(figure, words)
+    return _svg(figure, description)
 
 
 def pareto(
-    points: Mapping[str, tuple[float, float]], front: Sequence[str], x_label: str, heading: str, words: str
+    points: Mapping[str, tuple[float, float]], front: Sequence[str], x_label: str, heading: str, description: str
 ) -> str:
     """Return variants as points of two figures; those on the Pareto front are joined and labelled."""
     figure, axes = _figure()
@@ -121,10 +121,10 @@ def pareto(
     axes.margins(0.15)
     axes.set_xlabel(x_label)
     axes.set_ylabel(heading)
-    return _svg(figure, words)
+    return _svg(figure, description)
 
 
-def scatter(series: Mapping[str, Sequence[tuple[float, float]]], x_label: str, heading: str, words: str) -> str:
+def scatter(series: Mapping[str, Sequence[tuple[float, float]]], x_label: str, heading: str, description: str) -> str:
     """Return a scatter plot: name → (x, y)."""
     figure, axes = _figure()
     for k, (name, points) in enumerate(series.items()):
@@ -133,10 +133,10 @@ def scatter(series: Mapping[str, Sequence[tuple[float, float]]], x_label: str, h
     axes.set_xlabel(x_label)
     axes.set_ylabel(heading)
     _legend(axes, len(series))
-    return _svg(figure, words)
+    return _svg(figure, description)
 
 
-def trials(costs: Sequence[tuple[float, float]], heading: str, words: str) -> str:
+def trials(costs: Sequence[tuple[float, float]], heading: str, description: str) -> str:
     """Return the cost of each trial relative to the defaults, and the best so far as a step line."""
     figure, axes = _figure()
     x, y = (np.array(column, dtype=np.float64) for column in zip(*costs, strict=True))
@@ -147,7 +147,7 @@ def trials(costs: Sequence[tuple[float, float]], heading: str, words: str) -> st
     axes.set_xlabel("trial")
     axes.set_ylabel(heading)
     _legend(axes, 3)
-    return _svg(figure, words)
+    return _svg(figure, description)
 
 
 def _costs_at(curve: Course, places: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -194,7 +194,7 @@ def _legend(axes: Axes, count: int) -> None:
         axes.legend(fontsize=8, frameon=False, labelcolor=_INK, ncols=1 + (count > 6))
 
 
-def _svg(figure: Any, words: str) -> str:
+def _svg(figure: Any, description: str) -> str:
     """Return a figure as an element for a page, with CSS colours and an accessible title."""
     from matplotlib import rc_context
 
@@ -211,4 +211,4 @@ def _svg(figure: Any, words: str) -> str:
     text = _ID.sub(lambda match: match[0] if match[1] in references else "", text)
     head, _, rest = text.partition(">")
     head = re.sub(r'\s(width|height)="[^"]*"', "", head).replace("<svg", '<svg class="chart" role="img"', 1)
-    return f"{head}>{title(words)}{rest}".strip()
+    return f"{head}>{title(description)}{rest}".strip()

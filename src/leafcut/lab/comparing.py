@@ -20,7 +20,7 @@ def compared(results: Results, analysis: Analysis, response: Response) -> Report
     by_cell = results.groups(response.name, factor.name)
     complete = {rest: groups for rest, groups in by_cell.items() if len(groups) == len(factor.levels)}
     blocks = [{level.name: median(groups[level.name]) for level in factor.levels} for groups in complete.values()]
-    words = []
+    sentences = []
     meaning = "an instance (the median of its runs)"
     if len(blocks) < MIN_OF_PAIRS:
         blocks = [
@@ -30,10 +30,12 @@ def compared(results: Results, analysis: Analysis, response: Response) -> Report
         ]
         meaning = "a run of an instance with one seed"
         if len(complete) > 1:
-            words.append("There are few instances: a block is one run, so this is proved for these instances alone.")
+            sentences.append(
+                "There are few instances: a block is one run, so this is proved for these instances alone."
+            )
     heading = f"{TITLE}: {response.title.lower()}"
     has_reference = bool(analysis.base or analysis.fact)
-    against = [_against(results, analysis, response, factor.title, words)] if has_reference else []
+    against = [_against(results, analysis, response, factor.title, sentences)] if has_reference else []
     try:
         ranking = ranked(
             {level.name: [block[level.name] for block in blocks] for level in factor.levels}, analysis.alpha
@@ -41,9 +43,9 @@ def compared(results: Results, analysis: Analysis, response: Response) -> Report
     except OptionError as problem:
         if not against:
             raise
-        return ReportBlock(heading, (*words, f"No ranks: {problem}."), tuple(against))
+        return ReportBlock(heading, (*sentences, f"No ranks: {problem}."), tuple(against))
     if ranking.p is not None:
-        words.append(
+        sentences.append(
             f"Friedman over {count_of(ranking.blocks, 'block')}, each {meaning}: "
             f"χ² = {number(ranking.statistic or 0.0)}, "
             f"{p_words(ranking.p)}, agreement W = {ranking.kendall_w:.2f}."
@@ -52,7 +54,7 @@ def compared(results: Results, analysis: Analysis, response: Response) -> Report
     for pair in ranking.pairs:
         if pair.p < analysis.alpha and len(ranking.pairs) <= 3:
             better = pair.first if (pair.difference < 0) != response.more_is_better else pair.second
-            words.append(
+            sentences.append(
                 f"{pair.first} against {pair.second}: {better} is better, {p_words(pair.p)}, effect {pair.effect:+.2f}."
             )
     tables = [
@@ -69,10 +71,10 @@ def compared(results: Results, analysis: Analysis, response: Response) -> Report
         )
         for rest, groups in list(by_cell.items())[:MAX_CHARTS]
     ]
-    return ReportBlock(heading, tuple(words), tuple(tables), tuple(drawn))
+    return ReportBlock(heading, tuple(sentences), tuple(tables), tuple(drawn))
 
 
-def _against(results: Results, analysis: Analysis, response: Response, title: str, words: list[str]) -> Table:
+def _against(results: Results, analysis: Analysis, response: Response, title: str, sentences: list[str]) -> Table:
     """Return the figures by instance, with the difference from the base level or from the known fact.
 
     Changes: words, with the mean difference over all instances.
@@ -97,7 +99,7 @@ def _against(results: Results, analysis: Analysis, response: Response, title: st
         if not changes:
             continue
         low, high = interval(changes)
-        words.append(
+        sentences.append(
             f"{name} against {base_name}: {fmean(changes):+.2f} % in the mean of "
             f"{count_of(len(changes), 'instance')} (95 % interval {low:+.2f} to {high:+.2f}; "
             f"from {min(changes):+.2f} to {max(changes):+.2f})."

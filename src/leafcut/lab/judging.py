@@ -39,13 +39,13 @@ def _once(results: Results, analysis: Analysis, response: Response) -> Results:
 
 def _anova(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
     (factor,) = (results.description.factor(name) for name in analysis.factors)
-    words: list[str] = []
+    sentences: list[str] = []
     tables: list[Table] = []
     drawn: list[tuple[str, str]] = []
     for rest, groups in results.groups(response.name, factor.name).items():
         name = ", ".join(rest)
         anova = one_way(groups, analysis.alpha)
-        words += _of_one_way(name, factor.title, anova)
+        sentences += _of_one_way(name, factor.title, anova)
         best = sorted(anova.means, key=anova.means.__getitem__, reverse=response.more_is_better)
         rows = [
             (
@@ -65,7 +65,7 @@ def _anova(results: Results, analysis: Analysis, response: Response) -> ReportBl
             drawn.append((name, _chart_of(groups, factor.numeric, factor.title, response, name)))
     return ReportBlock(
         f"{_TITLES['anova']} of {factor.title.lower()}: {response.title.lower()}",
-        tuple(words),
+        tuple(sentences),
         tuple(tables),
         tuple(drawn),
     )
@@ -73,14 +73,14 @@ def _anova(results: Results, analysis: Analysis, response: Response) -> ReportBl
 
 def _of_one_way(name: str, factor: str, anova: OneWay) -> list[str]:
     proved = anova.p < anova.alpha
-    words = [
+    sentences = [
         f"{name}: F = {number(anova.f)} ({anova.between} and {anova.within} degrees of freedom; critical "
         f"{number(anova.f_critical)} at α = {anova.alpha:g}), {p_words(anova.p)}: {factor.lower()} "
         f"{'makes a difference' if proved else 'makes no difference that these runs can prove'}. "
         f"It explains η² = {100 * anova.eta_squared:.0f} % of the variance (ω² = {100 * anova.omega_squared:.0f} %)."
     ]
     if anova.lsd is not None:
-        words[0] += f" Least significant difference: {number(anova.lsd)}."
+        sentences[0] += f" Least significant difference: {number(anova.lsd)}."
     checks = [
         f"{test} {p_words(p)}"
         for test, p in (("Shapiro–Wilk", anova.normal_p), ("Brown–Forsythe", anova.equal_p))
@@ -92,13 +92,13 @@ def _of_one_way(name: str, factor: str, anova: OneWay) -> list[str]:
             for test, p in (("Welch", anova.welch_p), ("Kruskal–Wallis", anova.kruskal_p))
             if p is not None
         ]
-        words.append(
+        sentences.append(
             f"{name}: the residuals do not look as the analysis assumes ({', '.join(checks)}). Tests that do not "
             f"assume it: {', '.join(alternatives)}."
         )
     elif checks:
-        words.append(f"{name}: the residuals look as the analysis assumes ({', '.join(checks)}).")
-    return words
+        sentences.append(f"{name}: the residuals look as the analysis assumes ({', '.join(checks)}).")
+    return sentences
 
 
 def _crossed(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
@@ -119,19 +119,19 @@ def _crossed(results: Results, analysis: Analysis, response: Response) -> Report
             [100.0 * fmean(values) / fmean(cell_means)] if together else [fmean(values)] if deterministic else values
         )
         by_name.setdefault(name, []).extend((cell[places[0]], cell[places[1]], v) for v in counted)
-    words: list[str] = []
+    sentences: list[str] = []
     tables: list[Table] = []
     drawn: list[tuple[str, str]] = []
     if deterministic:
-        words.append("All runs of a cell agree within 0.1 %: there is no chance in a cell, and it counts once.")
+        sentences.append("All runs of a cell agree within 0.1 %: there is no chance in a cell, and it counts once.")
     if together:
-        words.append(
+        sentences.append(
             "Each instance is one repetition, in percent of its mean over all cells, as instances differ in size."
         )
     for name, rows in by_name.items():
         effects = crossed(rows, (first.title, second.title))
         effects_text = [f"{e.name} {p_words(e.p)}" for e in effects if e.p is not None]
-        words.append(
+        sentences.append(
             f"{name}: {'; '.join(effects_text)}."
             if effects_text
             else f"{name}: every run of a cell is equal; no chance is in it."
@@ -178,7 +178,7 @@ def _crossed(results: Results, analysis: Analysis, response: Response) -> Report
         if len(drawn) < MAX_CHARTS:
             label = f"{response.title} over {first.title.lower()}, a line for each {second.title.lower()}: {name}"
             drawn.append((name, charts.means(series, _levels_words(first.title, first), unit, label)))
-    return ReportBlock(f"{_TITLES['crossed']}: {response.title.lower()}", tuple(words), tuple(tables), tuple(drawn))
+    return ReportBlock(f"{_TITLES['crossed']}: {response.title.lower()}", tuple(sentences), tuple(tables), tuple(drawn))
 
 
 def _levels_words(name: str, factor: object) -> str:
@@ -209,7 +209,7 @@ def _speedup(results: Results, analysis: Analysis, response: Response) -> Report
     )
     others = [item.title for item in results.description.factors if item.name != factor.name]
     columns = ("Instance", *others, factor.title, f"{response.heading}: mean", "Speed-up S", "Efficiency E")
-    words = (
+    sentences = (
         "S = T(1) / T(p), E = S / p; the ideal is S = p. Where each run is a process of its own, its start counts.",
     )
     drawn = [
@@ -225,7 +225,7 @@ def _speedup(results: Results, analysis: Analysis, response: Response) -> Report
         )
     ]
     tables = (Table(columns, tuple(rows), 1 + len(others) + 1),)
-    return ReportBlock(_TITLES["speedup"], words, tables, tuple(drawn) if max_threads > 1 else ())
+    return ReportBlock(_TITLES["speedup"], sentences, tables, tuple(drawn) if max_threads > 1 else ())
 
 
 def _trend(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
@@ -252,7 +252,7 @@ def _trend(results: Results, analysis: Analysis, response: Response) -> ReportBl
         for instance, _, gain in points:
             by_instance.setdefault(instance, []).append(gain)
         gains[name] = [(instance, sizes[instance], fmean(own_gains)) for instance, own_gains in by_instance.items()]
-    words = []
+    sentences = []
     for name, points in gains.items():
         for excluded, kept in (
             ("", points),
@@ -261,14 +261,14 @@ def _trend(results: Results, analysis: Analysis, response: Response) -> ReportBl
             if excluded and len(kept) == len(points):
                 continue
             sentence = f"{name} over {analysis.base}{excluded}: mean gain {fmean(p[2] for p in kept):.2f} %"
-            words.append(f"{sentence}; {_trend_words([p[1] for p in kept], [p[2] for p in kept], analysis.alpha)}.")
+            sentences.append(f"{sentence}; {_trend_words([p[1] for p in kept], [p[2] for p in kept], analysis.alpha)}.")
     if not gains:
         raise OptionError("a trend needs facts.size of the instances, and runs of the base level")
     columns = ("Instance", "Size", factor.title, f"{response.heading}, {analysis.base}", "This way", "Gain")
     series = {name: [(x, y) for _, x, y in points] for name, points in gains.items()}
     drawn = [("", charts.scatter(series, "size", "gain, %", f"Gain over {analysis.base} by the size of the instance"))]
     return ReportBlock(
-        f"Gain over {analysis.base}, and its trend", tuple(words), (Table(columns, tuple(rows), 3),), tuple(drawn)
+        f"Gain over {analysis.base}, and its trend", tuple(sentences), (Table(columns, tuple(rows), 3),), tuple(drawn)
     )
 
 
@@ -321,8 +321,10 @@ def _projection(results: Results, analysis: Analysis, response: Response) -> Rep
         f"Saved{unit}",
         "Saved, %",
     )
-    words = ("Projected: the time of one piece, times the pieces. Set-up and loading are not in it.",)
-    return ReportBlock(f"{_TITLES['projection']}: {response.title.lower()}", words, (Table(columns, tuple(rows), 2),))
+    sentences = ("Projected: the time of one piece, times the pieces. Set-up and loading are not in it.",)
+    return ReportBlock(
+        f"{_TITLES['projection']}: {response.title.lower()}", sentences, (Table(columns, tuple(rows), 2),)
+    )
 
 
 def _pareto(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
@@ -330,7 +332,7 @@ def _pareto(results: Results, analysis: Analysis, response: Response) -> ReportB
     second = description.response(
         analysis.against or next(figure.name for figure in description.responses if figure.name != response.name)
     )
-    drawn, words = [], []
+    drawn, sentences = [], []
     x_all, y_all = results.figures(second.name), results.figures(response.name)
     for instance in results.description.instances[:MAX_CHARTS]:
         points = {
@@ -343,12 +345,12 @@ def _pareto(results: Results, analysis: Analysis, response: Response) -> ReportB
         signs = [-1.0 if item.more_is_better else 1.0 for item in (second, response)]
         costs = [(signs[0] * x, signs[1] * y) for x, y in points.values()]
         front = [list(points)[k] for k in pareto_front(costs)]
-        words.append(f"{instance.name}: nothing beats {', '.join(front)} in both.")
+        sentences.append(f"{instance.name}: nothing beats {', '.join(front)} in both.")
         label = f"{response.title} against {second.title.lower()} on {instance.name}"
         drawn.append((instance.name, charts.pareto(points, front, second.heading, response.heading, label)))
     if not drawn:
         raise OptionError("a Pareto plot needs two methods with both figures")
-    return ReportBlock(f"{response.title} against {second.title.lower()}", tuple(words), (), tuple(drawn))
+    return ReportBlock(f"{response.title} against {second.title.lower()}", tuple(sentences), (), tuple(drawn))
 
 
 def _chart_of(groups: Mapping[str, Sequence[float]], numeric: bool, factor: str, response: Response, name: str) -> str:

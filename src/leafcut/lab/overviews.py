@@ -32,8 +32,8 @@ def overview(results: Results) -> ReportBlock:
         for response in description.responses:
             row += _spread(by_measure[response.name].get(cell, []), response)
         rows.append(tuple(row))
-    words = ("± is half the bootstrap interval of the mean, s the standard deviation of a sample (n − 1).",)
-    return ReportBlock("All runs", words, (Table(tuple(columns), tuple(rows), 1 + len(description.factors)),))
+    sentences = ("± is half the bootstrap interval of the mean, s the standard deviation of a sample (n − 1).",)
+    return ReportBlock("All runs", sentences, (Table(tuple(columns), tuple(rows), 1 + len(description.factors)),))
 
 
 def searches(results: Results) -> ReportBlock | None:
@@ -56,8 +56,8 @@ def searches(results: Results) -> ReportBlock | None:
             variant: [[(float(point[k]), point[2]) for point in row.curve] for row in rows]
             for variant, rows in variants.items()
         }
-        words = f"Convergence on {name}: the mean of the runs, and the band from the best to the worst"
-        drawn.append((f"{name}: convergence", charts.convergence(steps, across, "best length", words)))
+        sentences = f"Convergence on {name}: the mean of the runs, and the band from the best to the worst"
+        drawn.append((f"{name}: convergence", charts.convergence(steps, across, "best length", sentences)))
         timed = {
             variant: [[(point[1], point[2]) for point in row.curve] for row in rows]
             for variant, rows in variants.items()
@@ -67,8 +67,8 @@ def searches(results: Results) -> ReportBlock | None:
             variant: [charts.reached(curve, target) for curve in timed_curves]
             for variant, timed_curves in timed.items()
         }
-        words = f"Time to target on {name}: the share of runs that came within {percent:g} % of the best found"
-        drawn.append((f"{name}: time to {percent:g} % of the best found", charts.time_to_target(times, "s", words)))
+        sentences = f"Time to target on {name}: the share of runs that came within {percent:g} % of the best found"
+        drawn.append((f"{name}: time to {percent:g} % of the best found", charts.time_to_target(times, "s", sentences)))
     return ReportBlock("How the searches went", (), (), tuple(drawn))
 
 

@@ -107,13 +107,15 @@ def _blocks(results: Results) -> list[ReportBlock]:
 
 
 def _state(description: Description, results: Results, rows: Sequence[Row], n_runs: int, n_left_out: int) -> list[str]:
-    words = [f"{len(results.rows)} of {count_of(n_runs, 'run')} done"]
+    sentences = [f"{len(results.rows)} of {count_of(n_runs, 'run')} done"]
     if n_left_out:
-        words.append(f"{count_of(n_left_out, 'run')} left out, as this machine has fewer cores")
+        sentences.append(f"{count_of(n_left_out, 'run')} left out, as this machine has fewer cores")
     if failed := sum(bool(row.failed) for row in rows):
-        words.append(f"{failed} failed")
-    words.append(f"{count_of(len(description.seeds), 'seed')}: {_shortened([str(seed) for seed in description.seeds])}")
-    return words
+        sentences.append(f"{failed} failed")
+    sentences.append(
+        f"{count_of(len(description.seeds), 'seed')}: {_shortened([str(seed) for seed in description.seeds])}"
+    )
+    return sentences
 
 
 def circumstances(rows: Sequence[Row]) -> list[str]:

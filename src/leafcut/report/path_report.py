@@ -202,7 +202,7 @@ class PathReport(Generic[D]):
         """Return a path as stand-alone SVG without styles."""
         return drawing(build_scene(self.outcome), which, self._path_words(which), size=True)
 
-    def ways(self) -> Iterator[tuple[str, Toolpath]]:
+    def tried_paths(self) -> Iterator[tuple[str, Toolpath]]:
         """Yield the strategies that were tried and the written one, by name, if there are several."""
         yield from ()
 

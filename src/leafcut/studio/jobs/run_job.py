@@ -264,7 +264,7 @@ def _pages(report: PathReport[Any], output: str) -> dict[str, Artefact]:
     if report.stock() != CUT_THROUGH:
         for side, solid in zip(_BOTH, outcome_solid_scenes(outcome), strict=True):
             scenes[f"scene-solid_{side}"] = _scene(solid)
-    for name, path in report.ways():
+    for name, path in report.tried_paths():
         scene = toolpath_scene(path, outcome.machine, name=name, cleared=report.cleared, untimed=True)
         scenes[f"way-{name}"] = _scene(scene)
     return {**scenes, "report": Artefact(f"{stem}.html", _HTML, write_page(report).encode()), **pictures}

@@ -280,7 +280,7 @@ class PocketReport(PathReport[PocketDetail]):
         scene, diameter = build_pocket_scene(plans, self.outcome.missing), plans[0].rules.tool_diameter
         return pocket_drawing(scene, paths, which, words, tool_diameter=diameter, size=True)
 
-    def ways(self) -> Iterator[tuple[str, Toolpath]]:
+    def tried_paths(self) -> Iterator[tuple[str, Toolpath]]:
         """Yield the path of each strategy over one level of all pockets."""
         outcome = self.outcome
         for row in self.strategies:
