@@ -1,10 +1,10 @@
 """Parameters and expressions of LinuxCNC: `#1=[#<depth>/2]`, `X[#1+SIN[30]]`.
 
     numbers    12  -.5  #3  #<name>  #<_global>  #[1+2]  [expression]  FUNCTION[…]  and a sign before any of them
-    operators  **   * / MOD   + -   EQ NE GT GE LT LE   AND OR XOR    the tighter first, from left to right
+    operators  **   * / MOD   + -   EQ NE GT GE LT LE   AND OR XOR    by precedence, from left to right
 
-Source: LinuxCNC, G-code overview (numbered and named parameters, expressions, functions). What the machine alone knows
-(its offsets, its pins, what another program left in a parameter) is `UNKNOWN`, and so is all that is computed from it.
+Source: LinuxCNC, G-code overview (numbered and named parameters, expressions, functions). Values that only the machine
+knows (offsets, pins, parameters set by another program) are `UNKNOWN`, and so are all values computed from them.
 """
 
 from __future__ import annotations
@@ -28,24 +28,24 @@ from leafcut.gcode.words import (
     words_of,
 )
 
-#: LinuxCNC 2.9 takes two numbers for equal when they are nearer than this (seen with rs274: 9e-5 is, 11e-5 is not).
+#: LinuxCNC 2.9 compares numbers with this tolerance (seen with rs274: 9e-5 is, 11e-5 is not).
 EQUAL = 1e-4
-#: Brackets inside brackets inside …
+#: Most nested brackets.
 MAX_DEPTH = 40
 #: #1 to #30 belong to the subroutine that runs.
 ARGUMENTS = 30
-#: From here on parameters are the machine's: probe results, offsets, positions.
+#: First parameter of the machine: probe results, offsets, positions.
 FIRST_OF_MACHINE = 5000
-#: Fanuc and Haas: inputs, offsets, alarms, the clock.
+#: The same of Fanuc and Haas: inputs, offsets, alarms, the clock.
 FIRST_OF_FANUC = 1000
 
-#: The value of what only the machine knows.
+#: A value that only the machine knows.
 UNKNOWN = math.nan
-#: Instead of the number of a parameter: all parameters that have numbers, since which of them is not known.
+#: Number of a parameter that is not known: it may be any.
 ANY_NUMBER = -1
 
 _SPECIAL = re.compile(r"[#\[\]=<>*$@^/]")
-#: Words that do not say what is done, but where, how fast and how long.
+#: Letters of positions, feeds, speeds and times, whose numbers may be computed.
 _MAY_BE_COMPUTED = frozenset("XYZIJKRFSQP")
 _SPACE = re.compile(r"[ \t]*")
 _NUMBER = re.compile(r"[+-]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)")
@@ -64,9 +64,9 @@ _LEVELS = {
 
 @dataclass
 class ProgramParameters:
-    """The parameters that the program has set. `known` answers for the few that follow from the program's own state.
+    """The parameters that the program has set. `known` returns the few that follow from the state of the program.
 
-    What else is asked for is `UNKNOWN`, but for a name that no other program can have set, which is an error.
+    Any other is `UNKNOWN`, except a local name that the program does not set, which is an error.
     """
 
     known: Callable[[str], float | None] = lambda _: None
@@ -74,16 +74,16 @@ class ProgramParameters:
     shared: dict[str, float] = field(default_factory=dict)
     local: dict[str, float] = field(default_factory=dict)
     inside: bool = False
-    #: Whether a value was asked for that is not the program's own: such a one may be another elsewhere in the text.
+    #: A value was read that the program has not set: it may differ elsewhere in the text.
     asked: bool = False
-    #: How many times one was.
+    #: Number of such reads.
     asks: int = 0
-    #: As Fanuc has it: a value may be an expression without brackets, and the machine's parameters begin at #1000.
+    #: Fanuc: a value may be an expression without brackets, and the parameters of the machine start at #1000.
     fanuc: bool = False
 
     @property
     def first_of_machine(self) -> int:
-        """From here on numbers are the machine's."""
+        """Number of the first parameter of the machine."""
         return FIRST_OF_FANUC if self.fanuc else FIRST_OF_MACHINE
 
     def number(self, number: int) -> float:
@@ -103,7 +103,7 @@ class ProgramParameters:
         return UNKNOWN if value is None else value
 
     def exists(self, name: str) -> float:
-        """Return 1 where #<name> has a value, 0 where it has none, `UNKNOWN` where another program may have set it."""
+        """Return 1 if #<name> has a value, 0 if not, `UNKNOWN` if another program may have set it."""
         if self._find(name) is not None:
             return 1.0
         return UNKNOWN if name.startswith("_") else 0.0
@@ -117,7 +117,7 @@ class ProgramParameters:
         return self.known(name)
 
     def digest(self) -> str:
-        """Return a short text that is another one whenever any parameter has another value."""
+        """Return a digest of the values of all parameters."""
         values = [sorted(part.items()) for part in (self.numbered, self.shared, self.local)]
         return hashlib.sha256(repr(values).encode()).hexdigest()[:16] if any(values) else ""
 
@@ -132,7 +132,7 @@ class ProgramParameters:
             (self.shared if key.startswith("_") else self.local)[key] = value
 
     def forget(self, names: bool = True) -> None:
-        """Know no value any more: something that is not seen may have set them; `names`: those with names, too."""
+        """Forget all values, which something invisible may have changed; `names`: those of named parameters, too."""
         self.numbered = dict.fromkeys(range(1, ARGUMENTS + 1), UNKNOWN)
         if names:
             self.shared.clear()
@@ -156,7 +156,7 @@ Setting = tuple[int | str, float]
 
 
 class Reading(NamedTuple):
-    """A block, the parameters that it sets, whether a number was computed, and whether one of the machine's is set."""
+    """A block, the parameters it sets, whether a number is computed, and whether a parameter of the machine is set."""
 
     block: Block
     settings: list[Setting]
@@ -171,7 +171,7 @@ class Reading(NamedTuple):
 
 
 def read_block(line: str, number: int, parameters: ProgramParameters) -> Reading:
-    """Return what a line holds; the value of a word may be `UNKNOWN`.
+    """Return the block and the settings of a line; the value of a word may be `UNKNOWN`.
 
     Raises
     ------
@@ -202,10 +202,9 @@ def read_block(line: str, number: int, parameters: ProgramParameters) -> Reading
 
 
 def spelled_words(line: str) -> tuple[Word, ...] | None:
-    """Return the words of a line with the texts of their numbers as they stand there; an expression is worth nan.
+    """Return the words of a line with the texts of their numbers; the value of an expression is nan.
 
-    None where a parameter is set, where other than lengths, feeds, speeds and times are computed, or where it cannot be
-    read so.
+    None if a parameter is set, if other numbers than lengths, feeds, speeds and times are computed, or on an error.
     """
     try:
         body, _ = split_line(line)
@@ -227,7 +226,7 @@ def spelled_words(line: str) -> tuple[Word, ...] | None:
 class Scanner:
     """Reads values from a text, one after the other.
 
-    `computed` says whether any of them was more than a number, `of_machine` whether a parameter of the machine is set.
+    `computed`: one of them was more than a number; `of_machine`: a parameter of the machine is set.
     """
 
     def __init__(self, text: str, parameters: ProgramParameters) -> None:
@@ -238,13 +237,13 @@ class Scanner:
         self._depth = 0
 
     def peek(self) -> str:
-        """Return the next character that is no space, or ""."""
+        """Return the next character other than a space, or ""."""
         found = _SPACE.match(self.text, self.position)
         self.position = found.end() if found else self.position
         return self.text[self.position : self.position + 1]
 
     def at_end(self) -> bool:
-        """Return whether nothing is left."""
+        """Return whether the text is finished."""
         return not self.peek()
 
     def word(self) -> Word:
@@ -318,7 +317,7 @@ class Scanner:
         return value
 
     def _operation(self, level: int) -> float:
-        """Take operands joined by operators that bind at least as tightly as `level`."""
+        """Take operands and operators of at least the precedence `level`."""
         left = self.value()
         while True:
             self.peek()
@@ -394,13 +393,13 @@ class Scanner:
 
 
 def _shown(value: float) -> str:
-    """Return a computed value as if it had been written, with the point that some controllers ask for."""
+    """Return the text of a computed value, with the decimal point that some controllers require."""
     text = f"{value:.10g}"
     return text if "." in text else f"{text}."
 
 
 def _checked(function: Callable[..., float], name: str, *arguments: float) -> float:
-    """Return what a function makes of its arguments, or refuse what has no value."""
+    """Return the value of a function; refuse arguments without one."""
     if any(math.isnan(a) for a in arguments):
         return UNKNOWN
     try:

@@ -1,4 +1,4 @@
-"""Heidenhain's plain language, as far as leafcut writes it: drilling by cycle 200, straight moves, and nothing else.
+"""Heidenhain Klartext, as far as leafcut writes it: drilling with cycle 200 and straight moves only.
 
     0 BEGIN PGM LEAFCUT MM
     5 TOOL CALL 1 Z S1000
@@ -10,8 +10,8 @@
     9 L X+10 Y+5 R0 FMAX M99
     10 END PGM LEAFCUT MM
 
-Cycle 200 is run where M99 stands: at rapid over the place, down to Q203 + Q200, in feed to Q203 + Q201, and at rapid up
-to Q203 + Q204.
+Cycle 200 is run by M99: at rapid over the position, down to Q203 + Q200, at feed to Q203 + Q201, and at rapid up to
+Q203 + Q204.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from leafcut.gcode.words import MAX_LINE, BlockError, lines
 from leafcut.model.toolpath import DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: The parameters of cycle 200, in the order of the control, with what leafcut writes behind them.
+#: The parameters of cycle 200, in the order of the control, with the comments that leafcut writes.
 CYCLE_200 = {
     "Q200": "SET-UP CLEARANCE",
     "Q201": "DEPTH",
@@ -36,7 +36,7 @@ CYCLE_200 = {
     "Q204": "2ND SET-UP CLEARANCE",
     "Q211": "DWELL TIME AT DEPTH",
 }
-#: Lengths are written to a thousandth of a millimetre; sums of them are the same to this.
+#: Tolerance for sums of lengths, which are written with three decimals, mm.
 _SAME = 1e-6
 
 _NUMBER = r"[+-]?\d{1,7}(?:\.\d{1,6})?"
@@ -58,7 +58,7 @@ def interpret_klartext(text: str, file: str = "program") -> Toolpath:
     Raises
     ------
     ReadError
-        Anything that leafcut does not write, with its line; or the program has no end.
+        A block that leafcut does not write, with its line; or the program has no end.
     """
     reader = _Reader()
     last = 0
@@ -72,26 +72,26 @@ def interpret_klartext(text: str, file: str = "program") -> Toolpath:
     return reader.path.build()
 
 
-def _blocks(text: str) -> Iterator[tuple[int, str]]:
-    """Yield (line, block) with what its ~ carries on, each with its number behind the one before."""
+def _blocks(program: str) -> Iterator[tuple[int, str]]:
+    """Yield (line, block) with its continuations (~); the blocks are numbered without gaps."""
     begin, parts, expected = 0, list[str](), 0
-    for number, line in lines(text):
+    for number, line in lines(program):
         if len(line) > MAX_LINE:
             raise BlockError(f"the line has {len(line)} characters; this is no program")
-        said = " ".join(line.split())
-        if not said:
+        text = " ".join(line.split())
+        if not text:
             continue
         if not parts:
-            numbered = _NUMBERED.fullmatch(said)
+            numbered = _NUMBERED.fullmatch(text)
             if numbered is None or int(numbered[1]) != expected:
                 raise BlockError(
                     f"line {number}: block {expected} is missing: a Klartext (conversational) program numbers its "
                     "blocks from 0 without gaps; take the file as the controller saved it, or choose the machine of "
                     "this program"
                 )
-            begin, said, expected = number, numbered[2], expected + 1
-        more = said.endswith("~") and not said.startswith(";")
-        parts.append(said.removesuffix("~").rstrip() if more else said)
+            begin, text, expected = number, numbered[2], expected + 1
+        more = text.endswith("~") and not text.startswith(";")
+        parts.append(text.removesuffix("~").rstrip() if more else text)
         if not more:
             yield begin, "\n".join(parts)
             parts = []
@@ -127,7 +127,7 @@ class _Reader:
         self.name = begin[1]
 
     def _end(self, block: str) -> bool:
-        """Return whether the block ends the program; refuse any behind its end."""
+        """Return whether the block ends the program; refuse blocks after its end."""
         if self.ended:
             raise BlockError("there is more behind END PGM")
         if self.dwelling and not block.startswith("CYCL DEF 9.1"):

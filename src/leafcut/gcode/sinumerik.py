@@ -1,4 +1,4 @@
-"""Blocks of the own language of Siemens controls, as far as leafcut writes it; anything else is refused.
+"""Blocks of the Siemens SINUMERIK language, as far as leafcut writes it; all others are refused.
 
     N10 G0 X1 Y2 ; a comment
     T="3"
@@ -6,7 +6,7 @@
     G0 SUPA Z0 D0
     MCALL CYCLE82(25,2,0,-5.5,,0.25)
 
-A parenthesis is no comment there. RTP, RFP, SDIS and DP of a cycle are the height after it, the reference plane, the
+Parentheses are not comments. RTP, RFP, SDIS and DP of a cycle are the height after it, the reference plane, the
 clearance above that plane, and the bottom; R of other controls is RFP + SDIS.
 """
 
@@ -29,12 +29,12 @@ _MOST_ARGUMENTS = {"CYCLE81": 4, "CYCLE82": 6, "CYCLE83": 12}
 
 
 def sinumerik_block(line: str, number: int) -> Block:
-    """Return the block that one line holds.
+    """Return the block of one line.
 
     Raises
     ------
     BlockError
-        It has what leafcut does not write: expressions, parameters, names, other cycles …
+        It has words that leafcut does not write: expressions, parameters, names, other cycles …
     """
     body, _, comment = line.partition(";")
     body = body.strip()
@@ -56,12 +56,12 @@ def _shown(text: str) -> str:
 
 
 def call_cycle(state: InterpreterState, name: str, arguments: tuple[str, ...]) -> None:
-    """Obey MCALL with a cycle: it is run in every block with a place that follows.
+    """Carry out MCALL with a cycle: it is run in every following block with a position.
 
     Raises
     ------
     BlockError
-        An argument is missing, or of those that leafcut does not write.
+        An argument is missing, or is one that leafcut does not write.
     """
     if state.call is not None:
         raise BlockError("MCALL within MCALL; a MCALL alone is missing before it")
@@ -102,7 +102,7 @@ _ARGUMENTS = {
     "CYCLE82": (*_BASE, "DTB"),
     "CYCLE83": (*_BASE, "FDEP", "FDPR", "DAM", "DTB", "DTS", "FRF", "VARI"),
 }
-#: What leafcut writes in CYCLE83: no degression of the pecks, no dwells, the first peck at the full feed.
+#: Fixed arguments of CYCLE83: no degression of the pecks, no dwells, the first peck at the full feed.
 _FIXED = {"DPR": "", "FDPR": "", "DAM": "0", "DTB": "0", "DTS": "0", "FRF": "1"}
 
 
@@ -118,12 +118,12 @@ def _length(state: InterpreterState, name: str, said: dict[str, str], key: str) 
 
 
 def drill_call(state: InterpreterState, words: SortedBlock) -> None:
-    """Drill at the place of a block: under MCALL any block that moves does, also one with F or G0 alone.
+    """Drill at the position of a block: under MCALL every block that moves drills, even with F or G0 alone.
 
     Raises
     ------
     BlockError
-        The block has more than a place and G0, so that it would drill where nobody means it.
+        The block has more than a position and G0, and would drill a hole that is not intended.
     """
     letters, cycle = words.letters, state.call
     if cycle is None or words.m or set(words.g) - {"motion"} or not letters or not set(letters) <= {"X", "Y"}:
@@ -139,6 +139,6 @@ def drill_call(state: InterpreterState, words: SortedBlock) -> None:
 
 
 def end_call(state: InterpreterState) -> None:
-    """Obey MCALL alone."""
+    """Carry out MCALL without a cycle."""
     state.call = None
     state.path.end_cycles()
