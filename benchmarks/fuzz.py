@@ -726,12 +726,13 @@ def _compile_searches() -> None:
     import numpy as np
 
     from leafcut.model.problem import RoutingProblem
-    from leafcut.order.in_order import warm_up_in_order
+    from leafcut.options import SolveOptions
+    from leafcut.order.algorithms import warm_up
 
     entry = np.random.default_rng(1).uniform(0.0, 100.0, (8, 2))
     for clusters, away in ((8, 0.0), (8, 1.0), (4, 1.0)):
         cluster = np.arange(8, dtype=np.int32) % clusters
-        warm_up_in_order(RoutingProblem(entry=entry, exit=entry + away, cluster=cluster, service=np.zeros(8)))
+        warm_up(RoutingProblem(entry=entry, exit=entry + away, cluster=cluster, service=np.zeros(8)), SolveOptions())
 
 
 def main(argv: Sequence[str]) -> int:

@@ -23,9 +23,9 @@ from numpy.typing import NDArray
 from benchmarks import boards, page
 from benchmarks.boards import Board
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.options import ALGORITHMS, AcoOptions, SolveOptions
+from leafcut.options import ALGORITHMS, SolveOptions
+from leafcut.order.algorithms import warm_up as compile_kernels
 from leafcut.order.solve import solve
-from leafcut.order.solve import warm_up as compile_kernels
 
 NO_TOUR = "–"
 #: Most nodes of a warm-up: enough to compile all code that `auto` runs on large boards.
@@ -57,7 +57,7 @@ def warm_up(board: Board, options: SolveOptions) -> None:
     few = boards.uniform(min(board.n, WARM_NODES))
     problem = RoutingProblem.of_points(few.xy, Metric(board.rule), closed=True)
     solve(problem, replace(options, iterations=1, time_limit=0.5, bound=False))
-    compile_kernels(options, AcoOptions(), board.n)
+    compile_kernels(RoutingProblem.of_points(np.zeros((board.n, 2)), closed=True), options)
 
 
 def run_leafcut(board: Board, options: SolveOptions) -> Run:

@@ -33,7 +33,7 @@ SOURCE = ROOT / "src" / "leafcut"
 
 #: Group → patterns of its files below the package.
 GROUPS = {
-    "solver": ("order/*.py", "kernels/*.py"),
+    "solver": ("order/*.py", "order/literature/*.py", "kernels/*.py"),
     "proof": ("proof/*.py", "processes/*/proof/*.py"),
     "readers": ("read/**/*.py", "gcode/*.py"),
     "posts": ("post/*.py", "processes/*/post/*.py", "processes/*/post.py"),

@@ -580,7 +580,7 @@ def algorithms() -> dict[str, str]:
 def plugins() -> list[tuple[str, str]]:
     """Return the additions of installed packages, by kind and name, each with its description or error."""
     from leafcut.gcode.dialects import DIALECTS
-    from leafcut.order.algorithms import PACKAGED as ALGORITHMS
+    from leafcut.order.packaged import PACKAGED as ALGORITHMS
     from leafcut.read.machine import MACHINES
     from leafcut.read.registry import READERS
 

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.local_search import exchange, improve, queue_all
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.order.aco import LocalSearch
 from leafcut.order.instance import build_instance
+from leafcut.order.literature.places import LocalSearch
 from leafcut.order.stop import Stop
 from plain_python import plain_python
 
@@ -147,7 +147,7 @@ def test_the_most_moves_are_kept_and_a_stop_ends_the_search() -> None:
         assert 0 < rest < 10**6
         assert search.state[1] == search.queued.sum() == 0
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("leafcut.order.aco.MOVES_PER_LOOK", 2)
+            patch.setattr("leafcut.order.literature.places.MOVES_PER_LOOK", 2)
             looked = np.random.default_rng(2).permutation(40).astype(np.int32)
             search(looked, stop)
             again = np.random.default_rng(2).permutation(40).astype(np.int32)

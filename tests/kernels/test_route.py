@@ -22,10 +22,9 @@ from leafcut.kernels.route import (
 from leafcut.kernels.sequential import find_exchange, kick
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.order.construction import random_words
-from leafcut.order.directed import DirectedInstance, build_directed
+from leafcut.order.directed import DirectedInstance, build_directed, greedy_path, route_of
 from leafcut.order.instance import costs_of_edges
 from leafcut.order.precedence import keeps
-from leafcut.order.sequential import greedy_path, route_of
 from plain_python import plain_python
 
 #: Small cases in plain Python; the slow ones compile parts of kernels that no cache keeps.

@@ -11,9 +11,9 @@ import pytest
 from leafcut.errors import OptionError, SolveError
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import ALGORITHM_TITLES, SolveOptions
-from leafcut.order.algorithms import AlgorithmRun, algorithm_titles
+from leafcut.order.algorithms import algorithm_titles
 from leafcut.order.instance import Instance
-from leafcut.order.running import SearchResult
+from leafcut.order.search import AlgorithmRun, SearchResult
 from leafcut.order.solve import solve
 from packages import Installer
 

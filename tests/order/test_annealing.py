@@ -15,8 +15,7 @@ from leafcut.model.heartbeat import Progress
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import SolveOptions
 from leafcut.order.annealing import Forgetting, is_small, layers_of
-from leafcut.order.directed import build_directed
-from leafcut.order.sequential import greedy_path
+from leafcut.order.directed import build_directed, greedy_path
 from leafcut.order.solve import solve
 from plain_python import plain_parts
 

@@ -16,11 +16,8 @@ import time
 from collections.abc import Iterator
 from contextlib import closing, suppress
 from itertools import pairwise
-from multiprocessing import Pipe, active_children
-from multiprocessing.connection import Connection
+from multiprocessing import active_children
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -28,14 +25,17 @@ import pytest
 from leafcut.errors import OptionError, SolveError
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
-from leafcut.options import AcoOptions, SolveOptions
-from leafcut.order import ant_processes
-from leafcut.order.aco import ColonyParameters, ColonyTrails, first_tour
-from leafcut.order.ant_processes import AntProcesses, AntTask, AntWorker, WorkerStart, make_ants, starts_of
+from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
+from leafcut.order.best import Best
 from leafcut.order.construction import random_words
 from leafcut.order.instance import Instance, build_instance
+from leafcut.order.literature import processes
+from leafcut.order.literature.ants import trails_of
+from leafcut.order.literature.pheromone import AntParameters
+from leafcut.order.literature.places import Places
+from leafcut.order.literature.processes import AntProcesses, AntTask, AntWorker
+from leafcut.order.search import AlgorithmRun
 from leafcut.order.solve import solve
-from leafcut.order.statistics import Best
 from leafcut.order.stop import Stop
 from leafcut.processes import registry
 from leafcut.processes.settings import collect, settings_for
@@ -52,42 +52,10 @@ def _no_worker_is_left() -> Iterator[None]:
     assert active_children() == []
 
 
-class ThreadWorker:
-    """Stands in for a worker process: serves the same messages in a thread."""
-
-    def __init__(self, target: Any, args: tuple[Any, ...], daemon: bool, name: str) -> None:
-        self.line: Connection = args[0].connection
-        self.thread = threading.Thread(target=self._run, args=(target, args[1]), daemon=daemon, name=name)
-        self.start, self.join, self.is_alive = self.thread.start, self.thread.join, self.thread.is_alive
-        self.exitcode: int | None = None
-
-    def _run(self, target: Any, start: WorkerStart) -> None:
-        with closing(self.line):
-            target(self.line, start)
-        self.exitcode = 0
-
-    def close(self) -> None:
-        assert not self.is_alive()
-
-    def terminate(self) -> None:
-        """Do nothing: a thread ends when the master closes the connection."""
-
-    kill = terminate
-
-
-def thread_pipe() -> tuple[Connection, SimpleNamespace]:
-    """Return a connection, and its other end, which stays open when the master closes its copy."""
-    mine, theirs = Pipe()
-    return mine, SimpleNamespace(connection=theirs, close=lambda: None)
-
-
 @pytest.fixture(params=["threads", pytest.param("processes", marks=pytest.mark.slow)])
 def workers_are(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Run workers in threads, and in the slow tier also in processes."""
-    if request.param == "threads":
-        context = SimpleNamespace(Pipe=thread_pipe, Process=ThreadWorker)
-        monkeypatch.setattr(ant_processes, "get_context", lambda _: context)
-        monkeypatch.setattr(ant_processes, "signal", SimpleNamespace(signal=lambda *_: None, SIGINT=0, SIG_IGN=0))
+    monkeypatch.setattr(processes, "PROCESSES", request.param)
 
 
 def run(algorithm: str, parallel: str, workers: int = 2, seed: int = 1, **more: object) -> Solution:
@@ -98,11 +66,12 @@ def run(algorithm: str, parallel: str, workers: int = 2, seed: int = 1, **more: 
     return solve(PROBLEM, options, AcoOptions(parallel=parallel, n_processes=workers, n_ants=7), **more)
 
 
-def starts(instance: Instance, algorithm: str, parallel: str, workers: int, ants: int) -> list[WorkerStart]:
-    """Return the initial data of the workers of a search."""
-    aco, best = AcoOptions(parallel=parallel, n_processes=workers, n_ants=ants), Best(Stop())
-    c_nn = first_tour(instance, False, best.stop, best)
-    return starts_of(make_ants, instance, aco, ColonyParameters.of(algorithm, aco, instance.n, False), c_nn, 3, best)
+def master(instance: Instance, algorithm: str, workers: int, ants: int) -> AntProcesses:
+    """Return the master of workers that exchange their deposits."""
+    aco = AcoOptions(parallel="exchange", n_processes=workers, n_ants=ants)
+    run = AlgorithmRun(SolveOptions(algorithm=algorithm, seed=3), aco, FireflyOptions(), Best(Stop()))
+    moves = Places(instance, False)
+    return AntProcesses(moves, run, AntParameters.of(algorithm, aco, instance.n, False), moves.start(run.best))
 
 
 @pytest.mark.usefixtures("workers_are")
@@ -180,12 +149,12 @@ class PlainAnts:
 
 def test_processes_that_exchange_deposits_agree_with_a_plain_simulation() -> None:
     instance = build_instance(RoutingProblem.of_points(PLACES[:12], closed=True), 0)
-    begin = starts(instance, "as", "exchange", workers=2, ants=5)
-    offset = ColonyTrails(instance, begin[0].parameters, begin[0].c_nn, 3).offset
-    plain = PlainAnts(instance, begin[0].c_nn, 2, 5, offset)
-    with closing(AntProcesses(begin, None, Stop())) as ants:
+    with closing(master(instance, "as", workers=2, ants=5)) as ants:
+        start = ants.starts[0]
+        offset = trails_of(ants.moves, start.parameters, start.c_nn, 3).offset
+        plain = PlainAnts(instance, start.c_nn, 2, 5, offset)
         for iteration in range(8):
-            tours, costs = ants.propose(iteration)
+            tours, costs = ants.construct(iteration)
             expected = plain.iterate(iteration)
             assert tours.tolist() == expected
             assert costs == pytest.approx([sum(plain.length(a, b) for a, b in pairwise([*t, t[0]])) for t in expected])
@@ -196,19 +165,18 @@ def test_processes_that_exchange_deposits_agree_with_a_plain_simulation() -> Non
 def test_separate_pheromone_diverges_as_in_a_sequential_simulation(algorithm: str) -> None:
     """The same three workers run in turn in this process, and messages are passed by hand."""
     instance = build_instance(PROBLEM, 8)
-    begin = starts(instance, algorithm, "exchange", workers=3, ants=7)
-    workers = [AntWorker(start) for start in begin]
     laid: list[list] = [[], [], []]
-    with closing(AntProcesses(begin, None, Stop())) as ants:
+    with closing(master(instance, algorithm, workers=3, ants=7)) as ants:
+        workers = [AntWorker(start) for start in ants.starts]
         for iteration in range(ITERATIONS):
-            tours, costs = ants.propose(iteration)
+            tours, costs = ants.construct(iteration)
             others = [[c for j in range(3) if j != k for c in laid[j]] for k in range(3)]
             answers = [w.do(AntTask(iteration, math.inf, None, others[k])) for k, w in enumerate(workers)]
             laid = [answer.changes for answer in answers]
             for k, answer in enumerate(answers):
                 assert np.array_equal(tours[k::3], answer.tours)
                 assert np.array_equal(costs[k::3], answer.costs)
-    assert not np.allclose(workers[0].colony.pheromone, workers[1].colony.pheromone, rtol=1e-3)
+    assert not np.allclose(workers[0].trails.pheromone, workers[1].trails.pheromone, rtol=1e-3)
 
 
 @pytest.mark.usefixtures("workers_are")
@@ -238,33 +206,30 @@ def test_ctrl_c_and_a_cancelled_run_keep_the_best_and_an_error_is_passed_on() ->
 
 @pytest.mark.usefixtures("workers_are")
 def test_a_worker_that_fails_is_reported_in_one_line() -> None:
-    begin = starts(build_instance(PROBLEM, 8), "as", "exchange", workers=2, ants=4)
     with (
-        closing(AntProcesses(begin, None, Stop())) as ants,
+        closing(master(build_instance(PROBLEM, 8), "as", workers=2, ants=4)) as ants,
         pytest.raises(SolveError, match=r"^worker process [12] failed \(ValueError: [^\n]*$"),
     ):
-        ants.propose(-1)
+        ants.construct(-1)
 
 
 @pytest.mark.slow
 def test_a_worker_that_is_killed_is_reported_in_one_line() -> None:
-    begin = starts(build_instance(PROBLEM, 8), "as", "exchange", workers=2, ants=4)
-    with closing(AntProcesses(begin, None, Stop())) as ants:
-        ants.propose(0)
-        os.kill(ants.processes[1].pid or 0, signal.SIGKILL)
-        with pytest.raises(SolveError, match=r"^worker process 2 of 2 ended with status -9; run again, [^\n]*$"):
+    with closing(master(build_instance(PROBLEM, 8), "as", workers=2, ants=4)) as ants:
+        ants.construct(0)
+        os.kill(ants.executors[1].submit(os.getpid).result(), signal.SIGKILL)
+        with pytest.raises(SolveError, match=r"^worker process 2 of 2 ended; run again, [^\n]*$"):
             for iteration in itertools.count(1):
-                ants.propose(iteration)
+                ants.construct(iteration)
 
 
 def test_a_worker_whose_time_is_over_reports_no_cost_and_learns_nothing() -> None:
-    (start,) = starts(build_instance(PROBLEM, 8), "mmas", "exchange", workers=1, ants=4)
-    worker = AntWorker(start)
-    before = worker.colony.pheromone.copy()
+    worker = AntWorker(master(build_instance(PROBLEM, 8), "mmas", workers=1, ants=4).starts[0])
+    before = worker.trails.pheromone.copy()
     answer = worker.do(AntTask(1, -1.0, None, []))
     assert np.isinf(answer.costs).any()
     assert answer.changes == []
-    assert np.array_equal(worker.colony.pheromone, before)
+    assert np.array_equal(worker.trails.pheromone, before)
 
 
 @pytest.mark.slow

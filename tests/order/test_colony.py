@@ -29,9 +29,8 @@ from leafcut.order.colony import (
 )
 from leafcut.order.instance import Instance, build_instance
 from leafcut.order.solve import solve
-from leafcut.order.statistics import WorkerLog
 from leafcut.order.stop import Stop
-from leafcut.order.workers import Workers
+from leafcut.order.workers import WorkerLog, Workers
 
 
 def instance_of(n: int, seed: int = 1) -> Instance:

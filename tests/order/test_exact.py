@@ -10,8 +10,7 @@ import pytest
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import SolveOptions
 from leafcut.order import exact
-from leafcut.order.clusters import choose_nodes
-from leafcut.order.exact import best_nodes, within_reach
+from leafcut.order.exact import best_nodes, choose_nodes, within_reach
 from leafcut.order.instance import path_cost
 from leafcut.order.precedence import checked_pairs, keeps
 from leafcut.order.solve import solve

@@ -15,10 +15,11 @@ from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.firefly import edges_apart, fly, fly_and_mend
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import FireflyOptions, SolveOptions
-from leafcut.order import firefly
-from leafcut.order.firefly import Flight, all_costs
 from leafcut.order.instance import Instance, build_instance
 from leafcut.order.kicks import BREADTH, choices, work_tour
+from leafcut.order.literature import fireflies, flight
+from leafcut.order.literature.fireflies import all_costs
+from leafcut.order.literature.flight import Flight
 from leafcut.order.solve import solve
 from leafcut.order.stop import Stop
 
@@ -147,17 +148,17 @@ def test_the_search_ends_when_nothing_got_shorter_for_twenty_iterations_or_after
     problem = RoutingProblem.of_points([(0, 0), (0, 9), (9, 9), (9, 0), (5, 5)], closed=True)
     for iterations in (None, 1, 31):
         found = solve(problem, SolveOptions(algorithm="firefly", iterations=iterations, bound=False))
-        assert found.iterations == (iterations or firefly.PATIENCE)
+        assert found.iterations == (iterations or flight.PATIENCE)
 
 
 def test_costs_between_too_many_nodes_are_refused_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(firefly, "MOST_NODES", 49)
+    monkeypatch.setattr(fireflies, "MOST_NODES", 49)
     problem = RoutingProblem.of_points(places(50), closed=True)
     with pytest.raises(SolveError, match="up to 49 of them; there are 50; leave out --no-local-search"):
         solve(problem, SolveOptions(algorithm="firefly", local_search=False))
 
 
 def test_a_share_of_the_iterations_or_of_the_time_has_gone() -> None:
-    assert firefly.share_done(Stop(iterations=10), 5) == 0.5
-    assert firefly.share_done(Stop(), 5) == 0.0
-    assert firefly.share_done(Stop(seconds=1e-9), 0) > 1.0
+    assert flight.share_done(Stop(iterations=10), 5) == 0.5
+    assert flight.share_done(Stop(), 5) == 0.0
+    assert flight.share_done(Stop(seconds=1e-9), 0) > 1.0

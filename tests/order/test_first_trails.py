@@ -12,10 +12,12 @@ from leafcut.kernels.construct import choose_next
 from leafcut.kernels.ordering import draw_next
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import ANT_ALGORITHMS, AcoOptions, SolveOptions
-from leafcut.order.aco import Ants, ColonyParameters, ColonyTrails
+from leafcut.order.best import Best
 from leafcut.order.instance import Instance, build_instance
+from leafcut.order.literature.ants import Ants, trails_of
+from leafcut.order.literature.pheromone import AntParameters, Trails
+from leafcut.order.literature.places import Places
 from leafcut.order.solve import solve
-from leafcut.order.statistics import Best
 from leafcut.order.stop import Stop
 from plain_python import plain_parts
 
@@ -27,10 +29,10 @@ pytestmark = pytest.mark.usefixtures("plain_parts")
 LINE, C_NN = build_instance(RoutingProblem.of_points([(x, 0.0) for x in range(5)], closed=True), 0), 8.0
 
 
-def trails(instance: Instance, c_nn: float, algorithm: str = "as", seed: int = 1, **options: object) -> ColonyTrails:
+def trails(instance: Instance, c_nn: float, algorithm: str = "as", seed: int = 1, **options: object) -> Trails:
     """Return the first trails of an algorithm."""
-    parameters = ColonyParameters.of(algorithm, AcoOptions(**options), instance.n, local_search=False)
-    return ColonyTrails(instance, parameters, c_nn, seed)
+    parameters = AntParameters.of(algorithm, AcoOptions(**options), instance.n, local_search=False)
+    return trails_of(Places(instance, False), parameters, c_nn, seed)
 
 
 @pytest.mark.parametrize(
@@ -115,7 +117,7 @@ def test_one_iteration_of_ant_system_with_the_parameters_of_the_sheet_paper() ->
     )  # fmt: skip
     assert colony.parameters.ants == instance.n == 12
     first = float(colony.pheromone[0, 0])
-    tours, costs = Ants(colony, 1, Stop(), None, 1).propose(0)
+    tours, costs = Ants(Places(instance, False), colony, 1, Stop()).construct(0)
     tours, costs = tours.copy(), costs.copy()
     colony.reinforce(0, tours, costs, Best(Stop()))
     places = xy[instance.label]

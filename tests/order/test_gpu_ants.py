@@ -25,11 +25,13 @@ import json
 import numpy as np
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import AcoOptions
-from leafcut.order import gpu_ants
-from leafcut.order.aco import Ants, ColonyParameters, ColonyTrails, first_tour
-from leafcut.order.gpu_ants import GpuAnts
+from leafcut.order.literature import gpu
+from leafcut.order.literature.ants import Ants, trails_of
+from leafcut.order.literature.pheromone import AntParameters
+from leafcut.order.literature.places import Places
+from leafcut.order.literature.gpu import GpuAnts
 from leafcut.order.instance import build_instance
-from leafcut.order.statistics import Best
+from leafcut.order.best import Best
 from leafcut.order.stop import Stop
 
 places = np.random.default_rng(4).uniform(0, 100, (40, 2))
@@ -47,14 +49,14 @@ for name, (problem, candidates) in problems.items():
         for kind in (Ants, GpuAnts):
             stop = Stop()
             best = Best(stop)
-            parameters = ColonyParameters.of(algorithm, AcoOptions(n_ants=40), instance.n, False)
-            c_nn = first_tour(instance, False, stop, best)
-            ants = kind(ColonyTrails(instance, parameters, c_nn, 3), 3, stop, None, 1)
+            parameters = AntParameters.of(algorithm, AcoOptions(n_ants=40), instance.n, False)
+            moves = Places(instance, False)
+            ants = kind(moves, trails_of(moves, parameters, moves.start(best), 3), 3, stop)
             for iteration in range(1, 4):
-                tours, costs = ants.propose(iteration)
+                tours, costs = ants.construct(iteration)
                 said.append((tours.tolist(), costs.tolist()))
                 best.offer(tours[costs.argmin()], float(costs.min()), iteration)
-                ants.colony.reinforce(iteration, tours, costs, best)
+                ants.reinforce(iteration, tours, costs, best)
         differ = len({tuple(tour) for tours, _ in said[:3] for tour in tours})
         found[f"{name} {algorithm}"] = [said[:3] == said[3:], differ]
 print(json.dumps(found))
@@ -64,11 +66,11 @@ print(json.dumps(found))
 IN_SHARES = COMPARED.replace(
     "found = {}",
     """found = {}
-build = gpu_ants._Builder.__init__
-def few(self, colony, tours):
-    build(self, colony, tours)
+build = gpu._Builder.__init__
+def few(self, *given):
+    build(self, *given)
     self.share = 7
-gpu_ants._Builder.__init__ = few""",
+gpu._Builder.__init__ = few""",
 )
 
 

@@ -10,12 +10,11 @@ from leafcut.errors import SolveError
 from leafcut.kernels.ordering import invert_runs, steps_apart
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import LITERATURE, AcoOptions, FireflyOptions, SolveOptions
-from leafcut.order.clusters import choose_nodes
 from leafcut.order.directed import build_directed
+from leafcut.order.exact import choose_nodes
 from leafcut.order.instance import path_cost
-from leafcut.order.ordering import Ordering
+from leafcut.order.literature.choices import Choices
 from leafcut.order.solve import solve
-from leafcut.order.stop import Stop
 
 
 @pytest.mark.parametrize("algorithm", [*LITERATURE, "nn"])
@@ -49,24 +48,24 @@ def test_the_nodes_of_an_order_are_the_best_of_all(kind: str) -> None:
     """The kernel's choice costs what the plain one by NumPy does."""
     for seed in range(10):
         problem = random_problem(seed, 8, kind, ENDS[seed % 5], pairs=0)
-        ordering = Ordering(build_directed(problem, 6), False, Stop())
-        order, length = ordering.nearest_neighbour()
-        nodes = ordering.nodes()
+        moves = Choices(build_directed(problem, 6), False)
+        order, length = moves.nearest_neighbour()
+        nodes = moves.nodes()
         assert path_cost(problem, nodes) == pytest.approx(length)
         assert path_cost(problem, choose_nodes(problem, problem.cluster[nodes])) == pytest.approx(length)
-        assert len(order) == ordering.instance.n
+        assert len(order) == moves.instance.n
 
 
 def test_an_inversion_turns_one_run_round_and_leaves_the_rest() -> None:
     """Without precedence an order is two pieces of the old one and a third, turned, in between."""
     problem = random_problem(2, 9, "ways", (None, None), pairs=0)
-    ordering = Ordering(build_directed(problem, 6), False, Stop())
-    words, m = np.array([9], dtype=np.uint64), ordering.instance.n
+    moves = Choices(build_directed(problem, 6), False)
+    words, m = np.array([9], dtype=np.uint64), moves.instance.n
     turned = set()
     for _ in range(60):
         order = np.append(m - 1, np.arange(m - 1)).astype(np.int32)
         before, place = order.copy(), np.argsort(order).astype(np.int32)
-        invert_runs(ordering.layers, order, place, 1, 4, words, 0)
+        invert_runs(moves.layers, order, place, 1, 4, words, 0)
         assert place.tolist() == np.argsort(order).tolist()
         changed = np.flatnonzero(order != before)
         run = slice(changed[0], changed[-1] + 1)
@@ -79,10 +78,10 @@ def test_a_firefly_never_breaks_precedence() -> None:
     words = np.array([9], dtype=np.uint64)
     for seed in range(10):
         problem = random_problem(seed, 9, "holes", "closed", pairs=6)
-        ordering = Ordering(build_directed(problem, 6), False, Stop())
-        order, _ = ordering.nearest_neighbour()
+        moves = Choices(build_directed(problem, 6), False)
+        order, _ = moves.nearest_neighbour()
         before, place = order.copy(), np.argsort(order).astype(np.int32)
-        invert_runs(ordering.layers, order, place, 200, 5, words, 0)
+        invert_runs(moves.layers, order, place, 200, 5, words, 0)
         assert order.tolist() != before.tolist()
         assert sorted(order.tolist()) == list(range(len(order)))
         assert all(place[a] < place[b] for a, b in problem.precedence.tolist())

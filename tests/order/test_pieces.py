@@ -12,13 +12,13 @@ from leafcut.kernels.cost import tour_cost
 from leafcut.model.problem import Metric, Relief, RoutingProblem
 from leafcut.options import SolveOptions
 from leafcut.order import colony, kicks, pieces
+from leafcut.order.best import Best
 from leafcut.order.construction import greedy
 from leafcut.order.instance import Instance, build_instance, costs_of_edges, matrix_of
 from leafcut.order.pieces import cut, instance_of, kick_pieces
 from leafcut.order.solve import solve
-from leafcut.order.statistics import Best, WorkerLog
 from leafcut.order.stop import Stop
-from leafcut.order.workers import Workers
+from leafcut.order.workers import WorkerLog, Workers
 
 #: Closed, and paths with both ends, one or none given.
 ENDS = ["closed", "both", "start", "end", "open"]

@@ -16,9 +16,9 @@ from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.firefly import best_inversion, places_apart
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import FireflyOptions, SolveOptions
-from leafcut.order.firefly import Flight
 from leafcut.order.instance import Instance, build_instance
-from leafcut.order.published_firefly import MOVES, PublishedFireflies, longest_run
+from leafcut.order.literature.flight import Flight
+from leafcut.order.literature.published_fireflies import MOVES, PublishedFireflies, longest_run
 from leafcut.order.solve import solve
 from leafcut.order.stop import Stop
 from leafcut.processes import registry
@@ -83,7 +83,7 @@ def test_one_step_worked_by_hand() -> None:
     """
     instance = build_instance(RoutingProblem.of_points([(x, 0.0) for x in range(6)], closed=True), 0)
     node = {int(x): k for k, x in enumerate(instance.cost.xy[:, 0])}
-    swarm = PublishedFireflies(instance, SIMPLE, 1, Stop(iterations=100))
+    swarm = PublishedFireflies(instance, SIMPLE, SolveOptions(seed=1), Stop(iterations=100))
     orders = [(0, 1, 2, 3, 4, 5), (0, 2, 1, 3, 4, 5), (2, 0, 1, 3, 4, 5)]
     swarm.tours = np.array([[node[x] for x in order] for order in orders], dtype=np.int32)
     swarm.lengths = np.array([tour_cost(instance.cost, tour) for tour in swarm.tours])
@@ -91,7 +91,7 @@ def test_one_step_worked_by_hand() -> None:
     assert [20.0 * math.exp(-0.015 * (10.0 * apart / 6) ** 2) for apart in (3, 2)] == pytest.approx(
         [13.75, 16.93], abs=0.01
     )
-    assert [swarm.aim(f) for f in range(3)] == [(14, 4), (17, 2), (14, 4)]
+    assert [swarm.aim_of(f) for f in range(3)] == [(14, 4), (17, 2), (14, 4)]
 
 
 @given(st.integers(6, 30), st.integers(0, 99), st.integers(1, 40), st.integers(2, 28))
@@ -117,10 +117,10 @@ def test_a_move_has_the_best_of_its_inversions_and_adds_what_it_says(n: int, see
 
 def test_of_m_times_n_moves_the_n_shortest_are_kept_and_no_tour_of_before() -> None:
     instance = instance_of(30, closed=True)
-    swarm = PublishedFireflies(instance, SIMPLE, 5, Stop(iterations=100))
-    swarm.propose(0)
+    swarm = PublishedFireflies(instance, SIMPLE, SolveOptions(seed=5), Stop(iterations=100))
+    swarm.construct(0)
     before = swarm.tours.copy()
-    tours, lengths = swarm.propose(1)
+    tours, lengths = swarm.construct(1)
     made = sorted(float(tour_cost(instance.cost, tour)) for tour in swarm.moved)
     assert len(swarm.moved) == MOVES * len(before) == 22
     assert sorted(lengths.tolist()) == made[:11]

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from leafcut.options import SolveOptions
-from leafcut.order.loop import search
-from leafcut.order.running import set_budget, set_budget_of_visits, until_interrupted
-from leafcut.order.statistics import Best
+from leafcut.order.best import Best
+from leafcut.order.search import Population, search, set_budget, set_budget_of_visits, until_interrupted
 from leafcut.order.stop import Stop
 
 
@@ -56,13 +55,13 @@ def test_ctrl_c_ends_a_run_with_the_best_and_goes_on_where_there_is_none() -> No
     assert best.stop.cancelled.is_set()
 
 
-class Candidates:
+class Candidates(Population):
     """Proposes two tours in each iteration, by a list of costs, and keeps a list of all that is learned."""
 
     def __init__(self, costs: list[tuple[float, float]]) -> None:
         self.given, self.learned = costs, []
 
-    def propose(self, iteration: int) -> tuple[np.ndarray, np.ndarray]:
+    def construct(self, iteration: int) -> tuple[np.ndarray, np.ndarray]:
         return np.array([[iteration, 0], [iteration, 1]], dtype=np.int32), np.array(self.given[iteration])
 
     def reinforce(self, iteration: int, tours: np.ndarray, costs: np.ndarray, best: Best) -> None:
@@ -73,7 +72,7 @@ def test_a_search_keeps_the_first_of_the_cheapest_and_learns_from_every_iteratio
     ants = Candidates([(9.0, 8.0), (8.0, 8.0), (6.0, 6.0), (7.0, math.inf)])
     reported: list[float] = []
     best = Best(Stop(iterations=4), progress=lambda now: reported.append(now.cost or 0.0))
-    assert search(ants.propose, ants.reinforce, best.stop, best) == 4
+    assert search(ants, best) == 4
     assert (best.tour.tolist(), best.cost, best.iteration) == ([2, 0], 6.0, 2)
     assert [row[0] for row in ants.learned] == [0, 1, 2, 3]
     assert [row[3] for row in ants.learned] == reported == [8.0, 8.0, 6.0, 6.0]
@@ -82,9 +81,9 @@ def test_a_search_keeps_the_first_of_the_cheapest_and_learns_from_every_iteratio
 def test_a_search_ends_without_patience_or_at_its_target_and_learns_nothing_then() -> None:
     ants = Candidates([(9.0, 9.0)] * 9)
     best = Best(Stop(patience=3))
-    assert search(ants.propose, ants.reinforce, best.stop, best) == 3
+    assert search(ants, best) == 3
     ants = Candidates([(9.0, 9.0), (5.0, 9.0), (1.0, 1.0)])
     best = Best(Stop(target=5.0))
-    assert search(ants.propose, ants.reinforce, best.stop, best) == 1
+    assert search(ants, best) == 1
     assert best.cost == 5.0
     assert len(ants.learned) == 1

@@ -18,14 +18,15 @@ from leafcut.kernels.route import Route
 from leafcut.model.heartbeat import Progress
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import SolveOptions
-from leafcut.order import ordering, sequential
-from leafcut.order.clusters import choose_nodes
-from leafcut.order.directed import DirectedInstance, build_directed
+from leafcut.order import path_search
+from leafcut.order.best import Best
+from leafcut.order.directed import DirectedInstance, build_directed, greedy_path
+from leafcut.order.exact import choose_nodes
 from leafcut.order.instance import path_cost
+from leafcut.order.literature import choices
+from leafcut.order.path_search import PathSearch
 from leafcut.order.precedence import consequences, keeps
-from leafcut.order.sequential import PathSearch, greedy_path
 from leafcut.order.solve import keep_better, solve
-from leafcut.order.statistics import Best
 from leafcut.order.stop import Stop
 from travel_reference import travel_cost
 
@@ -333,7 +334,7 @@ def test_stopping_at_once_still_gives_a_whole_path() -> None:
 def test_the_search_knows_what_its_path_costs_and_never_loses_the_best(kind: str) -> None:
     """The gains that kernels report are added up over hot and cold times, and compared with the path itself."""
     problem = random_problem(6, 60, kind, "closed" if "table" in kind else ENDS[1], pairs=30)
-    instance = build_directed(problem, sequential.CANDIDATES)
+    instance = build_directed(problem, 16)
     search = PathSearch(instance, 3, Best(Stop()))
     for kicks in (700, 700, 2000):
         search.run(search.kicks + kicks, greedy_path(instance))
@@ -363,7 +364,7 @@ def test_the_first_path_is_laid_once_for_ants_and_kicks(size: int, monkeypatch: 
         return greedy_path(instance)
 
     problem = random_problem(1, size, "cuts", ENDS[3], pairs=4)
-    for room in (sequential, ordering):
+    for room in (path_search, choices):
         monkeypatch.setattr(room, "greedy_path", counted)
     solve(problem, SolveOptions(iterations=1, bound=False))
     assert len([n for n in laid if size <= n <= size + 2]) == 1  # another is of what is compiled for

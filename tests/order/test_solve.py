@@ -226,7 +226,7 @@ def test_what_auto_stands_for_is_what_is_compiled_before_the_clock_and_what_is_t
     from leafcut.order import solve as room
 
     warmed: list[str] = []
-    monkeypatch.setattr(room, "warm_up", lambda options, *_: warmed.append(options.algorithm))
+    monkeypatch.setattr(room, "warm_up", lambda _, options, *__: warmed.append(options.algorithm))
     problem = problem_of(np.random.default_rng(3).uniform(0, 90, (n, 2)), Metric(), "closed")
     assert solve(problem, SolveOptions(iterations=1)).algorithm == "colony"
     assert warmed == ["colony"]
@@ -251,6 +251,15 @@ def test_the_warm_up_compiles_every_kernel_that_a_search_uses(name: str, n: int)
     done = subprocess.run([sys.executable, str(script), name, str(n)], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip() == "nothing compiled"
+
+
+@pytest.mark.parametrize("algorithm", ["kicks", "2opt", PACKAGED])
+def test_a_table_that_differs_by_direction_is_refused_by_algorithms_for_equal_costs(algorithm: str) -> None:
+    """Their exchanges reverse runs at no cost, so they would not end."""
+    matrix = np.random.default_rng(5).uniform(1.0, 9.0, (20, 20))
+    problem = RoutingProblem.of_points(np.zeros((20, 2)), Metric("EXPLICIT", matrix=matrix), closed=True)
+    with pytest.raises(SolveError, match=f"'{algorithm}' needs equal costs in both directions; use --algorithm auto"):
+        solve(problem, SolveOptions(algorithm=algorithm))
 
 
 @pytest.mark.parametrize("algorithm", ["auto", "kicks", "mmas", "2opt", "nn", PACKAGED])

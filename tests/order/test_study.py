@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,9 +17,11 @@ from leafcut.model.problem import RoutingProblem
 from leafcut.model.snapshot import Snapshot
 from leafcut.model.study import Study
 from leafcut.options import LITERATURE, AcoOptions, FireflyOptions, SolveOptions
-from leafcut.order import loop
-from leafcut.order.aco import ColonyParameters, Trails
 from leafcut.order.instance import build_instance
+from leafcut.order.literature.ants import TRAILS, Ants
+from leafcut.order.literature.fireflies import PlaceFireflies
+from leafcut.order.literature.pheromone import AntParameters
+from leafcut.order.search import Tours
 from leafcut.order.solve import solve
 
 XY = np.random.default_rng(4).uniform(0.0, 100.0, (40, 2))
@@ -35,23 +39,26 @@ def length(tour: np.ndarray) -> float:
     return sum(math.dist(XY[a], XY[b]) for a, b in zip(tour, [*tour[1:], tour[0]], strict=True))
 
 
+def noted(construct: Callable, label: np.ndarray, found: list[list[float]]) -> Callable:
+    """Return the construction of an algorithm that also keeps the lengths of its tours."""
+
+    def construct_and_note(strategy: Any, iteration: int) -> Tours:
+        tours, costs = construct(strategy, iteration)
+        if tours.shape[1] == len(label) and len(tours) > 2:  # else it is a search that compiles the kernels
+            found.append([length(label[tour]) for tour in tours])
+        return tours, costs
+
+    return construct_and_note
+
+
 @pytest.mark.parametrize("algorithm", LITERATURE)
 def test_best_mean_and_worst_are_those_of_the_tours_of_the_iteration(
     algorithm: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found: list[list[float]] = []
-    plain, label = loop.search, build_instance(MAP, 16).label
-
-    def search(propose, reinforce, stop, best):  # type: ignore[no-untyped-def]
-        def noted(iteration: int):  # type: ignore[no-untyped-def]
-            tours, costs = propose(iteration)
-            if best.watched is not None:  # else it is one that has kernels compiled
-                found.append([length(label[tour]) for tour in tours])
-            return tours, costs
-
-        return plain(noted, reinforce, stop, best)
-
-    monkeypatch.setattr(loop, "search", search)
+    label = build_instance(MAP, 16).label
+    for kind in (Ants, PlaceFireflies):
+        monkeypatch.setattr(kind, "construct", noted(kind.construct, label, found))
     study = Study()
     solve(MAP, alone(algorithm), FEW, firefly=SWARM, observe=study)
     rows = study.iterations()
@@ -158,10 +165,10 @@ def test_the_example_of_a_step_is_the_rule_of_the_book_in_numbers(algorithm: str
 
 def test_the_trails_start_from_what_is_asked_for_else_from_the_books_rule() -> None:
     lists = np.array([[1, 2], [0, 2], [0, 1]], dtype=np.int32)
-    asked = ColonyParameters.of("acs", AcoOptions(initial_pheromone=0.25), 3, False)
-    assert Trails(lists, asked, 50.0).pheromone.tolist() == [[0.25, 0.25]] * 3
-    usual = ColonyParameters.of("acs", AcoOptions(), 3, False)
-    assert Trails(lists, usual, 50.0).initial == pytest.approx(1.0 / (3 * 50.0))
+    asked = AntParameters.of("acs", AcoOptions(initial_pheromone=0.25), 3, False)
+    assert TRAILS["acs"](lists, asked, 50.0).pheromone.tolist() == [[0.25, 0.25]] * 3
+    usual = AntParameters.of("acs", AcoOptions(), 3, False)
+    assert TRAILS["acs"](lists, usual, 50.0).initial == pytest.approx(1.0 / (3 * 50.0))
 
 
 def test_the_darkest_firefly_flies_to_the_most_attractive_of_the_shorter_ones() -> None:

@@ -10,7 +10,7 @@ import pytest
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.options import SolveOptions
-from leafcut.order.sequential import SECONDS_PER_KICK, budget
+from leafcut.order.path_search import SECONDS_PER_KICK, budget
 from leafcut.order.solve import solve
 from leafcut.order.stop import FIRST_STRETCH, Thrift
 from leafcut.report.wording import was_spared

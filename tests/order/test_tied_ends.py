@@ -6,9 +6,9 @@ import numpy as np
 
 from leafcut.kernels.local_search import improve, queue_all
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.order.aco import LocalSearch
 from leafcut.order.construction import nearest_neighbour
 from leafcut.order.instance import build_instance
+from leafcut.order.literature.places import LocalSearch
 
 
 def test_local_search_ends_where_ways_differ_by_little() -> None:

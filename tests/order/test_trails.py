@@ -10,9 +10,10 @@ import pytest
 
 from leafcut.kernels import pheromone
 from leafcut.options import AcoOptions
-from leafcut.order import aco
-from leafcut.order.aco import ColonyParameters, Trails
-from leafcut.order.statistics import Best
+from leafcut.order.best import Best
+from leafcut.order.literature.ants import TRAILS
+from leafcut.order.literature.max_min import best_so_far_every
+from leafcut.order.literature.pheromone import AntParameters, Trails
 from leafcut.order.stop import Stop
 from plain_python import plain_parts, plain_python
 
@@ -31,9 +32,9 @@ OPTIONS = AcoOptions(n_ants=ANTS, pheromone_weight=1.5, heuristic_weight=3.0, ev
 
 def trails_of(algorithm: str, one_way: bool = False, local_search: bool = False) -> Trails:
     """Return trails on all edges, which are not equal."""
-    parameters = ColonyParameters.of(algorithm, OPTIONS, N, local_search)
+    parameters = AntParameters.of(algorithm, OPTIONS, N, local_search)
     parameters = replace(parameters, elitist_weight=2.5, ranks=4, local_rate=0.3)
-    trails = Trails(LISTS, parameters, C_NN, one_way=one_way)
+    trails = TRAILS[algorithm](LISTS, parameters, C_NN, one_way=one_way)
     trails.nearness[:] = np.random.default_rng(2).uniform(0.5, 2.0, LISTS.shape)
     tau = np.random.default_rng(1).uniform(0.01, 0.1, (N, N))
     tau = tau if one_way else (tau + tau.T) / 2
@@ -124,9 +125,9 @@ def test_max_min_lets_one_ant_deposit_within_its_limits(iteration: int, local_se
 
 def test_the_best_tour_so_far_deposits_ever_more_often() -> None:
     """The schedule of ACOTSP, counted over whole stretches of iterations."""
-    every = {since: aco._best_so_far_every(since, True) for since in (0, 24, 25, 74, 75, 124, 125, 249, 250, 9999)}
+    every = {since: best_so_far_every(since, True) for since in (0, 24, 25, 74, 75, 124, 125, 249, 250, 9999)}
     assert every == {0: 25, 24: 25, 25: 5, 74: 5, 75: 3, 124: 3, 125: 2, 249: 2, 250: 1, 9999: 1}
-    assert {aco._best_so_far_every(since, False) for since in (0, 30, 100, 9999)} == {25}
+    assert {best_so_far_every(since, False) for since in (0, 30, 100, 9999)} == {25}
 
 
 @pytest.mark.parametrize(
@@ -211,8 +212,7 @@ def test_local_decay_moves_a_trail_towards_the_first_one() -> None:
 )
 def test_parameters_are_those_recommended_by_the_book(algorithm: str, ants: int, rate: float) -> None:
     """Dorigo and Stützle 2004, box 3.1, for 80 nodes without local search; e is the number of ants."""
-    found = ColonyParameters.of(algorithm, AcoOptions(), 80, False)
+    found = AntParameters.of(algorithm, AcoOptions(), 80, False)
     assert (found.ants, found.rate, found.elitist_weight) == (ants, rate, ants)
     assert found.greedy_probability == (0.9 if algorithm == "acs" else 0.0)
-    assert aco.RECOMMENDED[algorithm].name == algorithm
-    assert ColonyParameters.of(algorithm, AcoOptions(), 80, True).ants == (10 if algorithm == "acs" else 25)
+    assert AntParameters.of(algorithm, AcoOptions(), 80, True).ants == (10 if algorithm == "acs" else 25)

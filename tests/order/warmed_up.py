@@ -12,8 +12,8 @@ from numba.core.dispatcher import Dispatcher
 import leafcut.kernels
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import AcoOptions, SolveOptions
-from leafcut.order.in_order import warm_up_in_order
-from leafcut.order.solve import solve, warm_up
+from leafcut.order.algorithms import warm_up
+from leafcut.order.solve import solve
 
 
 def signatures() -> dict[str, int]:
@@ -62,12 +62,10 @@ def main(algorithm: str, n: int) -> None:
     xy = np.random.default_rng(2).uniform(0, 90, (n, 2))
     if algorithm in KINDS:
         problem, algorithm = KINDS[algorithm](xy), "auto"
-        warm_up_in_order(problem)
     else:
         problem = RoutingProblem.of_points(xy, closed=True)
     options = SolveOptions(algorithm=algorithm, preset="fast", threads=1, bound=False)
-    if algorithm != "auto":
-        warm_up(options, AcoOptions(n_ants=2), n)
+    warm_up(problem, options, AcoOptions(n_ants=2))
     before = signatures()
     solve(problem, options, AcoOptions(n_ants=2))
     new = [name for name, count in signatures().items() if count > before[name]]

@@ -20,10 +20,11 @@ from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.study import Study
 from leafcut.options import LITERATURE, AcoOptions, FireflyOptions, SolveOptions
+from leafcut.order.algorithms import warm_up
 from leafcut.order.compiling import Compilations, announced
 from leafcut.order.construction import FEW
 from leafcut.order.kicks import MANY
-from leafcut.order.solve import solve, warm_up
+from leafcut.order.solve import solve
 from leafcut.order.spanning_tree import ALL_PAIRS
 
 #: Moves that a controller blends into one, and a hole in stock.
@@ -55,7 +56,7 @@ def _order() -> None:
     """Search orders of every kind: with and without direction, few and many nodes."""
     for n in (40, ALL_PAIRS + 10):
         solve(RoutingProblem.of_points(_places(n)), SolveOptions(iterations=1))
-    warm_up(SolveOptions(algorithm="colony"), AcoOptions(), MANY)
+    warm_up(RoutingProblem.of_points(np.zeros((MANY, 2))), SolveOptions())
     solve(RoutingProblem.of_points(_places(FEW + 1)), SolveOptions(algorithm="nn", bound=False))
     free = RoutingProblem.of_points(_places(12))
     directed = RoutingProblem(

@@ -23,7 +23,7 @@ class Iteration(NamedTuple):
     seconds    since the start of the search, by its clock
     shortest   the best path of all iterations so far, travel and service in the problem's unit
     best       the best path of this iteration; `mean` and `worst` likewise, of finished paths
-    branching  the mean λ-branching factor of the trails after it, `order.aco.BRANCHING_SHARE` = λ
+    branching  the mean λ-branching factor of the trails after it, `order.literature.pheromone.BRANCHING_SHARE` = λ
     ========== ==================================================================================
     """
 

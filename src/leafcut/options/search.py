@@ -136,7 +136,7 @@ class SolveOptions(OptionGroup):
 
 @dataclass(frozen=True)
 class AcoOptions(OptionGroup):
-    """Parameters of the ant algorithms, with the defaults of their authors (`order.aco.RECOMMENDED`)."""
+    """Parameters of the ant algorithms; defaults are those of their authors (`order.literature.pheromone`)."""
 
     section: ClassVar[str] = "aco"
     title: ClassVar[str] = "Ant algorithms"
@@ -202,7 +202,7 @@ class AcoOptions(OptionGroup):
 
 @dataclass(frozen=True)
 class FireflyOptions(OptionGroup):
-    """Parameters of the firefly algorithm, with the defaults published for pockets (`order.firefly.MODES`)."""
+    """Parameters of the firefly algorithm; defaults are those published for pockets (`order.literature.flight`)."""
 
     section: ClassVar[str] = "firefly"
     title: ClassVar[str] = "Firefly algorithm"

@@ -12,6 +12,7 @@ and S. Kobayashi, INFORMS J. Computing 25 (2013) (how two tours are put together
 from __future__ import annotations
 
 import math
+import os
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,18 +23,24 @@ from leafcut.kernels.ab_cycles import Assembly
 from leafcut.kernels.assembly import MOST_CHANGES, assemble
 from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.kicks import kick_and_mend
+from leafcut.model.snapshot import Pheromone
+from leafcut.model.solution import WorkerFigures
+from leafcut.order.best import Best, SearchView
 from leafcut.order.construction import greedy, random_words
 from leafcut.order.instance import Instance
 from leafcut.order.kicks import BREADTH as KICKING_BREADTH
-from leafcut.order.kicks import MANY, NODES_PER_LOOK, choices, descend, first_tour, kick_on, work_tour
+from leafcut.order.kicks import MANY, NODES_PER_LOOK, choices, descend, first_tour, kick_on, warm_kicks, work_tour
 from leafcut.order.observing import of_tours
 from leafcut.order.pieces import kick_pieces
-from leafcut.order.statistics import Best
+from leafcut.order.search import AlgorithmRun, SearchResult, until_interrupted
 from leafcut.order.stop import Stop
-from leafcut.order.workers import Share, Workers
+from leafcut.order.workers import Share, WorkerLog, Workers, thread_pool
 
 #: Candidates tried at each depth of an exchange: by an ant that builds its tour, and in mending a child.
 BREADTH = (0, 8, 5, 3, 1)
+
+#: Budget of a preset in nodes of all tours that ants may build.
+PRESETS = {"fast": 1e5, "default": 6e5, "thorough": 1e7}
 
 #: Ants of the first colony, how many times as many each next one has, and most ants; never many more than nodes.
 FIRST_ANTS, GROWTH, MOST_ANTS = 8, 4, 400
@@ -130,6 +137,22 @@ class Founders:
 
     words: NDArray[np.uint64]
     kicks: int = 0
+
+
+class ColonyView(SearchView):
+    """A colony as observers see it: the share of its ants on each edge."""
+
+    def __init__(self, instance: Instance, workers: Workers, colony: Colony | None = None) -> None:
+        super().__init__(instance)
+        self.instance, self.log, self.colony = instance, workers.log, colony
+
+    def figures(self) -> tuple[WorkerFigures, ...]:
+        """Return the figures of the workers."""
+        return self.log.figures()
+
+    def shown_pheromone(self) -> Pheromone | None:
+        """Return the share of the ants on each edge."""
+        return None if self.colony is None else of_tours(self.instance, self.colony.tours)
 
 
 def build_tours(instance: Instance, founders: Founders, stop: Stop | None = None) -> Share:
@@ -282,8 +305,7 @@ def improve_by_colony(
         champions, generations = _live(instance, champions, seed, stop, best, workers, generations)
         number, same = number + 1, same + 1 if best.cost >= before - EPSILON else 0
         gain = before - best.cost
-    if best.watched is not None:
-        best.watched.pheromone = lambda: None  # those who kick follow nobody
+    best.view = ColonyView(instance, workers)  # kicks follow no trails
     kicks = KICKS_PER_VISIT * (min(visits, gain / SECONDS_PER_VISIT) if stop.thrift.holds else visits)
     if same == enough:
         kicks = min(kicks, LAST_KICKS * instance.n)
@@ -308,7 +330,7 @@ def _live(
         colony = following
         generations += 1
         _offer(colony, best, generations)
-        _show(instance, colony, best)
+        best.view = ColonyView(instance, workers, colony)
         best.tell(generations)
     return colony, generations
 
@@ -332,12 +354,6 @@ def _offer(colony: Colony, best: Best, generation: int) -> None:
         best.offer(colony.tours[winner], float(colony.costs[winner]), generation)
 
 
-def _show(instance: Instance, colony: Colony, best: Best) -> None:
-    """Let those who watch see where the ants of this colony go."""
-    if best.watched is not None:
-        best.watched.pheromone = lambda: of_tours(instance, colony.tours)
-
-
 def _have_time_to_kick(seconds: float, stop: Stop) -> bool:
     """Return whether the time does for enough ants that kick their tours; on a budget of work none do."""
     left = stop.seconds - stop.elapsed()
@@ -357,3 +373,25 @@ def _how_many(n: int, number: int, seconds: float, stop: Stop, visits: float, ki
     if n < MANY and stop.seconds < math.inf:
         return max(1, min(int(room), most)) if room < ALL_BY_CLOCK * planned else planned
     return max(1, int(room)) if room < ALL_OF_BUDGET * planned else planned
+
+
+def run_colony(instance: Instance, run: AlgorithmRun) -> SearchResult:
+    """Run colonies: on the budget of the preset, without a time limit and a number of generations."""
+    options, stop, best = run.options, run.stop, run.best
+    visits = math.inf if options.is_limited else PRESETS[options.preset]
+    if options.iterations is not None:
+        stop.iterations = options.iterations
+    threads = options.threads or os.cpu_count() or 1
+    with thread_pool(threads) as executor:
+        workers = Workers(executor, threads, stop, WorkerLog.of(threads))
+        best.view = ColonyView(instance, workers)
+        iterations = until_interrupted(
+            lambda: improve_by_colony(instance, options.seed, stop, best, workers, visits), best
+        )
+    return SearchResult(best.tour, iterations, workers.log.figures())
+
+
+def warm_colony(instance: Instance, run: AlgorithmRun, large: bool) -> NDArray[np.int32]:
+    """Call every kernel of `run_colony`; its last kicks do not come in one iteration."""
+    run_colony(instance, run)
+    return warm_kicks(instance, replace(run, best=Best(Stop())), large)

@@ -1,4 +1,4 @@
-"""`DirectedInstance`: a routing problem in the arrays that the kernels for paths with a direction take.
+"""`DirectedInstance`: a routing problem in the arrays of the kernels for choices, directions and precedence.
 
 Clusters are nodes of the path, in the problem's numbers. An open path has one more, the last: its anchor. Leaving it
 costs what the way from the start does, coming back to it what the way to the end does; nothing where that is free.
@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import SolveError
-from leafcut.geometry.arrays import Ints
+from leafcut.geometry.arrays import Ints, Points
 from leafcut.kernels.cost import CostModel
-from leafcut.kernels.directed import fill_directed_candidates
-from leafcut.kernels.route import Lists, Rules
+from leafcut.kernels.directed import fill_directed_candidates, lay_route
+from leafcut.kernels.route import BLOCK, RING, TWISTED, Lists, Route, Rules
 from leafcut.model.problem import RoutingProblem
 from leafcut.order.instance import (
     PER_QUADRANT,
@@ -25,8 +25,10 @@ from leafcut.order.instance import (
     cluster_places,
     cost_model,
     costs_of_edges,
+    is_directed,
     nearby_buffers,
     plant_tree,
+    with_ends,
 )
 from leafcut.order.precedence import CLOSURE_LIMIT, checked_pairs, consequences, rows
 
@@ -36,6 +38,16 @@ DENSE_LIMIT = 3000
 #: Up to so many clusters, the anchor included, and nodes in all, searches may look at all of them again and again and
 #: keep the costs of all ways, which is n² memory.
 FEW_CLUSTERS, FEW_NODES = 500, 2500
+
+#: Number of candidates that are tried for the first and for the second new edge of an exchange. Measured on contours
+#: whose holes come first: 16 candidates with (16, 8) are far better than 8, which are mostly the contour's own holes.
+BREADTH = (16, 8)
+
+#: A gain smaller than this share of a mean move is rounding.
+LEAST = 1e-8
+
+#: Exchanges between two checks of the clock: some ten milliseconds.
+LOOKS = 5000
 
 #: Nodes int32[n, k], cheapest first, and what they cost float64[n, k].
 Listed = tuple[Ints, NDArray[np.float64]]
@@ -77,6 +89,27 @@ class DirectedInstance:
         """Number of nodes, the anchor included."""
         return len(self.enter)
 
+    @property
+    def service(self) -> float:
+        """Zero: lengths of paths include the service time."""
+        return 0.0
+
+    @property
+    def exact(self) -> bool:
+        """True: the length of a path is its cost."""
+        return True
+
+    def path(self, tour: Ints) -> Ints:
+        """Return the clusters int32[clusters] along the problem's nodes int32[clusters]."""
+        clusters: Ints = self.problem.cluster[tour].astype(np.int32)
+        return clusters
+
+    def places(self, tour: Ints) -> Points:
+        """Return the entry of each node along a path, and its exit if exits differ, with the ends of the problem."""
+        entry, leave = self.problem.entry[tour], self.problem.exit[tour]
+        same = np.array_equal(entry, leave)
+        return with_ends(self.problem, entry if same else np.stack([entry, leave], axis=1).reshape(-1, 2))
+
     def nodes(self, node: Ints, enter: Ints) -> Ints:
         """Return the problem's nodes int32[clusters] in the order of a path int32[n], by the way each is entered.
 
@@ -97,14 +130,6 @@ class DirectedInstance:
         """Return travel and service along a path int32[n], added up edge by edge."""
         travels = costs_of_edges(self.cost, leave[node], enter[np.roll(node, -1)])
         return float(travels.sum()) + float(self.rules.service[enter].sum())
-
-
-def is_directed(problem: RoutingProblem) -> bool:
-    """Return whether some way between two nodes may not cost the same both ways."""
-    matrix = problem.metric.matrix
-    if matrix is not None:
-        return not np.array_equal(matrix, matrix.T)
-    return not np.array_equal(problem.entry, problem.exit)
 
 
 def refuse_places_of_a_table(problem: RoutingProblem) -> None:
@@ -151,6 +176,49 @@ def build_directed(problem: RoutingProblem, k: int) -> DirectedInstance:
         Lists(*here, *there), Lists(*there, *here),
     )  # fmt: skip
     return DirectedInstance(problem, pairs, cost, rules, enter, leave, twisted, ends is not None)
+
+
+def route_of(instance: DirectedInstance, node: Ints, enter: Ints, log: int = 0) -> Route:
+    """Return a path int32[n], whose nodes are entered at int32[n], with the buffers of the kernels.
+
+    The queue is empty; `log` is the capacity of the log.
+    """
+    n = instance.n
+    leave = enter + np.int32(instance.rules.beyond[0])
+    if instance.anchored:
+        leave[n - 1] = instance.leave[n - 1]
+    route = Route(
+        node=node.copy(),
+        place=np.zeros(n, dtype=np.int32),
+        enter=enter.copy(),
+        leave=leave,
+        bias=np.zeros(n),
+        shift=np.zeros((n >> BLOCK) + 1),
+        flags=np.zeros(2, dtype=np.int64),
+        queue=np.zeros(n, dtype=np.int32),
+        queued=np.zeros(n, dtype=np.uint8),
+        counts=np.zeros(4, dtype=np.int64),
+        log=np.zeros(log, dtype=np.int32),
+        buffer=np.zeros(n, dtype=np.int32),
+        move=np.zeros(6, dtype=np.int64),
+    )
+    route.place[node] = np.arange(n, dtype=np.int32)
+    route.flags[TWISTED], route.flags[RING] = instance.twisted, not instance.anchored
+    return route
+
+
+def greedy_path(instance: DirectedInstance) -> Route:
+    """Return the path that always continues with the cheapest unlocked cluster."""
+    n, rules = instance.n, instance.rules
+    missing = np.diff(rules.before_begin).astype(np.int32)
+    free = np.flatnonzero(missing == 0).astype(np.int32)
+    first = n - 1 if instance.anchored else int(free[0])
+    free = free[free != first]
+    waiting, spot = np.full(n, -1, dtype=np.int32), np.full(n, -1, dtype=np.int32)
+    waiting[: len(free)], spot[free] = free, np.arange(len(free), dtype=np.int32)
+    route = route_of(instance, np.full(n, first, dtype=np.int32), instance.enter)
+    lay_route(instance.cost, route, rules, waiting, spot, missing)
+    return route
 
 
 def least_costs(problem: RoutingProblem, late: Callable[[], bool] = lambda: False) -> NDArray[np.float64] | None:

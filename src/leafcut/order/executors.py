@@ -29,7 +29,7 @@ from concurrent.futures import (
 )
 from contextlib import contextmanager, suppress
 from itertools import islice
-from multiprocessing import connection
+from multiprocessing import connection, resource_tracker
 from typing import Any, TypeVar
 
 from leafcut._version import __version__
@@ -113,17 +113,32 @@ class _Processes(WatchedExecutor):
         return ProcessPoolExecutor(self.workers, context, _begin_worker, (stop,))
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        try:
-            return self.pool.submit(fn, *args, **kwargs)
-        except BrokenExecutor:
-            self.pool.shutdown(cancel_futures=True)
-            self.pool = self._new()
-            return self.pool.submit(fn, *args, **kwargs)
+        with _without_interrupts():  # a task may start a process
+            try:
+                return self.pool.submit(fn, *args, **kwargs)
+            except BrokenExecutor:
+                self.pool.shutdown(cancel_futures=True)
+                self.pool = self._new()
+                return self.pool.submit(fn, *args, **kwargs)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         if cancel_futures:
             self._alive.close()
         self.pool.shutdown(wait, cancel_futures=cancel_futures)
+
+
+@contextmanager
+def _without_interrupts() -> Iterator[None]:
+    """Block Ctrl-C, and with it in processes that are started here, until they ignore it."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    resource_tracker.ensure_running()  # its start, by the first process, would unblock the signal
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _begin_worker(stop: connection.Connection) -> None:

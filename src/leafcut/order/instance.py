@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -194,6 +195,41 @@ def _list_cheapest_of_table(
     lengths[row[kept], place[kept]] = value[order[kept]]
 
 
+class AnyInstance(Protocol):
+    """A problem in the arrays of one of the two move sets: symmetric places, or choices with direction and precedence.
+
+    Its tours are arrays int32; `n` is the number of nodes, ends included.
+    """
+
+    @property
+    def problem(self) -> RoutingProblem:
+        """Return the problem."""
+        ...
+
+    @property
+    def n(self) -> int:
+        """Return the number of nodes."""
+        ...
+
+    @property
+    def service(self) -> float:
+        """Return the cost of each path that lengths of tours leave out."""
+        ...
+
+    @property
+    def exact(self) -> bool:
+        """Return whether the length of a tour is the cost of its path, apart from `service`."""
+        ...
+
+    def path(self, tour: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Return the clusters int32[clusters] in the order of a tour."""
+        ...
+
+    def places(self, tour: NDArray[np.int32]) -> NDArray[np.float64]:
+        """Return the places along a tour, float64[m, 2], with the ends of the problem."""
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class Instance:
     """One closed tour to be found.
@@ -274,6 +310,45 @@ class Instance:
         if self.problem.start is None and (self.problem.end is not None or order[0] > order[-1]):
             return order[::-1].copy()
         return order
+
+    @property
+    def service(self) -> float:
+        """The service time of all nodes, which lengths of tours leave out."""
+        return float(self.problem.service.sum())
+
+    @property
+    def exact(self) -> bool:
+        """Whether each cluster has one node and the costs are the same in both directions."""
+        return is_symmetric(self.problem)
+
+    @cached_property
+    def _places(self) -> NDArray[np.float64]:
+        return cluster_places(self.problem)
+
+    def places(self, tour: NDArray[np.int32]) -> NDArray[np.float64]:
+        """Return the places of the clusters along the tour int32[n], float64[m, 2], with the ends of the problem."""
+        return with_ends(self.problem, self._places[self.path(tour)])
+
+
+def is_directed(problem: RoutingProblem) -> bool:
+    """Return whether the costs between two nodes may differ by direction."""
+    matrix = problem.metric.matrix
+    if matrix is not None:
+        return not np.array_equal(matrix, matrix.T)
+    return not np.array_equal(problem.entry, problem.exit)
+
+
+def is_symmetric(problem: RoutingProblem) -> bool:
+    """Return whether a tour of the clusters costs as much as the path: one node each, same costs in both directions."""
+    return problem.n_nodes == problem.n_clusters and not is_directed(problem)
+
+
+def with_ends(problem: RoutingProblem, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the points float64[m, 2] of a path with the given ends; a closed path ends at its first point."""
+    if problem.closed:
+        return np.concatenate([points, points[:1]])
+    ends = [None if p is None else np.array([p], dtype=np.float64) for p in (problem.start, problem.end)]
+    return np.concatenate([p for p in (ends[0], points, ends[1]) if p is not None])
 
 
 def build_instance(problem: RoutingProblem, n_candidates: int) -> Instance:

@@ -8,13 +8,16 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Ints
 from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.kicks import kick_and_mend
 from leafcut.kernels.lin_kernighan import DEPTH, WAITING, Tour, improve_queued
 from leafcut.kernels.long_edges import bring_home
+from leafcut.model.solution import WorkerFigures
+from leafcut.order.best import Best
 from leafcut.order.construction import greedy, random_words
 from leafcut.order.instance import Instance, costs_of_edges
-from leafcut.order.statistics import Best
+from leafcut.order.search import AlgorithmRun, SearchResult, set_budget, until_interrupted
 from leafcut.order.stop import Stop
 
 #: Candidates tried at each depth of a move. Measured at 1 and 3 s on pcb3038 and rl11849: (8, 4, 2, 1) with two
@@ -35,6 +38,9 @@ MANY = 20_000
 
 #: Most steps of an end of a long edge, and most places that all of them together write anew, per node.
 MOST_STEPS, PLACES_PER_NODE = 3000, 50
+
+#: Budget of a preset: kicks per node, and most kicks.
+PRESETS = {"fast": (10, 2e4), "default": (100, 2e5), "thorough": (2000, math.inf)}
 
 #: Seconds between two offers of a first tour that takes long: to add a tour up and copy it takes a tenth of one for a
 #: million nodes.
@@ -171,3 +177,21 @@ def kick_on(
             best.offer(tour.node, float(tour_cost(instance.cost, tour.node)), iteration)
         best.tell(iteration)
     return iteration
+
+
+def run_kicks(instance: Instance, run: AlgorithmRun) -> SearchResult:
+    """Run the iterated local search on the budget of the preset."""
+    options, stop, best = run.options, run.stop, run.best
+    per_node, most = PRESETS[options.preset]
+    set_budget(stop, options, min(per_node * instance.n, most) / kicks_per_iteration(instance.n))
+    iterations = until_interrupted(lambda: improve_by_kicks(instance, options.seed, stop, best), best)
+    kicks = iterations * kicks_per_iteration(instance.n)
+    return SearchResult(best.tour, iterations, (WorkerFigures(0, kicks, stop.elapsed(), best.cost),))
+
+
+def warm_kicks(instance: Instance, run: AlgorithmRun, large: bool) -> Ints:
+    """Call every kernel of `run_kicks`; a `large` problem has long edges."""
+    tour = run_kicks(instance, run).tour
+    if large:
+        shorten_long_edges(instance, work_tour(tour))
+    return tour

@@ -1,70 +1,23 @@
-"""How a search shows itself to an observer: nothing of this is done unless a snapshot is taken.
-
-Memory and time of a snapshot grow with the number of nodes and their candidates. The search is not changed by it: it
-reads what is there between two steps.
-"""
+"""Pheromone and brightness as observers see them: memory and time grow with the number of nodes and candidates."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Ints, Points
-from leafcut.model.problem import RoutingProblem
-from leafcut.model.snapshot import Observer, Pheromone
+from leafcut.model.snapshot import Pheromone
 from leafcut.order.instance import Instance, cluster_places
-from leafcut.order.statistics import Watched
 
-#: Edges with less on them are not shown, nor more of them than so many, the strongest first.
+#: Edges with a smaller share of the pheromone are not shown; maximum number of edges, the strongest first.
 FAINT, MOST_EDGES = 0.02, 60_000
 
-#: So many ants, evenly out of all, stand for a large colony; fewer where their tours have more nodes than that in all.
+#: Maximum number of ants that stand for a colony, spread evenly; fewer if their tours have more nodes in all.
 MOST_ANTS, MOST_STEPS = 32, 4_000_000
-
-#: Up to this many clusters a lower bound is sought before an observed search, to tell its gap from the beginning.
-MOST_BOUNDED = 20_000
-
-
-@dataclass
-class ClusterPlaces:
-    """Where the clusters of a problem lie."""
-
-    problem: RoutingProblem
-
-    @cached_property
-    def of_cluster(self) -> Points:
-        """The middle of each cluster, float64[clusters, 2]."""
-        return cluster_places(self.problem)
-
-    def along_clusters(self, order: Ints) -> Points:
-        """Return the places along an order of clusters."""
-        return self._whole(self.of_cluster[order])
-
-    def along_nodes(self, nodes: Ints) -> Points:
-        """Return the places along nodes: of each its entry, and its exit where exits lie elsewhere."""
-        entry, leave = self.problem.entry[nodes], self.problem.exit[nodes]
-        same = np.array_equal(entry, leave)
-        return self._whole(entry if same else np.stack([entry, leave], axis=1).reshape(-1, 2))
-
-    def _whole(self, points: Points) -> Points:
-        """Return the path with its ends."""
-        if self.problem.closed:
-            return np.concatenate([points, points[:1]])
-        ends = [None if p is None else np.array([p], dtype=np.float64) for p in (self.problem.start, self.problem.end)]
-        return np.concatenate([p for p in (ends[0], points, ends[1]) if p is not None])
-
-
-def watched_instance(observer: Observer | None, instance: Instance) -> Watched | None:
-    """Return how a search for tours of an instance is shown."""
-    places = ClusterPlaces(instance.problem)
-    return None if observer is None else Watched(observer, lambda tour: places.along_clusters(instance.path(tour)))
 
 
 def on_candidates(instance: Instance, lists: Ints, trails: NDArray[np.float64]) -> Pheromone:
-    """Return pheromone float64[n, k] on the candidate edges int32[n, k] of an instance."""
+    """Return the pheromone float64[n, k] on the candidate edges int32[n, k] of an instance."""
     label = instance.label
     named = np.where(lists >= 0, label[lists], -1)
     known = label < instance.problem.n_clusters
@@ -72,10 +25,10 @@ def on_candidates(instance: Instance, lists: Ints, trails: NDArray[np.float64]) 
 
 
 def on_lists(points: Points, owner: Ints, lists: Ints, trails: NDArray[np.float64]) -> Pheromone:
-    """Return pheromone float64[n, k] on edges from clusters int32[n] to clusters int32[n, k] (-1 or beyond: none).
+    """Return the pheromone float64[n, k] on edges from clusters int32[n] to clusters int32[n, k] (-1 or more: none).
 
-    How far ants agree on an edge is its share of all pheromone at an end: half of it where all ants go along it, since
-    a path has two edges at every place. The larger share of its two ends counts.
+    The strength of an edge is its share of all pheromone at an end, times two, since a path has two edges at every
+    place. The larger of both ends counts.
     """
     there = (lists >= 0) & (lists < len(points)) & (lists != owner[:, None])
     amount = np.where(there, trails, 0.0)
@@ -86,7 +39,7 @@ def on_lists(points: Points, owner: Ints, lists: Ints, trails: NDArray[np.float6
 
 
 def of_tours(instance: Instance, tours: Ints) -> Pheromone:
-    """Return tours int32[m, n] of a colony as pheromone: on an edge, the share of the ants that walk it."""
+    """Return the tours int32[m, n] of a colony as pheromone: the share of ants that use each edge."""
     ants, n = tours.shape
     few = max(1, min(MOST_ANTS, MOST_STEPS // n))
     chosen = tours[np.linspace(0, ants - 1, min(few, ants)).astype(np.int64)]
@@ -98,7 +51,7 @@ def of_tours(instance: Instance, tours: Ints) -> Pheromone:
 
 
 def _strongest(points: Points, here: Ints, there: Ints, share: NDArray[np.float64], join: np.ufunc) -> Pheromone:
-    """Return the edges, each once, with what is on both directions of it joined; no more than `MOST_EDGES`."""
+    """Return the edges, both directions joined; at most `MOST_EDGES`."""
     low, high = np.minimum(here, there).astype(np.int64), np.maximum(here, there).astype(np.int64)
     key = low * len(points) + high
     order = np.argsort(key, kind="stable")
@@ -110,5 +63,5 @@ def _strongest(points: Points, here: Ints, there: Ints, share: NDArray[np.float6
 
 
 def brightness_of(lengths: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return how bright fireflies with tours of these lengths are, 1 / length; none where a length says nothing."""
+    """Return the brightness 1 / length of fireflies; 0 for a length that is not known or not positive."""
     return np.where(np.isfinite(lengths) & (lengths > 0.0), 1.0 / np.where(lengths > 0.0, lengths, 1.0), 0.0)

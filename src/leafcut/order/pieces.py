@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.kicks import kick_and_mend
+from leafcut.order.best import Best
 from leafcut.order.construction import random_words
 from leafcut.order.instance import Instance, matrix_of
 from leafcut.order.kicks import BREADTH, choices, work_tour
-from leafcut.order.statistics import Best
 from leafcut.order.stop import Stop
 from leafcut.order.workers import Share, Workers
 

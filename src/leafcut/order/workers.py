@@ -1,4 +1,4 @@
-"""Workers: shares of the work, spread over threads or any other executor."""
+"""Workers: tasks of a search in threads or in any other executor, and the figures of each worker."""
 
 from __future__ import annotations
 
@@ -6,35 +6,67 @@ import math
 import os
 import threading
 import time
-from collections.abc import Callable
-from concurrent.futures import Executor
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.model.solution import WorkerFigures
 from leafcut.order.instance import Instance
-from leafcut.order.statistics import WorkerLog
 from leafcut.order.stop import Stop
 
-#: What comes of a share of the work: tours int32[m, n], and their costs float64[m].
+#: Result of a task: tours int32[m, n] and their costs float64[m].
 Share = tuple[NDArray[np.int32], NDArray[np.float64]]
+
+
+@dataclass
+class WorkerLog:
+    """Sums of the work of each worker."""
+
+    ants: list[int]
+    seconds: list[float]
+    best: list[float]
+    known: list[object] = field(default_factory=list)
+
+    @classmethod
+    def of(cls, workers: int) -> WorkerLog:
+        """Return an empty log."""
+        return cls([0] * workers, [0.0] * workers, [math.inf] * workers)
+
+    def number(self, identity: object) -> int:
+        """Return the number of a worker; they are numbered in the order of their first task."""
+        if identity not in self.known:
+            self.known.append(identity)
+        return self.known.index(identity) % len(self.ants)
+
+    def add(self, worker: int, ants: int, seconds: float, best: float) -> None:
+        """Add a task."""
+        self.ants[worker] += ants
+        self.seconds[worker] += seconds
+        self.best[worker] = min(self.best[worker], best)
+
+    def figures(self) -> tuple[WorkerFigures, ...]:
+        """Return the sums of each worker."""
+        rows = zip(self.ants, self.seconds, self.best, strict=True)
+        return tuple(WorkerFigures(w, ants, seconds, best) for w, (ants, seconds, best) in enumerate(rows))
 
 
 @dataclass(frozen=True)
 class Workers:
-    """Where work is done.
+    """The workers of a search.
 
     Attributes
     ----------
     executor
-        Any of `concurrent.futures`, or None: all is done here.
+        Any executor of `concurrent.futures`; None for this thread.
     count
-        How many workers it has.
+        Number of workers.
     shared
-        Whether they see this memory. Those that do not (other processes, other machines) are not told to stop, but
-        finish what they have begun.
+        Whether workers share this memory. Others (processes, machines) cannot be stopped and finish their tasks.
     """
 
     executor: Executor | None
@@ -44,7 +76,7 @@ class Workers:
     shared: bool = True
 
     def shares(self, work: Callable[..., Share], instance: Instance, items: list[Any]) -> list[Share]:
-        """Return what ``work(instance, item, stop)`` returns for every item, in their order.
+        """Return ``work(instance, item, stop)`` for each item, in their order.
 
         The answer does not depend on the number of workers.
         """
@@ -54,12 +86,12 @@ class Workers:
             stop = self.stop if self.shared else None
             jobs = [self.executor.submit(_timed, work, instance, item, stop) for item in items]
             done = [job.result() for job in jobs]
-        for who, seconds, (_, costs) in done:
-            self.log.add(self.log.number(who), len(costs), seconds, float(costs.min(initial=math.inf)))
+        for identity, seconds, (_, costs) in done:
+            self.log.add(self.log.number(identity), len(costs), seconds, float(costs.min(initial=math.inf)))
         return [share for _, _, share in done]
 
     def spread(self, work: Callable[..., Share], instance: Instance, items: list[Any]) -> Share:
-        """As `shares`, with one below the other."""
+        """Return the results of `shares`, concatenated."""
         tours, costs = zip(*self.shares(work, instance, items), strict=True)
         return np.concatenate(tours), np.concatenate(costs)
 
@@ -67,7 +99,26 @@ class Workers:
 def _timed(
     work: Callable[..., Share], instance: Instance, item: Any, stop: Stop | None
 ) -> tuple[tuple[int, int], float, Share]:
-    """Do a share of work; return who did it, and in how many seconds."""
+    """Do a task; return the identity of the worker, the time in seconds, and the result."""
     began = time.perf_counter()
     share = work(instance, item, stop)
     return (os.getpid(), threading.get_ident()), time.perf_counter() - began, share
+
+
+@contextmanager
+def thread_pool(threads: int) -> Iterator[Executor | None]:
+    """Give a pool of threads; None if one thread is enough."""
+    if threads <= 1:
+        yield None
+        return
+    with ThreadPoolExecutor(threads, thread_name_prefix="ants") as executor:
+        yield executor
+
+
+def on_all_workers(executor: Executor | None, workers: int, work: Callable[[int], None]) -> None:
+    """Call ``work(worker)`` for each worker and wait for all of them."""
+    if executor is None:
+        work(0)
+        return
+    for job in [executor.submit(work, worker) for worker in range(workers)]:
+        job.result()

@@ -19,8 +19,11 @@ from numpy.typing import NDArray
 
 from leafcut.errors import SolveError, shown
 from leafcut.kernels.construct import Unvisited, construct_tour
-from leafcut.order.aco import Ants, ColonyTrails
 from leafcut.order.construction import none_visited
+from leafcut.order.instance import Instance
+from leafcut.order.literature.ants import Ants, MoveSet
+from leafcut.order.literature.pheromone import Trails
+from leafcut.order.literature.places import Places
 from leafcut.order.stop import Stop
 
 #: Stands for Numba's module of that name in the source of the kernel: it is not loaded unless a GPU is asked for.
@@ -53,57 +56,59 @@ def check_gpu() -> None:
 
 
 class GpuAnts(Ants):
-    """Ants whose tours are built on a GPU; local search and costs stay with the workers of the CPU.
+    """Ants whose tours are constructed on a GPU; local search and costs stay with the threads of the CPU.
 
     Raises
     ------
     SolveError
-        There is no GPU, or it refuses the work: says why in one line.
+        There is no GPU, or it refuses the work; the reason in one line.
     """
 
-    def __init__(self, colony: ColonyTrails, seed: int, stop: Stop, executor: Executor | None, workers: int) -> None:
-        check_gpu()
-        super().__init__(colony, seed, stop, executor, workers)
-        self._gpu = _on_gpu(lambda: _Builder(colony, self.tours))
+    def __init__(
+        self, moves: MoveSet, trails: Trails, seed: int, stop: Stop, executor: Executor | None = None, workers: int = 1
+    ) -> None:
+        assert isinstance(moves, Places)
+        super().__init__(moves, trails, seed, stop, executor, workers)
+        self._gpu = _on_gpu(lambda: _Builder(moves.instance, trails, self.tours))
 
-    def _built(self, words: NDArray[np.uint64]) -> int:
+    def _construct_all(self, words: NDArray[np.uint64]) -> int:
         _on_gpu(lambda: self._gpu.build(words))
         return len(self.tours)
 
 
 class _Builder:
-    """What lies on the GPU: the map, and room for the ants of a share."""
+    """The instance and the trails on the GPU, and buffers for a share of the ants."""
 
-    def __init__(self, colony: ColonyTrails, tours: NDArray[np.int32]) -> None:
+    def __init__(self, instance: Instance, trails: Trails, tours: NDArray[np.int32]) -> None:
         from numba import cuda as there
 
-        self.colony, self.tours = colony, tours
-        one, (ants, n) = colony.instance, tours.shape
-        room = none_visited(one)
-        bytes_of_ant = tours[0].nbytes + sum(array.nbytes for array in room) + np.uint64().nbytes
+        self.instance, self.trails, self.tours = instance, trails, tours
+        ants, n = tours.shape
+        buffers = none_visited(instance)
+        bytes_of_ant = tours[0].nbytes + sum(array.nbytes for array in buffers) + np.uint64().nbytes
         free, _ = there.current_context().get_memory_info()
         self.share = int(min(max(_OF_FREE_MEMORY * free / bytes_of_ant, 1.0), ants))
-        self.cost = _placed(one.cost)
-        self.tree = _placed(one.tree)
-        self.candidates = there.to_device(one.candidates)
-        self.nearness = there.to_device(colony.nearness)
-        self.weights = there.to_device(colony.weights)
-        self.unvisited = [there.device_array((self.share, len(array)), array.dtype) for array in room]
+        self.cost = _placed(instance.cost)
+        self.tree = _placed(instance.tree)
+        self.candidates = there.to_device(instance.candidates)
+        self.nearness = there.to_device(trails.nearness)
+        self.weights = there.to_device(trails.weights)
+        self.unvisited = [there.device_array((self.share, len(array)), array.dtype) for array in buffers]
         self.made = there.device_array((self.share, n), tours.dtype)
 
     def build(self, words: NDArray[np.uint64]) -> None:
         """Build the tours of all ants, share by share. Changes: tours, words."""
         from numba import cuda as there
 
-        one, q0 = self.colony.instance, self.colony.parameters.greedy_probability
-        self.weights.copy_to_device(self.colony.weights)
+        instance, q0 = self.instance, self.trails.parameters.greedy_probability
+        self.weights.copy_to_device(self.trails.weights)
         for begin in range(0, len(self.tours), self.share):
             mine = words[begin : begin + self.share]
             states = there.to_device(mine)
             blocks = -(-len(mine) // _BLOCK)
             _kernel()[blocks, _BLOCK](
-                self.cost, self.tree, self.candidates, self.weights, self.nearness, q0, one.first, one.second, states,
-                self.made, *self.unvisited,
+                self.cost, self.tree, self.candidates, self.weights, self.nearness, q0, instance.first, instance.second,
+                states, self.made, *self.unvisited,
             )  # fmt: skip
             self.tours[begin : begin + len(mine)] = self.made.copy_to_host()[: len(mine)]
             mine[:] = states.copy_to_host()

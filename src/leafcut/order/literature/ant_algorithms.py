@@ -1,0 +1,71 @@
+"""Runs of the ant algorithms: ants in threads, in processes, or on a GPU."""
+
+from __future__ import annotations
+
+import os
+from contextlib import ExitStack, closing
+
+from leafcut.errors import SolveError
+from leafcut.options import AcoOptions, FireflyOptions
+from leafcut.order.directed import DirectedInstance
+from leafcut.order.instance import Instance
+from leafcut.order.literature.ants import AntColony, Ants, move_set, trails_of
+from leafcut.order.literature.pheromone import AntParameters
+from leafcut.order.literature.processes import AntProcesses
+from leafcut.order.search import AlgorithmRun, SearchResult, search, set_budget_of_visits
+from leafcut.order.workers import thread_pool
+
+
+def check_ants(algorithm: str, aco: AcoOptions, _: FireflyOptions, choices: bool) -> None:
+    """Refuse a kind of parallel ants that the algorithm, the problem or the machine does not have.
+
+    Raises
+    ------
+    SolveError
+        It does not have it.
+    """
+    if aco.parallel == "processes" and algorithm == "acs":
+        raise SolveError(
+            "--parallel processes: ants of acs wear off one pheromone in turn; use --parallel exchange or threads"
+        )
+    if aco.parallel != "gpu":
+        return
+    if choices:
+        raise SolveError("--parallel gpu: paths with directions or precedence are ordered on the CPU; leave it out")
+    if algorithm == "acs":
+        raise SolveError("--parallel gpu: the ants of acs change the pheromone as they go; use --parallel threads")
+    from leafcut.order.literature.gpu import check_gpu
+
+    check_gpu()
+
+
+def run_ants(instance: Instance | DirectedInstance, run: AlgorithmRun) -> SearchResult:
+    """Run one of the five ant algorithms."""
+    options, stop, best = run.options, run.stop, run.best
+    parameters = AntParameters.of(options.algorithm, run.aco, instance.n, options.local_search)
+    threads = min(options.threads or os.cpu_count() or 1, parameters.ants) if isinstance(instance, Instance) else 1
+    moves = move_set(instance, options.local_search, threads)
+    c_nn = moves.start(best)
+    set_budget_of_visits(stop, options, parameters.ants * instance.n)
+    if best.cost <= 0.0:
+        return SearchResult(moves.result(best.tour))  # all nodes in one place: nothing to gain
+    with ExitStack() as stack:
+        if run.aco.parallel in ("processes", "exchange"):
+            ants: AntColony = stack.enter_context(closing(AntProcesses(moves, run, parameters, c_nn)))
+        else:
+            trails, executor = (
+                trails_of(moves, parameters, c_nn, options.seed),
+                stack.enter_context(thread_pool(threads)),
+            )
+            ants = _ants_of(run.aco.parallel)(moves, trails, options.seed, stop, executor, threads)
+        iterations = search(ants, best)
+        return SearchResult(moves.result(best.tour), iterations, ants.figures())
+
+
+def _ants_of(parallel: str) -> type[Ants]:
+    """Return ants that construct their tours on the CPU or on a GPU."""
+    if parallel != "gpu":
+        return Ants
+    from leafcut.order.literature.gpu import GpuAnts
+
+    return GpuAnts

@@ -1,0 +1,149 @@
+"""The ant algorithms on the search loop: ants construct tours of places or orders of choices, and reinforce trails."""
+
+from __future__ import annotations
+
+import math
+from concurrent.futures import Executor
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.geometry.arrays import Ints, Points
+from leafcut.model.snapshot import Pheromone, SearchStep
+from leafcut.model.solution import WorkerFigures
+from leafcut.order.best import Best
+from leafcut.order.construction import random_words
+from leafcut.order.directed import DirectedInstance
+from leafcut.order.instance import Instance
+from leafcut.order.literature.ant_system import AntSystem, ElitistAntSystem, RankBasedAntSystem
+from leafcut.order.literature.choices import Choices
+from leafcut.order.literature.colony_system import AntColonySystem
+from leafcut.order.literature.max_min import MaxMinAntSystem
+from leafcut.order.literature.pheromone import AntParameters, Trails
+from leafcut.order.literature.places import Places
+from leafcut.order.search import Population, Tours
+from leafcut.order.stop import Stop, clock
+from leafcut.order.workers import WorkerLog, on_all_workers
+
+MoveSet = Places | Choices
+
+TRAILS: dict[str, type[Trails]] = {
+    "as": AntSystem,
+    "eas": ElitistAntSystem,
+    "asrank": RankBasedAntSystem,
+    "mmas": MaxMinAntSystem,
+    "acs": AntColonySystem,
+}
+
+
+def move_set(instance: Instance | DirectedInstance, local_search: bool, workers: int = 1) -> MoveSet:
+    """Return the moves for an instance."""
+    if isinstance(instance, DirectedInstance):
+        return Choices(instance, local_search)
+    return Places(instance, local_search, workers)
+
+
+def trails_of(moves: MoveSet, parameters: AntParameters, c_nn: float, seed: int) -> Trails:
+    """Return the first trails of an algorithm."""
+    trails = TRAILS[parameters.algorithm](moves.lists, parameters, c_nn, moves.one_way, seed=seed)
+    moves.fill_nearness(trails)
+    trails.weigh()
+    return trails
+
+
+class AntColony(Population):
+    """Ants with their trails; without trails, the workers have trails of their own."""
+
+    def __init__(self, moves: MoveSet, trails: Trails | None, ants: int, workers: int) -> None:
+        super().__init__(moves.instance)
+        self.moves, self.trails, self.log = moves, trails, WorkerLog.of(workers)
+        self.tours = np.zeros((ants, moves.instance.n), dtype=np.int32)
+        self.costs = np.full(ants, math.inf)
+
+    def reinforce(self, iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
+        """Evaporate and deposit as the algorithm says."""
+        if self.trails is not None:
+            self.trails.reinforce(iteration, tours, costs, best)
+
+    def path(self, tour: Ints) -> Points:
+        """Return the places along a tour."""
+        return self.moves.path(tour)
+
+    def figures(self) -> tuple[WorkerFigures, ...]:
+        """Return the figures of the workers."""
+        return self.log.figures()
+
+    def shown_pheromone(self) -> Pheromone | None:
+        """Return the pheromone on edges between places."""
+        return None if self.trails is None else self.moves.pheromone(self.trails)
+
+    def step(self, best: Best) -> SearchStep | None:
+        """Return the last iteration in the numbers of the formulas."""
+        return None if self.trails is None else self.trails.step(best, self.moves.example(self.trails))
+
+    def branching(self) -> float | None:
+        """Return the mean λ-branching factor."""
+        return None if self.trails is None else self.trails.branching()
+
+
+class Ants(AntColony):
+    """Constructs and improves the tours of one iteration in threads.
+
+    The tour of an ant depends on the seed, the iteration and its number only, not on the number of threads.
+    """
+
+    trails: Trails
+
+    def __init__(
+        self, moves: MoveSet, trails: Trails, seed: int, stop: Stop, executor: Executor | None = None, workers: int = 1
+    ) -> None:
+        super().__init__(moves, trails, trails.parameters.ants, workers)
+        self.seed, self.stop, self.executor, self.workers = seed, stop, executor, workers
+
+    def construct(self, iteration: int) -> Tours:
+        """Return the tours int32[m, n] of the ants and their costs float64[m] (inf: not finished in time)."""
+        words = self._words(iteration)
+        built = self._construct_all(words)
+        on_all_workers(self.executor, self.workers, lambda w: self._work(w, words, built, self.workers))
+        return self.tours, self.costs
+
+    def share(self, iteration: int, worker: int, workers: int) -> Tours:
+        """Return the tours and costs of every `workers`-th ant, the first of which is `worker`."""
+        words = self._words(iteration)
+        built = self._construct_with_decay(words, worker, workers) if self._decays else None
+        self._work(worker, words, built, workers)
+        return self.tours[worker::workers], self.costs[worker::workers]
+
+    def _words(self, iteration: int) -> NDArray[np.uint64]:
+        self.costs[:] = math.inf
+        return random_words(self.seed, iteration, count=len(self.costs))
+
+    @property
+    def _decays(self) -> bool:
+        """Whether ants change the pheromone as they move, so that they construct their tours one after another."""
+        return self.trails.parameters.algorithm == "acs"
+
+    def _construct_all(self, words: NDArray[np.uint64]) -> int | None:
+        """Return the number of tours constructed before the workers start; None if each worker constructs its own."""
+        return self._construct_with_decay(words, 0, 1) if self._decays else None
+
+    def _construct_with_decay(self, words: NDArray[np.uint64], first: int, step: int) -> int:
+        """Construct tours one after another; return the number of the first ant without time."""
+        for ant in range(first, len(self.tours), step):
+            if ant > first and self.stop.now():
+                return ant
+            self.moves.construct_with_decay(self.trails, words, ant, self.tours[ant])
+        return len(self.tours)
+
+    def _work(self, worker: int, words: NDArray[np.uint64], built: int | None, step: int) -> None:
+        """Construct the tour of every `step`-th ant unless it is `built` already, and finish it."""
+        began, ants, mine = clock(), 0, worker % self.workers
+        for ant in range(worker, len(self.costs) if built is None else built, step):
+            if ant >= step and self.stop.now():
+                break
+            if built is None:
+                self.moves.construct(self.trails, words, ant, self.tours[ant], mine)
+            self.costs[ant] = self.moves.finish(self.tours[ant], self.stop, mine)
+            ants += 1
+        best = float(self.costs[worker::step].min(initial=math.inf))
+        self.log.add(mine, ants, clock() - began, best)

@@ -1,0 +1,130 @@
+"""The move set of choices: ants order clusters, and the node of each cluster is chosen exactly.
+
+An order keeps the precedence, and its costs may differ by direction. Dynamic programming along the order chooses the
+nodes. With local search the exchanges of `order.path_search` then improve the path.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.geometry.arrays import Ints, Points
+from leafcut.kernels.layers import Clusters
+from leafcut.kernels.ordering import choose_all, lay_order
+from leafcut.kernels.route import Route, begin_bias
+from leafcut.kernels.sequential import improve_route
+from leafcut.model.snapshot import NextPlace, Pheromone
+from leafcut.order.annealing import layers_of
+from leafcut.order.best import Best
+from leafcut.order.directed import BREADTH, LEAST, LOOKS, DirectedInstance, greedy_path, route_of
+from leafcut.order.instance import cluster_places
+from leafcut.order.literature.pheromone import Trails
+from leafcut.order.observing import on_lists
+from leafcut.order.stop import Stop
+
+
+class Choices:
+    """Orders of clusters, with the buffers of one worker."""
+
+    #: Whether several workers can share one object.
+    parallel = False
+
+    def __init__(
+        self, instance: DirectedInstance, local_search: bool, layers: Clusters | None = None,
+        greedy: Route | None = None,
+    ) -> None:  # fmt: skip
+        """Prepare; `layers` and `greedy` are the layers and the greedy path of the instance if they exist already."""
+        self.instance, self.local_search = instance, local_search
+        self.layers, self.greedy = layers or layers_of(instance), greedy
+        m, widest = instance.n, int(np.diff(self.layers.begin).max())
+        self.lists = np.tile(np.arange(m, dtype=np.int32), (m, 1))
+        self.one_way = instance.twisted or len(instance.pairs) > 0
+        self.chosen, self.trial, self.missing = (np.zeros(m, dtype=np.int32) for _ in range(3))
+        self.sums, self.links = np.zeros((2, widest)), np.zeros((m, widest), dtype=np.int32)
+        self.breadth = np.array(BREADTH, dtype=np.int64)
+
+    def nearest_neighbour(self) -> tuple[Ints, float]:
+        """Return the order int32[m] that always continues with the cheapest unlocked cluster, and its length."""
+        order = (greedy_path(self.instance) if self.greedy is None else self.greedy).node.copy()
+        return order, self.length(order)
+
+    def start(self, best: Best) -> float:
+        """Offer the first order and return C_nn."""
+        order, length = self.nearest_neighbour()
+        best.offer(order, length, 0)
+        return max(length, 1e-9)
+
+    def fill_nearness(self, trails: Trails) -> None:
+        """Fill η^β of each pair of clusters. Changes: trails.nearness."""
+        near = self.layers.least.copy()
+        np.fill_diagonal(near, np.inf)
+        trails.nearness[:] = (1.0 / (near + trails.offset)) ** trails.parameters.beta
+
+    def construct(self, trails: Trails, words: NDArray[np.uint64], ant: int, order: Ints, worker: int) -> None:
+        """Construct the order of an ant. Changes: order, words[ant]."""
+        self._construct(trails, words, ant, order, 0.0)
+
+    def construct_with_decay(self, trails: Trails, words: NDArray[np.uint64], ant: int, order: Ints) -> None:
+        """Construct the order of an ant of Ant Colony System. Changes: order, words[ant], pheromone and weights."""
+        self._construct(trails, words, ant, order, trails.parameters.local_rate)
+
+    def _construct(self, trails: Trails, words: NDArray[np.uint64], ant: int, order: Ints, local_rate: float) -> None:
+        p = trails.parameters
+        lay_order(
+            self.layers, trails.pheromone, trails.nearness, trails.weights, p.alpha, p.greedy_probability, local_rate,
+            trails.initial, words, ant, self.missing, order,
+        )  # fmt: skip
+
+    def construct_at_random(self, words: NDArray[np.uint64], number: int, order: Ints) -> None:
+        """Construct a random order. Changes: order, words[number]."""
+        even = np.ones((self.instance.n, self.instance.n))
+        lay_order(self.layers, even, even, even, 1.0, 0.0, 0.0, 1.0, words, number, self.missing, order)
+
+    def length(self, order: Ints) -> float:
+        """Return the length of the best path of an order, and keep the nodes of that path."""
+        return float(choose_all(self.layers, order, self.chosen, self.trial, self.sums, self.links))
+
+    def nodes(self) -> Ints:
+        """Return the problem's nodes int32[clusters] of the path that `length` kept."""
+        instance = self.instance
+        chosen = self.chosen[1:] if instance.anchored else self.chosen
+        enter = instance.enter.copy()
+        enter[self.layers.owner[chosen]] = instance.rules.way[chosen]
+        return instance.nodes(self.layers.owner[self.chosen], enter)
+
+    def finish(self, order: Ints, stop: Stop, worker: int = 0) -> float:
+        """Choose the nodes of an order int32[m], improve both if wanted, and return the length. Changes: order."""
+        length = self.length(order)
+        if not self.local_search or self.instance.n < 5:
+            return length
+        instance = self.instance
+        route = route_of(instance, *instance.path_of(self.nodes()))
+        route.queue[:], route.queued[:] = route.node, 1
+        route.counts[1] = instance.n
+        begin_bias(instance.cost, route)
+        least = LEAST * max(length, 0.0) / instance.n
+        while route.counts[1] > 0 and not stop.now():
+            improve_route(instance.cost, route, instance.rules, self.breadth, least, LOOKS)
+        order[:] = route.node
+        return self.length(order)
+
+    def result(self, order: Ints) -> Ints:
+        """Return the problem's nodes int32[clusters] of the best path of an order int32[m]."""
+        self.length(order)
+        return self.nodes()
+
+    def path(self, order: Ints) -> Points:
+        """Return the places along the best path of an order."""
+        return self.instance.places(self.result(order))
+
+    def pheromone(self, trails: Trails) -> Pheromone:
+        """Return the pheromone between clusters."""
+        problem = self.instance.problem
+        m = problem.n_clusters
+        owner = np.arange(m, dtype=np.int32)
+        return on_lists(cluster_places(problem), owner, trails.lists[:m], trails.pheromone[:m])
+
+    def example(self, trails: Trails) -> tuple[int, tuple[NextPlace, ...]]:
+        """Return no example: moves have a direction."""
+        return 0, ()

@@ -1,0 +1,35 @@
+"""Ant Colony System: ants reduce the pheromone of their edges, and only the best tour so far is reinforced.
+
+Source: M. Dorigo and T. Stützle, Ant Colony Optimization, MIT Press 2004, section 3.4.1. The local update (equation
+3.12) is part of the construction (`kernels.construct.Decay`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.geometry.arrays import Ints
+from leafcut.kernels.pheromone import reinforce_and_decay
+from leafcut.order.best import Best
+from leafcut.order.literature.pheromone import Trails
+
+
+class AntColonySystem(Trails):
+    """Evaporation and deposit on the edges of the best tour so far only (equation 3.11)."""
+
+    def usual_pheromone(self) -> float:
+        """Return 1 / (n C_nn)."""
+        return 1.0 / (len(self.lists) * self.c_nn)
+
+    def update(self, iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
+        """Reinforce the best tour so far."""
+        self.deposit(best.tour, 1.0 / best.cost)
+
+    def _add(self, tour: Ints, amount: float) -> None:
+        rate = self.parameters.rate
+        reinforce_and_decay(self.lists, tour, rate, amount, self.one_way, self.pheromone)
+
+    def constants(self) -> dict[str, float]:
+        """Return q0 and ξ."""
+        return {"q_0": self.parameters.greedy_probability, "xi": self.parameters.local_rate}

@@ -1,0 +1,279 @@
+"""The discrete firefly algorithm: tours or orders move towards shorter ones by inversions.
+
+Source: G. K. Jati and Suyanto, Evolutionary discrete firefly algorithm for travelling salesman problem, ICAIS 2011,
+LNAI 6943, 393–403; the parameters are those of the published system for milling pockets that uses it. Two tours of h
+nodes with A different edges have the distance r = 10·A/h. The attractiveness of a shorter tour, β = β0·exp(-γ·r²),
+decreases with the distance. A firefly moves to the most attractive of the shorter tours, by inversions of runs of 2 to
+A nodes at random places. The shortest sees none and moves at random.
+
+Open points of the sources are settled as follows.
+
+- β is the number of inversions of a flight; an iteration has as many flights as there are nodes (`FLIGHTS`).
+- Long inversions have 2 to A nodes, short ones at most a share of all nodes, or 50 with repair. They are long until the
+  switch, at a share of the iterations (or of the time limit), and short afterwards: first far, then fine.
+- The settings for simple and for complex pockets differ in their defaults only: fireflies, β0, and the switch.
+
+Differs: inversions are made one after the other, and each is kept unless the tour becomes longer, instead of trying all
+from one place and keeping the n best tours of all, which soon are copies of one (`published_fireflies`). All fireflies
+see the swarm at the start of the iteration, so they can move in threads. With local search a move is two inversions
+near each other, repaired by sequential exchanges (`kernels.lin_kernighan`) at their nodes, since these would undo a
+single one. Orders of clusters: the distance counts steps, which have a direction; runs that precedence fixes are not
+inverted; an iteration is one flight of every firefly, since each inversion is followed by the choice of all nodes.
+Copying edges of the brighter tour instead (G. K. Jati, R. Manurung and Suyanto, Discrete firefly algorithm for
+traveling salesman problem: a new movement scheme, in: Swarm Intelligence and Bio-Inspired Computation, Elsevier 2013,
+295–312) was no better on grids of 344 to 849 points.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from concurrent.futures import Executor
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import SolveError
+from leafcut.geometry.arrays import Ints, Points
+from leafcut.kernels.cost import tour_cost
+from leafcut.kernels.firefly import edges_apart, fly, fly_and_mend
+from leafcut.kernels.lin_kernighan import Tour
+from leafcut.kernels.ordering import invert_runs, steps_apart
+from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
+from leafcut.order.best import Best
+from leafcut.order.construction import random_words
+from leafcut.order.directed import DirectedInstance
+from leafcut.order.instance import Instance, costs_of_edges
+from leafcut.order.kicks import BREADTH, LONGEST_REWRITE, choices, descend, work_tour
+from leafcut.order.literature.choices import Choices
+from leafcut.order.literature.flight import Flight, Swarm, first_of, share_done
+from leafcut.order.literature.published_fireflies import PublishedFireflies
+from leafcut.order.search import AlgorithmRun, SearchResult, Tours, search, set_budget, set_budget_of_visits
+from leafcut.order.stop import Stop
+from leafcut.order.workers import on_all_workers, thread_pool
+
+#: Flights of an iteration for every node. A repaired move does as much as some hundred others.
+FLIGHTS, FLIGHTS_MENDED = 1.0, 0.05
+
+#: Inversions of a preset, and repaired moves.
+PRESETS = {"fast": (2e7, 2e4), "default": (4e8, 2e5), "thorough": (1e10, 1e7)}
+
+#: Maximum number of inversions between two checks of the clock, some ten milliseconds; and of repaired moves.
+MOVES_PER_LOOK, MENDED_PER_LOOK = 500_000, 500
+
+#: Maximum number of nodes without local search, which stores the costs between all nodes: a tenth of a gigabyte.
+MOST_NODES = 5000
+
+
+class PlaceFireflies(Swarm):
+    """Closed tours of places.
+
+    The flight of a firefly depends on the seed, the iteration and the swarm only, not on the number of threads.
+    """
+
+    def __init__(
+        self, instance: Instance, flight: Flight, options: SolveOptions, stop: Stop, executor: Executor | None,
+        workers: int,
+    ) -> None:  # fmt: skip
+        super().__init__(instance, flight, options, workers)
+        self.instance, self.stop, self.executor, self.workers = instance, stop, executor, workers
+        self.swarm = [self._begin(f) for f in range(flight.fireflies)]
+        self.lengths[0] = tour_cost(instance.cost, self.swarm[0].node)
+        self.costs = np.zeros((0, 0), dtype=np.float32) if self.mended else all_costs(instance)
+        self.breadth = choices(instance, BREADTH)
+
+    def set_budget(self, stop: Stop, options: SolveOptions) -> None:
+        """Set a number of moves."""
+        moves = self.flight.fireflies * self.moves_of(self.flight.attractiveness)
+        set_budget(stop, options, PRESETS[options.preset][self.mended] / moves)
+
+    def start(self, best: Best) -> None:
+        """Offer the tour of the first firefly."""
+        best.offer(self.swarm[0].node, float(self.lengths[0]), 0)
+
+    @property
+    def tours(self) -> Ints:
+        """Return the swarm, int32[fireflies, h]."""
+        return np.stack([tour.node for tour in self.swarm])
+
+    def moves_of(self, attraction: float) -> int:
+        """Return the number of moves of a firefly in an iteration."""
+        flights = self.size * (FLIGHTS_MENDED if self.mended else FLIGHTS)
+        return max(1, round(attraction * flights))
+
+    def _begin(self, f: int) -> Tour:
+        node = first_of(self.instance, self.flight, self.seed, f)
+        return work_tour(node, log=2 * self.size + 1000 if self.mended else 0)
+
+    def construct(self, iteration: int) -> Tours:
+        """Return the swarm, int32[fireflies, h], and its lengths after every firefly has moved."""
+        self.done = share_done(self.stop, iteration)
+        plan = [self._plan(f) for f in range(len(self.swarm))] if iteration else []
+        words = random_words(self.seed, iteration, count=len(self.swarm))
+        on_all_workers(self.executor, self.workers, lambda w: self._work(w, plan, words))
+        return self.tours, self.lengths
+
+    def apart(self, one: int, other: int) -> int:
+        """Return the number of edges of a firefly that another one does not have."""
+        return int(edges_apart(self.swarm[one].node, self.swarm[other].node, self.swarm[other].place))
+
+    def _plan(self, f: int) -> tuple[int, int]:
+        moves, longest = self.aim_of(f)
+        return moves, min(longest, LONGEST_REWRITE) if self.mended else longest
+
+    def _work(self, worker: int, plan: list[tuple[int, int]], words: NDArray[np.uint64]) -> None:
+        began, flown = time.perf_counter(), 0
+        for f in range(worker, len(self.swarm), self.workers):
+            if f and self.stop.now():
+                break
+            if plan:
+                self._fly(f, *plan[f], words)
+            elif self.mended:
+                descend(self.instance, self.swarm[f]._replace(log=np.zeros((0, 2), dtype=np.int32)), BREADTH, self.stop)
+            self.lengths[f] = tour_cost(self.instance.cost, self.swarm[f].node)
+            flown += 1
+        mine = self.lengths[worker :: self.workers]
+        self.log.add(worker, flown, time.perf_counter() - began, float(mine.min(initial=math.inf)))
+
+    def _fly(self, f: int, moves: int, longest: int, words: NDArray[np.uint64]) -> None:
+        tour, instance, per_look = self.swarm[f], self.instance, MENDED_PER_LOOK if self.mended else MOVES_PER_LOOK
+        while moves > 0:
+            now = min(moves, per_look)
+            if self.mended:
+                fly_and_mend(instance.cost, tour, *instance.exchange_lists, self.breadth, now, longest, words, f)
+            else:
+                fly(self.costs, tour.node, tour.place, now, longest, words, f)
+            moves -= now
+            if self.stop.now():
+                return
+
+
+def all_costs(instance: Instance) -> NDArray[np.float32]:
+    """Return the costs between all nodes, float32[h, h].
+
+    Raises
+    ------
+    SolveError
+        There are more than `MOST_NODES`.
+    """
+    h = instance.n
+    if h > MOST_NODES:
+        raise SolveError(
+            f"fireflies without local search store the costs between all nodes, up to {MOST_NODES} of them; there are "
+            f"{h}; leave out --no-local-search"
+        )
+    costs, there = np.zeros((h, h), dtype=np.float32), np.arange(h, dtype=np.int32)
+    for here in range(h):
+        others = np.delete(there, here)
+        costs[here, others] = costs_of_edges(instance.cost, np.full(h - 1, here, dtype=np.int32), others)
+    return costs
+
+
+class ChoiceFireflies(Swarm):
+    """Orders of clusters: each moves towards the most attractive of the shorter ones, the shortest at random."""
+
+    def __init__(self, instance: DirectedInstance, flight: Flight, options: SolveOptions, stop: Stop) -> None:
+        super().__init__(instance, flight, options)
+        self.moves, self.stop = Choices(instance, options.local_search), stop
+        count, m = flight.fireflies, instance.n
+        self.orders = np.zeros((count, m), dtype=np.int32)
+        self.place, self.moved = np.zeros(m, dtype=np.int32), np.zeros(m, dtype=np.int32)
+        words = random_words(self.seed, 0, count=count)
+        for f in range(count):
+            self.moves.construct_at_random(words, f, self.orders[f])
+
+    def set_budget(self, stop: Stop, options: SolveOptions) -> None:
+        """Set a number of visited clusters."""
+        set_budget_of_visits(stop, options, self.size * self.flight.fireflies * max(1.0, self.flight.attractiveness))
+
+    def start(self, best: Best) -> None:
+        """Give the nearest-neighbour order to the first firefly, and offer it."""
+        self.moves.start(best)
+        self.orders[0] = best.tour
+
+    def construct(self, iteration: int) -> Tours:
+        """Return the swarm after every firefly has moved once, the brightest first."""
+        began, flown = time.perf_counter(), 0
+        words = random_words(self.seed, iteration + 1, count=len(self.orders))
+        if iteration:
+            self.done = share_done(self.stop, iteration)
+        for f in np.argsort(self.lengths, kind="stable").tolist():
+            if self.stop.now() and (iteration or f):
+                break
+            if iteration:
+                self._fly(f, words)
+            else:
+                self.lengths[f] = self.moves.finish(self.orders[f], self.stop)
+            flown += 1
+        self.log.add(0, flown, time.perf_counter() - began, float(self.lengths.min()))
+        return self.orders, self.lengths
+
+    def apart(self, one: int, other: int) -> int:
+        """Return the number of steps of a firefly that another one does not have."""
+        place = np.zeros(self.size, dtype=np.int32)
+        place[self.orders[one]] = np.arange(self.size, dtype=np.int32)
+        return int(steps_apart(self.orders[other], place))
+
+    def moves_of(self, attraction: float) -> int:
+        """Return the number of moves of a flight."""
+        return max(1, round(attraction))
+
+    def _fly(self, f: int, words: NDArray[np.uint64]) -> None:
+        """Make the moves of one flight; each is kept unless it makes the order longer."""
+        if self.size < 4:
+            return
+        moves, longest = self.aim_of(f)
+        for _ in range(moves):
+            self.moved[:] = self.orders[f]
+            self.place[self.moved] = np.arange(self.size, dtype=np.int32)
+            invert_runs(self.moves.layers, self.moved, self.place, 2 if self.mended else 1, longest, words, f)
+            length = self.moves.finish(self.moved, self.stop)
+            if length <= self.lengths[f]:
+                self.orders[f], self.lengths[f] = self.moved, length
+            if self.stop.now():
+                return
+
+    def result(self, tour: Ints) -> Ints:
+        """Return the problem's nodes of an order."""
+        return self.moves.result(tour)
+
+    def path(self, tour: Ints) -> Points:
+        """Return the places along the best path of an order."""
+        return self.moves.path(tour)
+
+
+def check_fireflies(_: str, __: AcoOptions, firefly: FireflyOptions, choices: bool) -> None:
+    """Refuse the published variants for paths with choices.
+
+    Raises
+    ------
+    SolveError
+        The problem has choices.
+    """
+    if choices and firefly.variant != "leafcut":
+        raise SolveError(
+            f"--variant {firefly.variant} moves closed tours of places: it keeps no precedence, direction or "
+            "choice of starts; use --variant leafcut"
+        )
+
+
+def run_fireflies(instance: Instance | DirectedInstance, run: AlgorithmRun) -> SearchResult:
+    """Run the swarm."""
+    options, stop, best = run.options, run.stop, run.best
+    flight = Flight.of(run.firefly, limited=options.is_limited)
+    threads = min(options.threads or os.cpu_count() or 1, flight.fireflies)
+    with thread_pool(threads) as executor:
+        if isinstance(instance, DirectedInstance):
+            swarm: Swarm = ChoiceFireflies(instance, flight, options, stop)
+        elif flight.at_random:
+            swarm = PublishedFireflies(instance, flight, options, stop)
+        else:
+            swarm = PlaceFireflies(instance, flight, options, stop, executor, threads)
+        swarm.set_budget(stop, options)
+        stop.patience = flight.patience
+        swarm.start(best)
+        if best.cost <= 0.0:
+            return SearchResult(swarm.result(best.tour))  # all nodes in one place: nothing to gain
+        iterations = search(swarm, best)
+    return SearchResult(swarm.result(best.tour), iterations, swarm.figures())

@@ -1,0 +1,181 @@
+"""Parameters of the fireflies, and the swarm that the variants share; the sources are in `fireflies`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.geometry.arrays import Ints
+from leafcut.model.snapshot import SearchStep
+from leafcut.model.solution import WorkerFigures
+from leafcut.options import FireflyOptions, SolveOptions
+from leafcut.order.best import Best
+from leafcut.order.construction import greedy
+from leafcut.order.instance import AnyInstance, Instance
+from leafcut.order.observing import brightness_of
+from leafcut.order.search import Population
+from leafcut.order.stop import Stop
+from leafcut.order.workers import WorkerLog
+
+
+@dataclass(frozen=True)
+class Mode:
+    """Settings of a mode of the published system: fireflies, β0, and the share at which it switches, %."""
+
+    fireflies: int
+    attractiveness: float
+    switch_at: float
+
+
+#: By the value of `--variant`.
+MODES = {
+    "leafcut": Mode(11, 20.0, 27.0),
+    "published": Mode(11, 20.0, 27.0),
+    "published-complex": Mode(10, 15.0, 37.0),
+}
+
+#: Iterations without a shorter tour after which the published system ends.
+PATIENCE = 20
+
+#: Maximum number of nodes of a short inversion: as a share of all, and with repair.
+SHORT_SHARE, SHORT_MENDED = 0.25, 50
+
+
+@dataclass(frozen=True)
+class Flight:
+    """The options with the published values filled in."""
+
+    fireflies: int
+    attractiveness: float
+    absorption: float
+    switch: float
+    patience: float
+    at_random: bool
+    complex: bool = False
+
+    @classmethod
+    def of(cls, options: FireflyOptions, limited: bool) -> Flight:
+        """Return the parameters; a search `limited` in time or iterations has no patience."""
+        mode = MODES[options.variant]
+        return cls(
+            fireflies=options.n_fireflies or mode.fireflies,
+            attractiveness=mode.attractiveness if options.attractiveness is None else options.attractiveness,
+            absorption=options.absorption,
+            switch=0.01 * mode.switch_at,
+            patience=math.inf if limited else PATIENCE,
+            at_random=options.variant != "leafcut",
+            complex=options.variant == "published-complex",
+        )
+
+    def attraction(self, apart: int, h: int) -> float:
+        """Return β between two tours of h nodes with `apart` different edges."""
+        r = 10.0 * apart / h
+        return self.attractiveness * math.exp(-self.absorption * r * r)
+
+    def target(self, lengths: NDArray[np.float64], f: int, apart: dict[int, int], h: int) -> int:
+        """Return the most attractive of the brighter fireflies; brightness is 1 / length."""
+        # Costs of a table may be negative; then all are equally bright.
+        floor = max(float(lengths[f]), 1e-300)
+        return max(apart, key=lambda j: self.attraction(apart[j], h) * floor / max(float(lengths[j]), 1e-300))
+
+    def aim(
+        self, lengths: NDArray[np.float64], f: int, apart: Callable[[int], int], h: int, done: float, mended: bool
+    ) -> tuple[float, int]:
+        """Return the attractiveness of the target of a firefly, and the number of nodes of its longest inversion.
+
+        `apart` returns the number of edges that another firefly does not have. The brightest moves at random.
+        """
+        short = SHORT_MENDED if mended else math.ceil(SHORT_SHARE * h)
+        seen = {j: apart(j) for j in np.flatnonzero(lengths < lengths[f]).tolist()}
+        if not seen:
+            return self.attractiveness, self.longest(h, h, done, short)
+        away = seen[self.target(lengths, f, seen, h)]
+        return self.attraction(away, h), self.longest(away, h, done, short)
+
+    def longest(self, apart: int, h: int, share_done: float, short: int) -> int:
+        """Return the number of nodes of the longest inversion, 2 to h - 2."""
+        limit = apart if share_done < self.switch else min(apart, short)
+        return max(2, min(limit, h - 2))
+
+
+def share_done(stop: Stop, iteration: int) -> float:
+    """Return the share of the iterations or of the time that has passed, 0 to 1."""
+    of_time = stop.elapsed() / stop.seconds if stop.seconds < math.inf else 0.0
+    of_count = iteration / stop.iterations if stop.iterations < math.inf else 0.0
+    return max(of_time, of_count)
+
+
+class Swarm(Population):
+    """Fireflies: their parameters and lengths, and how observers see them."""
+
+    def __init__(self, instance: AnyInstance, flight: Flight, options: SolveOptions, workers: int = 1) -> None:
+        super().__init__(instance)
+        self.flight, self.seed, self.mended = flight, options.seed, options.local_search
+        self.size, self.log = instance.n, WorkerLog.of(workers)
+        self.lengths = np.full(flight.fireflies, math.inf)
+        #: Share of the search that had passed at the last move.
+        self.done = 0.0
+
+    def set_budget(self, stop: Stop, options: SolveOptions) -> None:
+        """Set the budget of the preset."""
+        raise NotImplementedError
+
+    def start(self, best: Best) -> None:
+        """Offer the first tour if its cost is known."""
+
+    def result(self, tour: Ints) -> Ints:
+        """Return the best tour in the terms of the instance."""
+        return tour
+
+    def apart(self, one: int, other: int) -> int:
+        """Return the number of edges of a firefly that another one does not have."""
+        raise NotImplementedError
+
+    def moves_of(self, attraction: float) -> int:
+        """Return the number of moves of a flight."""
+        raise NotImplementedError
+
+    def aim_of(self, f: int) -> tuple[int, int]:
+        """Return the number of moves of a firefly, and the number of nodes of its longest inversion."""
+        attraction, longest = self.flight.aim(
+            self.lengths, f, lambda j: self.apart(f, j), self.size, self.done, self.mended
+        )
+        return self.moves_of(attraction), longest
+
+    def figures(self) -> tuple[WorkerFigures, ...]:
+        """Return the figures of the workers."""
+        return self.log.figures()
+
+    def brightness(self) -> NDArray[np.float64]:
+        """Return 1 / length of each firefly."""
+        return brightness_of(self.lengths)
+
+    def step(self, best: Best) -> SearchStep | None:
+        """Return the next flight of the darkest firefly: the distance of its target, and its moves."""
+        flight, lengths, h = self.flight, self.lengths, self.size
+        dark = int(np.argmax(np.where(np.isfinite(lengths), lengths, -math.inf)))
+        values = {
+            "n": len(lengths), "beta_0": flight.attractiveness, "gamma": flight.absorption, "h": h,
+            "c_best": best.cost, "dark": dark + 1, "c_dark": float(lengths[dark]),
+        }  # fmt: skip
+        seen = {j: self.apart(dark, j) for j in np.flatnonzero(lengths < lengths[dark]).tolist()}
+        if seen:
+            target = flight.target(lengths, dark, seen, h)
+            values |= {"target": target + 1, "c_target": float(lengths[target]), "edges_apart": seen[target]}
+            values["r"] = 10.0 * seen[target] / h
+        beta, longest = flight.aim(lengths, dark, seen.__getitem__, h, self.done, self.mended)
+        values |= {"beta": beta, "moves": self.moves_of(beta), "longest": longest}
+        return SearchStep("firefly", values)
+
+
+def first_of(instance: Instance, flight: Flight, seed: int, f: int) -> Ints:
+    """Return the first tour int32[h] of a firefly: a random one, or a greedy one with small changes."""
+    rng = np.random.default_rng((seed, f))
+    if not flight.at_random:
+        return greedy(instance, rng if f else None)
+    tied = [node for node in (instance.first, instance.second) if instance.second >= 0]
+    return np.append(rng.permutation(np.setdiff1d(np.arange(instance.n), tied)), tied).astype(np.int32)

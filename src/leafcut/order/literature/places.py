@@ -1,0 +1,154 @@
+"""The move set of places: ants construct closed tours on candidate lists and improve them by 2-opt and Or-opt."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.geometry.arrays import Ints, Points
+from leafcut.kernels.construct import Decay, WeightedEdges, construct_tour, construct_tour_with_decay
+from leafcut.kernels.cost import tour_cost
+from leafcut.kernels.local_search import improve, queue_all
+from leafcut.kernels.pheromone import fill_nearness
+from leafcut.model.snapshot import NextPlace, Pheromone
+from leafcut.order.best import Best
+from leafcut.order.construction import nearest_neighbour, none_visited
+from leafcut.order.instance import Instance
+from leafcut.order.literature.pheromone import MOST_CHOICES, Trails
+from leafcut.order.observing import on_candidates
+from leafcut.order.search import AlgorithmRun, SearchResult
+from leafcut.order.stop import Stop
+
+#: Moves between two checks of the clock: some milliseconds of work.
+MOVES_PER_LOOK = 2000
+
+
+@dataclass(frozen=True, eq=False)
+class LocalSearch:
+    """2-opt, and Or-opt if wanted, on the candidate lists of an instance; each worker has its own buffers."""
+
+    instance: Instance
+    place: NDArray[np.int32]
+    queue: NDArray[np.int32]
+    queued: NDArray[np.uint8]
+    state: NDArray[np.int64]
+    touched: NDArray[np.int32]
+    use_or_opt: bool
+
+    @classmethod
+    def of(cls, instance: Instance, use_or_opt: bool = True) -> LocalSearch:
+        """Return a local search with its buffers."""
+        n = instance.n
+        place, queue = np.zeros(n, dtype=np.int32), np.zeros(n, dtype=np.int32)
+        queued, touched = np.zeros(n, dtype=np.uint8), np.zeros(8, dtype=np.int32)
+        return cls(instance, place, queue, queued, np.zeros(2, dtype=np.int64), touched, use_or_opt)
+
+    def __call__(self, tour: NDArray[np.int32], stop: Stop) -> None:
+        """Improve the tour int32[n] in place to a local optimum, or until `stop.now()`."""
+        queue_all(tour, self.place, self.queue, self.queued, self.state)
+        cost, lists = self.instance.cost, self.instance.candidates
+        while True:
+            moves = improve(
+                cost, tour, self.place, lists, self.queue, self.queued, self.state, self.touched, self.use_or_opt,
+                MOVES_PER_LOOK,
+            )  # fmt: skip
+            if moves < MOVES_PER_LOOK or stop.now():
+                return
+
+
+def first_tour(instance: Instance, local_search: bool, stop: Stop, best: Best) -> float:
+    """Offer the nearest-neighbour tour, and its improvement with `local_search`; return C_nn."""
+    tour = nearest_neighbour(instance)
+    c_nn = float(tour_cost(instance.cost, tour))
+    best.offer(tour, c_nn, 0)
+    if local_search:
+        LocalSearch.of(instance)(tour, stop)
+        best.offer(tour, float(tour_cost(instance.cost, tour)), 0)
+    return c_nn
+
+
+class Places:
+    """Closed tours of places, with the buffers of each worker."""
+
+    #: Whether several workers can share one object, and whether the two directions of an edge have separate trails.
+    parallel, one_way = True, False
+
+    def __init__(self, instance: Instance, local_search: bool, workers: int = 1) -> None:
+        self.instance, self.local_search, self.lists = instance, local_search, instance.candidates
+        self._unvisited = [none_visited(instance) for _ in range(workers)]
+        self._search = [LocalSearch.of(instance) for _ in range(workers)]
+
+    def start(self, best: Best) -> float:
+        """Offer the first tours and return C_nn."""
+        return first_tour(self.instance, self.local_search, best.stop, best)
+
+    def fill_nearness(self, trails: Trails) -> None:
+        """Fill η^β of each edge. Changes: trails.nearness."""
+        fill_nearness(self.instance.cost, self.lists, trails.parameters.beta, trails.offset, trails.nearness)
+
+    def construct(self, trails: Trails, words: NDArray[np.uint64], ant: int, tour: Ints, worker: int) -> None:
+        """Construct the tour of an ant. Changes: tour, words[ant]."""
+        i, p = self.instance, trails.parameters
+        construct_tour(
+            i.cost, i.tree, i.candidates, trails.weights, trails.nearness, p.greedy_probability, i.first, i.second,
+            words, ant, tour, self._unvisited[worker],
+        )  # fmt: skip
+
+    def construct_with_decay(self, trails: Trails, words: NDArray[np.uint64], ant: int, tour: Ints) -> None:
+        """Construct the tour of an ant of Ant Colony System. Changes: tour, words[ant], pheromone and weights."""
+        i, p = self.instance, trails.parameters
+        edges = WeightedEdges(i.candidates, trails.pheromone, trails.nearness, trails.weights)
+        decay = Decay(p.alpha, p.local_rate, trails.initial)
+        construct_tour_with_decay(
+            i.cost, i.tree, edges, decay, p.greedy_probability, i.first, i.second, words, ant, tour, self._unvisited[0]
+        )
+
+    def finish(self, tour: Ints, stop: Stop, worker: int) -> float:
+        """Improve a tour if wanted, and return its cost. Changes: tour."""
+        if self.local_search:
+            self._search[worker](tour, stop)
+        return float(tour_cost(self.instance.cost, tour))
+
+    def result(self, tour: Ints) -> Ints:
+        """Return the tour in the terms of the instance."""
+        return tour
+
+    def path(self, tour: Ints) -> Points:
+        """Return the places along a tour."""
+        return self.instance.places(tour)
+
+    def pheromone(self, trails: Trails) -> Pheromone:
+        """Return the pheromone on edges between places."""
+        return on_candidates(self.instance, trails.lists, trails.pheromone)
+
+    def example(self, trails: Trails) -> tuple[int, tuple[NextPlace, ...]]:
+        """Return the number of the first place, and the most probable next places of an ant that starts there."""
+        instance = self.instance
+        here = int(np.flatnonzero(instance.label == 0)[0])
+        near = instance.candidates[here]
+        there = np.flatnonzero((near >= 0) & (instance.label[near] < instance.problem.n_clusters))
+        weights = trails.weights[here, there]
+        total = float(trails.weights[here][near >= 0].sum())
+        if not 0.0 < total < math.inf:
+            return 1, ()
+        likeliest = there[np.argsort(-weights, kind="stable")[:MOST_CHOICES]]
+        return 1, tuple(self._next_place(trails, here, int(c), total) for c in likeliest)
+
+    def _next_place(self, trails: Trails, here: int, c: int, total: float) -> NextPlace:
+        cost = float(self.instance.lengths[here, c])
+        return NextPlace(
+            place=int(self.instance.label[self.instance.candidates[here, c]]) + 1,
+            cost=cost,
+            pheromone=float(trails.pheromone[here, c]),
+            attraction=1.0 / (cost + trails.offset),
+            probability=float(trails.weights[here, c]) / total,
+        )
+
+
+def run_local_search(instance: Instance, run: AlgorithmRun) -> SearchResult:
+    """Run the local search of the ants from the nearest-neighbour tour."""
+    first_tour(instance, True, run.stop, run.best)
+    return SearchResult(run.best.tour)

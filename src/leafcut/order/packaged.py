@@ -1,0 +1,116 @@
+"""Algorithms of installed packages: found by their entry points, run with care, and their tours checked."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import LeafcutError, SolveError
+from leafcut.files.plugins import PluginKind, reason
+from leafcut.model.heartbeat import OnProgress, Progress
+from leafcut.options import ALGORITHM_GROUP, ALGORITHM_TITLES
+from leafcut.order.search import AlgorithmRun, SearchResult, set_budget_of_visits
+
+if TYPE_CHECKING:
+    from leafcut.order.instance import Instance
+
+
+class PackagedAlgorithm(Protocol):
+    """An algorithm for short closed tours."""
+
+    @property
+    def title(self) -> str:
+        """Its line in ``leafcut list algorithms``."""
+        ...
+
+    def solve(self, instance: Instance, run: AlgorithmRun) -> SearchResult:
+        """Return a tour int32[n] of all nodes, each once; `first` and `second`, if there are any, are neighbours.
+
+        Offer every tour that may be the best to `run.best` with its `Instance.length`. Call `run.best.tell` after each
+        iteration, and ask `run.stop.reached` before the next one. The same seed gives the same tour.
+        """
+        ...
+
+
+def _algorithm_of(_: str, found: Any) -> PackagedAlgorithm:
+    """Return the algorithm that an entry point names: a class without parameters, or an object."""
+    algorithm: PackagedAlgorithm = found() if isinstance(found, type) else found
+    if not isinstance(algorithm.title, str) or not algorithm.title.isprintable() or not callable(algorithm.solve):
+        raise TypeError("an algorithm has a title of one line and a method solve(instance, run)")
+    return algorithm
+
+
+#: Algorithms of other packages.
+PACKAGED = PluginKind("algorithm", ALGORITHM_GROUP, lambda: ALGORITHM_TITLES, _algorithm_of, lambda one: one.title)
+
+
+def run_packaged(name: str, instance: Instance, run: AlgorithmRun) -> SearchResult:
+    """Return the tour of a packaged algorithm; each of its iterations counts as one tour of all nodes.
+
+    Raises
+    ------
+    OptionError
+        It cannot be used.
+    SolveError
+        It fails, or its result is no tour.
+    """
+    algorithm, best = PACKAGED.load(name), run.best
+    set_budget_of_visits(run.stop, run.options, instance.n)
+    ends = _Ends(best.progress)
+    best.progress = None if best.progress is None else ends
+    try:
+        found = algorithm.solve(instance, run)
+    except KeyboardInterrupt:
+        run.stop.cancelled.set()
+        if not len(best.tour):
+            raise
+        found = SearchResult(best.tour, best.iteration)
+    except (LeafcutError, MemoryError):
+        raise
+    except Exception as problem:
+        if problem is ends.raised:
+            raise
+        raise SolveError(f"algorithm '{name}' failed ({reason(problem)}); it is no part of leafcut") from problem
+    finally:
+        best.progress = ends.progress
+    tours = [found.tour, best.tour] if len(best.tour) else [found.tour]
+    return SearchResult(_shortest(name, instance, tours), found.iterations, found.workers)
+
+
+class _Ends:
+    """Passes progress on and keeps the exception by which its receiver ends the search."""
+
+    def __init__(self, progress: OnProgress | None) -> None:
+        self.progress = progress
+        self.raised: Exception | None = None
+
+    def __call__(self, now: Progress) -> None:
+        if self.progress is None:
+            return
+        try:
+            self.progress(now)
+        except Exception as ended:
+            self.raised = ended
+            raise
+
+
+def _shortest(name: str, instance: Instance, tours: list[NDArray[np.int32]]) -> NDArray[np.int32]:
+    """Return the shortest tour; each is checked and measured here."""
+    whole = [_checked(name, instance, tour) for tour in tours]
+    return min(whole, key=instance.length)
+
+
+def _checked(name: str, instance: Instance, tour: Any) -> NDArray[np.int32]:
+    nodes = np.asarray(tour)
+    right = nodes.shape == (instance.n,) and np.array_equal(np.sort(nodes), np.arange(instance.n))
+    if right and instance.second >= 0:
+        place = {int(np.flatnonzero(nodes == end)[0]) for end in (instance.first, instance.second)}
+        right = max(place) - min(place) in (1, instance.n - 1)
+    if not right:
+        raise SolveError(
+            f"algorithm '{name}' returned no tour of all {instance.n} nodes, each once and the ends side by side; it is"
+            " no part of leafcut"
+        )
+    return np.ascontiguousarray(nodes, dtype=np.int32)

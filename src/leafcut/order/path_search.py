@@ -1,0 +1,309 @@
+"""The search for paths with choices: clusters of several nodes, costs that differ by direction, and precedence.
+
+One path is kicked at one place at a time, repaired there by exchanges that keep the precedence, and restored if it
+became longer, as in `order.kicks`. Now and then it may become longer for a while to leave a local optimum: with
+directions and precedence many more paths than without have no improving exchange. Small problems start from the best
+path of a few ants, and alternate with `order.annealing`.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import os
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from leafcut.geometry.arrays import Ints
+from leafcut.kernels.layers import Clusters
+from leafcut.kernels.route import Route, begin_bias
+from leafcut.kernels.sequential import improve_route, kick_route
+from leafcut.model.solution import WorkerFigures
+from leafcut.options import AcoOptions
+from leafcut.order.annealing import Forgetting, is_small, layers_of
+from leafcut.order.best import Best, SearchView
+from leafcut.order.construction import random_words
+from leafcut.order.directed import BREADTH, LEAST, LOOKS, DirectedInstance, greedy_path, route_of
+from leafcut.order.kicks import LONGEST_REWRITE, OFFER_EVERY, kicks_per_iteration
+from leafcut.order.literature.ants import Ants, trails_of
+from leafcut.order.literature.choices import Choices
+from leafcut.order.literature.pheromone import AntParameters
+from leafcut.order.search import AlgorithmRun, SearchResult, search, until_interrupted
+from leafcut.order.stop import Stop
+
+#: Budget of a preset in kicks: per node, fewest and most.
+PRESETS = {"fast": (60, 5e3, 1e5), "default": (250, 2e4, 5e5), "thorough": (2000, 1e5, math.inf)}
+
+#: Kicks per node before the path may become longer; then alternately kicks in which it may, and in which it may not.
+FIRST_COLD, HOT, COLD = 10, 1, 4
+
+#: Maximum growth of the path by a kick in hot times, in mean moves between nodes, in turn. The best value depends on
+#: the precedence; with more precedence larger values were better.
+HEATS = (0.3, 1.0, 3.0)
+
+#: Turns without a better path after which the search returns to the best path.
+TURNS_AWAY = 2
+
+#: A turn has as many kicks as for this number of nodes at least.
+FEWEST_KICKS = 50
+
+#: Kicks per node before parts of the path are forgotten for the first time.
+PHASE = 50
+
+#: Maximum ratio of a greedy path to an improved one; more comes from moves that are not allowed.
+GREEDY = 1.5
+
+#: Time of a kick for each square root of the nodes, s: about that of one core of 2024, from 30 nodes to 3000. It is
+#: counted and not measured, so that answers stay the same.
+SECONDS_PER_KICK = 5e-6
+
+#: Maximum number of generations of Ant Colony System before the first kick on a small problem, and of those without a
+#: gain. Kicks alone stay near the greedy path: on contours around holes their paths were 0 to 2.4 % longer than those
+#: of the ants of the literature in the same time; after ants, 0 to 0.03 % (tests/order/test_students.py).
+GENERATIONS, PATIENCE = 20, 10
+
+#: Maximum share of a time limit for these ants.
+ANTS_SHARE = 0.15
+
+
+def budget(preset: str, clusters: int) -> float:
+    """Return the kicks of a preset."""
+    per_node, fewest, most = PRESETS[preset]
+    return min(max(per_node * clusters, fewest), most)
+
+
+class PathSearch:
+    """The search of one path.
+
+    `iteration` counts runs of up to `kicks_per_iteration` kicks, `kicks` counts all of them.
+    """
+
+    def __init__(
+        self, instance: DirectedInstance, seed: int, best: Best, number: int = 0, layers: Clusters | None = None,
+        alone: bool = True,
+    ) -> None:  # fmt: skip
+        """Prepare; several searches that share `best` and `layers` have different numbers, and none is `alone`."""
+        self.instance, self.stop, self.best, self.layers = instance, best.stop, best, layers
+        self.alone = alone
+        self.words, self.number = random_words(seed, number, count=1), number
+        self.breadth = np.array(BREADTH, dtype=np.int64)
+        self.iteration = self.kicks = 0
+        self.shortest = math.inf
+
+    def run(self, most: float, start: Route, phase: float = PHASE) -> int:
+        """Improve a path to a local optimum and then kick by kick, until `stop` or `most` kicks; return the iterations.
+
+        A small problem alternates between kicks and annealing; the first phase has `phase` kicks per node, each further
+        one twice as many. The result depends on the seed and on the number of iterations only.
+        """
+        instance = self.instance
+        self.route = route_of(instance, start.node, start.enter, log=3 * instance.n + 1000)
+        self._offer()
+        self.mean = self._mean_way()
+        self.least = LEAST * self.mean
+        self._descend()
+        self.mean = min(self.mean, self._mean_way() * GREEDY)
+        if self.best.cost < self.cost:
+            self._take_up(self.best.tour)
+        self._is_worth()
+        forgetting = Forgetting(instance, self.words, self.layers) if is_small(instance) else None
+        kicks = phase * max(instance.n, FEWEST_KICKS) if forgetting else math.inf
+        while True:
+            self._kick_by_turns(min(kicks, most - self.kicks))
+            if forgetting is None or self._is_over(most):
+                return self.iteration
+            self._forget(forgetting, int(min(kicks, most - self.kicks)))
+            if self._is_over(most):
+                return self.iteration
+            kicks *= 2
+
+    def _is_over(self, most: float) -> bool:
+        reached = self.stop.reached(self.iteration, self.iteration - self.best.iteration)
+        return self.kicks >= most or reached or not self._is_worth()
+
+    def _is_worth(self) -> bool:
+        """Return whether more kicks are worth their time; always for several searches, which the clock ends."""
+        seconds = SECONDS_PER_KICK * math.sqrt(self.instance.n) * self.kicks
+        return not self.alone or self.stop.thrift.goes_on(seconds, self.best.cost)
+
+    def _mean_way(self) -> float:
+        """Return the mean cost of a move between nodes, without service."""
+        rules, route = self.instance.rules, self.route
+        return max(self.cost - float(rules.service[route.enter].sum()), 0.0) / self.instance.n
+
+    def _kick_by_turns(self, most: float) -> None:
+        """Kick in hot and cold turns until `stop` or `most` more kicks."""
+        away, most = 0, most + self.kicks
+        for heat, kicks in _turns(max(self.instance.n, FEWEST_KICKS)):
+            before = self.best.cost
+            self._kick(heat, min(kicks, most - self.kicks))
+            if self._is_over(most):
+                return
+            if heat == 0.0:
+                away = 0 if self.best.cost < before else away + 1
+                if away >= TURNS_AWAY:
+                    self._take_up(self.best.tour)
+                    away = 0
+
+    def _forget(self, forgetting: Forgetting, steps: int) -> None:
+        """Anneal the best path in so many steps and continue with the result; a step counts as a kick."""
+
+        def go_on(made: int) -> bool:
+            self.iteration, self.kicks = self.iteration + 1, self.kicks + made
+            self._tell(self.iteration)
+            return not self.stop.reached(self.iteration, self.iteration - self.best.iteration)
+
+        found = forgetting.cool_down(self.best.tour, self.mean, steps, self.least, go_on)
+        self._take_up(found)
+        self._offer()
+
+    def _descend(self) -> None:
+        """Improve the path to a local optimum; exchanges that write few places come first."""
+        instance, route = self.instance, self.route._replace(log=np.zeros(0, dtype=np.int32))
+        offered = self.stop.elapsed()
+        for longest in (LONGEST_REWRITE, instance.n):
+            working = route._replace(buffer=route.buffer[:longest])
+            route.queue[:], route.queued[:] = route.node, 1
+            route.counts[:2] = 0, instance.n
+            begin_bias(instance.cost, route)
+            while route.counts[1] > 0 and not self.stop.now():
+                self.cost -= improve_route(instance.cost, working, instance.rules, self.breadth, self.least, LOOKS)
+                if self.stop.elapsed() > offered + OFFER_EVERY:
+                    self._offer()
+                    self._tell(0)
+                    offered = self.stop.elapsed()
+        route.queued[:], route.counts[:] = 0, 0
+        self._offer()
+
+    def _kick(self, heat: float, kicks: float) -> None:
+        """Kick, and offer every better path."""
+        instance, stop, best = self.instance, self.stop, self.best
+        at_once = kicks_per_iteration(instance.n)
+        while kicks > 0 and not stop.reached(self.iteration, self.iteration - best.iteration):
+            count = int(min(at_once, kicks))
+            self.cost -= kick_route(
+                instance.cost,
+                self.route,
+                instance.rules,
+                self.breadth,
+                self.least,
+                heat * self.mean,
+                self.words,
+                0,
+                count,
+            )
+            self.iteration, self.kicks, kicks = self.iteration + 1, self.kicks + count, kicks - count
+            if self.cost < best.cost - self.least:
+                self._offer()
+            self._tell(self.iteration)
+            if not self._is_worth():
+                return
+
+    def _tell(self, iteration: int) -> None:
+        """Report the progress of the first of several searches."""
+        if self.number == 0:
+            self.best.tell(iteration, alone=self.alone)
+
+    def _offer(self) -> None:
+        """Recompute the cost of the path, and offer it."""
+        route, instance = self.route, self.instance
+        self.cost = instance.length(route.node, route.enter, route.leave)
+        self.shortest = min(self.shortest, self.cost)
+        self.best.offer(instance.nodes(route.node, route.enter), self.cost, self.iteration)
+
+    def _take_up(self, nodes: Ints) -> None:
+        """Continue with a path of the problem's nodes int32[clusters]."""
+        route, instance = self.route, self.instance
+        again = route_of(instance, *instance.path_of(nodes))
+        for name in ("node", "place", "enter", "leave"):
+            getattr(route, name)[:] = getattr(again, name)
+        self.cost = instance.length(route.node, route.enter, route.leave)
+
+
+def _turns(n: int) -> Iterator[tuple[float, int]]:
+    """Yield the maximum growth of the path by a kick, and the number of kicks, without end."""
+    yield 0.0, FIRST_COLD * n
+    for heat in itertools.cycle(HEATS):
+        yield heat, HOT * n
+        yield 0.0, COLD * n
+
+
+class _PathView(SearchView):
+    """The path searches of a run, as observers see them."""
+
+    def __init__(self, instance: DirectedInstance, searches: list[PathSearch], best: Best) -> None:
+        super().__init__(instance)
+        self.searches, self.best = searches, best
+
+    def figures(self) -> tuple[WorkerFigures, ...]:
+        """Return the figures of each search."""
+        seconds = self.best.stop.elapsed()
+        return tuple(WorkerFigures(s.number, s.kicks, seconds, s.shortest) for s in self.searches)
+
+
+def run_paths(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult:
+    """Run one search for each thread, which return to the best path of all now and then.
+
+    With a budget there is one search: the result of several depends on their speed.
+    """
+    options, stop, best = run.options, run.stop, run.best
+    if options.iterations is not None:
+        stop.iterations = options.iterations
+    kicks = math.inf if options.is_limited else budget(options.preset, instance.problem.n_clusters)
+    only_time = options.iterations is None and options.time_limit is not None
+    threads = (options.threads or os.cpu_count() or 1) if only_time else 1
+    layers = layers_of(instance) if is_small(instance) else None
+    searches = [
+        PathSearch(instance, options.seed, best, number, layers, alone=threads == 1) for number in range(threads)
+    ]
+    best.view = view = _PathView(instance, searches, best)
+
+    def work() -> int:
+        greedy = greedy_path(instance)
+        if layers is not None:
+            offer_path_of_ants(instance, layers, greedy, options.seed, best)
+        if threads == 1:
+            return searches[0].run(kicks, greedy)
+        with ThreadPoolExecutor(threads, thread_name_prefix="ants") as executor:
+            jobs = [executor.submit(one.run, kicks, greedy) for one in searches]
+            try:
+                return sum(job.result() for job in jobs)
+            except BaseException:
+                stop.cancelled.set()  # else the pool waits until the time is over
+                raise
+
+    iterations = until_interrupted(work, best)
+    return SearchResult(best.tour, iterations, view.figures())
+
+
+def offer_path_of_ants(
+    instance: DirectedInstance, layers: Clusters, greedy: Route, seed: int, best: Best, generations: int = GENERATIONS
+) -> None:
+    """Offer the greedy path, and the best path of a few generations of ants with local search."""
+    stop = best.stop
+    best.offer(instance.nodes(greedy.node, greedy.enter), instance.length(greedy.node, greedy.enter, greedy.leave), 0)
+    own_stop = Stop(
+        iterations=generations, patience=PATIENCE, seconds=ANTS_SHARE * stop.seconds, target=stop.target,
+        cancelled=stop.cancelled, began=stop.began,
+    )  # fmt: skip
+    own = Best(own_stop)
+    moves = Choices(instance, True, layers, greedy)
+    parameters = AntParameters.of("acs", AcoOptions(), instance.n, True)
+    ants = Ants(moves, trails_of(moves, parameters, moves.start(own), seed), seed, own_stop)
+    if own.cost > 0.0:
+        search(ants, own)
+    nodes = moves.result(own.tour)
+    path = route_of(instance, *instance.path_of(nodes))
+    best.offer(nodes, instance.length(path.node, path.enter, path.leave), 0)
+
+
+def warm_paths(instance: DirectedInstance, run: AlgorithmRun, large: bool) -> Ints:
+    """Call every kernel of `run_paths`; ants search problems that are not `large`."""
+    best, seed = Best(Stop(iterations=3)), run.options.seed
+    greedy = greedy_path(instance)
+    if not large:
+        offer_path_of_ants(instance, layers_of(instance), greedy, seed, best, generations=1)
+    PathSearch(instance, seed, best).run(math.inf, greedy, phase=1)
+    return best.tour
