@@ -20,11 +20,10 @@ from leafcut.options import ALGORITHM_TITLES, ANT_ALGORITHMS, AcoOptions, Firefl
 from leafcut.order.best import Best
 from leafcut.order.colony import run_colony, warm_colony
 from leafcut.order.construction import nearest_neighbour
-from leafcut.order.directed import FEW_CLUSTERS, FEW_NODES, DirectedInstance, build_directed, greedy_path
+from leafcut.order.directed import FEW_CLUSTERS, FEW_NODES, AnyInstance, DirectedInstance, build_directed, greedy_path
 from leafcut.order.exact import choose_nodes
 from leafcut.order.instance import (
     FULL_LISTS_LIMIT,
-    AnyInstance,
     Instance,
     build_instance,
     is_directed,

@@ -9,78 +9,55 @@ from __future__ import annotations
 import math
 import threading
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.geometry.arrays import Ints, Points
+from leafcut.geometry.arrays import Ints
 from leafcut.model.heartbeat import OnProgress, Progress
-from leafcut.model.snapshot import Observer, Pheromone, SearchStep, Snapshot
-from leafcut.model.solution import WorkerFigures, gap
+from leafcut.model.snapshot import Observer, Snapshot
+from leafcut.model.solution import gap
 from leafcut.model.study import Study
-from leafcut.order.instance import AnyInstance
+from leafcut.order.directed import AnyInstance
 from leafcut.order.stop import Stop
+from leafcut.order.workers import WorkerLog
 
 #: Costs that differ by less than this share are equal: they are sums in different orders.
 ROUNDING = 1e-12
 
 
 class SearchView:
-    """State of a search in the terms of `Snapshot`; an algorithm overrides the parts that it has."""
+    """State of a search as observers see it; by default the best path and the figures of the workers."""
 
-    def __init__(self, shown: AnyInstance | None = None) -> None:
+    def __init__(self, shown: AnyInstance | None = None, log: WorkerLog | None = None) -> None:
         """Prepare; without the instance `shown` there are no places."""
-        self.shown = shown
+        self.shown, self.log = shown, WorkerLog.of(0) if log is None else log
 
-    def path(self, tour: Ints) -> Points:
-        """Return the places along a tour, float64[m, 2]."""
-        return np.zeros((0, 2)) if self.shown is None else self.shown.places(tour)
+    def result(self, tour: Ints) -> Ints:
+        """Return a tour of the search in the terms of the instance."""
+        return tour
 
-    def figures(self) -> tuple[WorkerFigures, ...]:
-        """Return the figures of the workers."""
-        return ()
-
-    def shown_pheromone(self) -> Pheromone | None:
-        """Return the pheromone of ants."""
-        return None
-
-    def brightness(self) -> NDArray[np.float64] | None:
-        """Return the brightness of fireflies."""
-        return None
-
-    def step(self, best: Best) -> SearchStep | None:
-        """Return the last step in the numbers of the algorithm's formulas."""
-        return None
+    def parts(self, best: Best) -> dict[str, Any]:
+        """Return the fields of `Snapshot` that the algorithm has."""
+        return {"workers": self.log.figures()}
 
     def branching(self) -> float | None:
         """Return the mean λ-branching factor of the trails."""
         return None
 
 
-class SearchObserver(Protocol):
-    """Receives the state of a search after each iteration."""
+class SearchObserver:
+    """Receives the state of a search after each iteration; by default it does nothing."""
 
     #: Whether the search shows its gap from the start, which needs a lower bound before the search.
-    wants_bound: bool
-
-    def after_iteration(self, best: Best, iteration: int, alone: bool, costs: NDArray[np.float64] | None) -> None:
-        """Look at a search; arguments as in `Best.tell`."""
-
-
-class _Unwatched:
-    """Observer that does nothing."""
-
     wants_bound = False
 
     def after_iteration(self, best: Best, iteration: int, alone: bool, costs: NDArray[np.float64] | None) -> None:
-        """Do nothing."""
+        """Receive the state; arguments as in `Best.tell`."""
 
 
-UNWATCHED = _Unwatched()
-
-
-class Watched:
+class Watched(SearchObserver):
     """Passes snapshots of a search to an observer, and the figures of each iteration to a study."""
 
     wants_bound = True
@@ -97,17 +74,8 @@ class Watched:
         def take() -> Snapshot:
             with best.lock:
                 tour, cost = best.tour, best.cost
-            return Snapshot(
-                path=view.path(tour) if len(tour) else np.zeros((0, 2)),
-                cost=cost + best.service,
-                bound=best.known_bound,
-                iteration=iteration,
-                seconds=seconds,
-                workers=view.figures(),
-                pheromone=view.shown_pheromone(),
-                brightness=view.brightness(),
-                step=view.step(best),
-            )
+            path = view.shown.places(view.result(tour)) if view.shown is not None and len(tour) else np.zeros((0, 2))
+            return Snapshot(path, cost + best.service, best.known_bound, iteration, seconds, **view.parts(best))
 
         def show() -> None:
             if isinstance(self.observer, Study):
@@ -124,7 +92,7 @@ class Watched:
 
 def observer_of(observe: Observer | None) -> SearchObserver:
     """Return the observer of a search; without one, the observer that does nothing."""
-    return UNWATCHED if observe is None else Watched(observe)
+    return SearchObserver() if observe is None else Watched(observe)
 
 
 @dataclass
@@ -149,7 +117,7 @@ class Best:
     bound: float | None = None
     shown_bound: float | None = None
     view: SearchView = field(default_factory=SearchView)
-    observer: SearchObserver = UNWATCHED
+    observer: SearchObserver = field(default_factory=SearchObserver)
     tour: NDArray[np.int32] = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
     cost: float = math.inf
     iteration: int = 0

@@ -16,8 +16,8 @@ from leafcut.options import SolveOptions
 from leafcut.order.best import Best
 from leafcut.order.construction import nearest_neighbour
 from leafcut.order.deadline import Deadline
-from leafcut.order.directed import least_costs
-from leafcut.order.instance import AnyInstance, Instance, build_instance, is_directed, is_symmetric
+from leafcut.order.directed import AnyInstance, least_costs
+from leafcut.order.instance import Instance, build_instance, is_directed, is_symmetric
 
 #: Candidates of each node for the bound of an order without a search.
 CANDIDATES = 8

@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 import os
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +24,6 @@ from leafcut.kernels.ab_cycles import Assembly
 from leafcut.kernels.assembly import MOST_CHANGES, assemble
 from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.kicks import kick_and_mend
-from leafcut.model.snapshot import Pheromone
-from leafcut.model.solution import WorkerFigures
 from leafcut.order.best import Best, SearchView
 from leafcut.order.construction import greedy, random_words
 from leafcut.order.instance import Instance
@@ -143,16 +142,13 @@ class ColonyView(SearchView):
     """A colony as observers see it: the share of its ants on each edge."""
 
     def __init__(self, instance: Instance, workers: Workers, colony: Colony | None = None) -> None:
-        super().__init__(instance)
-        self.instance, self.log, self.colony = instance, workers.log, colony
+        super().__init__(instance, workers.log)
+        self.instance, self.colony = instance, colony
 
-    def figures(self) -> tuple[WorkerFigures, ...]:
-        """Return the figures of the workers."""
-        return self.log.figures()
-
-    def shown_pheromone(self) -> Pheromone | None:
-        """Return the share of the ants on each edge."""
-        return None if self.colony is None else of_tours(self.instance, self.colony.tours)
+    def parts(self, best: Best) -> dict[str, Any]:
+        """Return the figures of the workers, and the ants on each edge."""
+        shown = None if self.colony is None else of_tours(self.instance, self.colony.tours)
+        return super().parts(best) | {"pheromone": shown}
 
 
 def build_tours(instance: Instance, founders: Founders, stop: Stop | None = None) -> Share:

@@ -21,6 +21,7 @@ from leafcut.kernels.route import BLOCK, RING, TWISTED, Lists, Route, Rules
 from leafcut.model.problem import RoutingProblem
 from leafcut.order.instance import (
     PER_QUADRANT,
+    Instance,
     candidate_lists,
     cluster_places,
     cost_model,
@@ -130,6 +131,10 @@ class DirectedInstance:
         """Return travel and service along a path int32[n], added up edge by edge."""
         travels = costs_of_edges(self.cost, leave[node], enter[np.roll(node, -1)])
         return float(travels.sum()) + float(self.rules.service[enter].sum())
+
+
+#: A problem in the arrays of one of the two move sets. Both have `problem`, `n`, `service`, `exact`, `path`, `places`.
+AnyInstance = Instance | DirectedInstance
 
 
 def refuse_places_of_a_table(problem: RoutingProblem) -> None:

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -193,41 +192,6 @@ def _list_cheapest_of_table(
     kept = place < size
     candidates[row[kept], place[kept]] = column[order[kept]]
     lengths[row[kept], place[kept]] = value[order[kept]]
-
-
-class AnyInstance(Protocol):
-    """A problem in the arrays of one of the two move sets: symmetric places, or choices with direction and precedence.
-
-    Its tours are arrays int32; `n` is the number of nodes, ends included.
-    """
-
-    @property
-    def problem(self) -> RoutingProblem:
-        """Return the problem."""
-        ...
-
-    @property
-    def n(self) -> int:
-        """Return the number of nodes."""
-        ...
-
-    @property
-    def service(self) -> float:
-        """Return the cost of each path that lengths of tours leave out."""
-        ...
-
-    @property
-    def exact(self) -> bool:
-        """Return whether the length of a tour is the cost of its path, apart from `service`."""
-        ...
-
-    def path(self, tour: NDArray[np.int32]) -> NDArray[np.int32]:
-        """Return the clusters int32[clusters] in the order of a tour."""
-        ...
-
-    def places(self, tour: NDArray[np.int32]) -> NDArray[np.float64]:
-        """Return the places along a tour, float64[m, 2], with the ends of the problem."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,6 +13,7 @@ import math
 import os
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import numpy as np
 
@@ -233,14 +234,14 @@ def _turns(n: int) -> Iterator[tuple[float, int]]:
 class _PathView(SearchView):
     """The path searches of a run, as observers see them."""
 
-    def __init__(self, instance: DirectedInstance, searches: list[PathSearch], best: Best) -> None:
+    def __init__(self, instance: DirectedInstance, searches: list[PathSearch]) -> None:
         super().__init__(instance)
-        self.searches, self.best = searches, best
+        self.searches = searches
 
-    def figures(self) -> tuple[WorkerFigures, ...]:
+    def parts(self, best: Best) -> dict[str, Any]:
         """Return the figures of each search."""
-        seconds = self.best.stop.elapsed()
-        return tuple(WorkerFigures(s.number, s.kicks, seconds, s.shortest) for s in self.searches)
+        seconds = best.stop.elapsed()
+        return {"workers": tuple(WorkerFigures(s.number, s.kicks, seconds, s.shortest) for s in self.searches)}
 
 
 def run_paths(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult:
@@ -258,7 +259,7 @@ def run_paths(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult:
     searches = [
         PathSearch(instance, options.seed, best, number, layers, alone=threads == 1) for number in range(threads)
     ]
-    best.view = view = _PathView(instance, searches, best)
+    best.view = view = _PathView(instance, searches)
 
     def work() -> int:
         greedy = greedy_path(instance)
@@ -275,7 +276,7 @@ def run_paths(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult:
                 raise
 
     iterations = until_interrupted(work, best)
-    return SearchResult(best.tour, iterations, view.figures())
+    return SearchResult(best.tour, iterations, view.parts(best)["workers"])
 
 
 def offer_path_of_ants(

@@ -59,7 +59,7 @@ def run_ants(instance: Instance | DirectedInstance, run: AlgorithmRun) -> Search
             )
             ants = _ants_of(run.aco.parallel)(moves, trails, options.seed, stop, executor, threads)
         iterations = search(ants, best)
-        return SearchResult(moves.result(best.tour), iterations, ants.figures())
+        return SearchResult(moves.result(best.tour), iterations, ants.log.figures())
 
 
 def _ants_of(parallel: str) -> type[Ants]:

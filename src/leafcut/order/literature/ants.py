@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import math
 from concurrent.futures import Executor
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.geometry.arrays import Ints, Points
-from leafcut.model.snapshot import Pheromone, SearchStep
-from leafcut.model.solution import WorkerFigures
+from leafcut.geometry.arrays import Ints
 from leafcut.order.best import Best
 from leafcut.order.construction import random_words
-from leafcut.order.directed import DirectedInstance
-from leafcut.order.instance import Instance
+from leafcut.order.directed import AnyInstance, DirectedInstance
 from leafcut.order.literature.ant_system import AntSystem, ElitistAntSystem, RankBasedAntSystem
 from leafcut.order.literature.choices import Choices
 from leafcut.order.literature.colony_system import AntColonySystem
@@ -36,7 +34,7 @@ TRAILS: dict[str, type[Trails]] = {
 }
 
 
-def move_set(instance: Instance | DirectedInstance, local_search: bool, workers: int = 1) -> MoveSet:
+def move_set(instance: AnyInstance, local_search: bool, workers: int = 1) -> MoveSet:
     """Return the moves for an instance."""
     if isinstance(instance, DirectedInstance):
         return Choices(instance, local_search)
@@ -55,8 +53,8 @@ class AntColony(Population):
     """Ants with their trails; without trails, the workers have trails of their own."""
 
     def __init__(self, moves: MoveSet, trails: Trails | None, ants: int, workers: int) -> None:
-        super().__init__(moves.instance)
-        self.moves, self.trails, self.log = moves, trails, WorkerLog.of(workers)
+        super().__init__(moves.instance, WorkerLog.of(workers))
+        self.moves, self.trails = moves, trails
         self.tours = np.zeros((ants, moves.instance.n), dtype=np.int32)
         self.costs = np.full(ants, math.inf)
 
@@ -65,21 +63,14 @@ class AntColony(Population):
         if self.trails is not None:
             self.trails.reinforce(iteration, tours, costs, best)
 
-    def path(self, tour: Ints) -> Points:
-        """Return the places along a tour."""
-        return self.moves.path(tour)
+    def result(self, tour: Ints) -> Ints:
+        """Return a tour in the terms of the instance."""
+        return self.moves.result(tour)
 
-    def figures(self) -> tuple[WorkerFigures, ...]:
-        """Return the figures of the workers."""
-        return self.log.figures()
-
-    def shown_pheromone(self) -> Pheromone | None:
-        """Return the pheromone on edges between places."""
-        return None if self.trails is None else self.moves.pheromone(self.trails)
-
-    def step(self, best: Best) -> SearchStep | None:
-        """Return the last iteration in the numbers of the formulas."""
-        return None if self.trails is None else self.trails.step(best, self.moves.example(self.trails))
+    def parts(self, best: Best) -> dict[str, Any]:
+        """Return the figures of the workers, the pheromone and the last step."""
+        shown = {} if self.trails is None else self.moves.parts(self.trails, best)
+        return super().parts(best) | shown
 
     def branching(self) -> float | None:
         """Return the mean λ-branching factor."""

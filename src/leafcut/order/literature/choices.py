@@ -6,15 +6,16 @@ nodes. With local search the exchanges of `order.path_search` then improve the p
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.geometry.arrays import Ints, Points
+from leafcut.geometry.arrays import Ints
 from leafcut.kernels.layers import Clusters
 from leafcut.kernels.ordering import choose_all, lay_order
 from leafcut.kernels.route import Route, begin_bias
 from leafcut.kernels.sequential import improve_route
-from leafcut.model.snapshot import NextPlace, Pheromone
 from leafcut.order.annealing import layers_of
 from leafcut.order.best import Best
 from leafcut.order.directed import BREADTH, LEAST, LOOKS, DirectedInstance, greedy_path, route_of
@@ -114,17 +115,10 @@ class Choices:
         self.length(order)
         return self.nodes()
 
-    def path(self, order: Ints) -> Points:
-        """Return the places along the best path of an order."""
-        return self.instance.places(self.result(order))
-
-    def pheromone(self, trails: Trails) -> Pheromone:
-        """Return the pheromone between clusters."""
+    def parts(self, trails: Trails, best: Best) -> dict[str, Any]:
+        """Return the pheromone and the last step for observers; there is no example, since moves have a direction."""
         problem = self.instance.problem
         m = problem.n_clusters
         owner = np.arange(m, dtype=np.int32)
-        return on_lists(cluster_places(problem), owner, trails.lists[:m], trails.pheromone[:m])
-
-    def example(self, trails: Trails) -> tuple[int, tuple[NextPlace, ...]]:
-        """Return no example: moves have a direction."""
-        return 0, ()
+        pheromone = on_lists(cluster_places(problem), owner, trails.lists[:m], trails.pheromone[:m])
+        return {"pheromone": pheromone, "step": trails.step(best)}

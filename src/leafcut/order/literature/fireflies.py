@@ -35,7 +35,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import SolveError
-from leafcut.geometry.arrays import Ints, Points
+from leafcut.geometry.arrays import Ints
 from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.firefly import edges_apart, fly, fly_and_mend
 from leafcut.kernels.lin_kernighan import Tour
@@ -238,10 +238,6 @@ class ChoiceFireflies(Swarm):
         """Return the problem's nodes of an order."""
         return self.moves.result(tour)
 
-    def path(self, tour: Ints) -> Points:
-        """Return the places along the best path of an order."""
-        return self.moves.path(tour)
-
 
 def check_fireflies(_: str, __: AcoOptions, firefly: FireflyOptions, choices: bool) -> None:
     """Refuse the published variants for paths with choices.
@@ -276,4 +272,4 @@ def run_fireflies(instance: Instance | DirectedInstance, run: AlgorithmRun) -> S
         if best.cost <= 0.0:
             return SearchResult(swarm.result(best.tour))  # all nodes in one place: nothing to gain
         iterations = search(swarm, best)
-    return SearchResult(swarm.result(best.tour), iterations, swarm.figures())
+    return SearchResult(swarm.result(best.tour), iterations, swarm.log.figures())

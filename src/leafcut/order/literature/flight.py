@@ -5,17 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Ints
 from leafcut.model.snapshot import SearchStep
-from leafcut.model.solution import WorkerFigures
 from leafcut.options import FireflyOptions, SolveOptions
 from leafcut.order.best import Best
 from leafcut.order.construction import greedy
-from leafcut.order.instance import AnyInstance, Instance
+from leafcut.order.directed import AnyInstance
+from leafcut.order.instance import Instance
 from leafcut.order.observing import brightness_of
 from leafcut.order.search import Population
 from leafcut.order.stop import Stop
@@ -113,9 +114,9 @@ class Swarm(Population):
     """Fireflies: their parameters and lengths, and how observers see them."""
 
     def __init__(self, instance: AnyInstance, flight: Flight, options: SolveOptions, workers: int = 1) -> None:
-        super().__init__(instance)
+        super().__init__(instance, WorkerLog.of(workers))
         self.flight, self.seed, self.mended = flight, options.seed, options.local_search
-        self.size, self.log = instance.n, WorkerLog.of(workers)
+        self.size = instance.n
         self.lengths = np.full(flight.fireflies, math.inf)
         #: Share of the search that had passed at the last move.
         self.done = 0.0
@@ -126,10 +127,6 @@ class Swarm(Population):
 
     def start(self, best: Best) -> None:
         """Offer the first tour if its cost is known."""
-
-    def result(self, tour: Ints) -> Ints:
-        """Return the best tour in the terms of the instance."""
-        return tour
 
     def apart(self, one: int, other: int) -> int:
         """Return the number of edges of a firefly that another one does not have."""
@@ -146,13 +143,9 @@ class Swarm(Population):
         )
         return self.moves_of(attraction), longest
 
-    def figures(self) -> tuple[WorkerFigures, ...]:
-        """Return the figures of the workers."""
-        return self.log.figures()
-
-    def brightness(self) -> NDArray[np.float64]:
-        """Return 1 / length of each firefly."""
-        return brightness_of(self.lengths)
+    def parts(self, best: Best) -> dict[str, Any]:
+        """Return the figures of the workers, the brightness and the next step."""
+        return super().parts(best) | {"brightness": brightness_of(self.lengths), "step": self.step(best)}
 
     def step(self, best: Best) -> SearchStep | None:
         """Return the next flight of the darkest firefly: the distance of its target, and its moves."""

@@ -186,8 +186,8 @@ class Trails:
         """Return the mean λ-branching factor."""
         return float(trails.branching(self.lists, self.pheromone, BRANCHING_SHARE))
 
-    def step(self, best: Best, example: tuple[int, tuple[NextPlace, ...]]) -> SearchStep:
-        """Return the last iteration in the numbers of the formulas; the example is a place and its next places."""
+    def step(self, best: Best, here: int = 0, choices: tuple[NextPlace, ...] = ()) -> SearchStep:
+        """Return the last iteration in the numbers of the formulas; an example has a place and its next places."""
         p = self.parameters
         values = {
             "alpha": p.alpha, "beta": p.beta, "rho": p.rate, "m": p.ants, "tau_0": self.initial,
@@ -195,7 +195,7 @@ class Trails:
         }  # fmt: skip
         if self.iteration_best < math.inf:
             values["c_iteration"] = self.iteration_best
-        return SearchStep(p.algorithm, values | self.constants(), self.depositor, *example)
+        return SearchStep(p.algorithm, values | self.constants(), self.depositor, here, choices)
 
 
 def _random_shares(lists: Ints, one_way: bool, seed: int) -> NDArray[np.float64]:

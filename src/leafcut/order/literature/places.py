@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.geometry.arrays import Ints, Points
+from leafcut.geometry.arrays import Ints
 from leafcut.kernels.construct import Decay, WeightedEdges, construct_tour, construct_tour_with_decay
 from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.local_search import improve, queue_all
 from leafcut.kernels.pheromone import fill_nearness
-from leafcut.model.snapshot import NextPlace, Pheromone
+from leafcut.model.snapshot import NextPlace
 from leafcut.order.best import Best
 from leafcut.order.construction import nearest_neighbour, none_visited
 from leafcut.order.instance import Instance
@@ -116,15 +117,12 @@ class Places:
         """Return the tour in the terms of the instance."""
         return tour
 
-    def path(self, tour: Ints) -> Points:
-        """Return the places along a tour."""
-        return self.instance.places(tour)
+    def parts(self, trails: Trails, best: Best) -> dict[str, Any]:
+        """Return the pheromone and the last step for observers."""
+        pheromone = on_candidates(self.instance, trails.lists, trails.pheromone)
+        return {"pheromone": pheromone, "step": trails.step(best, *self._example(trails))}
 
-    def pheromone(self, trails: Trails) -> Pheromone:
-        """Return the pheromone on edges between places."""
-        return on_candidates(self.instance, trails.lists, trails.pheromone)
-
-    def example(self, trails: Trails) -> tuple[int, tuple[NextPlace, ...]]:
+    def _example(self, trails: Trails) -> tuple[int, tuple[NextPlace, ...]]:
         """Return the number of the first place, and the most probable next places of an ant that starts there."""
         instance = self.instance
         here = int(np.flatnonzero(instance.label == 0)[0])
