@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats, Ints
 from leafcut.model.problem import RoutingProblem
-from leafcut.order.instance import cost_model, costs_of_edges, path_cost
+from leafcut.order.instance import MoveCosts, path_cost
 from leafcut.order.precedence import keeps
 
 #: Up to this many clusters all orders are compared: local search needs five nodes.
@@ -48,57 +48,32 @@ def choose_nodes(problem: RoutingProblem, order: NDArray[np.int32]) -> Ints:
     # A closed tour: one path per node of the first cluster, which is chosen to be small, closed by hand.
     first = int(np.argmin([len(layer) for layer in layers])) if problem.closed else 0
     layers = layers[first:] + layers[:first]
-    return np.roll(_Layers(problem, layers).cheapest(), first)
+    return np.roll(_cheapest_through(problem, layers), first)
 
 
-class _Layers:
-    """The network of an order: a layer of nodes per cluster, and what the ways between neighbouring layers cost."""
+def _cheapest_through(problem: RoutingProblem, layers: list[Ints]) -> Ints:
+    """Return the nodes of the cheapest path through a layer of nodes for each cluster, int32[layers]."""
+    moves, first, last = MoveCosts(problem), layers[0], layers[-1]
+    arrival = problem.service[first].astype(np.float64)
 
-    def __init__(self, problem: RoutingProblem, layers: list[Ints]) -> None:
-        n = problem.n_nodes
-        self.problem, self.layers = problem, layers
-        ends = [p if p is not None else (0.0, 0.0) for p in (problem.start, problem.end)]
-        explicit = problem.metric.name == "EXPLICIT"
-        self.exits = 0 if explicit else n
-        self.cost = cost_model(problem.metric, np.concatenate([problem.entry, problem.exit, np.array(ends)]))
-        self.start, self.end = np.array([2 * n], dtype=np.int32), np.array([2 * n + 1], dtype=np.int32)
-
-    def cheapest(self) -> Ints:
-        """Return the nodes of the cheapest path through all layers, int32[layers]."""
-        first, last, problem = self.layers[0], self.layers[-1], self.problem
-        arrival = problem.service[first].astype(np.float64)
-        if problem.closed:
-            paths = [
-                self._through(np.where(first == node, arrival, np.inf), self._legs(last, node[None])) for node in first
-            ]
-            return min(paths, key=lambda path: path[0])[1]
-        if problem.start is not None:
-            arrival += self._ways(self.start, first)[0]
-        home = (
-            self._ways(last + np.int32(self.exits), self.end) if problem.end is not None else np.zeros((len(last), 1))
-        )
-        return self._through(arrival, home)[1]
-
-    def _through(self, arrival: Floats, home: Floats) -> tuple[float, Ints]:
-        """Return the cheapest path and its cost, from what it costs to have worked each node of the first layer."""
+    def through(arrival: Floats, home: Floats) -> tuple[float, Ints]:
+        """Return the cheapest path and its cost, given the costs until each node of the first layer is done."""
         came_from = []
-        for before, layer in itertools.pairwise(self.layers):
-            total = arrival[:, None] + self._legs(before, layer)
+        for before, layer in itertools.pairwise(layers):
+            total = arrival[:, None] + moves.between(before, layer)
             came_from.append(np.argmin(total, axis=0))
-            arrival = total.min(axis=0) + self.problem.service[layer]
-        total = arrival + home[:, 0]
+            arrival = total.min(axis=0) + problem.service[layer]
+        total = arrival + home
         at = [int(np.argmin(total))]
         for links in reversed(came_from):
             at.append(int(links[at[-1]]))
-        nodes = [layer[i] for layer, i in zip(self.layers, reversed(at), strict=True)]
+        nodes = [layer[i] for layer, i in zip(layers, reversed(at), strict=True)]
         return float(total.min()), np.array(nodes, dtype=np.int32)
 
-    def _legs(self, before: Ints, layer: Ints) -> Floats:
-        return self._ways(before + np.int32(self.exits), layer)
-
-    def _ways(self, leave: Ints, arrive: Ints) -> Floats:
-        costs = costs_of_edges(self.cost, np.repeat(leave, len(arrive)), np.tile(arrive, len(leave)))
-        return costs.reshape(len(leave), len(arrive))
+    if not problem.closed:
+        return through(arrival + moves.from_start(first), moves.to_end(last))[1]
+    paths = [through(np.where(first == node, arrival, np.inf), moves.between(last, node[None])[:, 0]) for node in first]
+    return min(paths, key=lambda path: path[0])[1]
 
 
 def within_reach(problem: RoutingProblem) -> bool:
@@ -129,30 +104,23 @@ def best_nodes(problem: RoutingProblem, pairs: Ints) -> Ints:
 
 
 class _Table:
-    """What the ways cost, and what must come before what.
+    """Costs and precedence.
 
     Attributes
     ----------
     ways
-        float64[nodes, nodes]: from the exit of one to the entry of the other.
+        float64[nodes, nodes]: costs from the exit of one node to the entry of another.
     begun, home
-        float64[nodes]: to have worked a node first, and to go to the end from it, on an open path.
+        float64[nodes]: costs until a node is done first, and from it to the end, on an open path.
     needs
-        int64[clusters]: a bit for every cluster that must come before.
+        int64[clusters]: a bit for every predecessor.
     """
 
     def __init__(self, problem: RoutingProblem, pairs: Ints) -> None:
         self.problem, n, m = problem, problem.n_nodes, problem.n_clusters
-        ends = [p if p is not None else (0.0, 0.0) for p in (problem.start, problem.end)]
-        cost = cost_model(problem.metric, np.concatenate([problem.entry, problem.exit, np.array(ends)]))
-        node = np.arange(n, dtype=np.int32)
-        leave = node if problem.metric.name == "EXPLICIT" else node + np.int32(n)
-        self.ways: Floats = costs_of_edges(cost, np.repeat(leave, n), np.tile(node, n)).reshape(n, n)
-        self.begun, self.home = problem.service.astype(np.float64), np.zeros(n)
-        if not problem.closed and problem.start is not None:
-            self.begun = self.begun + costs_of_edges(cost, np.full(n, 2 * n, dtype=np.int32), node)
-        if not problem.closed and problem.end is not None:
-            self.home = costs_of_edges(cost, leave, np.full(n, 2 * n + 1, dtype=np.int32))
+        moves, node = MoveCosts(problem), np.arange(n, dtype=np.int32)
+        self.ways = moves.between(node, node)
+        self.begun, self.home = problem.service + moves.from_start(node), moves.to_end(node)
         self.needs = np.zeros(m, dtype=np.int64)
         np.bitwise_or.at(self.needs, pairs[:, 1], np.int64(1) << pairs[:, 0].astype(np.int64))
         sets = np.arange(1 << m, dtype=np.int64)

@@ -373,21 +373,44 @@ def cluster_places(problem: RoutingProblem) -> NDArray[np.float64]:
     return np.stack(columns, axis=1)
 
 
+class MoveCosts:
+    """Costs of moves between the nodes of a problem, and from and to its given ends."""
+
+    def __init__(self, problem: RoutingProblem) -> None:
+        n, self.problem = problem.n_nodes, problem
+        ends = [(0.0, 0.0) if p is None or problem.closed else p for p in (problem.start, problem.end)]
+        self.has_start, self.has_end = (not problem.closed and p is not None for p in (problem.start, problem.end))
+        self._exits = np.int32(0 if problem.metric.name == "EXPLICIT" else n)
+        self._start, self._end = np.int32(2 * n), np.int32(2 * n + 1)
+        self._cost = cost_model(problem.metric, np.concatenate([problem.entry, problem.exit, np.array(ends)]))
+
+    def between(self, leave: NDArray[np.int32], arrive: NDArray[np.int32]) -> NDArray[np.float64]:
+        """Return the costs from each node of one array to each node of another, float64[m, k]."""
+        pairs = np.repeat(leave, len(arrive)) + self._exits, np.tile(arrive, len(leave))
+        return costs_of_edges(self._cost, *pairs).reshape(len(leave), len(arrive))
+
+    def from_start(self, nodes: NDArray[np.int32]) -> NDArray[np.float64]:
+        """Return the costs from the start to each node; zero without a start."""
+        if not self.has_start:
+            return np.zeros(len(nodes))
+        return costs_of_edges(self._cost, np.full(len(nodes), self._start), nodes)
+
+    def to_end(self, nodes: NDArray[np.int32]) -> NDArray[np.float64]:
+        """Return the costs from each node to the end; zero without an end."""
+        if not self.has_end:
+            return np.zeros(len(nodes))
+        return costs_of_edges(self._cost, nodes + self._exits, np.full(len(nodes), self._end))
+
+    def along(self, nodes: NDArray[np.int32]) -> NDArray[np.float64]:
+        """Return the costs of the moves along a path, given ends included."""
+        arrive = np.roll(nodes, -1) if self.problem.closed else nodes[1:]
+        moves = costs_of_edges(self._cost, nodes[: len(arrive)] + self._exits, arrive)
+        first = self.from_start(nodes[:1]) if self.has_start else moves[:0]
+        last = self.to_end(nodes[-1:]) if self.has_end else moves[:0]
+        return np.concatenate([first, moves, last])
+
+
 def path_cost(problem: RoutingProblem, nodes: NDArray[np.int32]) -> float:
     """Return travel and service along `nodes`, added up edge by edge, ends included."""
-    n = problem.n_nodes
-    given = [problem.start if not problem.closed else None, problem.end if not problem.closed else None]
-    if problem.metric.name == "EXPLICIT":
-        xy, exits = problem.entry, nodes
-    else:
-        ends = np.array([p if p is not None else (0.0, 0.0) for p in given])
-        xy, exits = np.concatenate([problem.entry, problem.exit, ends]), nodes + n
-    leave = np.concatenate([[2 * n] if given[0] is not None else [], exits]).astype(np.int32)
-    arrive = np.concatenate([nodes, [2 * n + 1] if given[1] is not None else []]).astype(np.int32)
-    if problem.closed:
-        arrive = np.roll(arrive, -1)
-    elif given[0] is None:
-        arrive = arrive[1:]
-    legs = min(len(leave), len(arrive))
-    travels = costs_of_edges(cost_model(problem.metric, xy), leave[:legs], arrive[:legs])
-    return float(problem.service[nodes].sum()) + float(travels.sum())
+    nodes = np.asarray(nodes, dtype=np.int32)
+    return float(problem.service[nodes].sum()) + float(MoveCosts(problem).along(nodes).sum())
