@@ -1,8 +1,8 @@
-"""An ant that forgets pieces of its path and finds new places for them, cooling down: the friendly side of its kernel.
+"""Simulated annealing of a path: remove some clusters and insert each at its cheapest place.
 
-Where few clusters of many nodes must come before others, exchanges along candidate lists do not reach every good path.
-Forgetting some clusters, putting each back at the cheapest place of all and choosing the nodes there by dynamic
-programming does; it costs a look at the whole path each time, so it is for paths of few clusters.
+If few clusters of many nodes must come before others, exchanges along candidate lists do not reach every good path.
+Removal and insertion do, with the nodes chosen by dynamic programming. A step examines the whole path, so the method is
+for paths of few clusters.
 """
 
 from __future__ import annotations
@@ -20,23 +20,23 @@ from leafcut.kernels.layers import Clusters, fill_table
 from leafcut.order.directed import FEW_CLUSTERS, FEW_NODES, DirectedInstance
 from leafcut.order.precedence import followers, rows
 
-#: How much longer a step may make the path, in mean ways between clusters: at the beginning, by turns, and at the end.
+#: Maximum growth of the path by a step, in mean moves between clusters: at the start, alternating, and at the end.
 HOT, COLD = (3.0, 1.0), 0.02
 
-#: Clusters near each one that are forgotten with it.
+#: Maximum number of near clusters that are removed together with a cluster.
 NEAR = 40
 
-#: Steps between two looks at the clock.
+#: Steps between two checks of the clock.
 STEPS = 200
 
 
 def is_small(instance: DirectedInstance) -> bool:
-    """Return whether a problem is small enough for this."""
+    """Return whether a problem is small enough for annealing."""
     return instance.n <= FEW_CLUSTERS and len(instance.rules.way) <= FEW_NODES
 
 
 def layers_of(instance: DirectedInstance) -> Clusters:
-    """Return the clusters and the costs of all ways between their nodes; the anchor is the last cluster and node."""
+    """Return the clusters and the costs of all moves between their nodes; the anchor is the last cluster and node."""
     rules, n = instance.rules, instance.n
     begin, enter = rules.way_begin.copy(), rules.way
     leave = enter + np.int32(rules.beyond[0])
@@ -56,10 +56,10 @@ def layers_of(instance: DirectedInstance) -> Clusters:
 
 
 class Forgetting:
-    """The walk of the ant: from a path to the best one of a whole cooling down."""
+    """The annealing of one path, with its buffers."""
 
     def __init__(self, instance: DirectedInstance, words: NDArray[np.uint64], layers: Clusters | None = None) -> None:
-        """Begin with a random word uint64[1]; `layers` are those of the instance, where they are there already."""
+        """Prepare with a random word uint64[1]; `layers` are the layers of the instance if they exist already."""
         self.instance, self.words, self.layers = instance, words, layers or layers_of(instance)
         self.turn = 0
         m, widest = instance.n, int(np.diff(self.layers.begin).max())
@@ -72,9 +72,10 @@ class Forgetting:
         self.number[instance.rules.way] = np.arange(len(instance.rules.way), dtype=np.int32)
 
     def cool_down(self, nodes: Ints, mean: float, steps: int, least: float, go_on: Callable[[int], bool]) -> Ints:
-        """Return the best path, as the problem's nodes int32[clusters], of so many steps from a given one.
+        """Return the best path, as the problem's nodes int32[clusters], of a number of steps from a given path.
 
-        `mean` is the cost of a mean way; `go_on` is told how many steps were made, and says whether there is time.
+        `mean` is the mean cost of a move. `go_on` is called with the number of steps since its last call, and returns
+        whether to continue.
         """
         walk, instance = self.walk, self.instance
         path = self.number[nodes]

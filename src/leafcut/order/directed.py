@@ -1,7 +1,7 @@
 """`DirectedInstance`: a routing problem in the arrays of the kernels for choices, directions and precedence.
 
-Clusters are nodes of the path, in the problem's numbers. An open path has one more, the last: its anchor. Leaving it
-costs what the way from the start does, coming back to it what the way to the end does; nothing where that is free.
+Clusters are nodes of the path, in the problem's numbers. An open path has an additional last node, its anchor. The move
+from the anchor costs as much as from the start, and the move to it as much as to the end; zero for a free start or end.
 """
 
 from __future__ import annotations
@@ -33,11 +33,10 @@ from leafcut.order.instance import (
 )
 from leafcut.order.precedence import CLOSURE_LIMIT, checked_pairs, consequences, rows
 
-#: Up to this many nodes of clusters with several, the costs of all pairs are looked at for candidates: n² memory.
+#: Maximum number of nodes for candidates by the costs of all pairs, if clusters have several nodes: n² memory.
 DENSE_LIMIT = 3000
 
-#: Up to so many clusters, the anchor included, and nodes in all, searches may look at all of them again and again and
-#: keep the costs of all ways, which is n² memory.
+#: Maximum number of clusters, with the anchor, and of nodes for searches that store the costs of all moves: n² memory.
 FEW_CLUSTERS, FEW_NODES = 500, 2500
 
 #: Number of candidates that are tried for the first and for the second new edge of an exchange. Measured on contours
@@ -50,30 +49,30 @@ LEAST = 1e-8
 #: Exchanges between two checks of the clock: some ten milliseconds.
 LOOKS = 5000
 
-#: Nodes int32[n, k], cheapest first, and what they cost float64[n, k].
+#: Nodes int32[n, k], cheapest first, and their costs float64[n, k].
 Listed = tuple[Ints, NDArray[np.float64]]
 
 
 @dataclass(frozen=True, eq=False)
 class DirectedInstance:
-    """One path to be found.
+    """A search for one path.
 
     Attributes
     ----------
     problem
-        What it was made of.
+        The problem.
     pairs
-        int32[k, 2]: the precedence, without pairs that follow from others.
+        int32[k, 2]: the precedence without implied pairs.
     cost
         Over the entries of the problem's nodes, their exits if any differs, and the ends.
     rules
-        What the kernels keep to.
+        Precedence, nodes of clusters and candidates for the kernels.
     enter, leave
-        int32[n]: a row of `cost` for every node, by its first way.
+        int32[n]: a row of `cost` for every cluster, by its first node.
     twisted
-        Some way does not cost the same both ways.
+        Some costs differ by direction.
     anchored
-        There is an anchor, the last node.
+        The last node is an anchor.
     """
 
     problem: RoutingProblem
@@ -112,9 +111,9 @@ class DirectedInstance:
         return with_ends(self.problem, entry if same else np.stack([entry, leave], axis=1).reshape(-1, 2))
 
     def nodes(self, node: Ints, enter: Ints) -> Ints:
-        """Return the problem's nodes int32[clusters] in the order of a path int32[n], by the way each is entered.
+        """Return the problem's nodes int32[clusters] in the order of a path int32[n], by the entries of its clusters.
 
-        A closed path that may begin anywhere begins with cluster 0.
+        A closed path without precedence starts with cluster 0.
         """
         order = node[1:] if self.anchored else node
         if not self.anchored and not len(self.pairs):
@@ -138,7 +137,7 @@ AnyInstance = Instance | DirectedInstance
 
 
 def refuse_places_of_a_table(problem: RoutingProblem) -> None:
-    """Refuse a start or an end where costs are in a table.
+    """Refuse a start or an end for a table of costs.
 
     Raises
     ------
@@ -151,12 +150,12 @@ def refuse_places_of_a_table(problem: RoutingProblem) -> None:
 
 
 def build_directed(problem: RoutingProblem, k: int) -> DirectedInstance:
-    """Return the path that stands for `problem`, with lists of k candidates.
+    """Return the instance of `problem`, with lists of k candidates.
 
     Raises
     ------
     SolveError
-        The precedence cannot be kept, or the problem has a table of costs and a start or an end besides.
+        The precedence cannot be kept, or the problem has both a table of costs and a start or an end.
     """
     m, twisted = problem.n_clusters, is_directed(problem)
     pairs, barred = checked_pairs(problem), None
@@ -227,15 +226,14 @@ def greedy_path(instance: DirectedInstance) -> Route:
 
 
 def least_costs(problem: RoutingProblem, late: Callable[[], bool] = lambda: False) -> NDArray[np.float64] | None:
-    """Return what the way from each cluster to each other costs at least, whichever of their nodes it joins.
+    """Return the least cost of a move from each cluster to each other, over all their nodes, float64[n, n].
 
-    float64[n, n]; an open path has a row and a column more, the last: its anchor. Precedence is not looked at. Asked
-    before each row whether it is `late`: then None.
+    The last row and column of an open path are its anchor. Precedence is ignored. None if it is `late` before a row.
 
     Raises
     ------
     SolveError
-        The problem has a table of costs and a start or an end besides.
+        The problem has both a table of costs and a start or an end.
     """
     cost, ends, beyond = _cost(problem, is_directed(problem))
     way, begin = _ways(problem)
@@ -252,7 +250,7 @@ def least_costs(problem: RoutingProblem, late: Callable[[], bool] = lambda: Fals
 
 
 def _cost(problem: RoutingProblem, twisted: bool) -> tuple[CostModel, tuple[np.int32, np.int32] | None, int]:
-    """Return the costs over entries, exits and ends, the rows of start and end unless closed, how far exits lie on."""
+    """Return the costs over entries, exits and ends, the rows of the ends unless closed, and the offset of exits."""
     explicit = problem.metric.name == "EXPLICIT"
     beyond = problem.n_nodes if twisted and not explicit else 0
     places = np.concatenate([problem.entry, problem.exit]) if beyond else problem.entry
@@ -272,7 +270,7 @@ def _cost(problem: RoutingProblem, twisted: bool) -> tuple[CostModel, tuple[np.i
 
 
 def _ways(problem: RoutingProblem) -> tuple[Ints, Ints]:
-    """Return the nodes by cluster, int32[nodes], and where each cluster begins in them, int32[clusters + 1]."""
+    """Return the nodes by cluster, int32[nodes], and the first index of each cluster, int32[clusters + 1]."""
     way = np.argsort(problem.cluster, kind="stable").astype(np.int32)
     begin = np.searchsorted(problem.cluster[way], np.arange(problem.n_clusters + 1))
     return way, begin.astype(np.int32)
@@ -281,7 +279,7 @@ def _ways(problem: RoutingProblem) -> tuple[Ints, Ints]:
 def _candidates(
     problem: RoutingProblem, cost: CostModel, way: Ints, begin: Ints, beyond: int, k: int
 ) -> tuple[Listed, Listed]:
-    """Return, for every cluster, those that are cheap to go to, and those from which it is cheap to come."""
+    """Return the cheapest successors and the cheapest predecessors of every cluster."""
     m, nodes = len(begin) - 1, len(way)
     k = min(k, m - 1)
     if problem.metric.name == "EXPLICIT" or m < nodes <= DENSE_LIMIT:
@@ -313,7 +311,7 @@ def _cheapest(grid: NDArray[np.float64], k: int) -> Listed:
 
 
 def _nearest(cost: CostModel, query: Ints, goal: Ints, k: int) -> Listed:
-    """Return, for every row in `query`, the numbers of those in `goal` that are near; its own among them, maybe."""
+    """Return near numbers in `goal` for every row in `query`; they may contain its own."""
     tree, label = plant_tree(cost.xy[goal])
     tree = tree._replace(
         x=np.append(tree.x, 0.0), y=np.append(tree.y, 0.0), leaf_of=np.append(tree.leaf_of, np.int32(0))
@@ -325,7 +323,7 @@ def _nearest(cost: CostModel, query: Ints, goal: Ints, k: int) -> Listed:
 
 
 def _possible(listed: Listed, pairs: Ints, barred: NDArray[np.bool_] | None, back: bool, k: int) -> Listed:
-    """Return the first k of every list that some path can go to (or come from, if `back`), by what is known of that."""
+    """Return the first k entries of every list that are possible successors (or predecessors, if `back`)."""
     near, costs = listed
     m = len(near)
     own = np.arange(m)[:, None]
@@ -341,16 +339,16 @@ def _possible(listed: Listed, pairs: Ints, barred: NDArray[np.bool_] | None, bac
 
 
 def _cheapest_way(cost: CostModel, ways: Ints, begin: Ints, end: np.int32, barred: Ints) -> NDArray[np.float64]:
-    """Return what travel between each cluster and an end costs at least; infinite for those barred there."""
+    """Return the least cost of travel between each cluster and an end; infinite for barred clusters."""
     costs = np.minimum.reduceat(costs_of_edges(cost, ways, np.full(len(ways), end)), begin[:-1])
     costs[barred] = np.inf
     return costs
 
 
 def _with_anchor(listed: Listed, there: NDArray[np.float64], back: NDArray[np.float64]) -> Listed:
-    """Return lists with the anchor in each, at the cost float64[clusters] of going there, and one for the anchor.
+    """Return the lists with the anchor, at the cost float64[clusters] of the move to it, and a list for the anchor.
 
-    Where it costs nothing to come back from the anchor, any cluster is as good as another: its list is empty.
+    If all moves from the anchor are free, its list is empty.
     """
     near, costs = listed
     m, k = near.shape

@@ -1,4 +1,4 @@
-"""Which cluster comes before which: whether that can be kept, and what it leaves possible."""
+"""Precedence of clusters: validity, implied pairs, and impossible moves."""
 
 from __future__ import annotations
 

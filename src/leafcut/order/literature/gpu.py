@@ -1,9 +1,8 @@
-"""Many ants at once: the tours of an iteration are built on a GPU, one ant to a thread.
+"""Ants on a GPU: the tours of an iteration are constructed there, one ant to a thread.
 
-The code of an ant is that of the CPU: its functions (`kernels.construct.construct_tour` and what it calls) are compiled
-once more, for CUDA. So an ant draws the same random numbers and meets the same edges. The compiler for GPUs may join a
-product and a sum in one rounding, which in the last digit can differ from the CPU's two; with the same seed the same
-GPU gives the same answer.
+The kernel `kernels.construct.construct_tour` and its callees are compiled for CUDA from the source for the CPU, so an
+ant draws the same random numbers and compares the same edges. The GPU may round a product and a sum once instead of
+twice, so the last digit can differ from the CPU. The same seed gives the same answer on the same GPU.
 """
 
 from __future__ import annotations
