@@ -13,14 +13,14 @@ import shapely
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.cutting import Cut, CutData
-from leafcut.model.sheet import Sheet, SheetContour
+from leafcut.model.sheet import Sheet
 from leafcut.options import SolveOptions
 from leafcut.order.solve import solve
 from leafcut.processes.sheet.options import CutOptions
-from leafcut.processes.sheet.plan.chains.chain_cutting import chain_blocks, chain_problem, chains_of, with_chains
-from leafcut.processes.sheet.plan.chains.chain_starts import Chain
+from leafcut.processes.sheet.plan.chains import Chain, chain_blocks, chain_problem, chains_of, with_chains
 from leafcut.processes.sheet.plan.cut_rules import CutRules, resolve_rules
-from leafcut.processes.sheet.plan.cutting import Cutting, bands, prepare_cutting
+from leafcut.processes.sheet.plan.cutting import CutSequence, Cutting, bands, prepare_cutting
+from leafcut.processes.sheet.plan.starts import CutStart
 
 PLASMA = CutData("plasma", "mild_steel", 6.0, 20.0, 1.5, 45.0, 3.8, 0.5, 1.5)
 LASER = CutData("laser_fiber_3kW", "mild_steel", 3.0, 100.0, 0.2, None, 1.0, 0.3, 1.0)
@@ -62,8 +62,8 @@ def sheet_of(
     zones: Sequence[tuple[float, float, float, float]] = (),
 ) -> Sheet:
     """Return a sheet of (path, depth, parent, part), and marks of (path, parent, part)."""
-    contours = [SheetContour(Contour(path), depth, parent, part) for path, depth, parent, part in closed]
-    contours += [SheetContour(Contour(path, kind="mark"), 1, parent, part) for path, parent, part in marks]
+    contours = [Contour(path, depth=depth, parent=parent, part=part) for path, depth, parent, part in closed]
+    contours += [Contour(path, kind="mark", depth=1, parent=parent, part=part) for path, parent, part in marks]
     outline = None if size is None else square(0, 0, size)
     return Sheet("test", tuple(contours), outline, tuple(zones))
 
@@ -112,15 +112,19 @@ def cutting_of(sheet: Sheet, data: CutData = PLASMA, **options: Any) -> Cutting:
     return prepare_cutting(sheet, rules_of(data, **options))
 
 
+def in_order(cutting: Cutting, order: Sequence[CutStart]) -> CutSequence:
+    return CutSequence(cutting, tuple(order))
+
+
 def materials(sheet: Sheet) -> dict[int, Any]:
     """Return every part as a polygon with holes, by its number."""
     found: dict[int, Any] = {}
     for c in sheet.contours:
-        if c.contour.kind == "cut" and c.contour.path.closed and not c.is_hole:
-            found[c.part] = shapely.Polygon(c.contour.path.flattened(FINE))
+        if c.kind == "cut" and c.path.closed and not c.is_hole:
+            found[c.part] = shapely.Polygon(c.path.flattened(FINE))
     for c in sheet.contours:
         if c.is_hole:
-            found[c.part] = found[c.part].difference(shapely.Polygon(c.contour.path.flattened(FINE)))
+            found[c.part] = found[c.part].difference(shapely.Polygon(c.path.flattened(FINE)))
     return found
 
 
@@ -141,7 +145,7 @@ def assert_nothing_is_gouged(sheet: Sheet, cuts: Sequence[Cut], kerf: float) -> 
     parts = materials(sheet)
     zones = [shapely.box(*z) for z in sheet.zones]
     for cut in cuts:
-        if cut.kind != "cut" or not sheet.contours[cut.contours[0]].contour.path.closed:
+        if cut.kind != "cut" or not sheet.contours[cut.contours[0]].path.closed:
             continue
         kerf_area = swept(cut.path, kerf)
         for number, part in parts.items():
@@ -158,9 +162,9 @@ def assert_leads_in_scrap(sheet: Sheet, cuts: Sequence[Cut], kerf: float) -> Non
     }
     for cut in cuts:
         contour = sheet.contours[cut.contours[0]]
-        if cut.kind != "cut" or not contour.contour.path.closed:
+        if cut.kind != "cut" or not contour.path.closed:
             continue
-        inside = shapely.Polygon(contour.contour.path.flattened(FINE))
+        inside = shapely.Polygon(contour.path.flattened(FINE))
         for lead in (lead_in_of(cut), lead_out_of(cut)):
             if lead is None:
                 continue
@@ -194,10 +198,11 @@ def chained(cutting: Cutting, overhead: float = 0.5, rapid: float = 250.0, **opt
     given = CutOptions(chains=True, **options)
     chains: list[Chain] = []
     for block in chain_blocks(cutting, bands(cutting, given)):
-        found = chain_problem(cutting, given, overhead, rapid, block)
+        found = chain_problem(cutting, block, overhead, rapid)
         if found is not None:
-            solution = solve(found.problem, SolveOptions(iterations=30, threads=1, bound=False))
-            chains += chains_of(cutting, found, [int(n) for n in solution.nodes], given, chains)
+            problem, bridges = found
+            solution = solve(problem, SolveOptions(iterations=30, threads=1, bound=False))
+            chains += chains_of(cutting, bridges, [int(n) for n in solution.nodes], chains)
     return with_chains(cutting, chains)
 
 
@@ -213,8 +218,8 @@ def assert_bridges_in_scrap(sheet: Sheet, cuts: Sequence[Cut], kerf: float) -> N
         for (one, other), bridge in zip(itertools.pairwise(cut.contours), bridges_of(cut), strict=True):
             assert not any(bridge.buffer(0.5 * kerf - ROOM).intersects(part) for part in parts.values())
             for k, c in enumerate(sheet.contours):
-                if k not in (one, other) and c.contour.kind == "cut":
-                    edge = shapely.LineString(c.contour.path.flattened(FINE))
+                if k not in (one, other) and c.kind == "cut":
+                    edge = shapely.LineString(c.path.flattened(FINE))
                     assert bridge.distance(edge) >= 1.5 * kerf - ROOM
             for k, another in enumerate(cuts):
                 if k != number:

@@ -9,7 +9,7 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.cutting import Cut, CutChoice, CutData, CutPlan, CutTimes, Lead
 from leafcut.model.saving import from_json, to_json
-from leafcut.model.sheet import Sheet, SheetContour
+from leafcut.model.sheet import Sheet
 
 
 def slow_start() -> Cut:
@@ -24,7 +24,7 @@ def test_the_time_of_a_cut_is_the_sum_over_its_speeds() -> None:
 
 def test_a_plan_is_saved_and_loaded_again() -> None:
     square = Polyline.of_points([(0, 0), (50, 0), (50, 50), (0, 50)], closed=True)
-    sheet = Sheet("plate", (SheetContour(Contour(square), part=1),))
+    sheet = Sheet("plate", (Contour(square, part=1),))
     plan = CutPlan(sheet, CutData("plasma", "mild_steel", 6.0, 23.8, 1.5, amps=45.0), (slow_start(),))
     text = to_json(plan)
     again = from_json(CutPlan, text)

@@ -28,9 +28,7 @@ from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.strategies import WAYS, ClearingStrategy, SearchTime
 from leafcut.processes.settings import collect
 from leafcut.processes.sheet import passes
-from leafcut.processes.sheet.passes import HeadTravel
-from leafcut.processes.sheet.plan import freed_parts
-from leafcut.processes.sheet.plan.cutting import CutSequence
+from leafcut.processes.sheet.plan.cutting import CutSequence, HeadTravel
 
 
 def given_to(works: list[float], takes: Callable[[float], float], limit: float | None) -> list[float | None]:
@@ -193,13 +191,13 @@ def test_freeing_parts_later_ends_with_the_time_of_all_searches(monkeypatch: pyt
     order = Order((CutSequence(nothing, ()),))
     settings = collect({})
     head = HeadTravel(Metric(), 0.0, None, None)
-    work: Any = SimpleNamespace(cutting=nothing, head=head, freed=(), order_fixed=False, planned=None)
+    work: Any = SimpleNamespace(cutting=nothing, head=head, parts=(), order_fixed=False, planned=None)
     plan: Any = SimpleNamespace(work=work, job=Job(settings, machine_of(settings), deadline))
     monkeypatch.setattr(module, "clock", lambda: now[0])
-    monkeypatch.setattr(freed_parts, "cut_free_later", slow)
+    monkeypatch.setattr(passes, "cut_outlines_later", slow)
     monkeypatch.setattr(passes, "motion", lambda *_: before)
     assert passes.detach_later(plan, order) is order
-    assert looks == [True, False]
+    assert looks == [False, True]
     assert deadline.left == 0.0
 
 

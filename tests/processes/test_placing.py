@@ -120,7 +120,7 @@ def test_what_is_read_and_placed_is_what_ezdxf_makes_of_the_drawing(drawing: Pat
         prepare_sheet(part, SheetOptions())
         for part in (placed(read_contours(drawing), placing), read_contours(transformed))
     ]
-    assert np.allclose(*(shapes([c.contour.path for c in sheet.contours]) for sheet in cut))
+    assert np.allclose(*(shapes([c.path for c in sheet.contours]) for sheet in cut))
     assert [c.depth for c in cut[0].contours] == [c.depth for c in cut[1].contours]
     as_pocket = PocketDrawingOptions(outline="pocket")
     pockets = [placed(read_pockets(drawing, None, as_pocket), placing), read_pockets(transformed, None, as_pocket)]

@@ -101,7 +101,7 @@ def other_lines() -> Iterator[tuple[str, Mapping[str, str]]]:
     # Refusals of values in files.
     values = modules("read/machine.py", "read/toml_table.py", "read/tools.py")
     yield "'17' {}", message_lines({"problem": (1,), "refuse": (1,)}, values)
-    plans = modules("read/plan_file.py", "processes/sheet/plan/apply_plan_file.py")
+    plans = modules("read/plan_file.py", "processes/sheet/plan/plan_file.py")
     yield GAP, message_lines({"refuse": (1,)}, plans)
     yield (
         GAP,
@@ -124,8 +124,8 @@ def other_lines() -> Iterator[tuple[str, Mapping[str, str]]]:
     # Issues: places and remarks.
     places = message_lines({"Issue": (2,)}, modules()).items()
     yield GAP, {line: place for line, place in places if "id {}" not in line}
-    yield GAP, message_lines({"_Remark": (1,)}, modules())
-    yield GAP, message_lines({"_Remark": (2,)}, modules())
+    yield GAP, message_lines({"_remark": (1,)}, modules())
+    yield GAP, message_lines({"_remark": (2,)}, modules())
     # Blocks of a program that stay in place, and progress.
     staying = [*program_rows._BARRIERS.values(), *program_rows._CHANGES.values(), find_sections.STAYING]
     yield "stays in its place: {}", dict.fromkeys(staying, sources.place(Path(str(program_rows.__file__)).resolve()))

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from leafcut.geometry.obstacles import shortest_path
+
 #: Tolerance for touching a rectangle, mm, for rounded coordinates only.
 _TOUCH = 1e-9
 
@@ -52,28 +54,15 @@ def way_round(
 ) -> list[tuple[float, float]] | None:
     """Return the corners of the shortest path from `a` to `b` around all `zones`; None if there is none.
 
-    Dijkstra's algorithm over the corners of the rectangles, each slightly outside; `dogleg` as in `touches_any_zone`.
+    It turns at corners a little outside of the rectangles; `dogleg` as in `touches_any_zone`.
     """
-    outer = widened(zones, PASSING)
-    corners = np.concatenate([outer[:, [0, 1]], outer[:, [2, 1]], outer[:, [2, 3]], outer[:, [0, 3]]])
-    nodes = np.concatenate([[a, b], corners])
-    n = len(nodes)
-    length, previous, unvisited = np.full(n, np.inf), np.full(n, -1), np.ones(n, dtype=bool)
-    length[0] = 0.0
-    while unvisited.any():
-        current = int(np.argmin(np.where(unvisited, length, np.inf)))
-        if not unvisited[current] or not np.isfinite(length[current]):
-            return None
-        if current == 1:
-            break
-        unvisited[current] = False
-        reachable = unvisited & ~touches_any_zone(np.broadcast_to(nodes[current], (n, 2)), nodes, zones, dogleg=dogleg)
-        detour = length[current] + np.hypot(*(nodes - nodes[current]).T)
-        better = reachable & (detour < length)
-        length[better], previous[better] = detour[better], current
-    path: list[tuple[float, float]] = []
-    index = int(previous[1])
-    while index > 0:
-        path.append((round(float(nodes[index, 0]), 3), round(float(nodes[index, 1]), 3)))
-        index = int(previous[index])
-    return path[::-1]
+    wide = widened(zones, PASSING)
+    places = np.concatenate([[a, b], wide[:, [0, 1]], wide[:, [2, 1]], wide[:, [2, 3]], wide[:, [0, 3]]])
+
+    def lengths(here: int) -> NDArray[np.float64]:
+        begin = np.broadcast_to(places[here], places.shape)
+        blocked = touches_any_zone(begin, places, zones, dogleg=dogleg)
+        return np.where(blocked, np.inf, np.hypot(*(places - begin).T))
+
+    path = shortest_path(len(places), lengths, 0, 1)
+    return None if path is None else [(round(float(x), 3), round(float(y), 3)) for x, y in places[path[1:-1]].tolist()]

@@ -64,7 +64,17 @@ class Contour:
     z
         Drawn height, mm.
     name
-        Name of the part, on its outline; of a text, the reason why it cannot be engraved. Empty if unknown.
+        Name of the part, on its outline; of a text the reason why it cannot be engraved. Empty if unknown.
+    order
+        Of a contour of a `Sheet`: position of its first stroke in the drawing.
+    depth
+        Of a contour of a `Sheet`: number of closed cut contours around it. 0 is the outline of a part, 1 a hole in it,
+        2 a part in this hole. A mark or an open cut has the depth of the closed contour around it, a chamber one more
+        than its outline.
+    parent
+        Of a contour of a `Sheet`: index in `Sheet.contours` of the closed cut contour around it, -1 for none.
+    chamber
+        The inside of a notch whose mouth the kerf closes. It is cut as a hole, but lies outside of its outline.
     """
 
     path: Polyline
@@ -74,3 +84,12 @@ class Contour:
     part: int = 0
     z: float = 0.0
     name: str = ""
+    order: int = 0
+    depth: int = 0
+    parent: int = -1
+    chamber: bool = False
+
+    @property
+    def is_hole(self) -> bool:
+        """Whether it is closed and cut, with the part outside."""
+        return self.depth % 2 == 1 and self.path.closed and self.kind == "cut"

@@ -10,7 +10,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from leafcut.geometry.polyline import Polyline
-from leafcut.model.sheet import Sheet, SheetContour
+from leafcut.model.contour import Contour
+from leafcut.model.sheet import Sheet
 
 #: Directions of a cut; an open contour is cut ``forward``, as drawn, or ``backward``.
 DIRECTIONS = ("clockwise", "counter-clockwise", "forward", "backward")
@@ -170,10 +171,10 @@ class ContourPrint:
     handle: str = ""
 
     @classmethod
-    def of(cls, contour: SheetContour) -> ContourPrint:
-        """Return the identifying properties of a contour."""
-        c = contour.contour
-        return cls(c.kind, c.path.length, abs(c.path.area), c.path.start, c.layer, c.handle)
+    def of(cls, contour: Contour) -> ContourPrint:
+        """Return what a contour of a sheet is known by again."""
+        path = contour.path
+        return cls(contour.kind, path.length, abs(path.area), path.start, contour.layer, contour.handle)
 
 
 @dataclass(frozen=True)

@@ -10,39 +10,6 @@ from leafcut.model.issue import Issue
 
 
 @dataclass(frozen=True)
-class SheetContour:
-    """One contour and its nesting.
-
-    Attributes
-    ----------
-    contour
-        Cleaned: no zero-length segments, a closed one counter-clockwise. Kind ``cut`` or ``mark``.
-    depth
-        Number of closed cut contours around it: 0 is the outline of a part, 1 a hole in it, 2 a part inside that hole,
-        and so on. For a mark or an open cut: the depth of the closed contour directly around it, 0 for none. For a
-        chamber: one more than for its outline.
-    parent
-        Index in `Sheet.contours` of the closed cut contour directly around it, -1 for none.
-    part
-        Number of its part, from 1, shared by an outline of even depth with its holes, its marks and its open cuts; 0
-        outside of parts.
-    chamber
-        True: inside of a notch whose mouth the kerf closes. It is cut like a hole, but lies outside of its outline.
-    """
-
-    contour: Contour
-    depth: int = 0
-    parent: int = -1
-    part: int = 0
-    chamber: bool = False
-
-    @property
-    def is_hole(self) -> bool:
-        """Whether it is a closed cut with the part on its outside."""
-        return self.depth % 2 == 1 and self.contour.path.closed and self.contour.kind == "cut"
-
-
-@dataclass(frozen=True)
 class Sheet:
     """All contours to cut or mark on one sheet, in file order, mm.
 
@@ -59,7 +26,7 @@ class Sheet:
     """
 
     name: str
-    contours: tuple[SheetContour, ...] = ()
+    contours: tuple[Contour, ...] = ()
     outline: Polyline | None = None
     zones: tuple[tuple[float, float, float, float], ...] = ()
     issues: tuple[Issue, ...] = ()
@@ -74,4 +41,4 @@ class Sheet:
     @property
     def n_parts(self) -> int:
         """Number of parts: closed outlines of even depth."""
-        return sum(c.depth % 2 == 0 and c.contour.path.closed and c.contour.kind == "cut" for c in self.contours)
+        return sum(c.depth % 2 == 0 and c.path.closed and c.kind == "cut" for c in self.contours)

@@ -46,7 +46,7 @@ def drawings(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def outlines(file: Path) -> list[shapely.Polygon]:
     sheet = prepare_sheet(read_contours(file, ReadOptions()), SheetOptions())
-    return [shapely.Polygon(c.contour.path.flattened(0.01)) for c in sheet.contours if not c.is_hole]
+    return [shapely.Polygon(c.path.flattened(0.01)) for c in sheet.contours if not c.is_hole]
 
 
 @pytest.mark.parametrize("nester", ["shapes", "rectangles"])

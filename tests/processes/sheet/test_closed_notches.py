@@ -16,12 +16,12 @@ from leafcut import api
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.cutting import CutData
-from leafcut.model.sheet import Sheet, SheetContour
+from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.options import CutOptions
-from leafcut.processes.sheet.plan.cost_estimate import part_areas
+from leafcut.processes.sheet.plan.costs import part_areas
 from leafcut.processes.sheet.plan.cut_rules import CutRules, resolve_rules
-from leafcut.processes.sheet.plan.divided_holes import with_chambers
-from leafcut.processes.sheet.proof.divided import check_divided
+from leafcut.processes.sheet.plan.narrow_shapes import with_chambers
+from leafcut.processes.sheet.proof.sheet_shapes import check_divided
 
 KERF = 1.5
 FAST: dict[str, Any] = {"process": "cut", "thickness": "6", "kerf": "1.5", "iterations": 5, "threads": 1}
@@ -123,7 +123,10 @@ RULES: CutRules = resolve_rules(DATA, CutOptions())
 
 
 def sheet_of(outline: Notch, *held: Contour, **more: Any) -> Sheet:
-    contours = SheetContour(Contour(path_of(outline)), 0, -1, 1), *(SheetContour(one, 0, -1, 2) for one in held)
+    contours = (
+        Contour(path_of(outline), depth=0, parent=-1, part=1),
+        *(replace(one, depth=0, parent=-1, part=2) for one in held),
+    )
     return Sheet("plate", contours, **more)
 
 
@@ -167,7 +170,7 @@ def test_a_fault_of_the_chambers_is_found_from_the_drawn_outline_alone(fault: st
     if fault != "dropped":
         x0, y0, x1, y1 = boxes[fault]
         path = Polyline.of_points([(x0, y0), (x1, y0), (x1, y1), (x0, y1)], closed=True)
-        contours = (*contours, replace(second, contour=Contour(path)))
+        contours = (*contours, replace(second, path=path))
     found = check_divided(sheet, replace(sheet, contours=contours), 0.5 * KERF)
     text = "is not cut" if fault == "dropped" else "beyond its notch"
     assert text in " ".join(difference.text for difference in found)

@@ -119,7 +119,7 @@ def test_once_the_time_is_over_no_start_slides_and_no_order_is_sought_again(
     ticks = itertools.count()
     monkeypatch.setattr("leafcut.order.deadline.clock", lambda: float(next(ticks)))
     monkeypatch.setattr(
-        "leafcut.processes.sheet.plan.leads.refine_starts._slid",
+        "leafcut.processes.sheet.plan.moved_starts._slid",
         lambda *_: pytest.fail("a start slid when the time was over"),
     )
     late = api.optimize(drawing, **FAST, time_limit="1s", bound=False)
@@ -335,7 +335,7 @@ def test_keep_order_writes_the_order_of_the_drawing(drawing: Path) -> None:
     kept = api.optimize(drawing, keep_order=True, **FAST)
     assert kept.after.time_s == kept.before.time_s
     assert [c.contours[0] for c in kept.detail.plan.cuts][-1] == max(
-        k for k, c in enumerate(kept.detail.plan.sheet.contours) if c.depth == 0 and c.contour.kind == "cut"
+        k for k, c in enumerate(kept.detail.plan.sheet.contours) if c.depth == 0 and c.kind == "cut"
     )
 
 

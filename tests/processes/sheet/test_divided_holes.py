@@ -14,11 +14,11 @@ from leafcut import api
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.cutting import CutData
-from leafcut.model.sheet import Sheet, SheetContour
+from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.cut_rules import CutRules, resolve_rules
-from leafcut.processes.sheet.plan.divided_holes import with_divided_holes
-from leafcut.processes.sheet.proof.divided import check_divided
+from leafcut.processes.sheet.plan.narrow_shapes import with_divided_holes
+from leafcut.processes.sheet.proof.sheet_shapes import check_divided
 
 KERF = 1.5
 FAST: dict[str, Any] = {"process": "cut", "thickness": "6", "kerf": "1.5", "iterations": 5, "threads": 1}
@@ -91,7 +91,7 @@ def test_a_hole_that_holds_a_part_is_cut_in_pieces_after_that_part(compensation:
     sheet = outcome.detail.plan.sheet
     (part,) = (k for k, one in enumerate(sheet.contours) if one.part == 2)
     around = sheet.contours[part].parent
-    assert sheet.contours[around].contour.path.extents[0] == pytest.approx(120.0, abs=1.6)
+    assert sheet.contours[around].path.extents[0] == pytest.approx(120.0, abs=1.6)
     assert sorted(cuts) == [(0,), (1,), (2,), (3,)]
     assert cuts.index((part,)) < cuts.index((around,)) < cuts.index((0,))
 
@@ -115,7 +115,7 @@ RULES: CutRules = resolve_rules(
 
 def sheet_of(hole: list[tuple[float, float]]) -> Sheet:
     plate, window = (Polyline.of_points(points, closed=True) for points in (PLATE, hole))
-    contours = SheetContour(Contour(plate), 0, -1, 1), SheetContour(Contour(window), 1, 0, 1)
+    contours = Contour(plate, depth=0, parent=-1, part=1), Contour(window, depth=1, parent=0, part=1)
     return Sheet("plate", contours)
 
 
@@ -136,7 +136,7 @@ def test_a_hole_with_something_outside_of_its_pieces_stays_as_it_is() -> None:
     """The part lies in the neck, where no kerf comes."""
     sheet = sheet_of(bell(1.0))
     tiny = Contour(Polyline.of_points([(80, 49.8), (84, 49.8), (84, 50.2), (80, 50.2)], closed=True))
-    held = replace(sheet, contours=(*sheet.contours, SheetContour(tiny, 2, 1, 2)))
+    held = replace(sheet, contours=(*sheet.contours, replace(tiny, depth=2, parent=1, part=2)))
     assert with_divided_holes(held, RULES) == (held, [])
 
 
@@ -145,12 +145,12 @@ def test_a_fault_of_the_pieces_is_found_from_the_drawn_hole_alone(fault: str) ->
     sheet = sheet_of(bell(1.0))
     divided, _ = with_divided_holes(sheet, RULES)
     plate, one, other = divided.contours
-    wider = replace(other, contour=replace(other.contour, path=Polyline.of_points(
-        [(119.8, 20), (180, 20), (180, 100), (119.8, 100)], closed=True)))  # fmt: skip
+    wider = replace(other, path=Polyline.of_points(
+        [(119.8, 20), (180, 20), (180, 100), (119.8, 100)], closed=True))  # fmt: skip
     contours = {
         "dropped": (plate, one),
         "wider": (plate, one, wider),
-        "outline": (replace(plate, contour=replace(plate.contour)), one, other),
+        "outline": (replace(plate, path=Polyline(plate.path.vertices, closed=True)), one, other),
     }[fault]
     text = {"dropped": "is not cut", "wider": "beyond its edge", "outline": "is no hole"}[fault]
     found = check_divided(sheet, replace(divided, contours=contours), 0.5 * KERF)

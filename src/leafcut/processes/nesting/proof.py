@@ -199,7 +199,7 @@ def check_drawing(nest: Nest, layout: Layout, sheet: Sheet) -> list[str]:
         errors.append("the sheet has a hole that was not planned")
     if sheet.n_parts != len(layout.placements):
         errors.append(f"{sheet.n_parts} parts are in the drawing, {len(layout.placements)} expected")
-    drawn = [c.contour for c in sheet.contours]
+    drawn = sheet.contours
     tree = STRtree([Point(_middle(c.path)) for c in drawn])
     remaining = set(range(len(drawn)))
     names = Counter(nest.parts[p.part].label for p in layout.placements)

@@ -302,8 +302,8 @@ def _remnant_stock(sheet: SheetWord, source: Source, margin: float, on_progress:
         drawn = prepare_sheet(part, SheetOptions(cut_layers=("*",), ignore_layers=MARK_NAMES), "all")
     except PlanError as error:
         raise error if str(error).startswith(sheet.name) else PlanError(f"{shown(sheet.name)}: {error}") from None
-    outer = [c.contour.path for c in drawn.contours if c.depth == 0]
-    holes = [c.contour.path for c in drawn.contours if c.depth == 1]
+    outer = [c.path for c in drawn.contours if c.depth == 0]
+    holes = [c.path for c in drawn.contours if c.depth == 1]
     if len(outer) != 1:
         raise PlanError(
             f"{shown(sheet.name)}: {len(outer)} separate outlines; a sheet has one, with holes in it: give each "

@@ -1,4 +1,4 @@
-"""What cutting a sheet alone finds out: its cuts in three orders, each with its time and its cost."""
+"""Result of cutting a sheet: its cuts in three orders, each with its time and its cost."""
 
 from __future__ import annotations
 
@@ -9,13 +9,12 @@ from leafcut.model.cutting import CutMeasures, CutPlan
 
 @dataclass(frozen=True)
 class SheetDetail:
-    """A sheet in its order.
+    """The cuts of a sheet in three orders.
 
     Attributes
     ----------
     plans
-        Its cuts in the three orders, before, nearest neighbour (None where there is none) and as written, each with its
-        time and its cost.
+        The given order, nearest neighbour (None without one) and the order as written, each with its time and its cost.
     """
 
     plans: tuple[CutPlan, CutPlan | None, CutPlan]

@@ -21,24 +21,21 @@ from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.options import SpeedOptions
 from leafcut.processes.ordering import find_order
 from leafcut.processes.sheet.options import CutOptions
-from leafcut.processes.sheet.plan.cutting import CutSequence, Cutting, bands, build_problem
+from leafcut.processes.sheet.plan.costs import cut_norm
+from leafcut.processes.sheet.plan.cutting import CutSequence, Cutting, HeadTravel, bands, build_problem
+from leafcut.processes.sheet.plan.detached_parts import DetachableParts, cut_outlines_later
 from leafcut.processes.sheet.plan.heat import heat_issue, spread_starts
-from leafcut.processes.sheet.plan.leads.clear_pierces import clear_pierces
-from leafcut.processes.sheet.plan.leads.leads_apart import leads_apart, starts_apart
-from leafcut.processes.sheet.plan.leads.refine_starts import slide_starts
-from leafcut.timing.travel import travel_cost
+from leafcut.processes.sheet.plan.moved_starts import clear_pierces, leads_apart, slide_starts, starts_apart
+from leafcut.processes.sheet.plan.toolpath import TorchSetup, lay_cuts
 
 if TYPE_CHECKING:
-    from leafcut.geometry.arrays import Point
-    from leafcut.model.cutting import CutData, PlanFile
-    from leafcut.model.machine import Machine, Probe
+    from leafcut.model.cutting import PlanFile
+    from leafcut.model.machine import Machine
     from leafcut.model.obstacles import Obstacles
-    from leafcut.model.problem import Metric
     from leafcut.model.sheet import Sheet
     from leafcut.processes.job import Job
     from leafcut.processes.plan import Pass, Plan
-    from leafcut.processes.sheet.plan.freed_parts import FreedShapes
-    from leafcut.processes.sheet.plan.leads.cut_starts import CutStart
+    from leafcut.processes.sheet.plan.starts import CutStart
 
 #: Maximum number of searches for an order whose leads do not meet, and of cuts for such a search.
 ROUNDS, MOST_AGAIN = 2, 1000
@@ -49,23 +46,6 @@ SEARCH_SHARE = 0.9
 #: Maximum number of orders whose motion is kept for comparisons.
 MOST_KEPT = 4
 
-#: Tolerance of corners that the torch rounds to keep speed, mm (G64 P).
-PATH_TOLERANCE = 0.1
-
-
-@dataclass(frozen=True)
-class HeadTravel:
-    """Moves of the head: cost of rapids, time for each cut to come down and rise, s, first and last place."""
-
-    metric: Metric
-    overhead: float
-    start: Point | None
-    end: Point | None
-
-    def cost(self, a: Point, b: Point) -> float:
-        """Return the cost of a rapid."""
-        return travel_cost(self.metric, a, b)
-
 
 @dataclass(frozen=True, eq=False)
 class SheetWork:
@@ -73,25 +53,23 @@ class SheetWork:
 
     Attributes
     ----------
-    drawn, sheet
-        The sheet before and after holes and notches were divided, for the judge.
+    drawn
+        The sheet before holes and notches were divided, for the judge.
     cutting
         The cuts to be ordered, chains included.
     given
         The order of the drawing, without chains, or that of the plan file.
     nearest
         The nearest-neighbour order, without chains.
-    data
-        Cutting data.
+    torch
+        Cutting data, and the abilities of the controller.
     head
         Cost of its moves.
     planned
         The plan file, if all its choices fit.
     order_fixed
         Whether heat, or bands beside a plan file, forbid to compare with the given order.
-    probe
-        Finds the sheet before every pierce.
-    freed
+    parts
         Parts that a head may hit that stays down between cuts; None if it rises.
     obstacles
         Keep-out zones: crossed at the clearance height, or avoided by a head that does not rise.
@@ -100,16 +78,14 @@ class SheetWork:
     """
 
     drawn: Sheet
-    sheet: Sheet
     cutting: Cutting
     given: CutSequence
     nearest: CutSequence
-    data: CutData
+    torch: TorchSetup
     head: HeadTravel
     planned: PlanFile | None
     order_fixed: bool
-    probe: Probe | None
-    freed: FreedShapes | None
+    parts: DetachableParts | None
     obstacles: Obstacles | None
     motions: dict[CutSequence, Candidate] = field(default_factory=dict, init=False, repr=False)
 
@@ -119,32 +95,28 @@ class SheetWork:
 
 def slide(plan: Plan, order: Order) -> Order:
     """Slide the starts along their contours to where travel is shortest."""
-    work, cuts = plan.work, cuts_of(plan, order)
+    cuts = cuts_of(plan, order)
     if plan.job.settings.solve.algorithm == "none":
         return order
     plan.job.report("refining the starts")
     share = 0.5 if plan.job.settings.of(CutOptions).heat_distance > 0.0 else 1.0
     with plan.job.deadline.part(share).running(plan.job.cancelled) as late:
-        starts = slide_starts(cuts.cutting, list(cuts.starts), work.head.cost, work.head.start, work.head.end, late)
-    return _changed(order, cuts, starts)
+        return _changed(order, slide_starts(cuts, plan.work.head, late))
 
 
 def keep_off_heat(plan: Plan, order: Order) -> Order:
     """Move cuts that start in hot metal to other places, or to other positions in the order."""
-    work, cuts, options = plan.work, cuts_of(plan, order), plan.job.settings.of(CutOptions)
+    cuts, options = cuts_of(plan, order), plan.job.settings.of(CutOptions)
     if options.heat_distance <= 0.0 or plan.job.settings.solve.algorithm == "none":
         return order
     with plan.job.deadline.part(1.0).running(plan.job.cancelled) as late:
         groups = bands(cuts.cutting, options)
-        starts = spread_starts(
-            cuts.cutting, cuts.starts, options.heat_distance, work.head.cost, work.head.start, groups, late
-        )
-    return _changed(order, cuts, starts)
+        return _changed(order, spread_starts(cuts, options.heat_distance, plan.work.head, groups, late))
 
 
 def pierce_in_metal(plan: Plan, order: Order) -> Order:
     """Move pierces out of the kerfs of earlier cuts."""
-    return replace(order, choices=(with_clear_pierces(cuts_of(plan, order), plan.work.head),))
+    return _changed(order, clear_pierces(cuts_of(plan, order), plan.work.head))
 
 
 def keep_leads_apart(plan: Plan, order: Order) -> Order:
@@ -176,7 +148,7 @@ def keep_leads_apart(plan: Plan, order: Order) -> Order:
 
 
 def _apart(plan: Plan, order: Order) -> Order:
-    return replace(order, choices=(with_leads_apart(cuts_of(plan, order), plan.work.head),))
+    return _changed(order, leads_apart(cuts_of(plan, order), plan.work.head))
 
 
 def detach_later(plan: Plan, order: Order) -> Order:
@@ -185,22 +157,20 @@ def detach_later(plan: Plan, order: Order) -> Order:
     The order is changed if fewer moves cross detached parts, then if fewer come close to one, then if it takes less
     time.
     """
-    from leafcut.processes.sheet.plan.freed_parts import cut_free_later
-
     work, cuts, objective = plan.work, cuts_of(plan, order), plan.job.settings.solve.objective
-    if work.freed is None or work.order_fixed or work.planned is not None:
+    if work.parts is None or work.order_fixed or work.planned is not None:
         return order
     before = motion(plan, order)
-    cut_plan, led = before.detail
-    if not (led.crossing or led.close or led.corners):
+    cut_plan, routes = before.detail
+    if not (routes.crossing or routes.close or routes.corners):
         return order
     place_of = {k: at for at, start in enumerate(cuts.starts) for k in start.contours}
     pairs = [(place_of[a], place_of[b]) for a, b in cuts.cutting.pairs if place_of[a] != place_of[b]]
     with plan.job.deadline.part(1.0).running(plan.job.cancelled) as late:
-        place = cut_free_later(work.freed, cut_plan.cuts, pairs, work.head.cost, lambda: not late())
+        place = cut_outlines_later(work.parts, cut_plan.cuts, pairs, work.head.cost, late)
     # All starts of the sheet may be taken, not those of a second search alone.
     moved = CutSequence(work.cutting, tuple(cuts.starts[k] for k in place))
-    other = _apart(plan, pierce_in_metal(plan, replace(order, choices=(moved,))))
+    other = _apart(plan, pierce_in_metal(plan, _changed(order, moved)))
     ranks = [(c.detail[0].crossings or 0, c.detail[0].close, c.cost(objective)) for c in (motion(plan, other), before)]
     return other if ranks[0] < ranks[1] else order
 
@@ -243,11 +213,10 @@ def stages_of(job: Job, cutting: Cutting, head: HeadTravel, known: Sequence[CutS
     groups = bands(cutting, job.settings.of(CutOptions))
     stages = []
     for number, members in enumerate(groups):
-        end = head.end if number == len(groups) - 1 else None
         node_of = {id(s): node for node, s in enumerate(cutting.starts_of(members))}
         given = np.array([node_of[id(s)] for s in known if id(s) in node_of], dtype=np.int32)
         name = "ordering the cuts" if len(groups) == 1 else f"ordering band {number + 1}"
-        problem = build_problem(cutting, members, head.metric, head.overhead, None if number else head.start, end)
+        problem = build_problem(cutting, members, head, first=number == 0, last=number == len(groups) - 1)
         parts = len({cutting.contours[k].source.part for k in members})
         stages.append(Stage(problem, number > 0, given, name, parts=parts))
     return tuple(stages)
@@ -272,20 +241,8 @@ def sequence_of(job: Job, cutting: Cutting, choices: Sequence[Sequence[int]]) ->
     return CutSequence(cutting, tuple(starts))
 
 
-def with_clear_pierces(cuts: CutSequence, head: HeadTravel) -> CutSequence:
-    """Return the cuts with pierces out of the kerfs of earlier cuts."""
-    starts = clear_pierces(cuts.cutting, cuts.starts, head.cost, head.start, head.end)
-    return CutSequence(cuts.cutting, tuple(starts))
-
-
-def with_leads_apart(cuts: CutSequence, head: HeadTravel) -> CutSequence:
-    """Return the cuts with leads that do not meet."""
-    starts = leads_apart(cuts.cutting, cuts.starts, head.cost, head.start, head.end)
-    return CutSequence(cuts.cutting, tuple(starts))
-
-
-def _changed(order: Order, cuts: CutSequence, starts: Sequence[CutStart]) -> Order:
-    return replace(order, choices=(CutSequence(cuts.cutting, tuple(starts)),))
+def _changed(order: Order, cuts: CutSequence) -> Order:
+    return replace(order, choices=(cuts,))
 
 
 def motion(plan: Plan, order: Order) -> Candidate:
@@ -299,42 +256,22 @@ def motion(plan: Plan, order: Order) -> Candidate:
 
 
 def _generated(plan: Plan, order: CutSequence) -> Candidate:
-    from leafcut.processes.sheet.plan.cost_estimate import cut_norm
-    from leafcut.processes.sheet.plan.cut_toolpath import TORCH_ON, lay_cuts
-    from leafcut.processes.sheet.plan.freed_parts import lead_round
     from leafcut.timing.toolpath import measure
 
-    work, machine, settings, torch = plan.work, plan.job.machine, plan.job.settings, plan.dialect.torch
-    cuts = tuple(order.cutting.cut(s) for s in order.starts)
-    led = None if work.freed is None else lead_round(work.freed, cuts, work.head.start, work.head.end)
-    corners = {} if led is None else led.corners
-    path, rows = lay_cuts(
-        cuts,
-        work.data,
-        machine,
-        clearance=settings.job.clearance_height,
-        end=work.head.end,
-        switches=torch is not None and torch.darkens,
-        power=settings.post.beam_power if torch is not None and torch.power else TORCH_ON,
-        mark_power=settings.post.mark_power if torch is not None and torch.power else TORCH_ON,
-        tolerance=PATH_TOLERANCE if torch is not None else 0.0,
-        probe=work.probe,
-        moves_z=plan.dialect.moves_z,
-        mark_tool=torch.mark_tool if torch is not None else None,
-        corners=corners,
-        obstacles=work.obstacles,
-    )
-    whole = measure(path, machine)
-    sheet, seconds = order.cutting.sheet, _cut_seconds(path, rows, machine)
-    options, rate = settings.of(CutOptions), settings.of(SpeedOptions).shop_rate or 0.0
-    norm = cut_norm(sheet, cuts, seconds, whole.time_s, options, work.data, corners, rate)
-    crossings, close = (None, 0) if led is None else (len(led.crossing), len(led.close))
-    cut_plan = CutPlan(sheet, work.data, cuts, norm, crossings, close)
-    return Candidate(Order((order,)), path, whole, (cut_plan, led))
+    work, machine, settings = plan.work, plan.job.machine, plan.job.settings
+    cuts, end = tuple(order.cutting.cut(s) for s in order.starts), work.head.end
+    routes = None if work.parts is None else work.parts.routes(cuts, work.head.start, end)
+    corners = {} if routes is None else routes.corners
+    path, rows = lay_cuts(cuts, work.torch, end=end, corners=corners, obstacles=work.obstacles)
+    whole, seconds = measure(path, machine), _cut_seconds(path, rows, machine)
+    crossings, close = (None, 0) if routes is None else (len(routes.crossing), len(routes.close))
+    cut_plan = CutPlan(order.cutting.sheet, work.torch.data, cuts, crossings=crossings, close=close)
+    rate = settings.of(SpeedOptions).shop_rate or 0.0
+    norm = cut_norm(cut_plan, seconds, whole.time_s, settings.of(CutOptions), corners, rate)
+    return Candidate(Order((order,)), path, whole, (replace(cut_plan, measures=norm), routes))
 
 
 def _cut_seconds(path: Toolpath, rows: Sequence[slice], machine: Machine) -> list[tuple[float, float, float]]:
-    """Return the seconds of every cut: cutting, piercing, rapids."""
     from leafcut.timing.toolpath import seconds_by_row
 
     moving = seconds_by_row(path, machine)
@@ -346,13 +283,10 @@ def _cut_seconds(path: Toolpath, rows: Sequence[slice], machine: Machine) -> lis
 
 
 def order_issues(plan: Plan, best: Candidate) -> list[Issue]:
-    """Return what is noticed of heat, of starts in the air, and of parts that a head may hit."""
-    from leafcut.processes.sheet.plan.freed_parts import freed_issue
-
-    (cut_plan, led), apart, issues = best.detail, plan.job.settings.of(CutOptions).heat_distance, list[Issue]()
-    cuts = cuts_of(plan, best.order)
+    """Return the issues of an order: heat, starts in the air, and parts that a head may hit."""
+    (cut_plan, routes), apart, issues = best.detail, plan.job.settings.of(CutOptions).heat_distance, list[Issue]()
     if apart > 0.0:
-        issues.append(heat_issue(cuts.cutting, cuts.starts, apart))
+        issues.append(heat_issue(cuts_of(plan, best.order).starts, apart))
     # A controller that probes before each cut would find a slat beside the sheet, or nothing.
     torch, beyond = plan.dialect.torch, [c.path.start for c in cut_plan.cuts if c.kind == "cut" and not c.pierce]
     if torch is not None and torch.heights == "controller" and beyond:
@@ -362,5 +296,5 @@ def order_issues(plan: Plan, best: Candidate) -> list[Issue]:
             "thickness there, or give --dialect plasma --probe off"
         )
         issues.append(Issue("L619", words, f"the first at ({beyond[0][0]:.4g}, {beyond[0][1]:.4g})"))
-    freed = None if led is None else freed_issue(led, cut_plan.cuts)
-    return issues if freed is None else [*issues, freed]
+    detached = None if routes is None else routes.issue(cut_plan.cuts)
+    return issues if detached is None else [*issues, detached]

@@ -1,8 +1,8 @@
-"""The writer of cutting programs: what a controller is told of a torch or a beam.
+"""The writer of cutting programs: the words of a torch or a beam.
 
     write_cut_program(plan, toolpath, dialect("qtplasmac"), PostOptions(), header=["sheet.dxf"])
 
-The same rows as any toolpath's, in the words of the dialect's table ``[torch]``.
+It writes the rows of a toolpath with the words in table ``[torch]`` of the dialect.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from leafcut.options import PostOptions
 from leafcut.post.row_writer import Writer
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: Decimals of a percentage: as much as 0.1 % of a feed is not worth a word.
+#: Decimals of a percentage: 0.1 % of a feed is negligible.
 _PERCENT_DECIMALS = 1
 _SAME_FEED = 1e-3
 
@@ -33,18 +33,18 @@ def write_cut_program(
     Parameters
     ----------
     plan
-        What the controller is told of the material.
+        Its cutting data are stated to the controller.
     path
-        The cuts as a toolpath: mm, mm/s, s. What its controller does itself is left out (`gcode.torch`).
+        The cuts as a toolpath: mm, mm/s, s. Actions of the controller itself are left out (`gcode.torch`).
     dialect
-        With or without a torch of its own; without, M3 and M5 switch it like a spindle.
+        Without a table for torches, M3 and M5 switch the torch like a spindle.
     options, header
-        As `post.writer.write_program`.
+        As in `post.writer.write_program`.
 
     Raises
     ------
     PostError
-        The toolpath needs a word that the controller does not have.
+        The controller lacks a word that the toolpath needs.
     """
     lines = header if options.header else ()
     marks = bool(((path.kind == Kind.SPINDLE) & (path.value != 0.0) & (path.ref != 0)).any())
@@ -56,17 +56,17 @@ def write_cut_program(
 
 
 def check_words(dialect: Dialect, options: PostOptions, *, marks: bool, compensates: bool) -> None:
-    """Refuse what a controller has no words for; asked before an order is sought, too.
+    """Refuse work that the dialect has no words for; called before the search, too.
 
     Parameters
     ----------
     marks, compensates
-        Whether anything is marked, and whether the controller is to compensate the kerf.
+        Whether there are marks, and whether the controller compensates the kerf.
 
     Raises
     ------
     PostError
-        Says what is missing, and what to do without it.
+        Names the missing word, and the remedy.
     """
     torch, name = dialect.torch, dialect.name
     if marks and (torch is None or not torch.mark_on):
@@ -85,7 +85,7 @@ def check_words(dialect: Dialect, options: PostOptions, *, marks: bool, compensa
 
 
 class _TorchWriter(Writer):
-    """Writes row after row in the words of a torch."""
+    """Writes rows in the words of a torch."""
 
     def __init__(self, plan: CutPlan, path: Toolpath, dialect: Dialect, torch: Torch, options: PostOptions) -> None:
         super().__init__(for_controller(path, dialect), dialect, options, {}, 0.0)
@@ -94,7 +94,7 @@ class _TorchWriter(Writer):
         self.compensating = False
         self.percent = 100.0
         self.compensated = _first_compensated(self.path)
-        # Z is the controller's: the program may go anywhere from its first block.
+        # The controller moves Z: the program may travel from its first block on.
         self.safe = not dialect.states_z
 
     def _writing(self) -> dict[Kind, Callable[[Motion], None]]:
@@ -133,7 +133,7 @@ class _TorchWriter(Writer):
             self.out.lines.append(self._material_comment())
 
     def _material_comment(self) -> str:
-        """Return the comment that QtPlasmaC takes the material from; ``o=0`` is for this program only."""
+        """Return the comment with the material for QtPlasmaC; ``o=0`` limits it to this program."""
         data, length = self.plan.data, self.numbers.length
         figures = {
             "kw": length(data.kerf),
@@ -159,7 +159,7 @@ class _TorchWriter(Writer):
         super()._arc(row)
 
     def _lower(self, row: Motion) -> None:
-        """Ask the output for the part of the cutting feed that this row is to have."""
+        """Set the share of the cutting feed for a row."""
         if self.torch.feed_output is None or self.lit is None:
             return
         percent = self._share(row)
@@ -171,7 +171,7 @@ class _TorchWriter(Writer):
         self.percent = percent
 
     def _share(self, row: Motion) -> float:
-        """Return the part of the chart's feed that a row is cut with, percent; 100 where F says it all."""
+        """Return the share of the chart's feed for a row, percent; 100 if F states the feed."""
         percent = round(100.0 * row.value / self.plan.data.feed, _PERCENT_DECIMALS)
         assert self.lit is not None
         marks = self.lit.ref != 0
@@ -213,7 +213,7 @@ class _TorchWriter(Writer):
         self.out.say(f"T{row.ref}", "M6")
 
     def _take_offset(self, row: Motion) -> None:
-        """Take up the offset of the tool that was chosen: where that is, the next move says in X and in Y."""
+        """Activate the offset of the tool; the next move states X and Y."""
         self.out.say("G43", f"H{row.ref}")
         self.out.forget(["motion", *"XY"])
         for axis in range(2):
@@ -250,7 +250,7 @@ class _TorchWriter(Writer):
         self._lose_height()
 
     def _shift(self, row: Motion) -> None:
-        """Say how high the torch is where a probe has tripped; or that no such height holds any more."""
+        """Set the height at which the probe tripped, or cancel it."""
         self._lose_height()
         if math.isnan(row.end[2]):
             self.out.say("G92.1")
@@ -269,7 +269,7 @@ class _TorchWriter(Writer):
 
 
 def _first_compensated(path: Toolpath) -> Iterator[Motion]:
-    """Yield the first cutting move of every stretch in which the controller compensates the kerf."""
+    """Yield the first cutting move of each stretch with compensation by the controller."""
     waiting, on = False, False
     for row in path:
         if row.kind is Kind.RADIUS:

@@ -1,4 +1,4 @@
-"""Cutting a sheet as a process: what it takes, how it is run, what it writes besides, what its form shows."""
+"""Cutting a sheet as a process: its inputs, its course, its files, and its form."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _MAIN = (
 )  # fmt: skip
 _CUT = ("chains", "common_lines", "chart", "nozzle", "cut_speed")
 _JOB = ("thickness", "material", "clearance_height", "keep_out", "end_point", "keep_order")
-#: How sure a layer that is named as a sheet makes it.
+#: Suitability of a drawing with a layer that is named as a sheet.
 _BY_NAME = 0.95
 _PLACES = ("clearance_height", "keep_out", "start_point", "end_point")
 
@@ -79,11 +79,11 @@ class SheetCutting(Process):
     )
 
     def usual(self, settings: Settings) -> Settings:
-        """Return the settings with a machine that cuts as asked where nobody named one."""
+        """Return the settings with a machine for the process if none is named."""
         return for_cutting(settings)
 
     def suits(self, drawing: WholeDrawing) -> Suitability | None:
-        """Say how much of the drawing is outlines, and whether a layer is named as a sheet is."""
+        """Return the suitability by the share of outlines, and by a layer with the name of a sheet."""
         from leafcut.processes.layers import SHEET_NAMES
         from leafcut.processes.suitability import COUNTED, Suitability
 
@@ -139,16 +139,16 @@ class SheetCutting(Process):
         """Compare the program with the motion, with the limits of the machine, and with the drawing."""
         from leafcut.processes.keep_out import meetings
         from leafcut.processes.sheet.proof.cut_motion import check_cut_motion, read_back
-        from leafcut.processes.sheet.proof.divided import check_divided
         from leafcut.processes.sheet.proof.sheet import check_sheet
+        from leafcut.processes.sheet.proof.sheet_shapes import check_divided
 
         work, words, post, cuts = plan.work, plan.dialect, plan.job.settings.post, best.detail[0]
         written = read_back(text, cuts, words, post.material_number)
         problems = check_cut_motion(best.path, written, words, post.output_units)
         if work.obstacles is not None and not problems:
             problems = meetings(plan.job, work.obstacles, best.path)
-        problems = problems or check_divided(work.drawn, work.sheet, plan.spec.half)
-        problems = problems or check_sheet(work.sheet, cuts, text, written, words, plan.job.machine, plan.spec)
+        problems = problems or check_divided(work.drawn, work.cutting.sheet, plan.spec.half)
+        problems = problems or check_sheet(work.cutting.sheet, cuts, text, written, words, plan.job.machine, plan.spec)
         return written, problems
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
@@ -156,12 +156,12 @@ class SheetCutting(Process):
         from leafcut.model.outcome import OperationOutcome
         from leafcut.model.tool import Tool, ToolKind
 
-        data = plan.work.data
+        data = plan.work.torch.data
         tool = Tool(number=1, diameter=data.kerf, kind=ToolKind.TORCH, name=data.process, feed=data.feed)
         return tuple(OperationOutcome(tool, "", (), False, s, cuts=len(s.nodes)) for s in best.order.solutions)
 
     def issues(self, plan: Plan, best: Candidate) -> Sequence[Issue]:
-        """Return what is noticed of heat, of starts in the air, and of parts that a head may hit."""
+        """Return the issues of the order: heat, starts in the air, and parts that a head may hit."""
         from leafcut.processes.sheet.passes import order_issues
 
         return order_issues(plan, best)
@@ -173,7 +173,7 @@ class SheetCutting(Process):
         return SheetDetail((given.detail[0], None if nearest is None else nearest.detail[0], best.detail[0]))
 
     def other_outputs(self, settings: Settings) -> list[Path]:
-        """Return the plan file and the table of norms, where they are asked for."""
+        """Return the paths of the plan file and the table of norms, if wanted."""
         options = settings.of(CutOptions)
         return [file for file in (options.save_plan, options.save_norms) if file is not None]
 
@@ -192,7 +192,7 @@ class SheetCutting(Process):
         return SheetReport(outcome)
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
-        """Return the contours, as they are placed."""
+        """Return the placed contours."""
         from leafcut.processes.placing import placed
         from leafcut.read import read_contours
 

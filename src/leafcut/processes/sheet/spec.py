@@ -24,34 +24,28 @@ from leafcut.processes.plan import Plan
 from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.passes import (
     SEARCH_SHARE,
-    HeadTravel,
     SheetWork,
     motion,
     sequence_of,
     stages_of,
-    with_clear_pierces,
-    with_leads_apart,
 )
-from leafcut.processes.sheet.plan.apply_plan_file import follow_plan, plan_order
-from leafcut.processes.sheet.plan.chains.chain_cutting import (
-    chain_blocks,
-    chain_problem,
-    chains_of,
-    planned_chains,
-    with_chains,
-)
+from leafcut.processes.sheet.plan.chains import chain_blocks, chain_problem, chains_of, planned_chains, with_chains
 from leafcut.processes.sheet.plan.cut_rules import resolve_rules
 from leafcut.processes.sheet.plan.cutting import (
     CutSequence,
+    Cutting,
+    HeadTravel,
     bands,
-    corner_point,
     drawing_order,
     in_bands,
     prepare_cutting,
-    with_options,
 )
-from leafcut.processes.sheet.plan.freed_parts import FreedShapes
-from leafcut.processes.sheet.plan.leads.clear_pierces import clear_pierces
+from leafcut.processes.sheet.plan.detached_parts import DetachableParts
+from leafcut.processes.sheet.plan.moved_starts import clear_pierces, leads_apart
+from leafcut.processes.sheet.plan.narrow_shapes import with_narrow_shapes
+from leafcut.processes.sheet.plan.plan_file import follow_plan, plan_order
+from leafcut.processes.sheet.plan.sheet import corner_point, prepare_sheet, with_chosen_holes, with_options
+from leafcut.processes.sheet.plan.toolpath import TORCH_ON, TorchSetup
 from leafcut.processes.sheet.post import check_words
 from leafcut.processes.sheet.proof.laid_runs import Asked
 from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
@@ -64,26 +58,26 @@ if TYPE_CHECKING:
     from leafcut.model.machine import Machine, Probe
     from leafcut.model.part import Part
     from leafcut.model.sheet import Sheet
-    from leafcut.processes.sheet.plan.cut_rules import CutRules
-    from leafcut.processes.sheet.plan.cutting import Cutting
-    from leafcut.processes.sheet.plan.leads.cut_starts import CutStart
+    from leafcut.processes.sheet.plan.starts import CutStart
     from leafcut.read.format import Source
 
 #: Share of the time left for the search for chains; the rest is for the order of all cuts.
 CHAIN_PART = 0.4
-#: Thicknesses that differ by less are the same, mm: inches become mm with a rounding error.
+#: Tolerance of corners that the torch rounds to keep speed, mm (G64 P).
+PATH_TOLERANCE = 0.1
+#: Tolerance of equal thicknesses, mm, for the rounding of inches.
 _SAME_THICKNESS = 0.001
-#: A sheet is as thick as its solid within this, mm: gauges and inches are rounded in drawings.
+#: Tolerance of the thickness of a solid, mm: gauges and inches are rounded in drawings.
 _ROLLED = 0.1
-#: A usual substitute differs by at most this, mm, or this part of the height (3 mm or 11 gauge for 1/8 in).
+#: Maximum difference of a usual substitute, mm, or as a share of the height (3 mm or 11 gauge for 1/8 in).
 _SUBSTITUTE, _SUBSTITUTE_PART = 0.5, 0.1
-#: A sheet thicker than this, mm, is not safely cut through where the beam is lit as it moves on (an estimate: below,
-#: the wait for the pierce is some tenths of a second).
+#: Maximum thickness that a beam safely pierces in motion, mm (an estimate: up to it, the wait for the pierce is some
+#: tenths of a second).
 _RELIT = 3.0
 
 
 def planned(job: Job, source: Source) -> Plan:
-    """Read the sheet and its rules, and return its cuts, with chains where they save time."""
+    """Read the sheet and its rules, and return its cuts, with chains if they save time."""
     settings = job.settings
     options = settings.of(CutOptions)
     job.report("reading")
@@ -96,17 +90,17 @@ def planned(job: Job, source: Source) -> Plan:
     if words.torch is not None and not words.torch.waits and not words.moves_z:
         if options.pierce_delay:
             raise OptionError(f"{words.name} has no wait for the pierce; leave out --pierce-delay")
-        data = replace(data, pierce_delay=0.0)  # a beam that is dark while the machine stands pierces as it goes
-    darkens = words.torch is not None and words.torch.darkens
-    rules = resolve_rules(data, options, switches=darkens, max_feed=job.machine.max_feed)
+        data = replace(data, pierce_delay=0.0)  # a beam that is dark while the machine stands pierces in motion
+    torch = _torch(job, words, data, probe)
+    rules = resolve_rules(data, options, switches=torch.switches, max_feed=job.machine.max_feed)
     part, sheet = _sheet(job, source)
     sheet = with_options(sheet, options, parse_zones(settings.job.keep_out))
     if words.moves_z:
         refuse_higher_zones(settings.job.keep_out, settings.job.clearance_height)
-    drawn, sheet, narrow = _reached(sheet, rules)
+    drawn, sheet, narrow = with_narrow_shapes(sheet, rules)
     issues += narrow
     refuse_too_large(check_envelope(_bounds(sheet), job.machine), part, settings)
-    marks = any(c.contour.kind == "mark" for c in sheet.contours)
+    marks = any(c.kind == "mark" for c in sheet.contours)
     check_words(words, settings.post, marks=marks, compensates=options.compensation == "controller")
     file = load_plan(options.plan) if options.plan else None
     job.report("looking for places to pierce")
@@ -119,26 +113,23 @@ def planned(job: Job, source: Source) -> Plan:
     refuse_missing(settings, source, issues)
     head = HeadTravel(
         travel_metric(job.machine, settings.solve.objective),
-        _overhead(job, data, probe) if words.moves_z else 0.0,
+        _overhead(job.machine, torch) if words.moves_z else 0.0,
         corner_point(sheet, options.start_corner) or _xy(settings.job.start_point),
         _xy(settings.job.end_point),
     )
     known, given, fits = _given(cutting, file, options, head)
     work = SheetWork(
         drawn=drawn,
-        sheet=cutting.sheet,
         cutting=cutting,
         given=given,
         nearest=given,
-        data=data,
+        torch=torch,
         head=head,
         planned=file if fits else None,
         order_fixed=options.heat_distance > 0.0 or (options.sweep != "free" and fits),
-        probe=probe,
-        freed=None if words.moves_z else FreedShapes(cutting.sheet, 0.5 * job.machine.nozzle_diameter),
+        parts=None if words.moves_z else DetachableParts(cutting.sheet, 0.5 * job.machine.nozzle_diameter),
         obstacles=_obstacles(job, words.moves_z),
     )
-    beam = settings.post.beam_power if words.torch is not None and words.torch.power else None
     plan = Plan(
         job=job,
         part=part,
@@ -150,7 +141,7 @@ def planned(job: Job, source: Source) -> Plan:
             joint_width=options.joint_width,
             safe_height=settings.job.clearance_height,
             probe=probe,
-            power=beam,
+            power=settings.post.beam_power if words.torch is not None and words.torch.power else None,
             material_number=settings.post.material_number,
         ),
         kind="cut",
@@ -166,9 +157,26 @@ def planned(job: Job, source: Source) -> Plan:
     joined = _chained(job, cutting, file, head.overhead)
     if joined is not cutting:
         known = in_bands(joined, drawing_order(joined), options)
-    by_nearest = with_leads_apart(with_clear_pierces(sequence_of(job, cutting, nearest.choices), head), head)
+    by_nearest = leads_apart(clear_pierces(sequence_of(job, cutting, nearest.choices), head), head)
     work = replace(work, cutting=joined, nearest=by_nearest)
     return replace(plan, work=work, stages=stages_of(job, joined, head, known))
+
+
+def _torch(job: Job, words: Dialect, data: CutData, probe: Probe | None) -> TorchSetup:
+    torch, post = words.torch, job.settings.post
+    beam = torch is not None and torch.power
+    return TorchSetup(
+        data,
+        job.settings.job.clearance_height,
+        safe_z=job.machine.safe_z,
+        switches=torch is not None and torch.darkens,
+        moves_z=words.moves_z,
+        power=post.beam_power if beam else TORCH_ON,
+        mark_power=post.mark_power if beam else TORCH_ON,
+        tolerance=PATH_TOLERANCE if torch is not None else 0.0,
+        probe=probe,
+        mark_tool=torch.mark_tool if torch is not None else None,
+    )
 
 
 def _given(
@@ -177,8 +185,8 @@ def _given(
     """Return the order of the drawing or of the plan file, the same with all choices of the plan file if they fit, and
     whether they do."""
     known = in_bands(cutting, plan_order(cutting, file) if file else drawing_order(cutting), options)
-    known = clear_pierces(cutting, known, head.cost, None, None)
-    given, fits = CutSequence(cutting, tuple(known)), False
+    given, fits = clear_pierces(CutSequence(cutting, tuple(known)), replace(head, start=None, end=None)), False
+    known = list(given.starts)
     if file is not None:
         try:
             whole = follow_plan(cutting, file, everything=True)
@@ -188,18 +196,18 @@ def _given(
             fits = False
         else:
             given, fits = CutSequence(whole, starts), True
-    return known, with_leads_apart(given, head), fits
+    return known, leads_apart(given, head), fits
 
 
 def _chained(job: Job, cutting: Cutting, file: PlanFile | None, overhead: float) -> Cutting:
-    """Return the cutting with chains where they save time.
+    """Return the cutting with chains if they save time.
 
     Bridges that a plan file fixes are kept; with ``keep_order`` all its bridges are.
 
     Raises
     ------
     PlanError
-        A bridge of the plan file cannot be made.
+        A bridge of the plan file has no room.
     """
     from leafcut.order.solve import solve
 
@@ -213,14 +221,15 @@ def _chained(job: Job, cutting: Cutting, file: PlanFile | None, overhead: float)
         job.report("looking for bridges")
         own = deadline.part(len(block) / left)
         left -= len(block)
-        found = chain_problem(cutting, options, overhead, min(job.machine.rapid_velocity[:2]), block)
+        found = chain_problem(cutting, block, overhead, min(job.machine.rapid_velocity[:2]))
         if found is None:
             continue
+        problem, bridges = found
         search = replace(settings.solve, bound=False, algorithm="auto", time_limit=own.seconds)
         tell = job.search_progress("joining cuts", 0.0, 1.0)
-        solution = solve(found.problem, search, settings.aco, progress=tell, cancelled=job.cancelled)
+        solution = solve(problem, search, settings.aco, progress=tell, cancelled=job.cancelled)
         own.spend(solution.seconds)
-        chains = [*chains, *chains_of(cutting, found, [int(n) for n in solution.nodes], options, chains)]
+        chains = [*chains, *chains_of(cutting, bridges, [int(n) for n in solution.nodes], chains)]
     return with_chains(cutting, chains)
 
 
@@ -236,21 +245,8 @@ def _obstacles(job: Job, moves_z: bool) -> Obstacles | None:
     return Obstacles(zones, heights, dogleg=job.machine.rapid_style == "dogleg")
 
 
-def _reached(sheet: Sheet, rules: CutRules) -> tuple[Sheet, Sheet, list[Issue]]:
-    """Return the sheet with narrow slots as cuts along their middle, the same with holes and closed notches in the
-    pieces that the kerf divides them into, and notes on both; without compensation, the sheet unchanged."""
-    from leafcut.processes.sheet.plan.divided_holes import with_chambers, with_divided_holes
-    from leafcut.processes.sheet.plan.slots import on_their_middle
-
-    if rules.half <= 0.0:
-        return sheet, sheet, []
-    whole, narrow = on_their_middle(sheet, rules.kerf) if rules.data.can_pierce else (sheet, [])
-    divided, uncut = with_divided_holes(whole, rules)
-    return whole, with_chambers(divided, rules), [*narrow, *uncut]
-
-
 def _bounds(sheet: Sheet) -> Toolpath:
-    """Return a way between the lowest and the highest corner of what is cut: where the machine must reach at least."""
+    """Return a move between the lowest and the highest corner of the contours, which the machine must reach."""
     builder = ToolpathBuilder()
     x0, y0, x1, y1 = _box(sheet)
     builder.rapid(x0, y0)
@@ -259,29 +255,25 @@ def _bounds(sheet: Sheet) -> Toolpath:
 
 
 def _box(sheet: Sheet) -> tuple[float, float, float, float]:
-    boxes = np.array([c.contour.path.extents for c in sheet.contours])
+    boxes = np.array([c.path.extents for c in sheet.contours])
     x0, y0 = boxes[:, :2].min(axis=0).tolist()
     x1, y1 = boxes[:, 2:].max(axis=0).tolist()
     return x0, y0, x1, y1
 
 
 def _sheet(run: Job, source: Source) -> tuple[Part, Sheet]:
-    """Return the drawing, and its contours made ready."""
     from leafcut.processes.placing import placed
-    from leafcut.processes.sheet.plan.hole_sizes import with_chosen_holes
-    from leafcut.processes.sheet.plan.sheet import prepare_sheet
     from leafcut.read import read_contours
 
     part = read_contours(source, run.settings.read, run.start_step("reading"))
     part = replace(part, issues=(*part.issues, *check_thickness(part, run.settings.job.thickness)))
     part = placed(part, run.settings.read)
-    return part, with_chosen_holes(
-        prepare_sheet(part, run.settings.sheet, run.settings.read.concentric), run.settings.read
-    )
+    sheet = prepare_sheet(part, run.settings.sheet, run.settings.read.concentric)
+    return part, with_chosen_holes(sheet, run.settings.read)
 
 
 def check_thickness(part: Part, thickness: float | None) -> list[Issue]:
-    """Refuse cutting data of another thickness than the solid has; a usual substitute is a warning (L413)."""
+    """Refuse cutting data for another thickness than that of the solid; warn of a usual substitute (L413)."""
     if part.height is None or thickness is None:
         return []
     apart = abs(thickness - part.height)
@@ -330,7 +322,7 @@ def _cut_data(run: Job) -> tuple[CutData, list[Issue]]:
 
 
 def cut_process_of(machine: Machine, asked: str | None) -> tuple[str, list[Issue]]:
-    """Return the name in the cut chart of what cuts, and a warning where it is another power than the machine has.
+    """Return the process in the cut chart, and a warning if its power is not that of the machine.
 
     Raises
     ------
@@ -356,7 +348,6 @@ def cut_process_of(machine: Machine, asked: str | None) -> tuple[str, list[Issue
 
 
 def _check_process(asked: str, kind: str, machine: str) -> None:
-    """Refuse a machine that cuts in another way than is asked for."""
     how = method_of(asked)
     if how == kind or how not in tuple(CutMethod):
         return
@@ -367,7 +358,6 @@ def _check_process(asked: str, kind: str, machine: str) -> None:
 
 
 def _check_dialect(words: Dialect, process: str) -> None:
-    """Refuse a dialect whose words are for another kind of torch."""
     from leafcut.gcode.dialects import dialect, dialects
 
     how = method_of(process)
@@ -380,12 +370,12 @@ def _check_dialect(words: Dialect, process: str) -> None:
 
 
 def probe_for(machine: Machine, words: Dialect, options: CutOptions) -> Probe | None:
-    """Return how the program finds the sheet before every pierce, or None where it does not.
+    """Return the probe that finds the sheet before each pierce, or None.
 
     Raises
     ------
     OptionError
-        It is asked for, and the machine or its controller cannot do it.
+        A probe is wanted, and the machine or its controller has none.
     """
     able = words.torch is not None and bool(words.torch.probe)
     probe = machine.probe
@@ -401,7 +391,7 @@ def probe_for(machine: Machine, words: Dialect, options: CutOptions) -> Probe | 
 
 
 def _joint_issues(data: CutData, options: CutOptions) -> list[Issue]:
-    """Warn of micro-joints in a sheet so thick that a beam does not go through it at once when it is lit again."""
+    """Warn of micro-joints in a sheet that is too thick for a beam to pierce in motion."""
     if method_of(data.process) != CutMethod.LASER or not options.micro_joints or data.thickness <= _RELIT:
         return []
     wait = f"the {data.pierce_delay:.2g} s" if data.pierce_delay > 0.0 else "the time"
@@ -413,7 +403,7 @@ def _joint_issues(data: CutData, options: CutOptions) -> list[Issue]:
 
 
 def _plan_issues(plan: PlanFile, data: CutData) -> list[Issue]:
-    """Warn of a plan that was made for other cutting data: its leads and starts were chosen for another kerf."""
+    """Warn of a plan for other cutting data: its leads and starts were chosen for another kerf."""
     differs = []
     if plan.thickness and abs(plan.thickness - data.thickness) > _SAME_THICKNESS:
         differs.append(f"{plan.thickness:g} mm, not {data.thickness:g} mm")
@@ -431,7 +421,7 @@ def _plan_issues(plan: PlanFile, data: CutData) -> list[Issue]:
 
 
 def _register_issues(words: Dialect, data: CutData, options: CutOptions) -> list[Issue]:
-    """Warn of a controller that takes the kerf from a register: a program cannot see what is in there."""
+    """Warn of a controller that takes the kerf from a register, whose content a program does not know."""
     from leafcut.gcode.torch import KERF_REGISTER
 
     if options.compensation != "controller" or words.torch is None or words.torch.compensation != "G41":
@@ -453,11 +443,11 @@ def _probe_issues(probe: Probe | None) -> list[Issue]:
     return [Issue("L618", words, "", Severity.NOTE)]
 
 
-def _overhead(run: Job, data: CutData, probe: Probe | None) -> float:
-    """Return what each cut takes to come down, to find the sheet, and to rise, s."""
+def _overhead(machine: Machine, torch: TorchSetup) -> float:
+    """Return the time to come down at each cut, to find the sheet, and to rise, s."""
     from leafcut.timing.profile import trapezoid_time
 
-    machine, clearance = run.machine, run.settings.job.clearance_height
+    data, probe, clearance = torch.data, torch.probe, torch.clearance
     velocity, acceleration = machine.rapid_velocity[2], machine.acceleration[2] * machine.acceleration_factor
     ways = [clearance - data.pierce_height, clearance - data.cut_height]
     finding = 0.0

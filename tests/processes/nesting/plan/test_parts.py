@@ -8,7 +8,7 @@ from cut_sheets import part_in_hole, ring, sheet_of, square, two_squares
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
-from leafcut.model.sheet import Sheet, SheetContour
+from leafcut.model.sheet import Sheet
 from leafcut.processes.nesting.plan.parts import parts_of
 
 
@@ -33,7 +33,7 @@ def test_a_part_in_the_hole_of_another_is_a_part_of_its_own() -> None:
 
 
 def test_lines_in_no_part_are_left_out_and_told_with_their_place_and_without_an_outline_there_is_nothing() -> None:
-    stray = SheetContour(Contour(Polyline.of_points([(300, 5), (310, 5)])), 0, -1, 0)
+    stray = Contour(Polyline.of_points([(300, 5), (310, 5)]), depth=0, parent=-1, part=0)
     drawn = sheet_of((square(0, 0, 50), 0, -1, 1))
     (part,), (issue,) = parts_of(Sheet("test", (*drawn.contours, stray)), 1, None)
     assert len(part.contours) == 1

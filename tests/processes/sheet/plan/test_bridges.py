@@ -22,7 +22,7 @@ from cut_sheets import (
     two_squares,
 )
 from leafcut.model.sheet import Sheet
-from leafcut.processes.sheet.plan.chains.bridges import (
+from leafcut.processes.sheet.plan.chains import (
     LEAVES_WITHIN,
     PLACES,
     Bridges,
@@ -32,8 +32,8 @@ from leafcut.processes.sheet.plan.chains.bridges import (
     left_at,
     scrap_of,
 )
-from leafcut.processes.sheet.plan.cut_contours import CutContour, prepare_contours
-from leafcut.processes.sheet.plan.leads.leads import Scrap
+from leafcut.processes.sheet.plan.contours import CutContour, prepare_contours
+from leafcut.processes.sheet.plan.scrap import Scrap
 
 KERF = PLASMA.kerf
 HALF = 0.5 * KERF
@@ -52,7 +52,7 @@ def bridges(sheet: Sheet, reach: float, members: list[int] | None = None) -> tup
 
 
 def pairs(found: Bridges) -> set[tuple[int, int]]:
-    ends = zip(found.places.contour[found.begin].tolist(), found.places.contour[found.end].tolist(), strict=True)
+    ends = zip(found.contour[found.begin].tolist(), found.contour[found.end].tolist(), strict=True)
     return set(ends)
 
 
@@ -60,7 +60,7 @@ def test_bridges_between_two_squares_are_as_long_as_said_and_shorter_than_the_re
     """20 mm are between the squares: 18.5 mm between the middles of their kerfs."""
     _, found = bridges(two_squares(20.0), 30.0)
     assert pairs(found) == {(0, 1), (1, 0)}
-    step = found.places.arrive[found.end] - found.places.leave[found.begin]
+    step = found.arrive[found.end] - found.leave[found.begin]
     assert found.length == pytest.approx(np.hypot(*step.T))
     assert found.length.max() < 30.0
     assert found.length.min() == pytest.approx(20.0 - KERF, abs=0.5)
@@ -91,15 +91,13 @@ def test_no_bridge_touches_a_part_a_clamp_or_a_kerf_but_those_that_it_joins() ->
     boxes = [(square(40 + 40 * i, 40 + 40 * j, 30), 0, -1, 1 + i + 2 * j) for i in range(2) for j in range(2)]
     sheet = sheet_of(*boxes, zones=((70.0, 45.0, 80.0, 65.0),))
     contours, found = bridges(sheet, 40.0)
-    lines = shapely.linestrings(
-        np.stack([found.places.leave[found.begin], found.places.arrive[found.end]], axis=1)
-    ).tolist()
+    lines = shapely.linestrings(np.stack([found.leave[found.begin], found.arrive[found.end]], axis=1)).tolist()
     assert len(lines) > 20
     clamp = shapely.box(70, 45, 80, 65)
-    for line, one, other in zip(lines, found.places.contour[found.begin], found.places.contour[found.end], strict=True):
+    for line, one, other in zip(lines, found.contour[found.begin], found.contour[found.end], strict=True):
         assert line.distance(clamp) >= HALF - 1e-3
         for k, contour in enumerate(contours):
-            part = shapely.Polygon(contour.source.contour.path.flattened(0.01))
+            part = shapely.Polygon(contour.source.path.flattened(0.01))
             assert line.distance(part) >= HALF - 0.02
             if k not in (one, other):
                 assert line.distance(contour.line) >= KERF - 1e-3
@@ -124,7 +122,7 @@ def test_places_of_a_contour_are_bounded_in_number_and_a_millimetre_apart() -> N
     boxes = [(square(30 + 12 * i, 30 + 12 * j, 6), 0, -1, 1 + i + 3 * j) for i in range(3) for j in range(2)]
     contours, found = bridges(sheet_of(*boxes), 60.0)
     for k, contour in enumerate(contours):
-        at = np.sort(found.places.at[found.places.contour == k])
+        at = np.sort(found.at[found.contour == k])
         assert 2 <= len(at) <= PLACES
         around = np.append(at, at[0] + contour.path.length)
         assert np.diff(around).min() >= 1.0 - 1e-9
@@ -136,7 +134,7 @@ def test_a_contour_has_bridges_to_its_eight_nearest_neighbours_and_no_others() -
     sheet = sheet_of(*((square(x - 2, y - 2, 4), 0, -1, k + 1) for k, (x, y) in enumerate(places)))
     contours, scrap = ready(sheet)
     _, found = bridges(sheet, 150.0)
-    outlines = [shapely.Polygon(contour.source.contour.path.flattened(0.01)) for contour in contours]
+    outlines = [shapely.Polygon(contour.source.path.flattened(0.01)) for contour in contours]
     wanted = set()
     for k, outline in enumerate(outlines):
         nearest = sorted((j for j in range(12) if j != k), key=lambda j: outline.distance(outlines[j]))
@@ -160,7 +158,7 @@ def along_a_slat(rows: int) -> Sheet:
 @pytest.mark.parametrize(("rows", "most"), [(1, 16), pytest.param(12, 12, marks=pytest.mark.slow)])
 def test_a_contour_has_at_most_sixteen_places_and_fewer_among_many(rows: int, most: int) -> None:
     """The maximum is three thousand places in all: twelve for each of 241 contours."""
-    places = bridges(along_a_slat(rows), 12.0)[1].places.contour
+    places = bridges(along_a_slat(rows), 12.0)[1].contour
     assert max(np.bincount(places)) == np.bincount(places)[0] == most
     assert len(places) <= 3000
 
@@ -207,10 +205,10 @@ def test_a_bridge_leads_from_a_part_to_the_hole_around_it_but_not_back_and_not_a
 
 
 def test_with_a_joint_a_contour_is_left_before_it_closes_whichever_way_it_is_cut() -> None:
-    contours, _ = ready(two_squares())
-    rules = rules_of(micro_joints=1, joint_width=0.4)
-    joint = abs(left_at(contours[0], 50.0, False, rules) - 50.0)
+    contours, _ = ready(two_squares(), micro_joints=1, joint_width=0.4)
+    joint = abs(left_at(contours[0], 50.0, False) - 50.0)
     assert joint >= 0.4
-    assert left_at(contours[0], 50.0, False, rules) == 50.0 - joint
-    assert left_at(contours[0], 50.0, True, rules) == 50.0 + joint
-    assert left_at(contours[0], 50.0, True, rules_of()) == 50.0
+    assert left_at(contours[0], 50.0, False) == 50.0 - joint
+    assert left_at(contours[0], 50.0, True) == 50.0 + joint
+    plain, _ = ready(two_squares())
+    assert left_at(plain[0], 50.0, True) == 50.0

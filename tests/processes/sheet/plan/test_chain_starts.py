@@ -19,10 +19,9 @@ from cut_sheets import (
     lead_out_of,
     two_squares,
 )
-from leafcut.processes.sheet.plan.chains.bridges import clockwise_of, find_bridges
-from leafcut.processes.sheet.plan.chains.chain_starts import Chain, Link, chain_starts
+from leafcut.processes.sheet.plan.chains import Chain, chain_starts, find_bridges
 from leafcut.processes.sheet.plan.cutting import Cutting
-from leafcut.processes.sheet.plan.leads.cut_starts import CutStart
+from leafcut.processes.sheet.plan.starts import CutStart
 
 KERF = PLASMA.kerf
 
@@ -30,19 +29,9 @@ KERF = PLASMA.kerf
 def chain_in(cutting: Cutting) -> Chain:
     """Return the chain of the first contour and the second, by the shortest bridge between them."""
     found = find_bridges(cutting.contours, [0, 1], cutting.scrap, 40.0)
-    places = found.places
-    there = np.flatnonzero(places.contour[found.begin] == 0)
+    there = np.flatnonzero(found.contour[found.begin] == 0)
     best = there[np.argmin(found.length[there])]
-    return tuple(
-        Link(
-            int(places.contour[k]),
-            float(places.at[k]),
-            (float(places.arrive[k, 0]), float(places.arrive[k, 1])),
-            (float(places.leave[k, 0]), float(places.leave[k, 1])),
-            clockwise_of(cutting.contours[int(places.contour[k])], cutting.rules),
-        )
-        for k in (found.begin[best], found.end[best])
-    )
+    return found.step(cutting, int(found.begin[best])), found.step(cutting, int(found.end[best]))
 
 
 def begun(cutting: Cutting, chain: Chain | None = None) -> list[CutStart]:
@@ -67,7 +56,7 @@ def test_every_way_to_begin_a_chain_starts_at_its_first_place_and_has_all_its_co
         assert (start.at, start.clockwise) == (pytest.approx(chain[0].at, abs=0.01), chain[0].clockwise)
         (other,) = start.then
         assert (other.contour, other.at, other.clockwise) == (1, chain[1].at, chain[1].clockwise)
-        assert other.entry == chain[1].arrive
+        assert other.entry == chain[1].entry
         assert start.exit == other.exit
 
 
@@ -89,7 +78,7 @@ def test_a_lead_out_that_would_run_along_the_bridge_is_left_out() -> None:
     """Square to the contour, where the bridge came in square to it: there is no room for any of it."""
     cutting = cutting_of(two_squares(), lead_out="line", overcut=0.0)
     chain = chain_in(cutting)
-    assert abs(chain[0].leave[1] - chain[1].arrive[1]) < 0.5
+    assert abs(chain[0].exit[1] - chain[1].entry[1]) < 0.5
     for start in begun(cutting, chain):
         assert start.then[-1].lead_out.style == "none"
         assert start.exit == pytest.approx(start.then[-1].exit)
@@ -104,7 +93,7 @@ def test_where_clamps_leave_room_for_the_bridge_alone_no_chain_begins() -> None:
     chain: Chain = ()
     for link, end in zip(chain_in(cutting), ((70.75, 45.0), (89.25, 45.0)), strict=True):
         at = float(shapely.line_locate_point(cutting.contours[link.contour].line, shapely.Point(end)))
-        chain = (*chain, replace(link, at=at, arrive=end, leave=end))
+        chain = (*chain, replace(link, at=at, entry=end, exit=end))
     assert begun(cutting, chain)
     assert begun(cutting_of(clamped), chain) == []
 

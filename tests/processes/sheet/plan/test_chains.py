@@ -30,8 +30,7 @@ from cut_sheets import (
 from leafcut.errors import OptionError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import Cut
-from leafcut.processes.sheet.plan.chains import chain_cutting
-from leafcut.processes.sheet.plan.chains import chain_cutting as chaining
+from leafcut.processes.sheet.plan import chains
 from leafcut.processes.sheet.plan.cutting import Cutting, drawing_order
 
 KERF = PLASMA.kerf
@@ -97,7 +96,7 @@ def test_three_in_a_row_have_one_pierce_when_piercing_takes_long() -> None:
 
 
 def test_a_chain_has_no_more_contours_than_allowed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(chain_cutting, "MOST_CONTOURS", 2)
+    monkeypatch.setattr(chains, "MOST_CONTOURS", 2)
     cutting = chained(cutting_of(lower_in_the_middle()), overhead=6.0)
     assert sorted(len(c.contours) for c in cuts_of(cutting)) == [1, 2]
 
@@ -140,7 +139,7 @@ def test_leads_of_other_cuts_keep_away_from_bridges(monkeypatch: pytest.MonkeyPa
     sheet = sheet_of(
         (square(20, 20, 50), 0, -1, 1), (square(90, 20, 50), 0, -1, 2), (Polyline.circle(80, 100, 4), 0, -1, 3)
     )
-    monkeypatch.setattr(chain_cutting, "MOST_CONTOURS", 2)
+    monkeypatch.setattr(chains, "MOST_CONTOURS", 2)
     cutting = chained(cutting_of(sheet))
     bridges = [b for s in cutting.starts if s.then for b in bridges_of(cutting.cut(s))]
     singles = [cutting.cut(s) for s in cutting.starts if not s.then]
@@ -199,9 +198,9 @@ def test_blocks_hold_every_contour_that_can_be_chained_once_and_are_not_too_larg
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Five squares in bands of three and two; with two in a block at most, one is left alone, with none to join."""
-    monkeypatch.setattr(chaining, "BLOCK", 2)
+    monkeypatch.setattr(chains, "BLOCK", 2)
     sheet = sheet_of(*((square(20 + 60 * k, 20, 40), 0, -1, k + 1) for k in range(5)))
-    blocks = chaining.chain_blocks(cutting_of(sheet), [[4, 3, 2], [1, 0]])
+    blocks = chains.chain_blocks(cutting_of(sheet), [[4, 3, 2], [1, 0]])
     assert blocks == [[3, 4], [0, 1]]
-    monkeypatch.setattr(chaining, "BLOCK", 400)
-    assert chaining.chain_blocks(cutting_of(sheet), [[4, 3, 2], [1, 0]]) == [[2, 3, 4], [0, 1]]
+    monkeypatch.setattr(chains, "BLOCK", 400)
+    assert chains.chain_blocks(cutting_of(sheet), [[4, 3, 2], [1, 0]]) == [[2, 3, 4], [0, 1]]

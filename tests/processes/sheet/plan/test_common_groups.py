@@ -13,12 +13,11 @@ from cut_sheets import LASER, PLASMA, rectangle, rules_of, sheet_of, square
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import CutData
 from leafcut.model.sheet import Sheet
-from leafcut.processes.sheet.plan.common_cuts.edges import EdgeGap, facing_edges
-from leafcut.processes.sheet.plan.common_cuts.groups import CommonCutGroup, Grouper
-from leafcut.processes.sheet.plan.common_cuts.lines import beside_leads, with_common_lines
-from leafcut.processes.sheet.plan.cut_contours import CutContour, prepare_contours
+from leafcut.processes.sheet.plan.common_edges import EdgeGap, facing_edges
+from leafcut.processes.sheet.plan.common_lines import CommonCutGroup, Grouper, beside_leads, with_common_lines
+from leafcut.processes.sheet.plan.contours import CutContour, prepare_contours
 from leafcut.processes.sheet.plan.cut_rules import CutRules
-from leafcut.processes.sheet.plan.leads.leads import Scrap
+from leafcut.processes.sheet.plan.scrap import Scrap
 
 KERF = PLASMA.kerf
 Ready = tuple[list[CutContour], Scrap, CutRules]
@@ -40,7 +39,7 @@ def ready(sheet: Sheet, data: CutData = PLASMA, **options: Any) -> Ready:
 def grouped(sheet: Sheet, *members: int, data: CutData = PLASMA) -> tuple[CommonCutGroup | None, list[EdgeGap]]:
     contours, scrap, rules = ready(sheet, data)
     slots = facing_edges(contours, rules)
-    return Grouper(contours, slots, scrap, rules).group(frozenset(members)), slots
+    return Grouper(contours, slots, scrap).group(frozenset(members)), slots
 
 
 def test_the_shape_of_a_group_is_its_parts_and_the_rooms_between_them() -> None:
@@ -118,8 +117,8 @@ def test_where_lines_cross_a_plasma_divides_the_one_and_a_laser_cuts_both_throug
 
 
 def test_of_a_group_the_lines_come_first_and_what_is_around_it_last() -> None:
-    contours, scrap, rules = ready(row((60, 40), (30, 40), (50, 40)))
-    made, order, issues = with_common_lines(contours, scrap, rules)
+    contours, scrap, _ = ready(row((60, 40), (30, 40), (50, 40)))
+    made, order, issues = with_common_lines(contours, scrap)
     *lines, around = made
     assert [c.common > 0.0 for c in made] == [True, True, False]
     assert set(order) == {(0, 2), (1, 2)}
@@ -131,10 +130,8 @@ def test_of_a_group_the_lines_come_first_and_what_is_around_it_last() -> None:
 
 def test_two_groups_have_numbers_and_indices_of_their_own() -> None:
     boxes = [(40, 40), (101.5, 40), (40, 240), (101.5, 240)]
-    contours, scrap, rules = ready(
-        sheet_of(*((square(x, y, 60), 0, -1, n) for n, (x, y) in enumerate(boxes, 1)), size=500)
-    )
-    made, order, _ = with_common_lines(contours, scrap, rules)
+    contours, scrap, _ = ready(sheet_of(*((square(x, y, 60), 0, -1, n) for n, (x, y) in enumerate(boxes, 1)), size=500))
+    made, order, _ = with_common_lines(contours, scrap)
     assert [(c.group, c.common > 0.0) for c in made] == [(1, True), (1, False), (2, True), (2, False)]
     assert set(order) == {(0, 1), (2, 3)}
     assert len({c.index for c in made}) == 4
@@ -143,23 +140,23 @@ def test_two_groups_have_numbers_and_indices_of_their_own() -> None:
 def test_holes_of_the_parts_and_their_marks_come_before_the_lines() -> None:
     sheet = sheet_of((square(40, 40, 60), 0, -1, 1), (square(101.5, 40, 60), 0, -1, 2), (square(60, 60, 20), 1, 0, 1),
                      size=500)  # fmt: skip
-    contours, scrap, rules = ready(sheet)
-    made, order, _ = with_common_lines(contours, scrap, rules)
+    contours, scrap, _ = ready(sheet)
+    made, order, _ = with_common_lines(contours, scrap)
     (hole,) = (k for k, c in enumerate(made) if c.hole)
     line, around = (next(k for k, c in enumerate(made) if bool(c.common) == wanted and c.group) for wanted in (1, 0))
     assert set(order) == {(hole, line), (hole, around), (line, around)}
 
 
 def test_parts_apart_stay_as_they_are_and_that_is_said() -> None:
-    contours, scrap, rules = ready(row((60, 40), (30, 40), gap=10.0))
-    made, order, issues = with_common_lines(contours, scrap, rules)
+    contours, scrap, _ = ready(row((60, 40), (30, 40), gap=10.0))
+    made, order, issues = with_common_lines(contours, scrap)
     assert (made, order) == (contours, [])
     assert [i.code for i in issues] == ["L616"]
 
 
 def test_leads_of_common_lines_are_kept_clear_of_others() -> None:
     contours, scrap, rules = ready(row((60, 40), (30, 40)))
-    made, _, _ = with_common_lines(contours, scrap, rules)
+    made, _, _ = with_common_lines(contours, scrap)
     line = next(c for c in made if c.common)
     bare = Scrap(row((60, 40), (30, 40)), made, rules)
     lead = shapely.LineString([(80.0, 36.0), (120.0, 36.0)])

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from leafcut.model.cutting import Consumption, ConsumptionRates, CutData, CutTimes
-from leafcut.processes.sheet.plan.cost_estimate import consumption_of
+from leafcut.processes.sheet.plan.costs import consumption_of
 
 DATA = CutData("plasma", "mild_steel", 6.0, 25.0, 1.5, 45.0, volts=128.0)
 #: An hour with the torch on, half an hour of it in 300 pierces; the rapids use up nothing.

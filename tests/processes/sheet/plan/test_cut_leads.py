@@ -30,8 +30,8 @@ from leafcut.errors import OptionError, PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import Lead
 from leafcut.processes.sheet.plan.cutting import prepare_cutting
-from leafcut.processes.sheet.plan.leads.leads import lead_path, lead_shape, placed, ways_to_lead
-from leafcut.processes.sheet.plan.leads.refine_starts import start_at
+from leafcut.processes.sheet.plan.leads import lead_path, lead_shape, lead_variants, placed
+from leafcut.processes.sheet.plan.starts import start_at
 
 
 def test_a_quarter_arc_begins_its_radius_behind_and_beside_the_contour() -> None:
@@ -68,7 +68,7 @@ def test_the_path_of_a_lead_runs_through_the_points_that_were_checked(style: str
 
 
 def test_shorter_leads_come_before_other_angles_and_none_is_below_a_kerf() -> None:
-    ways = ways_to_lead(Lead("arc", 6.0, 1.57), 1.5)
+    ways = lead_variants(Lead("arc", 6.0, 1.57), 1.5)
     assert ways[0] == Lead("arc", 6.0, 1.57)
     assert [w.style for w in ways[:3]] == ["arc"] * 3
     assert min(w.length for w in ways) >= 1.5
@@ -285,7 +285,11 @@ def test_the_joint_at_the_end_of_a_cut_is_never_in_a_loop_round_a_corner() -> No
     """Else the corner's arc is left, too: both ends of what stays uncut lie on the square grown by half a kerf."""
     leads = {"lead_in": "none", "lead_out": "none"}
     cutting = cutting_of(two_squares(), micro_joints=1, joint_width="2", corner_loops=True, **leads)
-    moved = [start_at(cutting, s, float(at)) for s in cutting.starts[:1] for at in range(300)]
+    moved = [
+        start_at(cutting.contours[s.contour], cutting.scrap, s, float(at))
+        for s in cutting.starts[:1]
+        for at in range(300)
+    ]
     starts = [s for s in (*cutting.starts, *moved) if s is not None]
     assert len(starts) > 100
     grown = [shapely.box(x, 20, x + 50, 70).buffer(0.75).exterior for x in (20, 90)]

@@ -18,6 +18,7 @@ from cut_sheets import (
     assert_leads_in_scrap,
     assert_nothing_is_gouged,
     cutting_of,
+    in_order,
     part_in_hole,
     part_in_notch,
     ring,
@@ -30,28 +31,27 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.cutting import CutPlan, Lead, PlanFile
 from leafcut.model.problem import Metric
-from leafcut.model.sheet import Sheet, SheetContour
+from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.options import CutOptions
-from leafcut.processes.sheet.plan.apply_plan_file import check_fit, follow_plan, plan_order
 from leafcut.processes.sheet.plan.cutting import (
     Cutting,
+    HeadTravel,
     bands,
     build_problem,
-    corner_point,
     drawing_order,
-    parse_size,
     route_length,
-    with_options,
 )
 from leafcut.processes.sheet.plan.heat import spread_starts, too_near
-from leafcut.processes.sheet.plan.leads.refine_starts import slide_starts
+from leafcut.processes.sheet.plan.moved_starts import slide_starts
+from leafcut.processes.sheet.plan.plan_file import check_fit, follow_plan, plan_order
+from leafcut.processes.sheet.plan.sheet import corner_point, parse_size, with_options
 from leafcut.read.plan_file import load_plan, plan_text
 
 DISTANCE = Metric()
 
 
 def problem_of(cutting: Cutting, metric: Metric = DISTANCE, overhead: float = 0.0):
-    return build_problem(cutting, range(len(cutting.contours)), metric, overhead, (0.0, 0.0), None)
+    return build_problem(cutting, range(len(cutting.contours)), HeadTravel(metric, overhead, (0.0, 0.0)))
 
 
 @pytest.mark.hazard
@@ -78,9 +78,9 @@ def assert_legal(cutting: Cutting, order) -> None:
         while around >= 0:
             assert at.get(around, math.inf) > place
             around = contours[around].parent
-        if contours[index].contour.kind == "mark":
+        if contours[index].kind == "mark":
             for other, later in at.items():
-                if contours[other].contour.kind == "cut" and contours[other].part == contours[index].part:
+                if contours[other].kind == "cut" and contours[other].part == contours[index].part:
                     assert later > place
 
 
@@ -137,7 +137,7 @@ def test_the_measure_of_the_literature_counts_the_ways_only() -> None:
 def random_sheet(seed: int) -> Sheet:
     """Return parts of several shapes on a grid, some with holes, some of those with parts in them."""
     rng = np.random.default_rng(seed)
-    contours: list[SheetContour] = []
+    contours: list[Contour] = []
     part = 0
     for i, j in itertools.product(range(2), range(2)):
         part += 1
@@ -145,14 +145,14 @@ def random_sheet(seed: int) -> Sheet:
         outline = square(x, y, side) if rng.random() < 0.5 else Polyline.circle(x + 55, y + 55, 0.5 * side)
         cx, cy = (x + 0.5 * side, y + 0.5 * side) if outline.n_segments == 4 else (x + 55, y + 55)
         outer = len(contours)
-        contours.append(SheetContour(Contour(outline), 0, -1, part))
+        contours.append(Contour(outline, depth=0, parent=-1, part=part))
         radius = float(rng.uniform(0.1, 0.4)) * side
         if rng.random() < 0.7:
-            contours.append(SheetContour(Contour(Polyline.circle(cx, cy, radius)), 1, outer, part))
+            contours.append(Contour(Polyline.circle(cx, cy, radius), depth=1, parent=outer, part=part))
             if radius > 25.0:
                 part += 1
                 inner = square(cx - 7, cy - 7, 14)
-                contours.append(SheetContour(Contour(inner), 2, outer + 1, part))
+                contours.append(Contour(inner, depth=2, parent=outer + 1, part=part))
     return Sheet("random", tuple(contours), square(0, 0, 290))
 
 
@@ -163,11 +163,11 @@ def test_on_any_sheet_no_cut_gouges_and_inner_contours_come_first(seed: int, hea
     cutting = cutting_of(sheet, data)
     order = drawing_order(cutting)
     before = route_length((0.0, 0.0), order)
-    slid = slide_starts(cutting, order, math.dist, (0.0, 0.0), None)
+    slid = list(slide_starts(in_order(cutting, order), HeadTravel(DISTANCE, start=(0.0, 0.0))).starts)
     assert route_length((0.0, 0.0), slid) <= before + 1e-6
     if heat:
-        slid = spread_starts(cutting, slid, 60.0, math.dist, (0.0, 0.0))
-        assert len(too_near(cutting, slid, 60.0)) <= len(too_near(cutting, order, 60.0))
+        slid = list(spread_starts(in_order(cutting, slid), 60.0, HeadTravel(DISTANCE, start=(0.0, 0.0))).starts)
+        assert len(too_near(slid, 60.0)) <= len(too_near(order, 60.0))
     assert_legal(cutting, slid)
     cuts = [cutting.cut(s) for s in slid]
     assert_nothing_is_gouged(sheet, cuts, data.kerf)
@@ -178,7 +178,12 @@ def test_starts_slide_to_the_shortest_polyline() -> None:
     """Two circles of radius 20 without leads, from (0, 50): the shortest way touches both on their common line."""
     sheet = sheet_of((Polyline.circle(60, 50, 20), 0, -1, 1), (Polyline.circle(160, 50, 20), 0, -1, 2))
     cutting = cutting_of(sheet, lead_in="none", lead_out="none", compensation="none")
-    slid = slide_starts(cutting, drawing_order(cutting), math.dist, (0.0, 50.0), (200.0, 50.0))
+    slid = list(
+        slide_starts(
+            in_order(cutting, drawing_order(cutting)),
+            HeadTravel(DISTANCE, start=(0.0, 50.0), end=(200.0, 50.0)),
+        ).starts
+    )
     # From the left point of the first circle on, every straight way through both circles is as short as it can be.
     assert route_length((0.0, 50.0), slid) + math.dist(slid[-1].exit, (200.0, 50.0)) == pytest.approx(200.0, abs=0.05)
 
@@ -189,9 +194,9 @@ def test_cuts_beside_each_other_are_not_made_one_after_the_other() -> None:
     cutting = cutting_of(sheet)
     rule = 45.0
     order = drawing_order(cutting)
-    spread = spread_starts(cutting, order, rule, math.dist, None)
-    assert too_near(cutting, order, rule)
-    assert not too_near(cutting, spread, rule)
+    spread = list(spread_starts(in_order(cutting, order), rule, HeadTravel(DISTANCE)).starts)
+    assert too_near(order, rule)
+    assert not too_near(spread, rule)
     assert_legal(cutting, spread)
 
 
@@ -236,7 +241,7 @@ def saved(cutting: Cutting, order, tmp_path, edit=lambda text: text):
 def test_a_plan_file_gives_the_same_cuts_again(tmp_path) -> None:
     sheet = part_in_hole()
     cutting = cutting_of(sheet)
-    order = slide_starts(cutting, drawing_order(cutting), math.dist, (0.0, 0.0), None)
+    order = list(slide_starts(in_order(cutting, drawing_order(cutting)), HeadTravel(DISTANCE, start=(0.0, 0.0))).starts)
     plan = saved(cutting, order, tmp_path)
     again = follow_plan(cutting_of(sheet), plan, everything=True)
     kept = plan_order(again, plan)
@@ -261,7 +266,9 @@ def test_what_a_plan_fixes_is_the_only_choice_and_the_rest_stays_free(tmp_path) 
     assert {s.clockwise for s in mine} == {first.clockwise}
     assert {round(s.at, 2) for s in mine} == {round(first.at, 2)}
     assert len(followed.by_contour[1]) == len(cutting.by_contour[1])
-    slid = slide_starts(followed, drawing_order(followed), math.dist, (0.0, 0.0), None)
+    slid = list(
+        slide_starts(in_order(followed, drawing_order(followed)), HeadTravel(DISTANCE, start=(0.0, 0.0))).starts
+    )
     assert slid[0].at == pytest.approx(first.at, abs=0.01)
 
 

@@ -9,10 +9,9 @@ import shapely
 from cut_sheets import PLASMA, rules_of, sheet_of, square
 from leafcut.errors import PlanError
 from leafcut.model.sheet import Sheet
-from leafcut.processes.sheet.plan.cut_contours import prepare_contours
-from leafcut.processes.sheet.plan.leads.cut_starts import CutStart
-from leafcut.processes.sheet.plan.leads.edge_starts import IN_THE_AIR, edge_starts
-from leafcut.processes.sheet.plan.leads.leads import Scrap
+from leafcut.processes.sheet.plan.contours import prepare_contours
+from leafcut.processes.sheet.plan.scrap import Scrap
+from leafcut.processes.sheet.plan.starts import IN_THE_AIR, CutStart, edge_starts
 
 
 def starts(sheet: Sheet, number: int = 0, places: int = 16) -> list[tuple[CutStart, tuple[float, float]]]:
@@ -21,7 +20,7 @@ def starts(sheet: Sheet, number: int = 0, places: int = 16) -> list[tuple[CutSta
     contours, _ = prepare_contours(sheet, rules)
     own = contours[number]
     along = [k * own.path.length / places for k in range(places)]
-    made = edge_starts(number, own, Scrap(sheet, contours, rules), rules, along)
+    made = edge_starts(number, own, Scrap(sheet, contours, rules), along)
     return [(start, own.path.point_at(start.at)) for start in made]
 
 

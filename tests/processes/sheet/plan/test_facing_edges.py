@@ -11,8 +11,8 @@ import shapely
 from cut_sheets import PLASMA, rectangle, rules_of, sheet_of, split_rectangle, square
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.sheet import Sheet
-from leafcut.processes.sheet.plan.common_cuts.edges import EdgeGap, facing_edges
-from leafcut.processes.sheet.plan.cut_contours import prepare_contours
+from leafcut.processes.sheet.plan.common_edges import EdgeGap, facing_edges
+from leafcut.processes.sheet.plan.contours import prepare_contours
 
 KERF = PLASMA.kerf
 

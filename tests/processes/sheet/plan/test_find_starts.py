@@ -12,10 +12,10 @@ from cut_sheets import LASER, PLASMA, part_in_hole, rectangle, ring, rules_of, s
 from leafcut.errors import PlanError
 from leafcut.model.cutting import CutData
 from leafcut.model.sheet import Sheet
-from leafcut.processes.sheet.plan.cut_contours import CutContour, prepare_contours
-from leafcut.processes.sheet.plan.leads import find_starts as room
-from leafcut.processes.sheet.plan.leads.cut_starts import CutStart
-from leafcut.processes.sheet.plan.leads.leads import Scrap
+from leafcut.processes.sheet.plan import starts as room
+from leafcut.processes.sheet.plan.contours import CutContour, prepare_contours
+from leafcut.processes.sheet.plan.scrap import Scrap
+from leafcut.processes.sheet.plan.starts import CutStart
 
 HALF = 0.5 * PLASMA.kerf
 
@@ -23,7 +23,7 @@ HALF = 0.5 * PLASMA.kerf
 def found(sheet: Sheet, data: CutData = PLASMA, **options: Any) -> tuple[list[CutContour], list[CutStart]]:
     rules = rules_of(data, **options)
     contours, _ = prepare_contours(sheet, rules)
-    return contours, room.find_starts(contours, Scrap(sheet, contours, rules), rules)
+    return contours, room.find_starts(contours, Scrap(sheet, contours, rules))
 
 
 def places_of(starts: list[CutStart], contour: int = 0) -> list[float]:
@@ -42,7 +42,7 @@ def test_starts_come_contour_by_contour_and_each_has_some() -> None:
 def test_the_torch_comes_down_in_the_scrap_on_the_side_that_is_thrown_away() -> None:
     """Beside an outline and in a hole, half a kerf or more from every edge."""
     contours, starts = found(part_in_hole())
-    shapes = [shapely.Polygon(c.source.contour.path.flattened(0.005)) for c in contours]
+    shapes = [shapely.Polygon(c.source.path.flattened(0.005)) for c in contours]
     for start in starts:
         point, contour = shapely.Point(start.entry), contours[start.contour]
         assert shapes[start.contour].contains(point) == contour.hole
@@ -87,7 +87,7 @@ def test_the_more_contours_there_are_the_fewer_places_each_has(contours: int, mo
         patch.setattr(room, "starts_of", starts_of)
         some: Any = [None] * contours
         scrap: Any = None
-        assert [s.contour for s in room.find_starts(some, scrap, rules_of())] == list(range(contours))
+        assert [s.contour for s in room.find_starts(some, scrap)] == list(range(contours))
     assert set(asked) == {most}
 
 

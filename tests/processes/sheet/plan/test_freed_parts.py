@@ -14,18 +14,18 @@ import shapely
 
 from leafcut import api
 from leafcut.gcode.dialects import dialect
+from leafcut.geometry.obstacles import BESIDE, MARGIN
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.cutting import Cut
 from leafcut.model.outcome import Outcome
-from leafcut.model.sheet import Sheet, SheetContour
+from leafcut.model.sheet import Sheet
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.sheet.model import SheetDetail
-from leafcut.processes.sheet.plan.freed_parts import BESIDE, HIT, MARGIN, FreedShapes, cut_free_later, lead_round
+from leafcut.processes.sheet.plan.detached_parts import HIT, DetachableParts, cut_outlines_later
 from leafcut.processes.sheet.proof.cut_motion import read_back
-from leafcut.processes.sheet.proof.freed import check_freed, crossings
+from leafcut.processes.sheet.proof.detached_parts import check_freed, crossings
 from leafcut.processes.sheet.proof.laid_runs import Asked, LaidRuns
-from leafcut.processes.sheet.proof.sheet_shapes import shapes_of
 from leafcut.processes.sheet.proof.torch_runs import torch_runs
 
 
@@ -34,7 +34,7 @@ def square(x: float, y: float, size: float = 10.0) -> Polyline:
 
 
 def sheet_of(*paths: Polyline) -> Sheet:
-    contours = [SheetContour(Contour(path), part=k + 1) for k, path in enumerate(paths)]
+    contours = [Contour(path, part=k + 1) for k, path in enumerate(paths)]
     return Sheet("three", tuple(contours))
 
 
@@ -53,8 +53,8 @@ RIGHT = cut_of(2, (40.2, 5.0), (40.2, 5.1))
 
 def test_a_way_over_a_free_part_goes_round_its_corners() -> None:
     """From the left of the row to its right, over the middle, which is free: by hand two corners, 1 mm beside it."""
-    found = lead_round(FreedShapes(ROW), [MIDDLE, LEFT, RIGHT], None, None)
-    assert (found.crossing, found.ways) == ((), 2)
+    found = DetachableParts(ROW).routes([MIDDLE, LEFT, RIGHT], None, None)
+    assert (found.crossing, found.moves) == ((), 2)
     assert found.corners.keys() == {2}
     assert {y for _, y in found.corners[2]} <= {-MARGIN, 10.0 + MARGIN}
     assert all(min(abs(x - corner) for corner in (0, 10, 15, 25, 30, 40)) <= MARGIN for x, _ in found.corners[2])
@@ -62,18 +62,18 @@ def test_a_way_over_a_free_part_goes_round_its_corners() -> None:
 
 def test_what_is_not_free_yet_or_hangs_on_joints_is_crossed() -> None:
     # From the right over the right one, then from the left over the left one; the middle is not free yet.
-    assert lead_round(FreedShapes(ROW), [RIGHT, LEFT, MIDDLE], None, None).corners.keys() == {1, 2}
+    assert DetachableParts(ROW).routes([RIGHT, LEFT, MIDDLE], None, None).corners.keys() == {1, 2}
     two = sheet_of(square(0, 0), square(15, 0))
     beyond = cut_of(1, (25.2, 5.0), (25.2, 6.0))
-    assert lead_round(FreedShapes(two), [beyond, LEFT], None, None).corners.keys() == {1}
-    assert lead_round(FreedShapes(two), [replace(beyond, joints=((0.1, 0.2),)), LEFT], None, None).corners == {}
-    assert lead_round(FreedShapes(two), [cut_of(1, (25.2, 5.0), (12.0, 5.0)), LEFT], None, None).corners == {}
+    assert DetachableParts(two).routes([beyond, LEFT], None, None).corners.keys() == {1}
+    assert DetachableParts(two).routes([replace(beyond, joints=((0.1, 0.2),)), LEFT], None, None).corners == {}
+    assert DetachableParts(two).routes([cut_of(1, (25.2, 5.0), (12.0, 5.0)), LEFT], None, None).corners == {}
 
 
 def test_a_way_that_ends_inside_a_free_part_crosses_and_is_counted() -> None:
     inside = cut_of(2, (20.0, 5.0), (20.0, 5.1))
-    found = lead_round(FreedShapes(ROW), [MIDDLE, inside], None, None)
-    assert (found.crossing, found.corners, found.ways) == ((1,), {}, 1)
+    found = DetachableParts(ROW).routes([MIDDLE, inside], None, None)
+    assert (found.crossing, found.corners, found.moves) == ((1,), {}, 1)
 
 
 def nearest(ways: list[list[tuple[float, float]]], free: list[object], radius: float) -> float:
@@ -92,16 +92,16 @@ def test_a_nozzle_keeps_its_radius_from_free_parts_where_there_is_room(radius: f
     the right of it. By hand: the gap is 5 mm, so a radius of 1.5 and 2.4 fits between two free squares, 4 does not."""
     above, beside = cut_of(1, (20.0, 10.2), (18.0, 10.2)), cut_of(2, (27.5, 2.0), (29.8, 3.0))
     free = [shapely.box(15, 0, 25, 10)]
-    found = lead_round(FreedShapes(ROW, radius), [above, beside], None, None)
+    found = DetachableParts(ROW, radius).routes([above, beside], None, None)
     assert (found.crossing, found.close) == ((), ())
     way = [above.path.end, *found.corners[1], beside.path.start]
     assert nearest([way], free, radius) >= radius - 0.02
-    assert lead_round(FreedShapes(ROW), [above, beside], None, None).corners.keys() == {1}, (
+    assert DetachableParts(ROW).routes([above, beside], None, None).corners.keys() == {1}, (
         "its middle alone goes by the corner"
     )
 
     right = cut_of(2, (31.0, 10.2), (30.5, 10.2))
-    found = lead_round(FreedShapes(ROW, radius), [right, above, cut_of(0, (27.5, 2.0), (27.5, 2.1))], None, None)
+    found = DetachableParts(ROW, radius).routes([right, above, cut_of(0, (27.5, 2.0), (27.5, 2.1))], None, None)
     assert found.crossing == ()
     assert found.close == (() if radius < 2.5 else (2,)), "two free squares, 5 mm apart"
 
@@ -109,14 +109,14 @@ def test_a_nozzle_keeps_its_radius_from_free_parts_where_there_is_room(radius: f
 def test_a_nozzle_that_comes_from_beside_a_free_part_leaves_it_at_once() -> None:
     """Along an edge from 0.2 mm beside it: the middle alone goes straight, a nozzle of 3 mm steps away first."""
     beside, on = cut_of(1, (14.8, 1.0), (14.8, 1.0)), cut_of(0, (14.0, 9.9), (14.0, 9.9))
-    assert lead_round(FreedShapes(ROW), [beside, on], None, None).corners == {}
-    corners = lead_round(FreedShapes(ROW, 1.5), [beside, on], None, None).corners[1]
+    assert DetachableParts(ROW).routes([beside, on], None, None).corners == {}
+    corners = DetachableParts(ROW, 1.5).routes([beside, on], None, None).corners[1]
     assert corners[0] == pytest.approx((15.0 - 1.5 - BESIDE, 1.0), abs=0.02)
 
 
 def test_the_way_to_the_end_counts_too() -> None:
-    found = lead_round(FreedShapes(ROW), [RIGHT, MIDDLE, LEFT], (0.0, -50.0), (80.0, 5.0))
-    assert found.ways == 4
+    found = DetachableParts(ROW).routes([RIGHT, MIDDLE, LEFT], (0.0, -50.0), (80.0, 5.0))
+    assert found.moves == 4
     assert 3 in found.corners
 
 
@@ -125,11 +125,11 @@ def test_what_is_known_of_a_way_is_used_only_where_the_same_parts_are_free() -> 
     sheet = sheet_of(*(square(15.0 * x, 15.0 * y) for x in range(3) for y in range(3)))
     chance = np.random.default_rng(1)
     places = [(float(x), float(y)) for x, y in chance.uniform(-5.0, 45.0, (8, 2))]
-    shapes = FreedShapes(sheet, 2.0)
+    shapes = DetachableParts(sheet, 2.0)
     for _ in range(6):
         free = set(np.flatnonzero(chance.random(9) < 0.5).tolist())
         for a, b in pairwise(places):
-            assert shapes.led(a, b, free) == FreedShapes(sheet, 2.0).led(a, b, free)
+            assert shapes.route(a, b, free) == DetachableParts(sheet, 2.0).route(a, b, free)
 
 
 def test_a_part_is_freed_behind_the_ways_that_cross_it_where_that_costs_less() -> None:
@@ -140,16 +140,16 @@ def test_a_part_is_freed_behind_the_ways_that_cross_it_where_that_costs_less() -
 
     def length(order: list[int]) -> float:
         chosen = [cuts[k] for k in order]
-        found = lead_round(FreedShapes(ROW), chosen, None, None)
+        found = DetachableParts(ROW).routes(chosen, None, None)
         stops = [[a.path.end, *found.corners.get(k + 1, ()), b.path.start] for k, (a, b) in enumerate(pairwise(chosen))]
         return sum(math.dist(p, q) for way in stops for p, q in pairwise(way)) + HIT * len(found.crossing)
 
-    order = cut_free_later(FreedShapes(ROW), cuts, [], math.dist, lambda: True)
+    order = cut_outlines_later(DetachableParts(ROW), cuts, [], math.dist)
     assert order != [0, 1, 2]
     assert length(order) < length([0, 1, 2])
     assert length(order) >= min(length(list(one)) for one in permutations(range(3)))
-    assert cut_free_later(FreedShapes(ROW), cuts, [(0, 1), (0, 2)], math.dist, lambda: True) == [0, 1, 2]
-    assert cut_free_later(FreedShapes(ROW), cuts, [], math.dist, lambda: False) == [0, 1, 2]
+    assert cut_outlines_later(DetachableParts(ROW), cuts, [(0, 1), (0, 2)], math.dist) == [0, 1, 2]
+    assert cut_outlines_later(DetachableParts(ROW), cuts, [], math.dist, lambda: True) == [0, 1, 2]
 
 
 @pytest.fixture(scope="module")
@@ -172,7 +172,7 @@ def laid_of(outcome: Outcome, text: str) -> tuple[LaidRuns, Toolpath]:
     words, plan = dialect(outcome.dialect), outcome.detail.plan
     path = read_back(text, plan, words)
     half = 0.5 * plan.data.kerf
-    return LaidRuns(torch_runs(path, None), plan, shapes_of(plan.sheet, half), words, Asked(half)), path
+    return LaidRuns(torch_runs(path, None), plan, plan.sheet, words, Asked(half)), path
 
 
 def test_no_way_of_a_laser_crosses_a_free_part_and_the_proof_counts_for_itself(laser: Outcome) -> None:

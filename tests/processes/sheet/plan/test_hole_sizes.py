@@ -13,8 +13,7 @@ from leafcut.model.contour import Contour
 from leafcut.model.part import Part
 from leafcut.model.sheet import Sheet
 from leafcut.options import ReadOptions
-from leafcut.processes.sheet.plan.hole_sizes import round_diameter, with_chosen_holes
-from leafcut.processes.sheet.plan.sheet import prepare_sheet
+from leafcut.processes.sheet.plan.sheet import prepare_sheet, round_diameter, with_chosen_holes
 
 
 def sheet(*paths: Polyline) -> Sheet:
@@ -35,7 +34,7 @@ def test_round_holes_beyond_the_limits_go_and_are_told_in_one_issue() -> None:
         Polyline.circle(50, 60, 20),
     )
     found = with_chosen_holes(drawn, ReadOptions(min_diameter=10.0, max_diameter=30.0))
-    assert [c.contour.path.extents[2] for c in found.contours] == pytest.approx([100.0, 55.0])
+    assert [c.path.extents[2] for c in found.contours] == pytest.approx([100.0, 55.0])
     assert [(c.depth, c.parent, c.part) for c in found.contours] == [(0, -1, 1), (1, 0, 1)]
     (issue,) = found.issues
     assert issue.code == "L205"

@@ -7,11 +7,24 @@ from dataclasses import replace
 
 import shapely
 
-from cut_sheets import FINE, PLASMA, ROOM, chained, cutting_of, lead_in_of, lead_out_of, sheet_of, square, two_squares
+from cut_sheets import (
+    FINE,
+    PLASMA,
+    ROOM,
+    chained,
+    cutting_of,
+    in_order,
+    lead_in_of,
+    lead_out_of,
+    sheet_of,
+    square,
+    two_squares,
+)
 from leafcut.geometry.polyline import Polyline
-from leafcut.processes.sheet.plan.cutting import Cutting
-from leafcut.processes.sheet.plan.leads.cut_starts import CutStart
-from leafcut.processes.sheet.plan.leads.leads_apart import leads_apart
+from leafcut.model.problem import Metric
+from leafcut.processes.sheet.plan.cutting import Cutting, HeadTravel
+from leafcut.processes.sheet.plan.moved_starts import leads_apart
+from leafcut.processes.sheet.plan.starts import CutStart
 
 
 def leads(cutting: Cutting, start: CutStart) -> list[shapely.LineString]:
@@ -33,7 +46,7 @@ def test_one_of_two_cuts_whose_leads_cross_begins_elsewhere() -> None:
     cutting = cutting_of(two_squares(9.0))
     order = crossing(cutting)
     assert apart(cutting, *order) < PLASMA.kerf - ROOM
-    moved = leads_apart(cutting, order, math.dist, None, None)
+    moved = list(leads_apart(in_order(cutting, order), HeadTravel(Metric())).starts)
     assert [s.contour for s in moved] == [s.contour for s in order]
     assert sum(a is not b for a, b in zip(moved, order, strict=True)) == 1
     assert apart(cutting, *moved) >= PLASMA.kerf - ROOM
@@ -42,7 +55,7 @@ def test_one_of_two_cuts_whose_leads_cross_begins_elsewhere() -> None:
 def test_a_start_that_a_plan_file_fixes_stays_and_the_other_one_moves() -> None:
     cutting = replace(cutting_of(two_squares(9.0)), fixed={1: ("start",)})
     order = crossing(cutting)
-    moved = leads_apart(cutting, order, math.dist, None, None)
+    moved = list(leads_apart(in_order(cutting, order), HeadTravel(Metric())).starts)
     assert moved[1] is order[1]
     assert moved[0] is not order[0]
 
@@ -50,7 +63,7 @@ def test_a_start_that_a_plan_file_fixes_stays_and_the_other_one_moves() -> None:
 def test_leads_that_are_apart_stay_where_they_are() -> None:
     cutting = cutting_of(two_squares(60.0))
     order = [cutting.starts[own[0]] for own in cutting.by_contour]
-    assert leads_apart(cutting, order, math.dist, (0.0, 0.0), None) == order
+    assert list(leads_apart(in_order(cutting, order), HeadTravel(Metric(), start=(0.0, 0.0))).starts) == order
 
 
 def test_the_leads_of_a_chain_count_too() -> None:
@@ -63,7 +76,7 @@ def test_the_leads_of_a_chain_count_too() -> None:
     )
     cutting = chained(cutting_of(sheet))
     order = [cutting.starts[own[0]] for own in cutting.by_contour if own]
-    moved = leads_apart(cutting, order, math.dist, None, None)
+    moved = list(leads_apart(in_order(cutting, order), HeadTravel(Metric())).starts)
     for k, s in enumerate(moved):
         for other in moved[k + 1 :]:
             assert apart(cutting, s, other) >= PLASMA.kerf - ROOM

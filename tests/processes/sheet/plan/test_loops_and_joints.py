@@ -11,11 +11,10 @@ import shapely
 
 from cut_sheets import LASER, PLASMA, cutting_of, rules_of, sheet_of, square, two_squares
 from leafcut.geometry.polyline import Polyline
-from leafcut.processes.sheet.plan.chains.chain_path import chain_length, make_chain
-from leafcut.processes.sheet.plan.cut_contours import prepare_contours
-from leafcut.processes.sheet.plan.cut_path import body_of, joints_of, make_cut, snapped
-from leafcut.processes.sheet.plan.leads.corner_loops import with_loops
-from leafcut.processes.sheet.plan.leads.leads import Scrap
+from leafcut.processes.sheet.plan.contours import prepare_contours
+from leafcut.processes.sheet.plan.corner_loops import with_loops
+from leafcut.processes.sheet.plan.cut_path import body_of, chain_length, joints_of, make_chain, make_cut, snapped
+from leafcut.processes.sheet.plan.scrap import Scrap
 
 SQUARE = sheet_of((square(50, 50, 100), 0, -1, 1), size=200)
 
@@ -23,7 +22,7 @@ SQUARE = sheet_of((square(50, 50, 100), 0, -1, 1), size=200)
 def test_a_loop_crosses_itself_where_the_two_straight_cuts_meet_and_runs_in_the_scrap() -> None:
     rules = rules_of(corner_loops=True)
     contours, _ = prepare_contours(SQUARE, rules)
-    (looped,) = with_loops(contours, Scrap(SQUARE, contours, rules), rules)
+    (looped,) = with_loops(contours, Scrap(SQUARE, contours, rules))
     assert len(looped.loops) == 4
     half, part = PLASMA.kerf / 2, shapely.box(50, 50, 150, 150)
     corners = [(50 - half, 50 - half), (150 + half, 50 - half), (150 + half, 150 + half), (50 - half, 150 + half)]
@@ -48,7 +47,7 @@ def test_round_corners_blunt_ones_and_holes_get_no_loop_nor_corners_that_have_no
         (two_squares(4.0), 4),
     ):
         contours, _ = prepare_contours(sheet, rules)
-        made = with_loops(contours, Scrap(sheet, contours, rules), rules)
+        made = with_loops(contours, Scrap(sheet, contours, rules))
         assert sum(len(c.loops) for c in made) == loops, sheet
         assert not any(c.loops for c in made if c.hole)
 
@@ -58,10 +57,10 @@ def test_joints_lie_evenly_keep_from_corners_and_are_as_long_as_asked_with_a_ker
     cutting = cutting_of(SQUARE, LASER, micro_joints=4, joint_width="0.4")
     contour = cutting.contours[0]
     for start in cutting.starts[:6]:
-        joints = joints_of(contour, start, cutting.rules, 0.0)
+        joints = joints_of(contour, start, 0.0)
         assert len(joints) == 4
         assert all(high - low == pytest.approx(0.4 + LASER.kerf) for low, high in joints)
-        body, _ = body_of(contour, start, cutting.rules, overcut=False)
+        body, _ = body_of(contour, start, overcut=False)
         places = [body.point_at(0.5 * (low + high)) for low, high in joints]
         for x, y in places:
             corner = min(math.dist((x, y), (cx, cy)) for cx in (50, 150) for cy in (50, 150))
@@ -75,8 +74,8 @@ def test_a_cut_goes_once_round_and_its_overcut_further_in_its_own_direction() ->
     contour = cutting.contours[0]
     ways = set()
     for start in cutting.starts:
-        body, past = body_of(contour, start, cutting.rules)
-        bare, none = body_of(contour, start, cutting.rules, overcut=False)
+        body, past = body_of(contour, start)
+        bare, none = body_of(contour, start, overcut=False)
         assert (body.length, bare.length) == (
             pytest.approx(contour.path.length + 2),
             pytest.approx(contour.path.length),
@@ -92,7 +91,7 @@ def test_a_cut_goes_once_round_and_its_overcut_further_in_its_own_direction() ->
 def test_the_path_of_a_cut_is_its_leads_and_its_body_end_to_end() -> None:
     cutting = cutting_of(SQUARE, lead_in="line", lead_out="line")
     for start in cutting.starts[:8]:
-        cut = make_cut(cutting.contours[0], start, cutting.rules)
+        cut = make_cut(cutting.contours, start, {})
         assert cut.path.start == pytest.approx(start.entry, abs=1e-6)
         assert cut.lead_in == pytest.approx(start.lead_in.length)
         whole = start.lead_in.length + cutting.contours[0].path.length + start.lead_out.length
@@ -111,9 +110,9 @@ def test_a_chain_is_as_long_as_its_contours_with_the_bridges_between_them() -> N
     cutting = cutting_of(two_squares(), lead_in="line", lead_out="line")
     one, other = (cutting.starts[numbers[0]] for numbers in cutting.by_contour)
     chain = replace(one, then=(replace(other, pierce=False),))
-    cut = make_chain(cutting.contours, chain, cutting.rules, {})
+    cut = make_chain(cutting.contours, chain, {})
     assert cut.contours == (0, 1)
-    assert cut.path.length == pytest.approx(chain_length(cutting.contours, chain, cutting.rules), abs=1e-3)
+    assert cut.path.length == pytest.approx(chain_length(cutting.contours, chain), abs=1e-3)
     ((low, high),) = cut.bridges
     places = [cutting.contours[s.contour].path.point_at(s.at) for s in (one, other)]
     assert high - low == pytest.approx(math.dist(*places))

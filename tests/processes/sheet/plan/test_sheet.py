@@ -66,7 +66,7 @@ def test_outlines_holes_and_parts_in_holes_have_their_depth_parent_and_part() ->
     ]
     assert [c.is_hole for c in found.contours] == [True, False, True, False, False]
     assert found.n_parts == 3
-    assert all(c.contour.path.area > 0 and c.contour.part == c.part for c in found.contours)
+    assert all(c.path.area > 0 and c.part == c.part for c in found.contours)
     assert found.issues == () and found.outline is None
 
 
@@ -78,7 +78,7 @@ def test_marks_belong_to_the_part_they_lie_in() -> None:
         line((45, 50), (55, 50), layer="MARK 2"),
         line((200, 0), (210, 0), layer="mark"),
     )
-    assert [(c.contour.kind, c.depth, c.parent, c.part) for c in found.contours] == [
+    assert [(c.kind, c.depth, c.parent, c.part) for c in found.contours] == [
         ("cut", 0, -1, 1),
         ("mark", 0, 0, 1),
         ("cut", 1, 0, 1),
@@ -98,11 +98,11 @@ def test_a_source_that_numbers_its_parts_is_believed_where_it_fits_the_nesting()
 def test_layers_are_kinds_by_pattern() -> None:
     drawing = (box(0, 0, 9, 9, "Cut A"), box(20, 0, 9, 9, "Text"), box(1, 1, 2, 2, "Dots"), box(-5, -5, 50, 50, "rim"))
     found = sheet(*drawing, cut_layers="cut*", mark_layers="dots", sheet_layers="RIM")
-    assert [(c.contour.layer, c.contour.kind) for c in found.contours] == [("Cut A", "cut"), ("Dots", "mark")]
+    assert [(c.layer, c.kind) for c in found.contours] == [("Cut A", "cut"), ("Dots", "mark")]
     assert found.outline is not None and found.outline.area == 2500
     assert codes(found) == ["L211"]
     ignored = sheet(*drawing, ignore_layers="text,dots,rim")
-    assert [c.contour.layer for c in ignored.contours] == ["Cut A"]
+    assert [c.layer for c in ignored.contours] == ["Cut A"]
 
 
 def test_a_layer_named_as_a_sheet_is_the_sheet_only_where_it_lies_round_all_else() -> None:
@@ -171,7 +171,7 @@ def test_an_open_cut_from_edge_to_edge_of_the_sheet_leaves_it_the_sheet() -> Non
 
 
 def test_a_drawing_with_nothing_but_marks_by_name_is_cut() -> None:
-    assert [c.contour.kind for c in sheet(box(0, 0, 9, 9, "MARK")).contours] == ["cut"]
+    assert [c.kind for c in sheet(box(0, 0, 9, 9, "MARK")).contours] == ["cut"]
 
 
 @pytest.mark.parametrize(
@@ -252,7 +252,7 @@ def test_lines_that_outlines_share_and_nobody_can_tell_apart_are_refused() -> No
         except PlanError as problem:
             assert "\n" not in str(problem)
         else:
-            assert found.n_parts == 16 and {round(c.contour.path.area, 6) for c in found.contours} == {1}
+            assert found.n_parts == 16 and {round(c.path.area, 6) for c in found.contours} == {1}
 
 
 def nest(draw: random.Random, n: int) -> list[Contour]:
@@ -291,7 +291,7 @@ def test_a_nest_drawn_as_loose_lines_and_arcs_in_any_order_is_the_nest_again(tmp
     assert loose.issues == ()
 
     def summary(found: Sheet) -> list[tuple[float, ...]]:
-        return sorted((c.depth, c.contour.path.area, *np.round(c.contour.path.extents, 6)) for c in found.contours)
+        return sorted((c.depth, c.path.area, *np.round(c.path.extents, 6)) for c in found.contours)
 
     for ours, theirs in zip(summary(loose), summary(whole), strict=True):
         assert ours == pytest.approx(theirs, abs=1e-5)
@@ -324,8 +324,8 @@ def test_whatever_is_drawn_outlines_are_simple_and_apart_or_one_line_says_why_no
     except PlanError as problem:
         assert "\n" not in str(problem)
         return
-    outlines = [c for c in found.contours if c.contour.kind == "cut" and c.contour.path.closed]
-    shapes = [shapely.Polygon(c.contour.path.flattened(0.001)) for c in outlines]
+    outlines = [c for c in found.contours if c.kind == "cut" and c.path.closed]
+    shapes = [shapely.Polygon(c.path.flattened(0.001)) for c in outlines]
     assert all(s.is_valid for s in shapes)
     for k, shape in enumerate(shapes):
         for other in shapes[:k]:
@@ -335,12 +335,12 @@ def test_whatever_is_drawn_outlines_are_simple_and_apart_or_one_line_says_why_no
 
 def test_depths_and_areas_are_those_of_shapely() -> None:
     found = sheet(*nest(random.Random(9), 30))
-    shapes = [shapely.Polygon(c.contour.path.flattened(0.001)) for c in found.contours]
+    shapes = [shapely.Polygon(c.path.flattened(0.001)) for c in found.contours]
     for c, shape in zip(found.contours, shapes, strict=True):
         holders = [k for k, other in enumerate(shapes) if other.contains_properly(shape)]
         assert c.depth == len(holders)
         assert c.parent == min(holders, key=lambda k: shapes[k].area, default=-1)
-        assert c.contour.path.area == pytest.approx(shape.area, rel=1e-3)
+        assert c.path.area == pytest.approx(shape.area, rel=1e-3)
 
 
 def test_a_sheet_is_saved_and_loaded() -> None:
@@ -408,8 +408,8 @@ def test_real_sheets_of_a_cam_are_read_with_their_edge(
 
 def diameters(found: Sheet) -> list[float]:
     """Return the diameters of the round contours of a sheet, with a minus sign for holes."""
-    circles = [c for c in found.contours if c.contour.path.n_segments == 2]
-    return sorted(c.contour.path.length / math.pi * (-1 if c.is_hole else 1) for c in circles)
+    circles = [c for c in found.contours if c.path.n_segments == 2]
+    return sorted(c.path.length / math.pi * (-1 if c.is_hole else 1) for c in circles)
 
 
 @pytest.mark.hazard

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 
 from leafcut.gcode.dialects import dialect
@@ -11,13 +12,13 @@ from leafcut.model.contour import Contour
 from leafcut.model.cutting import Cut, CutData, CutPlan
 from leafcut.model.difference import Difference
 from leafcut.model.machine import Machine, Probe
-from leafcut.model.sheet import Sheet, SheetContour
+from leafcut.model.sheet import Sheet
 from leafcut.model.toolpath import Toolpath
 from leafcut.options import PostOptions
 from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.cut_rules import CutRules, resolve_rules
-from leafcut.processes.sheet.plan.cut_toolpath import lay_cuts
 from leafcut.processes.sheet.plan.cutting import drawing_order, prepare_cutting
+from leafcut.processes.sheet.plan.toolpath import TorchSetup, lay_cuts
 from leafcut.processes.sheet.post import write_cut_program
 from leafcut.processes.sheet.proof.cut_motion import read_back
 from leafcut.processes.sheet.proof.laid_runs import Asked
@@ -43,7 +44,7 @@ def plate() -> Sheet:
         (square(160, 20, 60), "cut", 0, -1, 3),
         (Polyline.circle(190, 50, 10), "cut", 1, 4, 3),
     ]
-    contours = tuple(SheetContour(Contour(p, kind, part=part), d, parent, part) for p, kind, d, parent, part in paths)
+    contours = tuple(Contour(p, kind, depth=d, parent=parent, part=part) for p, kind, d, parent, part in paths)
     return Sheet("plate", contours, Polyline.of_points([(0, 0), (240, 0), (240, 160), (0, 160)], closed=True))
 
 
@@ -59,33 +60,33 @@ def planned(words: str = "qtplasmac", options: CutOptions | None = None) -> tupl
     rules = resolve_rules(STEEL, options or CutOptions(), switches=torch is not None and torch.darkens)
     sheet = plate()
     if torch is None or not torch.mark_on:
-        sheet = Sheet(sheet.name, tuple(c for c in sheet.contours if c.contour.kind != "mark"), sheet.outline)
+        sheet = Sheet(sheet.name, tuple(c for c in sheet.contours if c.kind != "mark"), sheet.outline)
         sheet = Sheet(sheet.name, _renumbered(sheet.contours), sheet.outline)
     cutting = prepare_cutting(sheet, rules)
     return CutPlan(sheet, STEEL, tuple(cutting.cut(s) for s in drawing_order(cutting))), rules
 
 
-def _renumbered(contours: Sequence[SheetContour]) -> tuple[SheetContour, ...]:
+def _renumbered(contours: Sequence[Contour]) -> tuple[Contour, ...]:
     """The same contours after the mark, the fourth, has gone."""
-    return tuple(SheetContour(c.contour, c.depth, c.parent - 1 if c.parent > 3 else c.parent, c.part) for c in contours)
+    return tuple(replace(c, parent=c.parent - 1 if c.parent > 3 else c.parent) for c in contours)
 
 
 def laid(cuts: Sequence[Cut], words: str = "qtplasmac", probe: Probe | None = None) -> Toolpath:
     """The motions of some cuts."""
     torch = dialect(words).torch
     switches = torch is not None and torch.darkens
-    return lay_cuts(
-        cuts,
+    made = TorchSetup(
         STEEL,
-        machine_for(words),
-        clearance=CLEARANCE,
+        CLEARANCE,
+        safe_z=machine_for(words).safe_z,
         switches=switches,
         power=1000.0 if torch is not None else 1.0,
         mark_power=200.0,
         tolerance=0.1 if torch is not None else 0.0,
         probe=probe,
         mark_tool=torch.mark_tool if torch is not None else None,
-    )[0]
+    )
+    return lay_cuts(cuts, made)[0]
 
 
 def program(

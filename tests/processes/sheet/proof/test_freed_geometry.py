@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from leafcut.processes.sheet.proof.freed import _distances, _inside, _nears
+from leafcut.processes.sheet.proof.detached_parts import _distances, _inside, _nears
 
 
 @pytest.mark.parametrize("seed", range(4))

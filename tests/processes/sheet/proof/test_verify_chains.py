@@ -13,9 +13,9 @@ from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.contour import Contour
 from leafcut.model.cutting import Cut, CutChoice, CutPlan
 from leafcut.model.difference import Difference
-from leafcut.model.sheet import Sheet, SheetContour
+from leafcut.model.sheet import Sheet
 from leafcut.options import PostOptions
-from leafcut.processes.sheet.plan.cut_toolpath import lay_cuts
+from leafcut.processes.sheet.plan.toolpath import TorchSetup, lay_cuts
 from leafcut.processes.sheet.post import write_cut_program
 from leafcut.processes.sheet.proof.cut_motion import read_back
 from leafcut.processes.sheet.proof.laid_runs import Asked
@@ -40,7 +40,7 @@ def around(x: float, y: float, side: float, at: tuple[float, float]) -> Polyline
 
 def sheet(third: bool = False) -> Sheet:
     paths = [square(20, 20, 40), square(80, 20, 40), *([square(65, 60, 10)] if third else [])]
-    return Sheet("row", tuple(SheetContour(Contour(p, part=k + 1), 0, -1, k + 1) for k, p in enumerate(paths)))
+    return Sheet("row", tuple(Contour(p, depth=0, parent=-1, part=k + 1) for k, p in enumerate(paths)))
 
 
 def chain(*via: tuple[float, float]) -> Cut:
@@ -71,7 +71,7 @@ def found(cuts: list[Cut], plan: list[Cut] | None = None, third: bool = False) -
     whole = CutPlan(sheet(third), STEEL, tuple(plan or cuts))
     words = dialect("qtplasmac")
     machine = machine_for("qtplasmac")
-    path, _ = lay_cuts(cuts, STEEL, machine, clearance=CLEARANCE, switches=True, tolerance=0.1)
+    path, _ = lay_cuts(cuts, TorchSetup(STEEL, CLEARANCE, safe_z=machine.safe_z, switches=True, tolerance=0.1))
     text = write_cut_program(replace(whole, cuts=tuple(cuts)), path, words, PostOptions())
     return check_sheet(
         whole.sheet, whole, text, read_back(text, whole, words), words, machine, Asked(HALF, safe_height=CLEARANCE)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Callable
 from dataclasses import replace
@@ -10,19 +9,19 @@ from dataclasses import replace
 import pytest
 from proved_sheets import CLEARANCE, STEEL, laid, machine_for
 
-from cut_sheets import rectangle, sheet_of, split_rectangle, square
+from cut_sheets import in_order, rectangle, sheet_of, split_rectangle, square
 from leafcut.errors import PlanError
 from leafcut.gcode.dialects import dialect
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.cutting import Cut, CutPlan
 from leafcut.model.difference import Difference
+from leafcut.model.problem import Metric
 from leafcut.model.sheet import Sheet
 from leafcut.options import PostOptions
 from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.cut_rules import CutRules, resolve_rules
-from leafcut.processes.sheet.plan.cutting import drawing_order, prepare_cutting
-from leafcut.processes.sheet.plan.leads.clear_pierces import clear_pierces
-from leafcut.processes.sheet.plan.leads.leads_apart import leads_apart
+from leafcut.processes.sheet.plan.cutting import HeadTravel, drawing_order, prepare_cutting
+from leafcut.processes.sheet.plan.moved_starts import clear_pierces, leads_apart
 from leafcut.processes.sheet.post import write_cut_program
 from leafcut.processes.sheet.proof.cut_motion import read_back
 from leafcut.processes.sheet.proof.laid_runs import Asked
@@ -157,7 +156,7 @@ def test_whatever_a_rectangle_is_split_into_is_proved_or_refused(seed: int) -> N
     except PlanError as refused:
         assert "no lead fits into the scrap" in str(refused)
         return
-    order = clear_pierces(cutting, drawing_order(cutting), math.dist, None, None)
-    cuts = tuple(cutting.cut(s) for s in leads_apart(cutting, order, math.dist, None, None))
+    order = list(clear_pierces(in_order(cutting, drawing_order(cutting)), HeadTravel(Metric())).starts)
+    cuts = tuple(cutting.cut(s) for s in list(leads_apart(in_order(cutting, order), HeadTravel(Metric())).starts))
     assert any(c.common for c in cuts) or len(boxes) == 1
     assert wrong(cuts, rules, sheet) == []

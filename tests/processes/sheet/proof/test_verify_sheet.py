@@ -17,14 +17,14 @@ from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.contour import Contour
 from leafcut.model.cutting import Cut, CutPlan
 from leafcut.model.machine import Probe
-from leafcut.model.sheet import Sheet, SheetContour
+from leafcut.model.sheet import Sheet
 from leafcut.options import PostOptions
 from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.cut_rules import resolve_rules
 from leafcut.processes.sheet.plan.cutting import drawing_order, prepare_cutting
-from leafcut.processes.sheet.plan.divided_holes import with_chambers
+from leafcut.processes.sheet.plan.narrow_shapes import with_chambers
 from leafcut.processes.sheet.proof.cut_motion import check_cut_motion, read_back
-from leafcut.processes.sheet.proof.sheet_shapes import shapes_of
+from leafcut.processes.sheet.proof.sheet_shapes import targets_of
 
 KERF = 1.5
 Cuts = tuple[Cut, ...]
@@ -230,9 +230,7 @@ def test_a_part_in_a_notch_that_is_cut_loose_before_it_is_caught(mouth: float, c
 def test_the_chamber_of_a_notch_that_is_cut_after_its_outline_is_caught() -> None:
     """The chamber lies outside of the drawn C, but inside of the edge of its kerf."""
     rules = resolve_rules(STEEL, CutOptions(), switches=True)
-    cutting = prepare_cutting(
-        with_chambers(sheet_of((part_in_notch(0.5).contours[0].contour.path, 0, -1, 1)), rules), rules
-    )
+    cutting = prepare_cutting(with_chambers(sheet_of((part_in_notch(0.5).contours[0].path, 0, -1, 1)), rules), rules)
     chamber, outline = (cutting.cut(s) for s in drawing_order(cutting))
     assert (chamber.contours, outline.contours) == ((1,), (0,))
     assert checked(program((chamber, outline)), CutPlan(cutting.sheet, STEEL, (chamber, outline)), rules) == []
@@ -243,8 +241,8 @@ def test_the_chamber_of_a_notch_that_is_cut_after_its_outline_is_caught() -> Non
 @pytest.mark.hazard
 def test_a_chamber_that_is_cut_beyond_its_notch_is_caught_as_a_cut_into_the_part() -> None:
     rules = resolve_rules(STEEL, CutOptions(), switches=True)
-    outline = SheetContour(Contour(part_in_notch(0.5).contours[0].contour.path), 0, -1, 1)
-    wide = SheetContour(Contour(square(39, 40, 60)), 1, -1, 1, chamber=True)
+    outline = Contour(part_in_notch(0.5).contours[0].path, depth=0, parent=-1, part=1)
+    wide = Contour(square(39, 40, 60), depth=1, parent=-1, part=1, chamber=True)
     cutting = prepare_cutting(Sheet("C", (outline, wide)), rules)
     cuts = tuple(cutting.cut(s) for s in drawing_order(cutting))
     found = checked(program(cuts), CutPlan(cutting.sheet, STEEL, cuts), rules)
@@ -347,10 +345,9 @@ def test_a_probe_that_nobody_asked_for_is_a_difference() -> None:
 @pytest.mark.parametrize("radius, wanted", [(1.47, False), (1.49, None), (1.5, None), (1.52, None), (1.53, True)])
 def test_a_hole_wider_than_two_kerfs_must_be_cut_and_one_of_just_that_width_may(radius, wanted) -> None:
     hole = Polyline.circle(25, 25, radius)
-    shapes = shapes_of(sheet_of((square(0, 0, 50), 0, -1, 1), (hole, 1, 0, 1)), 0.75)
-    found = [t.may_stay for t in shapes.targets if t.index == 1]
+    targets = targets_of(sheet_of((square(0, 0, 50), 0, -1, 1), (hole, 1, 0, 1)), 0.75)
+    found = [t.may_stay for t in targets if t.index == 1]
     assert found == ([] if wanted is False else [wanted is None])
-    assert shapes.left_out == ((1,) if wanted is False else ())
 
 
 @pytest.mark.hazard

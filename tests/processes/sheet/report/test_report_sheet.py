@@ -16,18 +16,12 @@ from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.contour import Contour
 from leafcut.model.cutting import Cut, CutChoice, CutData, CutMeasures, CutPlan, CutTimes, PartTimes
 from leafcut.model.outcome import OperationOutcome, Outcome
-from leafcut.model.sheet import Sheet, SheetContour
+from leafcut.model.sheet import Sheet
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.processes.registry import report_of
 from leafcut.processes.sheet.model import SheetDetail
-from leafcut.processes.sheet.report.cut_words import (
-    clock,
-    contour_words,
-    cut_title,
-    name_words,
-    size_words,
-)
+from leafcut.processes.sheet.report.cut_words import clock, contour_words, cut_title, name_words, size_words
 from leafcut.processes.sheet.report.sheet_detail import detail, looked_at
 from leafcut.processes.sheet.report.sheet_drawing import build_sheet_scene, part_window, sheet_drawing, stretches
 from leafcut.report.json_answer import as_json
@@ -61,10 +55,10 @@ def box(x: float, y: float, width: float, height: float) -> Polyline:
 SHEET = Sheet(
     "two",
     (
-        SheetContour(Contour(box(10, 10, 100, 60)), 0, -1, 1),
-        SheetContour(Contour(Polyline.circle(40, 40, 10)), 1, 0, 1),
-        SheetContour(Contour(Polyline.of_points([(70, 30), (90, 30)]), "mark"), 1, 0, 1),
-        SheetContour(Contour(box(130, 20, 40, 40)), 0, -1, 2),
+        Contour(box(10, 10, 100, 60), depth=0, parent=-1, part=1),
+        Contour(Polyline.circle(40, 40, 10), depth=1, parent=0, part=1),
+        Contour(Polyline.of_points([(70, 30), (90, 30)]), "mark", depth=1, parent=0, part=1),
+        Contour(box(130, 20, 40, 40), depth=0, parent=-1, part=2),
     ),
     outline=box(0, 0, 200, 100),
     zones=((180.0, 40.0, 200.0, 60.0),),

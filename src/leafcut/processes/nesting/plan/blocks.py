@@ -23,8 +23,8 @@ from leafcut.processes.nesting.plan.pieces import CHORD, RECTANGLE, SAME_ANGLE, 
 MAX_MEMBERS = 12
 #: Largest share of a sheet side for a block, so that a sheet holds several.
 LARGEST = 0.5
-#: Minimum length of an edge for a common line, in mm and in kerfs; `processes.sheet.plan.common_cuts.edges` has the
-#: same limits.
+#: Edges shorter than this, mm, and than so many kerfs, are not worth a common line;
+#: `processes.sheet.plan.common_edges` takes no less.
 SHORTEST, SHORTEST_KERFS = 5.0, 8.0
 #: Rounding tolerance of the distance between outlines, mm.
 ROUNDING = 1e-4

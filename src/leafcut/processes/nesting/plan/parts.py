@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from leafcut.errors import PlanError
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.nest import NestPart
-from leafcut.model.sheet import Sheet, SheetContour
+from leafcut.model.sheet import Sheet
 
 
 def parts_of(sheet: Sheet, quantity: int, rotations: tuple[float, ...] | None) -> tuple[list[NestPart], list[Issue]]:
@@ -20,7 +22,7 @@ def parts_of(sheet: Sheet, quantity: int, rotations: tuple[float, ...] | None) -
     contours_by_part: dict[int, list[Contour]] = {}
     outlines = [c for c in sheet.contours if _is_outline(c)]
     for contour in (*outlines, *(c for c in sheet.contours if not _is_outline(c))):
-        contours_by_part.setdefault(contour.part, []).append(contour.contour)
+        contours_by_part.setdefault(contour.part, []).append(replace(contour, depth=0, parent=-1))
     strays = [] if any(c.part == 0 for c in outlines) else contours_by_part.pop(0, [])
     if not outlines:
         raise PlanError(f"{sheet.name}: no closed outline of a part; join its lines, or name its layer")
@@ -43,5 +45,5 @@ def parts_of(sheet: Sheet, quantity: int, rotations: tuple[float, ...] | None) -
     return parts, issues
 
 
-def _is_outline(contour: SheetContour) -> bool:
-    return contour.contour.path.closed and contour.contour.kind == "cut" and contour.depth % 2 == 0
+def _is_outline(contour: Contour) -> bool:
+    return contour.path.closed and contour.kind == "cut" and contour.depth % 2 == 0

@@ -1,109 +1,170 @@
-"""The whole path of a cut from where it was chosen to start: lead-in, contour, overcut, lead-out, and its speeds."""
+"""The path of a cut from its chosen start: lead-in, contours, bridges, overcut, lead-out, and its speeds.
+
+A controller that compensates the kerf (G41, G42) keeps half a kerf away by itself. The contour is then programmed as it
+is drawn, and the arc of the lead with half a kerf more radius around the same middle. The compensation is taken up on
+the straight run-in: LinuxCNC moves the torch along the tangent to the circle of half a kerf around the end of the
+run-in, and the torch starts on that tangent.
+"""
 
 from __future__ import annotations
 
-import numpy as np
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
+import numpy as np
+import shapely
+
+from leafcut.errors import PlanError
+from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.cutting import Cut, CutChoice
+from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import CutMethod
-from leafcut.processes.sheet.plan.cut_contours import CutContour
-from leafcut.processes.sheet.plan.cut_rules import CutRules
-from leafcut.processes.sheet.plan.cutter_compensation import programmed_path
-from leafcut.processes.sheet.plan.leads.cut_starts import (
-    CutStart,
-    closing_joint,
-    joints_wanted,
-    overcut_of,
-    scrap_left,
-    travel_at,
-)
-from leafcut.processes.sheet.plan.leads.leads import lead_path
+from leafcut.processes.sheet.plan.contours import CORNER, ROUNDING, CutContour, corner_turns, flat_line, names_of
+from leafcut.processes.sheet.plan.leads import FLATNESS
+from leafcut.processes.sheet.plan.scrap import Scrap
+from leafcut.processes.sheet.plan.starts import FEWEST_PLACES, CutStart, starts_of
 
-#: Ends this near to each other are one place, mm.
+#: Points this near to each other are one place, mm.
 SAME_PLACE = 1e-6
+#: Minimum length of lines and arcs at a concave corner, in kerfs: otherwise the path of the controller crosses itself.
+SHORTEST_KERFS = 2.0
+#: Minimum radius of a concave arc, in half kerfs: a controller does not get through a tighter one.
+TIGHTEST = 1.05
+
+#: (from, to) along a path, mm.
+Span = tuple[float, float]
+#: What a plan file fixes, by position of the contour.
+Fixed = Mapping[int, tuple[str, ...]]
 
 
-def make_cut(contour: CutContour, start: CutStart, rules: CutRules, *, fixed: tuple[str, ...] = ()) -> Cut:
-    """Return the run of the torch that begins at a start."""
-    rules = contour.rules_of(rules)
+def make_cut(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) -> Cut:
+    """Return the cut of a single contour from a start on."""
+    contour = contours[start.contour]
+    rules, choice = contour.rules, choice_of(contour, start, fixed.get(start.contour, ()))
     if rules.compensation == "controller" and contour.has_leads:
-        return _programmed(contour, start, rules, fixed)
-    body, past = body_of(contour, start, rules)
-    left = scrap_left(contour, start.clockwise)
-    path, end = contour.path, start.at - past if start.clockwise else start.at + past
+        path, begin = programmed_path(contour, start)
+        return Cut(
+            contours=(contour.index,),
+            path=path,
+            lead_in=begin,
+            lead_out=path.length - contour.overcut,
+            torch_off_at=path.length,
+            speeds=((0.0, contour.feed),),
+            choice=choice,
+            pierce=start.pierce,
+            part=contour.source.part,
+            compensation=41 if contour.scrap_left(start.clockwise) else 42,
+            small_hole=contour.is_small,
+        )
+    body, past = body_of(contour, start)
     closed = contour.path.closed
-    lead_in = (
-        lead_path(start.lead_in, path.point_at(start.at), travel_at(path, start.at, start.clockwise), left)
-        if closed or start.lead_in.length
-        else None
-    )
-    out = (
-        lead_path(start.lead_out, path.point_at(end), travel_at(path, end, start.clockwise), left, out=True)
-        if closed
-        else None
-    )
+    lead_in = contour.lead_at(start.lead_in, start.at, start.clockwise) if closed or start.lead_in.length else None
+    end = start.at - past if start.clockwise else start.at + past
+    out = contour.lead_at(start.lead_out, end, start.clockwise, out=True) if closed else None
     whole = joined(*(snapped(p) for p in (lead_in, body, out) if p is not None))
     begin = lead_in.length if lead_in is not None else 0.0
-    leave = begin + body.length
-    overcut = max(past, 0.0)
-    off_at = leave - overcut if rules.torch_off_in_overcut and overcut > 0.0 else whole.length
-    small = contour.is_small(rules)
+    leave, overcut = begin + body.length, max(past, 0.0)
     return Cut(
         contours=contour.indices,
         path=whole,
         lead_in=begin,
         lead_out=leave - overcut,
-        torch_off_at=off_at,
-        speeds=((0.0, rules.feed_of(contour.kind, small=small)),),
-        choice=choice_of(contour, start, fixed),
-        joints=joints_of(contour, start, rules, begin),
+        torch_off_at=leave - overcut if rules.torch_off_in_overcut and overcut > 0.0 else whole.length,
+        speeds=((0.0, contour.feed),),
+        choice=choice,
+        joints=joints_of(contour, start, begin),
         loops=loops_of(contour, start, begin),
         pierce=start.pierce and contour.kind == "cut",
         kind=contour.kind,
         part=contour.source.part,
-        small_hole=small,
+        small_hole=contour.is_small,
         group=contour.group,
         common=contour.common,
     )
 
 
-def _programmed(contour: CutContour, start: CutStart, rules: CutRules, fixed: tuple[str, ...]) -> Cut:
-    """Return a cut whose kerf the controller compensates."""
-    path, lead_in = programmed_path(contour, start, rules)
-    small = contour.is_small(rules)
+def make_chain(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) -> Cut:
+    """Return the cut of a chain: contour after contour with one pierce, and bridges through the scrap between them.
+
+    Only the last contour has an overcut. The others are left where they close, or before that by a joint.
+    """
+    steps = [start, *start.then]
+    first, last = contours[start.contour], contours[steps[-1].contour]
+    rules = first.rules
+    pieces: list[Polyline] = []
+    bridges: list[Span] = []
+    joints: list[Span] = []
+    loops: list[Span] = []
+    lead_in = first.lead_at(start.lead_in, start.at, start.clockwise)
+    at = lead = 0.0
+    if lead_in is not None:
+        pieces.append(lead_in)
+        at = lead = lead_in.length
+    past = 0.0
+    for number, step in enumerate(steps):
+        contour = contours[step.contour]
+        body, past = body_of(contour, step, overcut=step is steps[-1])
+        if number:
+            bridge = Polyline.of_points([pieces[-1].end, body.start])
+            pieces.append(bridge)
+            bridges.append((at, at + bridge.length))
+            at += bridge.length
+        joints += joints_of(contour, step, at)
+        loops += loops_of(contour, step, at)
+        pieces.append(body)
+        at += body.length
+    overcut, end = max(past, 0.0), steps[-1]
+    out = last.lead_at(end.lead_out, end.at + (-past if end.clockwise else past), end.clockwise, out=True)
+    whole = joined(*(snapped(p) for p in (*pieces, *([out] if out is not None else []))))
+    choices = [choice_of(contours[s.contour], s, fixed.get(s.contour, ())) for s in steps]
     return Cut(
-        contours=(contour.index,),
-        path=path,
-        lead_in=lead_in,
-        lead_out=path.length - overcut_of(contour, rules),
-        torch_off_at=path.length,
-        speeds=((0.0, rules.small_hole_feed if small else rules.data.feed),),
-        choice=choice_of(contour, start, fixed),
+        contours=tuple(contours[s.contour].index for s in steps),
+        path=whole,
+        lead_in=lead,
+        lead_out=at - overcut,
+        torch_off_at=at - overcut if rules.torch_off_in_overcut and overcut > 0.0 else whole.length,
+        speeds=((0.0, rules.data.feed),),
+        choice=choices[0],
+        joints=tuple(joints),
+        loops=tuple(loops),
         pierce=start.pierce,
-        part=contour.source.part,
-        compensation=41 if scrap_left(contour, start.clockwise) else 42,
-        small_hole=small,
+        part=first.source.part,
+        bridges=tuple(bridges),
+        chained=tuple(replace(choice, lead_in=None, lead_out=None, bridge=True) for choice in choices[1:]),
     )
 
 
-def body_of(contour: CutContour, start: CutStart, rules: CutRules, *, overcut: bool = True) -> tuple[Polyline, float]:
-    """Return the contour from its start on, in its direction, with what it is cut past its beginning (mm).
+def chain_length(contours: Sequence[CutContour], start: CutStart) -> float:
+    """Return the length of the path of a chain, mm, joints included."""
+    steps = [start, *start.then]
+    places = [contours[s.contour].path.point_at(s.at) for s in steps]
+    bridges = sum(math.dist(a, b) for a, b in itertools.pairwise(places))
+    bodies = sum(contours[s.contour].path.length for s in steps)
+    overcut = contours[steps[-1].contour].overcut
+    return bridges + bodies + start.lead_in.length + steps[-1].lead_out.length + overcut
 
-    `overcut`: with the overcut that the rules ask for.
-    """
+
+def body_of(contour: CutContour, start: CutStart, *, overcut: bool = True) -> tuple[Polyline, float]:
+    """Return the path of a contour from its start on, and its length past the start, mm, negative for a joint."""
     path = contour.path
     if not path.closed:
         return (path.reversed() if start.clockwise else path), 0.0
-    past = (overcut_of(contour, rules) if overcut else 0.0) - closing_joint(contour, rules)
-    length = path.length + past
-    if start.clockwise:
-        return path.reversed().piece(path.length - start.at, path.length - start.at + length), past
-    return path.piece(start.at, start.at + length), past
+    past = (contour.overcut if overcut else 0.0) - contour.closing_joint
+    return _from(path, start.at, path.length + past, start.clockwise), past
+
+
+def _from(path: Polyline, at: float, length: float, clockwise: bool) -> Polyline:
+    """Return the piece of a closed path with a length that starts at a place."""
+    if clockwise:
+        return path.reversed().piece(path.length - at, path.length - at + length)
+    return path.piece(at, at + length)
 
 
 def snapped(piece: Polyline) -> Polyline:
-    """Return an open path without pieces so short that only rounding made them."""
+    """Return an open path without segments that only rounding caused."""
     rows = piece.vertices
     step = np.hypot(*np.diff(rows[:, :2], axis=0).T)
     keep = np.append(step > SAME_PLACE, True)
@@ -111,10 +172,9 @@ def snapped(piece: Polyline) -> Polyline:
 
 
 def choice_of(contour: CutContour, start: CutStart, fixed: tuple[str, ...] = ()) -> CutChoice:
-    """Return what was chosen, as a plan file says it."""
+    """Return the choice of a start as a plan file states it."""
     x, y = contour.path.point_at(start.at)
-    closed = contour.path.closed
-    words = ("clockwise", "counter-clockwise") if closed else ("backward", "forward")
+    words = ("clockwise", "counter-clockwise") if contour.path.closed else ("backward", "forward")
     return CutChoice(
         contours=contour.indices,
         start=(round(x, 4), round(y, 4)),
@@ -126,12 +186,12 @@ def choice_of(contour: CutContour, start: CutStart, fixed: tuple[str, ...] = ())
 
 
 def _along(contour: CutContour, start: CutStart, at: float) -> float:
-    """Return how far along the cut's contour a place of the path comes, mm."""
+    """Return the distance of a place from the start along the cut, mm."""
     return (start.at - at if start.clockwise else at - start.at) % contour.path.length
 
 
-def loops_of(contour: CutContour, start: CutStart, begin: float) -> tuple[tuple[float, float], ...]:
-    """Return where along a cut whose contour begins at `begin` the loops round corners are, mm."""
+def loops_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span, ...]:
+    """Return the loops around corners along a cut whose contour starts at `begin`, mm."""
     spans = []
     for low, high in contour.loops:
         first = _along(contour, start, high if start.clockwise else low)
@@ -139,12 +199,13 @@ def loops_of(contour: CutContour, start: CutStart, begin: float) -> tuple[tuple[
     return tuple(sorted(spans))
 
 
-def joints_of(contour: CutContour, start: CutStart, rules: CutRules, begin: float) -> tuple[tuple[float, float], ...]:
-    """Return the micro-joints of a laser: evenly, as near as corners let them, the beam off for a joint and a kerf.
+def joints_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span, ...]:
+    """Return the micro-joints of a laser: evenly spaced, but not in corners; the beam is off for a joint and a kerf.
 
-    A joint in a corner is hard to break and to grind off, and one where the cut begins and ends is no joint.
+    A joint in a corner is hard to break and to grind off. At the start and end of the cut there would be no joint.
     """
-    wanted = joints_wanted(contour, rules) if rules.kind == CutMethod.LASER else 0
+    rules = contour.rules
+    wanted = contour.joints if rules.kind == CutMethod.LASER else 0
     length, off = contour.path.length, rules.joint_width + rules.kerf
     count = min(wanted, int(length / (4.0 * off)))
     room = 0.5 * off + rules.kerf
@@ -160,3 +221,81 @@ def joints_of(contour: CutContour, start: CutStart, rules: CutRules, begin: floa
             at = next(at for at in places if abs(at - middle) == nearest) + begin
             spans.append((at - 0.5 * off, at + 0.5 * off))
     return tuple(spans)
+
+
+# -- compensation by the controller ----------------------------------------------------------------------------------
+
+
+def by_path_where_needed(contours: list[CutContour], scrap: Scrap) -> tuple[list[CutContour], list[Issue]]:
+    """Return the contours; the program compensates those that a controller cannot, and a note names them.
+
+    That is so if a run-in and an arc have no room, as in a small hole, and if a concave arc is tighter, or a notch
+    narrower, than the kerf: there a controller stops with the torch on, or cuts into the part.
+    """
+    made = [
+        replace(c, rules=c.rules.by_path()) if c.has_leads and not _suits_the_controller(k, c, scrap) else c
+        for k, c in enumerate(contours)
+    ]
+    own = [c for c in made if c.rules.compensation != "controller"]
+    if not own:
+        return made, []
+    words = "1 contour is" if len(own) == 1 else f"{len(own)} contours are"
+    words += f" compensated by the program for a kerf of {scrap.rules.kerf:g} mm: no room for a controller's lead-in, "
+    words += "or a hollow that is too tight for it"
+    return made, [Issue("L626", words, names_of(own), Severity.NOTE)]
+
+
+def _suits_the_controller(number: int, contour: CutContour, scrap: Scrap) -> bool:
+    side, drawn, rules = 1.0 if contour.hole else -1.0, _drawn(contour), contour.rules
+    arcs = [s for s in drawn.segments() if s.is_arc and s.bulge * side > 0.0]
+    if contour.pinched or any(s.radius < rules.half * TIGHTEST for s in arcs):
+        return False
+    concave, lengths = side * np.asarray(corner_turns(drawn)) > CORNER, drawn.lengths
+    if (concave & (np.minimum(lengths, np.roll(lengths, 1)) < SHORTEST_KERFS * rules.kerf)).any():
+        return False
+    return bool(starts_of(number, contour, scrap, FEWEST_PLACES))
+
+
+def _drawn(contour: CutContour) -> Polyline:
+    """Return the drawn path, counter-clockwise."""
+    path = contour.source.path
+    return path if path.area >= 0.0 else path.reversed()
+
+
+def programmed_path(contour: CutContour, start: CutStart) -> tuple[Polyline, float]:
+    """Return the programmed path for a controller that compensates, and the length of its lead-in, mm.
+
+    Raises
+    ------
+    PlanError
+        The start does not lie beside the drawn contour.
+    """
+    half, here, travel = (
+        contour.rules.half,
+        contour.path.point_at(start.at),
+        contour.travel_at(start.at, start.clockwise),
+    )
+    side = 1.0 if contour.scrap_left(start.clockwise) else -1.0
+    on = (here[0] + side * travel[1] * half, here[1] - side * travel[0] * half)
+    drawn = _drawn(contour)
+    line, point = flat_line(drawn), shapely.Point(*on)
+    if shapely.distance(point, line) > ROUNDING + FLATNESS:
+        raise PlanError(f"{contour.name()}: the controller's compensation cannot begin at ({on[0]:.5g}, {on[1]:.5g})")
+    at = float(shapely.line_locate_point(line, point, normalized=True)) * drawn.length
+    body = _from(drawn, at, drawn.length + contour.overcut, start.clockwise)
+    wanted = contour.lead_at(start.lead_in, start.at, start.clockwise)
+    if wanted is None:
+        return body, 0.0
+    radius = start.lead_in.length / start.lead_in.angle
+    center = (here[0] - side * travel[1] * radius, here[1] + side * travel[0] * radius)
+    lead = _wider(wanted, center, radius + half, body.start)
+    return joined(lead, body), lead.length
+
+
+def _wider(lead: Polyline, center: Point, radius: float, on: Point) -> Polyline:
+    """Return run-in and arc as they are programmed: another radius around the same middle, the same first point."""
+    x, y = lead.vertices[1, :2].tolist()
+    scale = radius / math.hypot(x - center[0], y - center[1])
+    corner = (center[0] + scale * (x - center[0]), center[1] + scale * (y - center[1]))
+    rows = [[*lead.start, 0.0], [*corner, float(lead.vertices[1, 2])], [*on, 0.0]]
+    return Polyline(np.array(rows))

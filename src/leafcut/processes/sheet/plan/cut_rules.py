@@ -1,4 +1,4 @@
-"""The rules that a sheet is cut by: what the options say, and where they do not, what the process asks for."""
+"""The rules of a sheet: its options, with defaults by process."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from leafcut.model.cutting import CutData, Lead
 from leafcut.model.kinds import CutMethod, method_of
 from leafcut.processes.sheet.options import CutOptions
 
-#: Lead-in at least so long, mm. Plasma and oxyfuel: lapas.io, table of lead-ins; the others: an estimate, so that the
-#: pierce's mark stays off the part.
+#: Minimum length of a lead-in, mm. Plasma and oxyfuel: lapas.io, table of lead-ins; the others: an estimate, so that
+#: the mark of the pierce stays off the part.
 SHORTEST_LEAD_IN: dict[str, float] = {
     CutMethod.PLASMA: 6.0,
     CutMethod.OXYFUEL: 15.0,
     CutMethod.LASER: 2.0,
     CutMethod.WATERJET: 2.0,
 }
-#: And so many kerfs (LightBurn forum: 1.5 to 3 for a laser), or as long as the sheet is thick (Hypertherm's note).
+#: The same in kerfs (LightBurn forum: 1.5 to 3 for a laser); for these methods the thickness (Hypertherm's note).
 KERFS_OF_LEAD_IN = 3.0
 THICK_LEAD_IN = (CutMethod.PLASMA, CutMethod.OXYFUEL)
-#: Lead-out: 6 to 12 mm outside (MultiCAM).
+#: Minimum length of a lead-out, mm: 6 to 12 outside (MultiCAM).
 SHORTEST_LEAD_OUT = 6.0
-#: LinuxCNC QtPlasmaC's defaults for holes: overcut, and the diameter below which a hole is cut slower, mm.
+#: Defaults of LinuxCNC QtPlasmaC for holes: overcut, and the diameter below which a hole is cut slower, mm.
 HOLE_OVERCUT = 4.0
 SMALL_HOLE = 32.0
 #: Speed in small holes, percent of the cutting speed (QtPlasmaC's default).
@@ -32,37 +32,35 @@ SMALL_HOLE_SPEED = 60.0
 LEAD_ANGLE = 0.5 * math.pi
 #: Corners sharper than this get a loop, rad.
 LOOP_ANGLE = math.radians(100.0)
-#: Speed of marks, mm/s (2500 mm/min): an estimate for scribes and for lasers at a fifth of their power. The chart's
-#: speeds are for cutting through: too fast for a scribe on thin sheets, too slow for a beam on thick ones.
+#: Marking speed, mm/s (2500 mm/min): an estimate for scribes and for lasers at a fifth of their power. The speeds of
+#: the chart are for cutting through: too fast for a scribe on thin sheets, too slow for a beam on thick ones.
 MARK_FEED = 2500.0 / 60.0
-#: A plasma hole narrower than this part of the thickness comes out conical (plasma primer in QtPlasmaC's docs).
+#: A plasma hole below this ratio of diameter to thickness becomes conical (plasma primer in the docs of QtPlasmaC).
 NARROWEST_HOLE = 1.5
 
 
 @dataclass(frozen=True)
 class CutRules:
-    """All that planning needs to know, resolved: mm, s, mm/s, rad.
+    """Rules of a sheet for planning: mm, s, mm/s, rad.
 
     Attributes
     ----------
     kind
-        How it is cut, a `CutMethod`.
+        A `CutMethod`.
     data
         The row of the chart.
     half
-        How far the path keeps from the part: half a kerf, or 0 without compensation.
+        Distance of the path from the part: half a kerf, or 0 without compensation.
     outline_direction
         ``clockwise``, ``counter-clockwise`` or ``free``; holes run the other way.
     lead_in, lead_out
-        As wanted; each contour's may become shorter.
+        Wanted leads; those of a contour may become shorter.
     hole_lead_out
-        False: holes have none.
-    hole_overcut, overcut
-        Of holes, and of outlines.
+        Whether holes have a lead-out.
     torch_off_in_overcut
-        The overcut is made with the torch off.
+        Whether the overcut is made with the torch off.
     once
-        Without compensation: edges that coincide are cut once, also if nobody asks for common lines.
+        Without compensation: whether edges that coincide are cut once, also without the option for common lines.
     """
 
     kind: str
@@ -88,13 +86,13 @@ class CutRules:
     once: bool = False
 
     def feed_of(self, kind: str, *, small: bool) -> float:
-        """Return the speed of a contour, mm/s: of its kind, ``cut`` or ``mark``, and whether it is a small hole."""
+        """Return the speed of a contour of a kind, ``cut`` or ``mark``, mm/s."""
         if kind == "mark":
             return self.mark_feed
         return self.small_hole_feed if small else self.data.feed
 
     def by_path(self) -> CutRules:
-        """Return the rules of a contour whose kerf the program compensates, whoever does elsewhere."""
+        """Return the rules of a contour whose kerf the program compensates."""
         return replace(self, compensation="geometry", lead_in=replace(self.lead_in, run_in=0.0))
 
     @property
@@ -114,14 +112,13 @@ def resolve_rules(
 ) -> CutRules:
     """Return the rules of one sheet.
 
-    `max_feed` is the machine's, mm/s: marks are no faster unless the options say their speed.
-    `switches` says that the controller can put the torch off while it moves on; without, a plasma cut that would
-    overcut with the torch off ends where it closes.
+    `max_feed` is that of the machine, mm/s: marks are no faster by default. `switches` states whether the controller
+    can switch the torch off in motion; otherwise a plasma cut ends where it closes, without an overcut.
 
     Raises
     ------
     OptionError
-        Two rules that do not go together.
+        Two rules exclude each other.
     """
     kind = method_of(data.process)
     hot = kind in THICK_LEAD_IN
@@ -202,7 +199,7 @@ def _check(kind: str, options: CutOptions, data: CutData) -> None:
 
 
 def not_with_common_lines(options: CutOptions, data: CutData) -> list[str]:
-    """Return the options in use that a cut for two parts cannot have."""
+    """Return the options in use that exclude common lines."""
     given = {
         "--chains": options.chains,
         "--plan": bool(options.plan),
@@ -217,7 +214,6 @@ def not_with_common_lines(options: CutOptions, data: CutData) -> list[str]:
 
 
 def _check_common_lines(options: CutOptions, data: CutData) -> None:
-    """Refuse what a cut for two parts cannot have."""
     wrong = not_with_common_lines(options, data)
     if wrong:
         raise OptionError(f"--common-lines does not go with {' and '.join(wrong)}; leave out one of them")

@@ -1,8 +1,7 @@
-"""A sheet as a routing problem: each contour is a cluster, each place to start it a node, inner before outer.
+"""A sheet as a routing problem: each cut is a task, each of its starts a choice, inner contours before outer ones.
 
-A cluster of a generalised travelling salesman problem is here all that may be chosen of one cut: where along its
-contour it begins, and which way round. What it costs to come there and to leave from there depends on that choice, what
-the cut itself costs hardly does.
+The choices of a cut differ in where along its contour it starts, and in its direction. The travel to the cut and from
+it depends on that choice; the time of the cut itself hardly does.
 """
 
 from __future__ import annotations
@@ -10,43 +9,67 @@ from __future__ import annotations
 import heapq
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
-from leafcut.errors import OptionError, PlanError
+from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Point
-from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import Cut
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.options import CutOptions
-from leafcut.processes.sheet.plan.chains.chain_path import chain_length, make_chain
-from leafcut.processes.sheet.plan.common_cuts.doubled import doubled_edges, pierced_first
-from leafcut.processes.sheet.plan.cut_contours import ROUNDING, CutContour, prepare_contours, with_notches
-from leafcut.processes.sheet.plan.cut_path import make_cut
+from leafcut.processes.sheet.plan.common_edges import doubled_edges, pierced_first
+from leafcut.processes.sheet.plan.common_lines import beside_leads, with_common_lines
+from leafcut.processes.sheet.plan.contours import ROUNDING, CutContour, names_of, prepare_contours, with_notches
+from leafcut.processes.sheet.plan.corner_loops import with_loops
+from leafcut.processes.sheet.plan.cut_path import by_path_where_needed, chain_length, make_chain, make_cut
 from leafcut.processes.sheet.plan.cut_rules import CutRules
-from leafcut.processes.sheet.plan.cutter_compensation import by_path_where_needed
-from leafcut.processes.sheet.plan.leads.cut_starts import CutStart, lead_out_of, overcut_of
-from leafcut.processes.sheet.plan.leads.find_starts import find_starts
-from leafcut.processes.sheet.plan.leads.leads import Scrap
+from leafcut.processes.sheet.plan.scrap import Scrap
+from leafcut.processes.sheet.plan.starts import CutStart, find_starts
+from leafcut.timing.travel import travel_cost
+
+
+@dataclass(frozen=True)
+class HeadTravel:
+    """Travel of the head: cost of rapids, time to lower and raise it at each cut, s, its first and last place."""
+
+    metric: Metric
+    overhead: float = 0.0
+    start: Point | None = None
+    end: Point | None = None
+
+    def cost(self, a: Point, b: Point) -> float:
+        """Return the cost of a rapid."""
+        return travel_cost(self.metric, a, b)
+
+    def around(self, order: Sequence[CutStart], k: int) -> tuple[Point | None, Point | None]:
+        """Return where the head comes from before a cut of an order, and where it goes after it."""
+        return order[k - 1].exit if k else self.start, order[k + 1].entry if k + 1 < len(order) else self.end
+
+    def detour(self, around: tuple[Point | None, Point | None], start: CutStart) -> float:
+        """Return the cost of the moves to a cut and from it."""
+        before, after = around
+        come = 0.0 if before is None else self.cost(before, start.entry)
+        return come + (0.0 if after is None else self.cost(start.exit, after))
 
 
 @dataclass(frozen=True, eq=False)
 class Cutting:
-    """A sheet made ready for the search: its contours, where each may start, and what must come first.
+    """The tasks of a sheet with their choices and precedence.
 
     Attributes
     ----------
     starts
-        Contour by contour. Those of a chain are its first contour's; its others have none.
+        Contour by contour. Those of a chain belong to its first contour; its other contours have none.
     order
-        Pairs (before, after) of contours that a plan file holds in their order, besides those of the process.
+        Pairs (before, after) of contours besides those of the process: of a plan file, and of common lines.
+    fixed
+        What a plan file fixes, by contour.
     """
 
     sheet: Sheet
@@ -61,7 +84,7 @@ class Cutting:
 
     @cached_property
     def heads(self) -> list[int]:
-        """Positions of the contours with which a cut can begin: all but the others of chains."""
+        """Positions of the contours with which a cut can start: all but the later ones of chains."""
         return [k for k, own in enumerate(self.by_contour) if own]
 
     @cached_property
@@ -77,36 +100,40 @@ class Cutting:
 
     @cached_property
     def by_contour(self) -> list[list[int]]:
-        """The starts of every contour, as positions in `starts`."""
+        """The starts of each contour, as positions in `starts`."""
         found: list[list[int]] = [[] for _ in self.contours]
         for number, start in enumerate(self.starts):
             found[start.contour].append(number)
         return found
 
-    def starts_of(self, members: Sequence[int]) -> list[CutStart]:
+    def starts_of(self, members: Iterable[int]) -> list[CutStart]:
         """Return the starts of some contours."""
         return [self.starts[number] for k in members for number in self.by_contour[k]]
 
     def cut(self, start: CutStart) -> Cut:
-        """Return the run of the torch that begins at a start; the same ones are asked for again and again."""
+        """Return the cut that begins at a start; each is generated once."""
         if start not in self._made:
-            contour, fixed = self.contours[start.contour], self.fixed
-            self._made[start] = (
-                make_chain(self.contours, start, self.rules, fixed)
-                if start.then
-                else make_cut(contour, start, self.rules, fixed=fixed.get(start.contour, ()))
-            )
+            make = make_chain if start.then else make_cut
+            self._made[start] = make(self.contours, start, self.fixed)
         return self._made[start]
 
     def seconds(self, start: CutStart) -> float:
-        """Return what a cut takes without the ways to it and from it: the pierce, and its path at its speed, s."""
-        contour, rules = self.contours[start.contour], self.rules
+        """Return the time of a cut without travel: the pierce, and its path at its speed, s."""
+        contour, data = self.contours[start.contour], self.rules.data
         if start.then:
-            length = chain_length(self.contours, start, rules)
-            return length / rules.data.feed + (rules.data.pierce_delay if start.pierce else 0.0)
-        length = contour.path.length + start.lead_in.length + start.lead_out.length + overcut_of(contour, rules)
-        feed = rules.feed_of(contour.kind, small=contour.is_small(rules))
-        return length / feed + (rules.data.pierce_delay if start.pierce and contour.kind == "cut" else 0.0)
+            length = chain_length(self.contours, start)
+            return length / data.feed + (data.pierce_delay if start.pierce else 0.0)
+        length = contour.path.length + start.lead_in.length + start.lead_out.length + contour.overcut
+        return length / contour.feed + (data.pierce_delay if start.pierce and contour.kind == "cut" else 0.0)
+
+    def lead_lines(self, start: CutStart) -> list[Any]:
+        """Return the leads of a start at its own contour, as shapely lines."""
+        contour = self.contours[start.contour]
+        leads = [(start.lead_in, start.at, False)] if contour.path.closed or start.lead_in.length else []
+        if contour.path.closed:
+            leads.append((start.lead_out, contour.end_of(start.at, start.clockwise), True))
+        points = [contour.lead_points(lead, at, start.clockwise, out=out) for lead, at, out in leads]
+        return [shapely.LineString(own) for own in points if len(own) > 1] if contour.kind == "cut" else []
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +148,10 @@ class CutSequence:
 
     cutting: Cutting
     starts: tuple[CutStart, ...]
+
+    def with_starts(self, starts: Sequence[CutStart]) -> CutSequence:
+        """Return the cuts in another order, or with other starts."""
+        return CutSequence(self.cutting, tuple(starts))
 
     def __post_init__(self) -> None:
         """Refuse an order that no later check would see."""
@@ -138,54 +169,52 @@ class CutSequence:
                 )
 
 
+# -- preparation -----------------------------------------------------------------------------------------------------
+
+
 def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
-    """Return a sheet made ready: what can be cut, and every place where a cut can begin.
+    """Return the cuts of a sheet with all their starts.
 
     Raises
     ------
     PlanError
-        A kerf would touch another part or a clamp, or there is no room for a lead: says which part, and where.
+        A kerf would touch another part or a clamp, or no lead has room: names the part and the place.
     """
     contours, issues = prepare_contours(sheet, rules)
     scrap = Scrap(sheet, contours, rules)
     check_room(contours, scrap)
     if rules.compensation == "controller":
-        contours, found = by_path_where_needed(contours, scrap, rules)
+        contours, found = by_path_where_needed(contours, scrap)
         issues = [*issues, *found]
     if rules.loops:
-        from leafcut.processes.sheet.plan.leads.corner_loops import with_loops
-
-        contours = with_loops(contours, scrap, rules)
+        contours = with_loops(contours, scrap)
         scrap = Scrap(sheet, contours, rules)
     order: list[tuple[int, int]] = []
     if rules.common_lines or rules.once:
-        from leafcut.processes.sheet.plan.common_cuts.lines import beside_leads, with_common_lines
-
-        contours, order, found = with_common_lines(contours, scrap, rules)
+        contours, order, found = with_common_lines(contours, scrap)
         scrap, issues = beside_leads(Scrap(sheet, contours, rules), contours), [*issues, *found]
     contours = with_notches(contours, rules)
-    starts = find_starts(contours, scrap, rules)
+    starts = find_starts(contours, scrap)
     issues = [*issues, *doubled_edges(contours, rules), *_lead_issues(contours, starts, rules)]
     order += pierced_first(contours, starts, [*process_pairs(sheet, contours), *order], rules)
     return Cutting(sheet, rules, contours, scrap, starts, tuple(issues), tuple(order))
 
 
 def check_room(contours: list[CutContour], scrap: Scrap) -> None:
-    """Refuse a kerf that touches another part, or a clamp, or whose middle is beyond the edge of the sheet.
+    """Refuse a kerf that touches another part or a clamp, or whose middle is beyond the edge of the sheet.
 
     Raises
     ------
     PlanError
-        The first that does, and how many more.
+        The first place, and the number of others.
     """
     cut = [c for c in contours if c.kind == "cut"]
     lines = np.array([c.line for c in cut], dtype=object)
     found = []
     if scrap.rules.half > 0.0:
         for k, part in scrap.parts_near(lines).T.tolist():
-            owner = cut[k].source.part
-            if scrap.part_numbers[part] != owner and (cut[k].path.closed or owner):
-                other = scrap.part_numbers[part]
+            owner, other = cut[k].source.part, scrap.part_numbers[part]
+            if other != owner and (cut[k].path.closed or owner):
                 found.append(
                     f"{cut[k].name()} is nearer to part {other} than the kerf of {scrap.rules.kerf:.4g} mm: cutting "
                     "one would cut into the other; nest them farther apart, with that kerf "
@@ -210,7 +239,7 @@ def check_room(contours: list[CutContour], scrap: Scrap) -> None:
 
 
 def _lead_issues(contours: list[CutContour], starts: list[CutStart], rules: CutRules) -> Iterable[Issue]:
-    """Yield a note on the contours none of whose starts has the lead that was asked for."""
+    """Yield a note on the contours whose starts all lack the wanted lead."""
     wanted, lesser, without = rules.lead_in, [], []
     by_contour: dict[int, list[CutStart]] = {}
     for start in starts:
@@ -219,22 +248,20 @@ def _lead_issues(contours: list[CutContour], starts: list[CutStart], rules: CutR
         contour = contours[number]
         if not contour.has_leads or not own[0].pierce:
             continue
-        if wanted.style != "none" and not contour.is_small(rules) and all(s.lead_in != wanted for s in own):
+        if wanted.style != "none" and not contour.is_small and all(s.lead_in != wanted for s in own):
             lesser.append(contour)
-        out = lead_out_of(contour, rules)
-        if out.style != "none" and all(s.lead_out.style == "none" for s in own):
+        if contour.lead_out.style != "none" and all(s.lead_out.style == "none" for s in own):
             without.append(contour)
     for group, what in (
         (lesser, f"no room for a lead-in of {wanted.length:g} mm ({wanted.style}): reduced"),
         (without, f"no room for a lead-out of {rules.lead_out.length:g} mm: left out"),
     ):
         if group:
-            names = ", ".join(c.name() for c in group[:3]) + (" …" if len(group) > 3 else "")
-            yield Issue("L613", f"{len(group)} × {what}", names, Severity.NOTE)
+            yield Issue("L613", f"{len(group)} × {what}", names_of(group), Severity.NOTE)
 
 
 def process_pairs(sheet: Sheet, contours: Sequence[CutContour]) -> Iterable[tuple[int, int]]:
-    """Yield (before, after): what lies inside before what is around it, marks of a part before its cuts."""
+    """Yield (before, after): contours before the contour around them, marks of a part before its cuts."""
     position = {i: k for k, c in enumerate(contours) if not c.common for i in c.indices}
     marks: dict[int, list[int]] = {}
     for k, contour in enumerate(contours):
@@ -250,9 +277,9 @@ def process_pairs(sheet: Sheet, contours: Sequence[CutContour]) -> Iterable[tupl
 
 
 def _around(sheet: Sheet, position: Mapping[int, int], contour: CutContour) -> int | None:
-    """Return the next contour around one that is cut, by `position` of its index; a hole too narrow to be cut is not.
+    """Return the next contour around one that is cut, by `position` of its index; None if there is none.
 
-    An outline is around the parts in its notches that the kerf closes. None: there is none.
+    A hole too narrow to be cut is skipped. An outline is around the parts in its notches that the kerf closes.
     """
     parent = contour.notch_of if contour.notch_of >= 0 else contour.source.parent
     while parent >= 0 and parent not in position:
@@ -260,8 +287,11 @@ def _around(sheet: Sheet, position: Mapping[int, int], contour: CutContour) -> i
     return position.get(parent)
 
 
+# -- orders ----------------------------------------------------------------------------------------------------------
+
+
 def build_problem(
-    cutting: Cutting, members: Sequence[int], metric: Metric, overhead: float, start: Point | None, end: Point | None
+    cutting: Cutting, members: Sequence[int], head: HeadTravel, *, first: bool = True, last: bool = True
 ) -> RoutingProblem:
     """Return the routing problem of some contours; its nodes are their starts (`Cutting.starts_of`).
 
@@ -269,79 +299,85 @@ def build_problem(
     ----------
     members
         Positions in `Cutting.contours`; they become the clusters, in this order.
-    overhead
-        What each cut takes to come down and to rise, s.
-    start, end
-        Where the torch comes from and goes to, or None.
+    first, last
+        Whether the head comes from its first place, and goes to its last.
 
     Raises
     ------
     PlanError
-        What must come first goes round in a circle.
+        The precedence contains a cycle.
     """
     check_order(cutting)
     nodes = cutting.starts_of(members)
     cluster_of = {k: c for c, k in enumerate(members)}
-    timed = metric.unit == "s"
+    timed = head.metric.unit == "s"
     pairs = [(cluster_of[a], cluster_of[b]) for a, b in cutting.head_pairs if a in cluster_of and b in cluster_of]
     return RoutingProblem(
         entry=np.array([n.entry for n in nodes], dtype=np.float64).reshape(-1, 2),
         exit=np.array([n.exit for n in nodes], dtype=np.float64).reshape(-1, 2),
         cluster=np.array([cluster_of[n.contour] for n in nodes], dtype=np.int32),
-        service=np.array([overhead + cutting.seconds(n) if timed else 0.0 for n in nodes], dtype=np.float64),
-        metric=metric,
+        service=np.array([head.overhead + cutting.seconds(n) if timed else 0.0 for n in nodes], dtype=np.float64),
+        metric=head.metric,
         precedence=np.array(pairs, dtype=np.int32).reshape(-1, 2),
-        start=start,
-        end=end,
+        start=head.start if first else None,
+        end=head.end if last else None,
         name=cutting.sheet.name,
     )
 
 
 def check_order(cutting: Cutting) -> None:
-    """Refuse a precedence that cannot be kept; only the fixed order of a plan file can make one."""
+    """Refuse a precedence with a cycle; only the fixed order of a plan file can cause one."""
     if len(_sorted(cutting)) < len(cutting.heads):
         raise PlanError("the fixed order of the plan file contradicts inner before outer; remove 'order' from a cut")
 
 
 def _sorted(cutting: Cutting) -> list[int]:
-    """Return the contours in the order of the drawing, but each after those that must come before it."""
+    """Return the contours in the order of the drawing, but each after its predecessors."""
     after: dict[int, list[int]] = {}
     missing = [0] * len(cutting.contours)
     for a, b in cutting.head_pairs:
         after.setdefault(a, []).append(b)
         missing[b] += 1
-    free = [k for k in cutting.heads if not missing[k]]
-    heapq.heapify(free)
+    ready = [k for k in cutting.heads if not missing[k]]
+    heapq.heapify(ready)
     order = []
-    while free:
-        k = heapq.heappop(free)
+    while ready:
+        k = heapq.heappop(ready)
         order.append(k)
         for b in after.get(k, ()):
             missing[b] -= 1
             if not missing[b]:
-                heapq.heappush(free, b)
+                heapq.heappush(ready, b)
     return order
 
 
 def drawing_order(cutting: Cutting) -> list[CutStart]:
-    """Return the first start of every contour in the order of the drawing, as far as inner before outer lets it."""
+    """Return the first start of each contour, in the order of the drawing as far as precedence allows."""
     check_order(cutting)
     return [cutting.starts[cutting.by_contour[k][0]] for k in _sorted(cutting)]
 
 
-def bands(cutting: Cutting, options: CutOptions, width: float = 0.0) -> list[list[int]]:
-    """Return the contours in bands along the axis of the sweep, each cut before the next; one band when it is free.
+def route_length(start: Point | None, order: Sequence[CutStart], travel: Any = math.dist) -> float:
+    """Return the cost of all moves from cut to cut, by `travel` from point to point."""
+    total, here = 0.0, start
+    for s in order:
+        total += travel(here, s.entry) if here is not None else 0.0
+        here = s.exit
+    return total
 
-    Of a chain its first contour. A part is in the band of its outline's middle, with all that lies in it. The first
-    band is the one at the start corner. `width` of a band, mm; 0: a fifth of the sheet, or its largest part.
+
+def bands(cutting: Cutting, options: CutOptions, width: float = 0.0) -> list[list[int]]:
+    """Return the contours in bands along the axis of the sweep, in the order of the bands; without a sweep one band.
+
+    A chain counts with its first contour. A part with all its contours is in the band of the middle of its outline. The
+    first band is the one at the start corner. `width` of a band, mm; 0: a fifth of the sheet, or its largest part.
     """
     if options.sweep == "free":
         return [cutting.heads]
-    everything = list(range(len(cutting.contours)))
     axis = 0 if options.sweep == "x" else 1
     position = {i: k for k, c in enumerate(cutting.contours) if not c.common for i in c.indices}
     outlines = {c.source.part: k for k, c in enumerate(cutting.contours) if c.has_leads and not c.hole}
-    roots = [_root(cutting, k, position, outlines) for k in everything]
+    roots = [_root(cutting, k, position, outlines) for k in range(len(cutting.contours))]
     spans = {k: cutting.contours[k].path.extents for k in set(roots)}
     low, high = min(s[axis] for s in spans.values()), max(s[axis + 2] for s in spans.values())
     width = width or max((high - low) / 5.0, *(s[axis + 2] - s[axis] for s in spans.values()), 1.0)
@@ -356,85 +392,16 @@ def bands(cutting: Cutting, options: CutOptions, width: float = 0.0) -> list[lis
 
 
 def in_bands(cutting: Cutting, order: Sequence[CutStart], options: CutOptions) -> list[CutStart]:
-    """Return cuts in the order of the sweep's bands, and within a band as they were."""
+    """Return cuts in the order of the bands of the sweep; the order within each band is unchanged."""
     band = {k: number for number, members in enumerate(bands(cutting, options)) for k in members}
     return sorted(order, key=lambda s: band[s.contour])
 
 
 def _root(cutting: Cutting, k: int, position: dict[int, int], outlines: dict[int, int]) -> int:
-    """Return the outermost contour around one; what is in no part is its own."""
+    """Return the outermost contour around a contour; itself if it lies in no part."""
     contour = cutting.contours[k]
     if contour.kind == "mark" and contour.source.part in outlines:
         k = outlines[contour.source.part]
     while (around := _around(cutting.sheet, position, cutting.contours[k])) is not None:
         k = around
     return k
-
-
-def corner_point(sheet: Sheet, corner: str) -> Point | None:
-    """Return the corner of the sheet, or of all that is on it, at which cutting begins; None when that is free."""
-    if corner == "free":
-        return None
-    low_x, low_y, high_x, high_y = _extents(sheet)
-    return (high_x if "right" in corner else low_x, high_y if "upper" in corner else low_y)
-
-
-def _extents(sheet: Sheet) -> tuple[float, float, float, float]:
-    if sheet.outline is not None:
-        return sheet.outline.extents
-    spans = np.array([c.contour.path.extents for c in sheet.contours])
-    low_x, low_y = spans[:, :2].min(axis=0).tolist()
-    high_x, high_y = spans[:, 2:].max(axis=0).tolist()
-    return low_x, low_y, high_x, high_y
-
-
-def with_options(sheet: Sheet, options: CutOptions, zones: NDArray[np.float64]) -> Sheet:
-    """Return the sheet with the size and the forbidden zones (float64[k, 4], mm) that the options give it.
-
-    Raises
-    ------
-    OptionError
-        The size is not one.
-    PlanError
-        Something does not lie on the sheet of that size.
-    """
-    outline = sheet.outline
-    if options.sheet_size:
-        width, height = parse_size(options.sheet_size)
-        outline = Polyline.of_points([(0, 0), (width, 0), (width, height), (0, height)], closed=True)
-        for number, c in enumerate(sheet.contours, 1):
-            low_x, low_y, high_x, high_y = c.contour.path.extents
-            if min(low_x, low_y) < -1e-6 or high_x > width + 1e-6 or high_y > height + 1e-6:
-                raise PlanError(
-                    f"contour {number} (part {c.part}) reaches from ({low_x:.6g}, {low_y:.6g}) to "
-                    f"({high_x:.6g}, {high_y:.6g}), outside the sheet of {width:g} × {height:g} mm; "
-                    "give a larger --sheet-size, or move the drawing with --origin"
-                )
-    added = tuple((float(a), float(b), float(c), float(d)) for a, b, c, d in zones)
-    return replace(sheet, outline=outline, zones=(*sheet.zones, *added))
-
-
-def parse_size(text: str) -> Point:
-    """Return width and height, mm, of a text such as ``3000x1500``.
-
-    Raises
-    ------
-    OptionError
-        It is not two positive numbers.
-    """
-    try:
-        width, height = (float(word) for word in text.lower().replace("×", "x").removesuffix("mm").split("x"))
-    except ValueError:
-        raise OptionError(f"--sheet-size: '{text}' is not a size such as 3000x1500") from None
-    if not (0.0 < width < 1e6 and 0.0 < height < 1e6):
-        raise OptionError(f"--sheet-size: '{text}' is out of range")
-    return width, height
-
-
-def route_length(start: Point | None, order: Sequence[CutStart], travel: Any = math.dist) -> float:
-    """Return what all the ways from cut to cut cost, by `travel` from point to point."""
-    total, here = 0.0, start
-    for s in order:
-        total += travel(here, s.entry) if here is not None else 0.0
-        here = s.exit
-    return total

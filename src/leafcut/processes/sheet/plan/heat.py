@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
-from leafcut.geometry.arrays import Point
 from leafcut.model.issue import Issue, Severity
-from leafcut.processes.sheet.plan.cutting import Cutting
-from leafcut.processes.sheet.plan.leads.cut_starts import CutStart
-from leafcut.timing.travel import Travel
+from leafcut.processes.sheet.plan.cutting import CutSequence, Cutting, HeadTravel
+from leafcut.processes.sheet.plan.starts import CutStart
 
 #: A cut moves by at most `REACH` places in the order; heat of the last `LOOK_BACK` cuts counts.
 REACH, LOOK_BACK = 40, 12
@@ -20,26 +17,14 @@ PASSES = 4
 PENALTY = 1e6
 
 
-@dataclass(frozen=True)
-class _Limits:
-    """Limits of a change of the order: contours that must be cut before each contour, and its band."""
-
-    before: dict[int, set[int]]
-    band: dict[int, int]
-
-    def may_swap(self, first: int, second: int) -> bool:
-        """Return whether a cut and its successor may be exchanged."""
-        return first not in self.before.get(second, ()) and self.band.get(first) == self.band.get(second)
-
-
-def too_near(cutting: Cutting, order: Sequence[CutStart], apart: float) -> list[tuple[int, int]]:
+def too_near(order: Sequence[CutStart], apart: float) -> list[tuple[int, int]]:
     """Return pairs of consecutive positions whose starts are nearer than `apart`, mm; the later position is second."""
-    return [(i, j) for j in range(len(order)) for i in _hot_before(cutting, order, j, apart)]
+    return [(j - 1, j) for j in range(len(order)) if _is_hot(order, j, apart)]
 
 
-def heat_issue(cutting: Cutting, order: Sequence[CutStart], apart: float) -> Issue:
+def heat_issue(order: Sequence[CutStart], apart: float) -> Issue:
     """Return the note or warning on the starts that stay nearer than `apart`, mm, to the start before."""
-    left = too_near(cutting, order, apart)
+    left = too_near(order, apart)
     if not left:
         words = f"no cut starts within {apart:g} mm of a hot one; the nearest-neighbour order ignores heat"
         return Issue("L614", words, "", Severity.NOTE)
@@ -49,97 +34,81 @@ def heat_issue(cutting: Cutting, order: Sequence[CutStart], apart: float) -> Iss
     return Issue("L614", words, f"the first at ({x:.4g}, {y:.4g})")
 
 
-def _hot_before(cutting: Cutting, order: Sequence[CutStart], j: int, apart: float) -> list[int]:
-    """Return the cut before the cut at `j`, if their starts are too near."""
-    return [j - 1] if j and math.dist(order[j - 1].entry, order[j].entry) < apart else []
+def _is_hot(order: Sequence[CutStart], j: int, apart: float) -> bool:
+    """Return whether the cut at `j` starts too near to the start of the cut before it."""
+    return j > 0 and math.dist(order[j - 1].entry, order[j].entry) < apart
 
 
 def spread_starts(
-    cutting: Cutting,
-    order: Sequence[CutStart],
+    cuts: CutSequence,
     apart: float,
-    travel: Travel,
-    start: Point | None,
+    head: HeadTravel,
     bands: Sequence[Sequence[int]] = (),
     late: Callable[[], bool] = lambda: False,
-) -> list[CutStart]:
-    """Return the cuts with fewer starts too near, by small changes of the order and of the starts.
+) -> CutSequence:
+    """Return the cuts with fewer starts nearer than `apart`, mm, by small changes of the order and of the starts.
 
     Precedence, choices of a plan file and bands (`cutting.bands`) are kept. Once it is `late`, nothing more changes.
     """
-    order = list(order)
+    cutting, order = cuts.cutting, list(cuts.starts)
     band = {k: number for number, members in enumerate(bands) for k in members}
     before: dict[int, set[int]] = {}
     for a, b in cutting.pairs:
         before.setdefault(b, set()).add(a)
-    limits = _Limits(before, band)
+
+    def may_swap(first: CutStart, second: CutStart) -> bool:
+        """Return whether a cut and its successor may be exchanged."""
+        a, b = first.contour, second.contour
+        return a not in before.get(b, ()) and band.get(a) == band.get(b)
+
     for _ in range(PASSES):
-        near = {j for _, j in too_near(cutting, order, apart)}
-        if not near:
-            break
+        near = {j for _, j in too_near(order, apart)}
         changed = False
         for contour in [order[j].contour for j in sorted(near)]:
             if late():
-                return order
+                return cuts.with_starts(order)
             j = next(k for k, s in enumerate(order) if s.contour == contour)
-            better = _best_change(cutting, order, j, apart, travel, start, limits)
+            better = _best_change(cutting, order, j, _range(order, j, may_swap), apart, head)
             if better is not None:
                 order, changed = better, True
         if not changed:
             break
-    return order
+    return cuts.with_starts(order)
 
 
-def _best_change(
-    cutting: Cutting,
-    order: list[CutStart],
-    j: int,
-    apart: float,
-    travel: Travel,
-    start: Point | None,
-    limits: _Limits,
-) -> list[CutStart] | None:
-    """Return the order with the cut at `j` moved to another position or start, if that costs less."""
-    own = order[j]
-    starts = [cutting.starts[n] for n in cutting.by_contour[own.contour]] if own.pierce else []
-    starts = [own] if "start" in cutting.fixed.get(own.contour, ()) else [own, *starts]
-    rest = order[:j] + order[j + 1 :]
-    low, high = _room(rest, j, own.contour, limits)
-    first, last = max(0, low - 1), min(len(order), high + LOOK_BACK + 2)
-    least, best = _cost(cutting, order, first, last, apart, travel, start) - 1e-9, None
-    for place in range(low, high + 1):
-        for s in starts:
-            trial = [*rest[:place], s, *rest[place:]]
-            cost = _cost(cutting, trial, first, last, apart, travel, start)
-            if cost < least:
-                least, best = cost, trial
-    return best
-
-
-def _room(rest: list[CutStart], j: int, contour: int, limits: _Limits) -> tuple[int, int]:
-    """Return the range of positions for a cut among the other cuts, at most `REACH` from its own."""
-    low, high = j, j
-    while low > 0 and j - low < REACH and limits.may_swap(rest[low - 1].contour, contour):
+def _range(order: list[CutStart], j: int, may_swap: Callable[[CutStart, CutStart], bool]) -> tuple[int, int]:
+    """Return the first and last position to which the cut at `j` may move, at most `REACH` away."""
+    low = high = j
+    while low > 0 and j - low < REACH and may_swap(order[low - 1], order[j]):
         low -= 1
-    while high < len(rest) and high - j < REACH and limits.may_swap(contour, rest[high].contour):
+    while high + 1 < len(order) and high - j < REACH and may_swap(order[j], order[high + 1]):
         high += 1
     return low, high
 
 
-def _cost(
-    cutting: Cutting,
-    order: list[CutStart],
-    first: int,
-    last: int,
-    apart: float,
-    travel: Travel,
-    start: Point | None,
-) -> float:
-    """Return the cost of the cuts from `first` to before `last`: travel and heat."""
-    total = 0.0
-    here = order[first - 1].exit if first else start
-    for k in range(first, min(last, len(order))):
-        total += travel(here, order[k].entry) if here is not None else 0.0
-        total += PENALTY * len(_hot_before(cutting, order, k, apart))
-        here = order[k].exit
-    return total
+def _best_change(
+    cutting: Cutting, order: list[CutStart], j: int, places: tuple[int, int], apart: float, head: HeadTravel
+) -> list[CutStart] | None:
+    """Return the order with the cut at `j` moved to another position or start, if that costs less."""
+    own, (low, high) = order[j], places
+    starts = cutting.starts_of([own.contour]) if own.pierce else []
+    starts = [own] if "start" in cutting.fixed.get(own.contour, ()) else [own, *starts]
+    rest = order[:j] + order[j + 1 :]
+    first, last = max(0, low - 1), min(len(order), high + LOOK_BACK + 2)
+
+    def cost(trial: list[CutStart]) -> float:
+        """Return the cost of the cuts from `first` to before `last`: travel and heat."""
+        total, here = 0.0, trial[first - 1].exit if first else head.start
+        for k in range(first, last):
+            total += head.cost(here, trial[k].entry) if here is not None else 0.0
+            total += PENALTY * _is_hot(trial, k, apart)
+            here = trial[k].exit
+        return total
+
+    least, best = cost(order) - 1e-9, None
+    for place in range(low, high + 1):
+        for s in starts:
+            trial = [*rest[:place], s, *rest[place:]]
+            if (now := cost(trial)) < least:
+                least, best = now, trial
+    return best

@@ -1,21 +1,22 @@
-"""From a drawing's strokes to a sheet: outlines joined, cleaned and checked, parts with their holes and marks.
+"""From the strokes of a drawing to a sheet: outlines joined, cleaned and checked, parts with their holes and marks.
 
-What cannot be cut safely is refused with its place: open outlines, outlines that cross themselves or each other, parts
-beyond the edge of the sheet. What could be mended is mended and said.
+Unsafe outlines are refused with their places: open outlines, outlines that cross themselves or each other, parts beyond
+the edge of the sheet. Repairs are reported.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from leafcut.errors import PlanError, count_of, shown
+from leafcut.errors import OptionError, PlanError, count_of, shown
+from leafcut.geometry.arrays import Point
 from leafcut.geometry.cleaning import cleaned, counter_clockwise
 from leafcut.geometry.containment import around, conflicts, nesting
 from leafcut.geometry.overlaps import SAME
@@ -24,38 +25,42 @@ from leafcut.geometry.tidying import join_advice, polygons, tidy
 from leafcut.model.contour import Contour, is_aside
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.part import Part
-from leafcut.model.sheet import Sheet, SheetContour
-from leafcut.options import SheetOptions
+from leafcut.model.sheet import Sheet
+from leafcut.options import ReadOptions, SheetOptions
 from leafcut.processes.layers import kinds_of, matcher
-from leafcut.processes.sheet.plan.hole_sizes import round_diameter
+from leafcut.processes.sheet.options import CutOptions
 
 #: A closed outline smaller than this in both directions is likely a drawing error, mm.
 TINY = 0.5
-#: Centres of circles that belong to one bore differ by less than this: rounded coordinates and chords, mm.
+#: Tolerance of the centres of the circles of a bore: rounded coordinates and chords, mm.
 SAME_CENTRE = 0.05
 #: Three circles or more with one centre are a stepped bore up to this diameter, the head of an M20 screw, mm; wider
 #: ones are rings that are nested in each other.
 WIDEST_STEPPED = 40.0
-#: So many layers are named where nothing on them is cut.
+#: Maximum number of layers in a message that nothing is cut.
 MOST_LAYERS = 5
+#: Tolerance of a round hole, as a share: of 4π area from the square of its length, and of its width from its height.
+#: Circles are round, also if drawn with 24 chords or more.
+ROUND = 0.01
+#: Tolerance of limits, mm, for the rounding of inches: a limit of 6.35 includes the hole of 1/4 in.
+_SLACK = 1e-6
 
 
 def prepare_sheet(part: Part, options: SheetOptions | None = None, concentric: str = "smallest") -> Sheet:
-    """Return the contours of a drawing joined, cleaned and checked, each with its place among the others.
+    """Return the contours of a drawing joined, cleaned, checked and nested.
 
     O(n log n); thousands of contours take about a second.
 
     Parameters
     ----------
     concentric
-        Which circles of a bore are cut (`ReadOptions.concentric`): ``smallest``, ``largest`` or ``all``.
+        The circles of a bore to cut (`ReadOptions.concentric`): ``smallest``, ``largest`` or ``all``.
 
     Raises
     ------
     PlanError
         Nothing is left to cut or mark; an outline is open (unless `options.open_paths` allows it) or crosses itself;
-        parts overlap, fall apart where their outlines touch, or lie beyond the sheet's edge. One line with places and
-        what to do.
+        parts overlap, fall apart where their outlines touch, or lie beyond the edge of the sheet.
     """
     options = options or SheetOptions()
     issues = list(part.issues)
@@ -66,17 +71,15 @@ def prepare_sheet(part: Part, options: SheetOptions | None = None, concentric: s
     cuts, marks = found["cut"], found["mark"]
     if found["maybe sheet"]:
         if outline is None and (named := _named_sheet(found["maybe sheet"], cuts, marks)) is not None:
-            outline = named.contour.path
-            message = (
-                f"layer {named.contour.layer} is taken as the edge of the sheet; set --sheet-layers to change that"
-            )
+            outline = named.path
+            message = f"layer {named.layer} is taken as the edge of the sheet; set --sheet-layers to change that"
             issues.append(Issue("L421", message, severity=Severity.NOTE))
         else:
             cuts = sorted([*cuts, *found["maybe sheet"]], key=lambda m: m.order)
-    closed, opened = [m for m in cuts if m.contour.path.closed], [m for m in cuts if not m.contour.path.closed]
+    closed, opened = [m for m in cuts if m.path.closed], [m for m in cuts if not m.path.closed]
     opened, more_marks = _opened(opened, options, issues)
     marks = [*marks, *more_marks]
-    shapes = polygons([m.contour.path for m in closed])
+    shapes = polygons([m.path for m in closed])
     _check_simple(closed, shapes)
     kept, touching = _once(closed, shapes, issues)
     _check_whole(closed, shapes, kept, touching)
@@ -95,22 +98,14 @@ def prepare_sheet(part: Part, options: SheetOptions | None = None, concentric: s
     return Sheet(part.name, contours, outline, issues=tuple(issues), holes=holes, price=price)
 
 
-@dataclass(frozen=True)
-class _PlacedContour:
-    """A contour and the number of its first stroke in the drawing."""
-
-    contour: Contour
-    order: int
-
-
-def _strokes(contours: Sequence[Contour], kinds: list[str], issues: list[Issue]) -> dict[str, list[_PlacedContour]]:
-    """Return the strokes of every kind, cleaned; those without length are counted (L313)."""
-    found: dict[str, list[_PlacedContour]] = {}
+def _strokes(contours: Sequence[Contour], kinds: list[str], issues: list[Issue]) -> dict[str, list[Contour]]:
+    """Return the strokes of each kind, cleaned and numbered; report strokes without length (L313)."""
+    found: dict[str, list[Contour]] = {}
     gone = []
     for k, (contour, kind) in enumerate(zip(contours, kinds, strict=True)):
         path = cleaned(contour.path) if kind else None
         if path is not None:
-            found.setdefault(kind, []).append(_PlacedContour(replace(contour, path=path), k))
+            found.setdefault(kind, []).append(replace(contour, path=path, order=k))
         elif kind:
             gone.append(contour.path.start)
     if gone:
@@ -118,14 +113,12 @@ def _strokes(contours: Sequence[Contour], kinds: list[str], issues: list[Issue])
     return found
 
 
-def _joined(
-    strokes: list[_PlacedContour], kind: str, options: SheetOptions, issues: list[Issue]
-) -> list[_PlacedContour]:
-    """Return strokes of one kind joined; each with the layer and handle of its first one."""
+def _joined(strokes: list[Contour], kind: str, options: SheetOptions, issues: list[Issue]) -> list[Contour]:
+    """Return strokes of one kind joined; each has the layer, handle and order of its first stroke."""
     marked = kind == "mark"
     if not strokes:
         return []
-    tidied = tidy([s.contour.path for s in strokes], options.join_tolerance)
+    tidied = tidy([s.path for s in strokes], options.join_tolerance)
     gaps = [gap for made in tidied.paths for gap in made.gaps]
     if gaps and not marked:
         message = f"{count_of(len(gaps), 'gap')} closed, the widest of {max(width for _, width in gaps):.3g} mm"
@@ -147,27 +140,26 @@ def _joined(
         good = cleaned(path)
         if good is None:
             continue
-        contour = replace(first.contour, path=counter_clockwise(good), kind="mark" if marked else "cut")
-        made.append(_PlacedContour(contour, first.order))
+        made.append(replace(first, path=counter_clockwise(good), kind="mark" if marked else "cut"))
     return made
 
 
-def _edge(sheets: list[_PlacedContour]) -> tuple[Polyline | None, tuple[Polyline, ...], float]:
-    """Return the edge of the sheet, what was cut out of it before, and its price; None where no layer shows it."""
+def _edge(sheets: list[Contour]) -> tuple[Polyline | None, tuple[Polyline, ...], float]:
+    """Return the edge of the sheet, its holes, and its price; None if no layer shows it."""
     if not sheets:
         return None, (), 0.0
-    closed = [m for m in sheets if m.contour.path.closed]
-    shapes = polygons([m.contour.path for m in closed])
+    closed = [m for m in sheets if m.path.closed]
+    shapes = polygons([m.path for m in closed])
     _check_simple(closed, shapes)
     depth = nesting(shapes)[0].tolist() if len(closed) == len(sheets) and not conflicts(shapes) else []
     if depth.count(0) != 1 or max(depth) > 1:
-        places = _at([m.contour.path.start for m in sheets])
+        places = _at([m.path.start for m in sheets])
         raise PlanError(
             f"the sheet's layer must hold one closed outline, and within it only holes apart from each other; it holds "
             f"{len(closed)} closed and {count_of(len(sheets) - len(closed), 'open path')}, {places}"
         )
-    edge = closed[depth.index(0)].contour
-    holes = tuple(m.contour.path for m, deep in zip(closed, depth, strict=True) if deep)
+    edge = closed[depth.index(0)]
+    holes = tuple(m.path for m, deep in zip(closed, depth, strict=True) if deep)
     return edge.path, holes, _price(edge.name)
 
 
@@ -181,40 +173,38 @@ def _price(name: str) -> float:
     return price if 0.0 <= price < math.inf else 0.0
 
 
-def _named_sheet(
-    maybe: list[_PlacedContour], cuts: list[_PlacedContour], marks: list[_PlacedContour]
-) -> _PlacedContour | None:
-    """Return the outline on a layer with the name of a sheet that is its edge; None where it is cut like any other.
+def _named_sheet(maybe: list[Contour], cuts: list[Contour], marks: list[Contour]) -> Contour | None:
+    """Return the edge of the sheet from a layer with the name of a sheet; None if its outlines are parts.
 
-    The edge lies round all else; a part that crosses it lies half off the sheet. One with nothing that is cut in it is
-    a part. One with some in it and others beyond
-    can be either, and the wrong guess would cut every part on the wrong side of its line.
+    The edge lies around all other contours; a part that crosses it lies half off the sheet. An outline without others
+    inside is a part. If some lie inside and others beyond, it can be either, and the wrong guess would cut each part on
+    the wrong side of its line.
 
     Raises
     ------
     PlanError
-        That is so: says what lies beyond.
+        It can be either: lists the contours beyond.
     """
-    closed = [m for m in maybe if m.contour.path.closed]
+    closed = [m for m in maybe if m.path.closed]
     others = [*cuts, *marks]
     if not closed or not others:
         return None
-    shapes = polygons([m.contour.path for m in closed])
-    lines = np.array([shapely.LineString(m.contour.path.flattened()) for m in others], dtype=object)
+    shapes = polygons([m.path for m in closed])
+    lines = np.array([shapely.LineString(m.path.flattened()) for m in others], dtype=object)
     held = shapely.STRtree(lines).query(shapely.buffer(shapes, SAME), predicate="covers")
     for k in range(len(closed)):
         inside = np.zeros(len(others), dtype=bool)
         inside[held[1][held[0] == k]] = True
         if not shapes[k].is_valid:
             continue
-        across = shapely.crosses(lines, shapes[k]) & np.array([m.contour.path.closed for m in others])
+        across = shapely.crosses(lines, shapes[k]) & np.array([m.path.closed for m in others])
         if len(maybe) == 1 and (inside | across).all():
             return closed[k]
         if inside[: len(cuts)].any():
             beyond = [m for m, within in zip(others, inside, strict=True) if not within]
             fact = f"not around {count_of(len(beyond), 'contour')}" if beyond else "is one of several paths"
-            places = _at([m.contour.path.start for m in (beyond or maybe)])
-            layer = closed[k].contour.layer
+            places = _at([m.path.start for m in (beyond or maybe)])
+            layer = closed[k].layer
             raise PlanError(
                 f"layer {layer} is named as the edge of a sheet, and an outline on it lies around parts, but {fact}, "
                 f"{places}; leave out the others with --ignore-layers, or assign {layer} with --sheet-layers or "
@@ -223,13 +213,11 @@ def _named_sheet(
     return None
 
 
-def _opened(
-    opened: list[_PlacedContour], options: SheetOptions, issues: list[Issue]
-) -> tuple[list[_PlacedContour], list[_PlacedContour]]:
-    """Return open paths that are cut and those that are marked, as `options.open_paths` says."""
+def _opened(opened: list[Contour], options: SheetOptions, issues: list[Issue]) -> tuple[list[Contour], list[Contour]]:
+    """Return open paths to cut and open paths to mark, by `options.open_paths`."""
     if not opened:
         return [], []
-    paths = [m.contour.path for m in opened]
+    paths = [m.path for m in opened]
     places = _at([p.start for p in paths])
     number = count_of(len(opened), "open path")
     if options.open_paths == "refuse":
@@ -243,17 +231,17 @@ def _opened(
         return [], []
     if options.open_paths == "mark":
         issues.append(Issue("L424", f"{number} marked", places, Severity.NOTE))
-        return [], [replace(m, contour=replace(m.contour, kind="mark")) for m in opened]
+        return [], [replace(m, kind="mark") for m in opened]
     issues.append(Issue("L424", f"{number} cut as drawn, without kerf to one side", places))
     return opened, []
 
 
-def _check_simple(closed: list[_PlacedContour], shapes: NDArray[Any]) -> None:
+def _check_simple(closed: list[Contour], shapes: NDArray[Any]) -> None:
     """Raise `PlanError` for outlines that cross or touch themselves, or enclose nothing."""
     # By the hull: the two halves of an 8 cancel each other's area.
     thin = 2.0 * shapely.area(shapely.convex_hull(shapes)) <= SAME * shapely.length(shapes)
     if thin.any():
-        places = [m.contour.path.start for m, t in zip(closed, thin, strict=True) if t]
+        places = [m.path.start for m, t in zip(closed, thin, strict=True) if t]
         number = count_of(len(places), "outline")
         raise PlanError(f"{number} enclosing no area (a line there and back), {_at(places)}; repair the drawing")
     crossed = [r.partition("[")[2].rstrip("]").split() for r in shapely.is_valid_reason(shapes) if r.endswith("]")]
@@ -263,38 +251,34 @@ def _check_simple(closed: list[_PlacedContour], shapes: NDArray[Any]) -> None:
         raise PlanError(f"{number} crossing or touching itself, {_at(places)}; repair the drawing")
 
 
-def _once(
-    closed: list[_PlacedContour], shapes: NDArray[Any], issues: list[Issue]
-) -> tuple[list[int], list[tuple[int, int]]]:
-    """Return which outlines to take, none twice, and the pairs that touch; report doubles, touching and tiny ones."""
+def _once(closed: list[Contour], shapes: NDArray[Any], issues: list[Issue]) -> tuple[list[int], list[tuple[int, int]]]:
+    """Return the outlines without doubles, and the pairs that touch; report doubles, touching and tiny outlines."""
     met = conflicts(shapes)
     gone = {c.second for c in met if c.kind == "same"}
     across = [c for c in met if c.kind == "overlap" and not {c.first, c.second} & gone]
     if across:
         first = across[0]
         a, b = (_named(closed[k]) for k in (first.first, first.second))
-        layers = {closed[k].contour.layer for c in across for k in (c.first, c.second)}
+        layers = {closed[k].layer for c in across for k in (c.first, c.second)}
         advice = "parts must lie apart" + (", or choose what is cut with --cut-layers" if len(layers) > 1 else "")
         where = _at([c.place for c in across])
         raise PlanError(f"{count_of(len(across), 'pair')} of overlapping outlines: {a} and {b}, {where}; {advice}")
     if gone:
-        places = [closed[k].contour.path.start for k in sorted(gone)]
+        places = [closed[k].path.start for k in sorted(gone)]
         issues.append(Issue("L312", f"{count_of(len(gone), 'outline')} drawn twice merged", _at(places)))
     touching = [c for c in met if c.kind == "touch" and not {c.first, c.second} & gone]
     if touching:
         message = f"{count_of(len(touching), 'pair')} of outlines touch each other, without room for the kerf"
         issues.append(Issue("L423", message, _at([c.place for c in touching])))
     kept = [k for k in range(len(closed)) if k not in gone]
-    tiny = [e for e in (closed[k].contour.path.extents for k in kept) if max(e[2] - e[0], e[3] - e[1]) < TINY]
+    tiny = [e for e in (closed[k].path.extents for k in kept) if max(e[2] - e[0], e[3] - e[1]) < TINY]
     if tiny:
         message = f"{count_of(len(tiny), 'outline')} smaller than {TINY:g} mm"
         issues.append(Issue("L213", message, _at([(e[0], e[1]) for e in tiny])))
     return kept, [(c.first, c.second) for c in touching]
 
 
-def _check_whole(
-    closed: list[_PlacedContour], shapes: NDArray[Any], kept: list[int], touching: list[tuple[int, int]]
-) -> None:
+def _check_whole(closed: list[Contour], shapes: NDArray[Any], kept: list[int], touching: list[tuple[int, int]]) -> None:
     """Raise `PlanError` for a part that falls into pieces, because its holes touch its outline or each other."""
     if not touching:
         return
@@ -305,7 +289,7 @@ def _check_whole(
     for part in sorted({owner[a] for a, b in touching if owner[a] == owner[b]}):
         holes = [k for k in kept if inside[0, k] % 2 and inside[1, k] == part]
         whole = shapely.difference(shapes[part], shapely.union_all(shapes[holes]))
-        # What touches is up to this far apart.
+        # Outlines touch up to this distance.
         pieces = shapely.get_parts(shapely.buffer(whole, -SAME, join_style="mitre"))
         if len(pieces) > 1:
             x0, y0, x1, y1 = min(pieces, key=lambda piece: piece.area).bounds
@@ -315,10 +299,8 @@ def _check_whole(
             )
 
 
-def _one_per_bore(
-    closed: list[_PlacedContour], shapes: NDArray[Any], concentric: str, issues: list[Issue]
-) -> list[int]:
-    """Return which outlines to cut: of the circles of one bore, the one that `concentric` says (L302).
+def _one_per_bore(closed: list[Contour], shapes: NDArray[Any], concentric: str, issues: list[Issue]) -> list[int]:
+    """Return the outlines to cut: of the circles of a bore the smallest or largest, as `concentric` states (L302).
 
     A countersink, a counterbore or a thread is drawn as a circle around its hole. If both were cut, a disc would fall
     out of a hole that is too wide.
@@ -328,7 +310,7 @@ def _one_per_bore(
         return every
     gone = []
     for bore in _bores(closed, shapes):
-        bore.sort(key=lambda k: abs(closed[k].contour.path.area), reverse=concentric == "largest")
+        bore.sort(key=lambda k: abs(closed[k].path.area), reverse=concentric == "largest")
         gone += bore[1:]
     if gone:
         circles, places = count_of(len(gone), "circle"), _at([shapely.centroid(shapes[k]).coords[0] for k in gone])
@@ -344,9 +326,9 @@ def _one_per_bore(
     return [k for k in every if k not in set(gone)]
 
 
-def _bores(closed: list[_PlacedContour], shapes: NDArray[Any]) -> list[list[int]]:
-    """Return the circles of every bore: a round hole, and in it nothing but one circle in the other, to its centre."""
-    widths = [round_diameter(m.contour.path) for m in closed]
+def _bores(closed: list[Contour], shapes: NDArray[Any]) -> list[list[int]]:
+    """Return the circles of each bore: a round hole, and in it only nested circles with its centre."""
+    widths = [round_diameter(m.path) for m in closed]
     if sum(width is not None for width in widths) < 2:
         return []
     depth, parent = (column.tolist() for column in nesting(shapes))
@@ -357,7 +339,7 @@ def _bores(closed: list[_PlacedContour], shapes: NDArray[Any]) -> list[list[int]
 
     def concentric(a: int, b: int) -> bool:
         """Return whether two outlines are circles of one part with one centre."""
-        same_part = closed[a].contour.part == closed[b].contour.part
+        same_part = closed[a].part == closed[b].part
         return None not in (widths[a], widths[b]) and same_part and math.dist(centres[a], centres[b]) <= SAME_CENTRE
 
     found: list[list[int]] = []
@@ -365,7 +347,7 @@ def _bores(closed: list[_PlacedContour], shapes: NDArray[Any]) -> list[list[int]
         bore = [hole]
         while len(within := inside.get(bore[-1], [])) == 1 and concentric(bore[-1], within[0]):
             bore.append(within[0])
-        # One ring around a bore is a washer; more are rings that are nested in each other.
+        # One ring around a bore is a washer; several are nested rings.
         around_it = parent[hole]
         washer = concentric(hole, around_it)
         nested = washer and depth[around_it] > 0 and concentric(around_it, parent[around_it])
@@ -375,14 +357,10 @@ def _bores(closed: list[_PlacedContour], shapes: NDArray[Any]) -> list[list[int]
     return found
 
 
-def _placed(
-    closed: list[_PlacedContour], shapes: NDArray[Any], loose: list[_PlacedContour]
-) -> tuple[SheetContour, ...]:
-    """Return all contours in the drawing's order with depth, parent and part."""
+def _placed(closed: list[Contour], shapes: NDArray[Any], loose: list[Contour]) -> tuple[Contour, ...]:
+    """Return all contours in the order of the drawing, with depth, parent and part."""
     depth, parent = nesting(shapes)
-    middles: Any = shapely.points(
-        np.array([m.contour.path.point_at(0.5 * m.contour.path.length) for m in loose]).reshape(-1, 2)
-    )
+    middles: Any = shapely.points(np.array([m.path.point_at(0.5 * m.path.length) for m in loose]).reshape(-1, 2))
     _, holder = around(middles, shapes)
     every = [*closed, *loose]
     parents = [*parent.tolist(), *holder.tolist()]
@@ -392,16 +370,19 @@ def _placed(
     parts = _parts(closed, depths, parents, order)
     parts += [parts[h] if h >= 0 else 0 for h in parents[len(closed) :]]
     return tuple(
-        SheetContour(
-            replace(every[k].contour, part=parts[k]), depths[k], place[parents[k]] if parents[k] >= 0 else -1, parts[k]
+        replace(
+            every[k],
+            part=parts[k],
+            depth=depths[k],
+            parent=place[parents[k]] if parents[k] >= 0 else -1,
         )
         for k in order
     )
 
 
-def _parts(closed: list[_PlacedContour], depths: list[int], parents: list[int], order: list[int]) -> list[int]:
-    """Return the part of every closed contour: as the drawing says where that agrees with the nesting, else counted."""
-    said = [m.contour.part for m in closed]
+def _parts(closed: list[Contour], depths: list[int], parents: list[int], order: list[int]) -> list[int]:
+    """Return the part of each closed contour: that of the drawing if it agrees with the nesting, else a new number."""
+    said = [m.part for m in closed]
     outlines = [k for k in order if k < len(closed) and depths[k] % 2 == 0]
     numbers = {k: said[k] for k in outlines}
     agrees = 0 not in numbers.values() and len(set(numbers.values())) == len(outlines)
@@ -410,39 +391,39 @@ def _parts(closed: list[_PlacedContour], depths: list[int], parents: list[int], 
     return [numbers[k] if depths[k] % 2 == 0 else numbers[parents[k]] for k in range(len(closed))]
 
 
-def _check_inside(contours: Sequence[SheetContour], outline: Polyline | None, holes: Sequence[Polyline]) -> None:
-    """Raise `PlanError` for what lies beyond the sheet's edge, or in a hole of the sheet."""
+def _check_inside(contours: Sequence[Contour], outline: Polyline | None, holes: Sequence[Polyline]) -> None:
+    """Raise `PlanError` for contours beyond the edge of the sheet, or in a hole of the sheet."""
     if outline is None:
         return
     edge, *inner = polygons([outline, *holes])
     sheet = shapely.Polygon(edge.exterior, [hole.exterior for hole in inner]).buffer(SAME)
     shapely.prepare(sheet)
     outer = [c for c in contours if c.parent < 0]
-    beyond = [c for c in outer if not sheet.covers(shapely.LineString(c.contour.path.flattened()))]
+    beyond = [c for c in outer if not sheet.covers(shapely.LineString(c.path.flattened()))]
     if beyond:
         first = beyond[0]
-        what = f"part {first.part}" if first.part else first.contour.kind
+        what = f"part {first.part}" if first.part else first.kind
         or_holes = " or in its holes" if holes else ""
         raise PlanError(
             f"{count_of(len(beyond), 'contour')} beyond the edge of the sheet{or_holes}: {what}, "
-            f"{_at([c.contour.path.start for c in beyond])}; move it or use a larger sheet"
+            f"{_at([c.path.start for c in beyond])}; move it or use a larger sheet"
         )
 
 
-def _refuse_frames(contours: Sequence[SheetContour], options: SheetOptions, issues: list[Issue]) -> None:
-    """Refuse an outline around parts on a layer that is named as a drawing frame, unless `options` have it cut.
+def _refuse_frames(contours: Sequence[Contour], options: SheetOptions, issues: list[Issue]) -> None:
+    """Refuse an outline around parts on a layer that is named as a drawing frame, unless `options` name it to be cut.
 
-    As the edge of a part it would make holes of the parts in it, cut on the wrong side of their lines. Around a single
-    outline it may be the edge of a part with a window, which is a warning (L422).
+    As the edge of a part it would turn the parts inside into holes, cut on the wrong side of their lines. Around a
+    single outline it may be the edge of a part with a window, which is a warning (L422).
     """
     chosen = matcher(options.cut_layers)
     inside: dict[int, list[int]] = {}
     for k, inner in enumerate(contours):
-        if inner.parent >= 0 and inner.contour.path.closed and inner.contour.kind == "cut":
+        if inner.parent >= 0 and inner.path.closed and inner.kind == "cut":
             inside.setdefault(inner.parent, []).append(k)
     for k, within in inside.items():
-        frame = contours[k].contour
-        if not is_aside(frame.layer) or chosen(frame.layer) or all(is_aside(contours[i].contour.layer) for i in within):
+        frame = contours[k]
+        if not is_aside(frame.layer) or chosen(frame.layer) or all(is_aside(contours[i].layer) for i in within):
             continue
         if len(within) > 1 or within[0] in inside:
             raise PlanError(
@@ -457,17 +438,17 @@ def _refuse_frames(contours: Sequence[SheetContour], options: SheetOptions, issu
         issues.append(Issue("L422", words, _at([frame.path.start])))
 
 
-def _look_for_frame(contours: Sequence[SheetContour], outline: Polyline | None, issues: list[Issue]) -> None:
-    """Say so (L422) when one rectangle round most contours looks like the sheet and is about to be cut as a part."""
-    outer = [c for c in contours if c.parent < 0 and c.contour.path.closed]
+def _look_for_frame(contours: Sequence[Contour], outline: Polyline | None, issues: list[Issue]) -> None:
+    """Warn (L422) if a rectangle around most contours looks like the sheet and would be cut as a part."""
+    outer = [c for c in contours if c.parent < 0 and c.path.closed]
     if outline is not None or not outer or len(contours) < 3:
         return
-    frame = max(outer, key=lambda c: c.contour.path.area)
-    path, layer = frame.contour.path, frame.contour.layer
+    frame = max(outer, key=lambda c: c.path.area)
+    path, layer = frame.path, frame.layer
     rest = [c for c in contours if c is not frame]
     beyond = sum(c.part != frame.part for c in rest if c.depth < 2)
     x0, y0, x1, y1 = path.extents
-    alone = all(c.contour.layer != layer for c in rest)
+    alone = all(c.layer != layer for c in rest)
     if 2 * beyond >= len(rest) or abs(path.area - (x1 - x0) * (y1 - y0)) > 1e-6 * path.area:
         return
     # A part may have one window with a smaller part in it; several are parts with holes.
@@ -478,18 +459,133 @@ def _look_for_frame(contours: Sequence[SheetContour], outline: Polyline | None, 
         issues.append(Issue("L422", message))
 
 
-def _named(made: _PlacedContour) -> str:
-    x, y = made.contour.path.start
-    layer = f" on layer {made.contour.layer}" if made.contour.layer else ""
+def _named(made: Contour) -> str:
+    x, y = made.path.start
+    layer = f" on layer {made.layer}" if made.layer else ""
     return f"the outline that starts at ({x:g}, {y:g}){layer}"
 
 
-def _ends(made: _PlacedContour) -> str:
-    (x0, y0), (x1, y1) = made.contour.path.start, made.contour.path.end
-    layer = f" on layer {made.contour.layer}" if made.contour.layer else ""
+def _ends(made: Contour) -> str:
+    (x0, y0), (x1, y1) = made.path.start, made.path.end
+    layer = f" on layer {made.layer}" if made.layer else ""
     return f"from ({x0:g}, {y0:g}) to ({x1:g}, {y1:g}), {math.hypot(x1 - x0, y1 - y0):.3g} mm apart{layer}"
 
 
 def _at(places: Sequence[Any]) -> str:
     first = ", ".join(f"({x:g}, {y:g})" for x, y in places[:3])
     return f"at {first}" + (" …" if len(places) > 3 else "")
+
+
+# -- options --------------------------------------------------------------------------------------------------------
+
+
+def with_chosen_holes(sheet: Sheet, options: ReadOptions) -> Sheet:
+    """Return a sheet without the round holes that `options` leaves out; their number is reported (L205).
+
+    Slots, windows, outlines of parts and marks of any size stay.
+
+    Raises
+    ------
+    PlanError
+        A hole that is left out has contours inside, which would then lie in the metal of the part.
+    """
+    low = options.min_diameter if options.min_diameter is not None else 0.0
+    high = options.max_diameter if options.max_diameter is not None else math.inf
+    gone = {
+        k
+        for k, c in enumerate(sheet.contours)
+        if c.is_hole and (d := round_diameter(c.path)) is not None and not low - _SLACK <= d <= high + _SLACK
+    }
+    if not gone:
+        return sheet
+    _check_empty(sheet, gone)
+    places = {k: at for at, k in enumerate(k for k in range(len(sheet.contours)) if k not in gone)}
+    kept = tuple(replace(sheet.contours[k], parent=places.get(sheet.contours[k].parent, -1)) for k in places)
+    number = "1 hole" if len(gone) == 1 else f"{len(gone)} holes"
+    first = ", ".join(_start_of(sheet.contours[k]) for k in sorted(gone)[:3]) + (" …" if len(gone) > 3 else "")
+    words = f"{number} outside the selected diameters left out"
+    return replace(sheet, contours=kept, issues=(*sheet.issues, Issue("L205", words, f"at {first}", Severity.NOTE)))
+
+
+def round_diameter(path: Polyline) -> float | None:
+    """Return the diameter of a circle, or of a circle in chords, mm; None for other shapes."""
+    low_x, low_y, high_x, high_y = path.extents
+    narrow, wide = sorted((high_x - low_x, high_y - low_y))
+    if narrow < (1.0 - ROUND) * wide or 4.0 * math.pi * abs(path.area) < (1.0 - ROUND) * path.length**2:
+        return None
+    return wide
+
+
+def _check_empty(sheet: Sheet, gone: set[int]) -> None:
+    held = [c for c in sheet.contours if c.parent in gone]
+    if held:
+        around = sheet.contours[held[0].parent]
+        raise PlanError(
+            f"the hole at {_start_of(around)} of part {around.part} is left out by its diameter, but something to "
+            f"cut or mark lies in it, at {_start_of(held[0])}; change --min-diameter or --max-diameter"
+        )
+
+
+def _start_of(contour: Contour) -> str:
+    x, y = contour.path.start
+    return f"({x:g}, {y:g})"
+
+
+def corner_point(sheet: Sheet, corner: str) -> Point | None:
+    """Return the corner of the sheet, or of its contours, at which cutting starts; None if any will do."""
+    if corner == "free":
+        return None
+    low_x, low_y, high_x, high_y = _extents(sheet)
+    return (high_x if "right" in corner else low_x, high_y if "upper" in corner else low_y)
+
+
+def _extents(sheet: Sheet) -> tuple[float, float, float, float]:
+    if sheet.outline is not None:
+        return sheet.outline.extents
+    spans = np.array([c.path.extents for c in sheet.contours])
+    low_x, low_y = spans[:, :2].min(axis=0).tolist()
+    high_x, high_y = spans[:, 2:].max(axis=0).tolist()
+    return low_x, low_y, high_x, high_y
+
+
+def with_options(sheet: Sheet, options: CutOptions, zones: NDArray[np.float64]) -> Sheet:
+    """Return the sheet with the size of the options and keep-out zones, float64[k, 4], mm.
+
+    Raises
+    ------
+    OptionError
+        The size cannot be read.
+    PlanError
+        A contour lies beyond the sheet of that size.
+    """
+    outline = sheet.outline
+    if options.sheet_size:
+        width, height = parse_size(options.sheet_size)
+        outline = Polyline.of_points([(0, 0), (width, 0), (width, height), (0, height)], closed=True)
+        for number, c in enumerate(sheet.contours, 1):
+            low_x, low_y, high_x, high_y = c.path.extents
+            if min(low_x, low_y) < -1e-6 or high_x > width + 1e-6 or high_y > height + 1e-6:
+                raise PlanError(
+                    f"contour {number} (part {c.part}) reaches from ({low_x:.6g}, {low_y:.6g}) to "
+                    f"({high_x:.6g}, {high_y:.6g}), outside the sheet of {width:g} × {height:g} mm; "
+                    "give a larger --sheet-size, or move the drawing with --origin"
+                )
+    added = tuple((float(a), float(b), float(c), float(d)) for a, b, c, d in zones)
+    return replace(sheet, outline=outline, zones=(*sheet.zones, *added))
+
+
+def parse_size(text: str) -> Point:
+    """Return width and height, mm, of a text such as ``3000x1500``.
+
+    Raises
+    ------
+    OptionError
+        It is not two positive numbers.
+    """
+    try:
+        width, height = (float(word) for word in text.lower().replace("×", "x").removesuffix("mm").split("x"))
+    except ValueError:
+        raise OptionError(f"--sheet-size: '{text}' is not a size such as 3000x1500") from None
+    if not (0.0 < width < 1e6 and 0.0 < height < 1e6):
+        raise OptionError(f"--sheet-size: '{text}' is out of range")
+    return width, height

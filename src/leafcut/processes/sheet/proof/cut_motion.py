@@ -1,7 +1,7 @@
-"""A cutting program read back: the moves that were planned, each with the torch as planned.
+"""A cutting program read back: it makes the planned moves, each with the planned state of the torch.
 
-The writer tells a controller less than the plan says: what the controller does itself is left out. The judge does not
-ask the writer what that is. It compares the moves, and the state of the torch at every move, with rules of its own.
+The writer leaves out actions that the controller does itself. The judge does not ask the writer for them. It compares
+the moves, and the state of the torch at each move, by its own rules.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from leafcut.units import MM_PER_INCH
 
 
 class _State(NamedTuple):
-    """What the torch does in a move, and what happened since the move before."""
+    """State of the torch in a move, and events since the move before."""
 
     #: 0: dark; 1: it cuts; 2: it marks.
     beam: float = 0.0
-    #: Power of the beam, where S is one.
+    #: Power of the beam, if S states it.
     power: float = 0.0
     #: The controller follows the height of the sheet.
     follows: float = 1.0
@@ -40,9 +40,9 @@ class _State(NamedTuple):
     #: G64, and its tolerance, mm.
     blends: float = 0.0
     tolerance: float = 0.0
-    #: How often the torch was lit with a pierce.
+    #: Number of lightings with a pierce.
     pierces: float = 0.0
-    #: How long it waited dark, and lit, s.
+    #: Dwells dark and lit, s.
     dark_s: float = 0.0
     lit_s: float = 0.0
 
@@ -55,9 +55,9 @@ _NAMES = (
 
 
 def check_cut_motion(planned: Toolpath, written: Toolpath, dialect: Dialect, units: str) -> list[Difference]:
-    """Return where a program read back does not make the planned moves with the torch as planned.
+    """Return the differences of a program read back from the planned moves and states of the torch.
 
-    What the controller does by itself does not count: heights, probing and waits for the pierce.
+    Actions of the controller itself do not count: heights, probing and waits for the pierce.
     """
     half = 0.5 * 10.0**-dialect.decimals_mm
     if units == "inch":
@@ -94,21 +94,21 @@ def _difference(
 
 
 class _Torch:
-    """A torch that goes along a path; of a `planned` one, what the controller does by itself is left out."""
+    """A torch on a path; actions of the controller itself are left out of a `planned` path."""
 
     def __init__(self, dialect: Dialect, torch: Torch, shortest: float, *, planned: bool) -> None:
         self.dialect, self.torch, self.shortest, self.planned = dialect, torch, shortest, planned
         self.now = _State()
-        #: As `_State.beam`, while an output or S0 may keep it dark.
+        #: As `_State.beam`, but an output or S0 may keep it dark.
         self.armed, self.dark = 0.0, False
         self.power = 0.0
-        #: Lit, and the wait for the pierce may come.
+        #: Whether it is lit and the wait for the pierce may follow.
         self.piercing = False
 
     def moves(self, path: Toolpath) -> tuple[Toolpath, NDArray[np.float64]]:
         """Return the moves and other commands, and the `_State` at each, float64[n, 10].
 
-        Straight moves no longer than `shortest` mm are left out; what happened before one counts for the next move.
+        Straight moves no longer than `shortest` mm are left out; events before one count for the next move.
         """
         rows, states = list[Motion](), list[_State]()
         last = [math.nan] * 3
@@ -135,11 +135,10 @@ class _Torch:
         return moves, np.array(states, dtype=np.float64).reshape(-1, len(_NAMES))
 
     def _stands(self, row: Motion, last: list[float]) -> bool:
-        """Return whether a move goes nowhere."""
         return all(math.isnan(p) or abs(p - q) <= self.shortest for p, q in zip(row.end, last, strict=True))
 
     def _switch(self, row: Motion) -> bool:
-        """Take a row that only changes the state of the torch; return whether it is one."""
+        """Apply a row that only changes the state of the torch; return whether it does."""
         kind, torch, now = row.kind, self.torch, self.now
         if kind is Kind.SPINDLE:
             self._light(row)
@@ -185,15 +184,15 @@ class _Torch:
 
 
 def read_back(text: str, plan: CutPlan, dialect: Dialect, material_number: int | None = None) -> Toolpath:
-    """Return what a cutting program does, whatever another one left active.
+    """Return the motion of a cutting program, for any state that an earlier program left active.
 
-    A feed that the controller takes from its table of materials is that of the material which the text selects. Of
-    this table the number `material_number` is known: it has the feed of the plan.
+    A feed from the table of materials of the controller is that of the selected material. Material `material_number` is
+    known: it has the feed of the plan.
 
     Raises
     ------
     ReadError
-        The text is no program that the controller takes, or selects another material.
+        The controller does not accept the text, or the text selects another material.
     """
     feeds = {} if material_number is None else {material_number: plan.data.feed}
     return as_written(text, dialect, material_feeds=feeds)

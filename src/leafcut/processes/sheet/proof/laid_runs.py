@@ -1,33 +1,47 @@
-"""The runs of a cutting program laid over the shapes of a sheet: which run follows which contour, and how far."""
+"""The runs of a cutting program matched with the contours of a sheet: which run follows which contour, how far."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
 from leafcut.gcode.dialects import Dialect
 from leafcut.model.cutting import CutPlan
 from leafcut.model.difference import Difference
 from leafcut.model.machine import Probe
-from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE, SheetShapes, Target
-from leafcut.processes.sheet.proof.torch_runs import TorchRun, pieces_of
+from leafcut.model.sheet import Sheet
+from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE, Target, metal_of, targets_of
+from leafcut.processes.sheet.proof.torch_runs import FLATNESS, TorchRun, pieces_of
 
-#: Chords are looked at in pieces no longer than this, mm.
+#: Maximum length of the pieces into which chords are divided, mm.
 PIECE = 1.0
-#: A run cuts a contour when it follows so much of its way.
+#: A run cuts a contour if it follows more than this share of its path.
 MOST = 0.5
 
 
 @dataclass(frozen=True)
 class Asked:
-    """What was asked for besides the plan: half of the kerf that is compensated, mm, and how parts may hang on.
+    """The request, besides the plan.
 
-    `joints` micro-joints of an outline at most, each no wider than `joint_width` mm,
-    `safe_height` of rapids, mm; `probe`: how the sheet is found before every pierce; `power`: of a beam that cuts, so
-    that one with less marks; None: the most that the program says. `material_number` of the controller's table; None:
-    the program states the material.
+    Attributes
+    ----------
+    half
+        Half of the compensated kerf, mm.
+    joints, joint_width
+        Maximum number of micro-joints of an outline, and their maximum width, mm.
+    safe_height
+        Minimum height of rapids, mm.
+    probe
+        Finds the sheet before each pierce.
+    power
+        Power of a beam that cuts; with less it marks. None: the largest power in the program.
+    material_number
+        In the table of the controller; None: the program states the material.
     """
 
     half: float
@@ -41,7 +55,7 @@ class Asked:
 
 @dataclass(frozen=True)
 class Claim:
-    """A run follows the way of a target: how much of it, mm, and from where to where along the run."""
+    """A run follows the path of a target: the length, mm, and the first and last place along the run."""
 
     run: int
     target: Target
@@ -52,27 +66,36 @@ class Claim:
 
 
 class LaidRuns:
-    """The runs of a program laid over the shapes of a sheet.
+    """The runs of a program matched with the shapes of a sheet.
 
     Attributes
     ----------
+    targets
+        Contours to cut or mark, in the order of the sheet.
+    parts, numbers
+        Metal of the finished parts less `TOLERANCE`, and their numbers.
+    sheet, zones
+        The area of the sheet, None if unknown, and the keep-out zones.
     marks
-        Of every run, whether it marks.
+        Whether each run marks.
     lines
-        What every run burns, shapely lines.
+        The lines that each run burns, shapely.
     claims, of_target
-        Who follows what, and the same by the index of the contour.
+        The runs that follow a target, and the same by the index of the contour.
     """
 
-    def __init__(
-        self, runs: list[TorchRun], plan: CutPlan, shapes: SheetShapes, dialect: Dialect, asked: Asked
-    ) -> None:
-        self.runs, self.plan, self.shapes, self.asked = runs, plan, shapes, asked
+    def __init__(self, runs: list[TorchRun], plan: CutPlan, sheet: Sheet, dialect: Dialect, asked: Asked) -> None:
+        self.runs, self.plan, self.asked = runs, plan, asked
+        self.targets = targets_of(sheet, asked.half)
+        self.parts, self.numbers = metal_of(sheet)
+        rings = [path.flattened(FLATNESS) for path in sheet.paths]
+        self.sheet = shapely.Polygon(rings[0], rings[1:]) if rings else None
+        self.zones = [shapely.box(*zone) for zone in sheet.zones]
         self.marks = _marking(runs, dialect, asked.power)
         self.lines = np.array([shapely.MultiLineString(run.lines()) for run in runs], dtype=object)
-        ways = np.array([t.way for t in shapes.targets], dtype=object)
+        ways = np.array([t.way for t in self.targets], dtype=object)
         self.pairs = shapely.STRtree(ways).query(self.lines, predicate="dwithin", distance=TOLERANCE).T.tolist()
-        claims = [self._claim(run, shapes.targets[number]) for run, number in self.pairs]
+        claims = [self._claim(run, self.targets[number]) for run, number in self.pairs]
         self.claims = [c for c in claims if c is not None and self.marks[c.run] == c.target.marks]
         self.of_target: dict[int, list[Claim]] = {}
         for claim in self.claims:
@@ -98,30 +121,41 @@ class LaidRuns:
             swept < 0.0,
         )
 
+    @property
+    def kerf(self) -> float:
+        """Width of the kerf that must stay clear of others, mm."""
+        return 2.0 * self.asked.half if self.asked.half > 0.0 else self.plan.data.kerf
+
+    @cached_property
+    def burnt(self) -> NDArray[Any]:
+        """Lines that each run burns through the sheet; empty for marks."""
+        nothing: Any = shapely.MultiLineString()
+        return np.where(self.marks, nothing, self.lines)
+
     def pierces(self, number: int) -> bool:
-        """Return whether a run begins by going through the sheet."""
+        """Return whether a run starts with a pierce."""
         cuts = self.plan.cuts
         return cuts[number].pierce if number < len(cuts) else True
 
     def frees(self, claim: Claim) -> bool:
-        """Return whether a run is one that cuts a contour loose; that of a part a kerf away only follows an edge."""
+        """Return whether a run detaches a contour; the run of a part a kerf away only follows an edge."""
         whole = claim.followed > MOST * claim.target.way.length and not self.passes(claim)
         return whole or (claim.run < len(self.plan.cuts) and claim.target.index in self.plan.cuts[claim.run].contours)
 
     def passes(self, claim: Claim) -> bool:
-        """Return whether a run around other parts with common lines follows a contour only as it lies a kerf away."""
+        """Return whether a run around other parts with common lines follows a contour that lies a kerf away."""
         cut = self.plan.cuts[claim.run] if claim.run < len(self.plan.cuts) else None
         return cut is not None and cut.group > 0 and claim.target.index not in cut.contours
 
     def line_at(self, number: int, x: float, y: float) -> int:
-        """Return the line of the program whose chord is nearest to a place."""
+        """Return the line of the program with the chord nearest to a place."""
         run = self.runs[number]
         chords = shapely.linestrings(np.stack([run.points[:-1], run.points[1:]], axis=1))
         return int(run.row_line[int(np.argmin(shapely.distance(chords, shapely.Point(x, y))))])
 
 
 def _marking(runs: list[TorchRun], dialect: Dialect, power: float | None) -> list[bool]:
-    """Return which runs mark: by another spindle, or by less power than what cuts."""
+    """Return which runs mark: with another spindle, or with less power than cuts."""
     most = power if power is not None else max((light.power for run in runs for light in run.lightings), default=0.0)
     by_power = dialect.torch is not None and dialect.torch.power
     return [
@@ -131,5 +165,5 @@ def _marking(runs: list[TorchRun], dialect: Dialect, power: float | None) -> lis
 
 
 def wrong(what: str, text: str, line: int) -> Difference:
-    """Return a difference of no single feature, with its line."""
+    """Return a difference of no single feature, with its line in the program."""
     return Difference(what, 0, line, text)

@@ -1,13 +1,13 @@
-"""The proof of a cutting program: what its text does to the sheet, checked against the drawing.
+"""The proof of a cutting program: the effect of its text on the sheet, compared with the drawing.
 
-Nothing of what planned the cuts is asked here. The text is read as the controller reads it, the runs of its torch are
-laid over the drawing, and shapely says what they touch. Of the plan only what a person asked for is compared: feeds,
-directions, and the figures of the chart.
+No code of the planner is used here. The text is read as the controller reads it, the runs of its torch are matched with
+the drawing, and shapely computes what they touch. Of the plan, only the request of the user is compared: feeds,
+directions, and the data of the chart.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,51 +21,52 @@ from leafcut.model.difference import Difference
 from leafcut.model.machine import Machine
 from leafcut.model.sheet import Sheet
 from leafcut.model.toolpath import Toolpath
-from leafcut.processes.sheet.proof.freed import check_freed
+from leafcut.processes.sheet.proof.chains import check_chains
+from leafcut.processes.sheet.proof.common_lines import check_common_lines
+from leafcut.processes.sheet.proof.detached_parts import check_freed
 from leafcut.processes.sheet.proof.laid_runs import MOST, PIECE, Asked, Claim, LaidRuns, wrong
-from leafcut.processes.sheet.proof.sheet_order import chained, disordered, in_the_air, misplaced, turned
-from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE, Target, shapes_of
+from leafcut.processes.sheet.proof.sheet_order import disordered, in_the_air, misplaced, turned
+from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE, Target
 from leafcut.processes.sheet.proof.torch import check_torch
 from leafcut.processes.sheet.proof.torch_runs import TorchRun, pieces_of, torch_runs
 from leafcut.proof.difference import place, shorten
 from leafcut.proof.envelope import check_envelope
 
-#: Following this much of a way is going round it twice.
+#: A run that follows more than this share of a path cuts it twice.
 TWICE = 1.9
-#: A stretch of a way that is not followed and is shorter is rounding, mm.
+#: Shorter stretches of a path that no run follows are rounding, mm.
 SHORT = 0.1
 
 
 def check_sheet(
     sheet: Sheet, plan: CutPlan, text: str, path: Toolpath, dialect: Dialect, machine: Machine, asked: Asked
 ) -> list[Difference]:
-    """Return all that is wrong with a cutting program, its text and the `path` read back from it; none is the proof.
+    """Return the faults of a cutting program, from its text and the `path` read back from it; none is the proof.
 
-    1. Every contour that the kerf fits is cut once, all the way round, and marks are marked.
-    2. No kerf touches the metal of any part, a clamp, or the air beyond the sheet's edge.
-    3. What lies inside is cut before what is around it; marks come before the outline around them.
-    4. Every pierce is in scrap that is still there.
-    5. The torch is off in rapids, which are high; it finds the sheet, pierces, feeds and turns as planned.
-    6. A run that cuts several contours goes from one to the next through scrap that holds, and into no other kerf.
-    7. Edges that are cut once for two parts are cut before what is around the parts, and by no other run.
-    8. A head that stays down crosses no more free parts than the plan tells.
-    9. The machine can reach and do all of it.
+    1. Each contour that the kerf fits is cut once, all the way around, and marks are marked.
+    2. No kerf touches the metal of a part, a clamp, or the air beyond the edge of the sheet.
+    3. Contours are cut before the contour around them, marks before the outline around them.
+    4. Each pierce is in scrap that is still attached.
+    5. The torch is off in high rapids; it finds the sheet, pierces, feeds and turns as planned.
+    6. A run that cuts several contours passes through attached scrap between them, and into no other kerf.
+    7. Edges that are cut once for two parts are cut before the outline around the parts, and by no other run.
+    8. A head that stays down crosses no more detached parts than the plan reports.
+    9. The machine can reach all places.
     """
     by_register = dialect.torch is not None and dialect.torch.compensation == "G41"
     runs = torch_runs(path, plan.data.kerf if by_register else None)
-    found = check_torch(path, runs, plan, text, dialect, asked.safe_height, asked.probe, asked.material_number)
-    shapes = shapes_of(sheet, asked.half)
-    laid = LaidRuns(runs, plan, shapes, dialect, asked)
-    for looks in (missing, repeated, gouges, strays, misplaced, disordered, in_the_air, turned, chained):
-        found += looks(laid)
+    found = check_torch(path, runs, plan, text, dialect, asked)
+    laid = LaidRuns(runs, plan, sheet, dialect, asked)
+    for check in CHECKS:
+        found += check(laid)
     found += check_freed(laid, path, dialect, machine.nozzle_diameter)
     return shorten([*found, *check_envelope(path, machine)])
 
 
 def missing(laid: LaidRuns) -> list[Difference]:
-    """Return the contours that are not cut, or not all the way."""
+    """Return the contours that are not cut, or only in part."""
     found = []
-    for target in laid.shapes.targets:
+    for target in laid.targets:
         claims = laid.of_target.get(target.index, [])
         if target.may_stay and not claims:
             continue
@@ -85,7 +86,7 @@ def missing(laid: LaidRuns) -> list[Difference]:
 
 
 def _gaps(laid: LaidRuns, target: Target, lines: Sequence[Any]) -> list[Any]:
-    """Return the stretches of a target's way that no run follows, but for corners that are gone round in a loop."""
+    """Return the stretches of the path of a target that no run follows, without corners that have a loop."""
     if not lines:
         return [target.way]
     burnt = shapely.union_all(lines)
@@ -96,7 +97,7 @@ def _gaps(laid: LaidRuns, target: Target, lines: Sequence[Any]) -> list[Any]:
 
 
 def _at_corner(laid: LaidRuns, target: Target, gap: Any, burnt: Any) -> bool:
-    """Return whether a stretch is the arc about a corner that the kerf touches from both sides."""
+    """Return whether a stretch is the arc around a corner that the kerf touches from both sides."""
     half = laid.asked.half
     if not len(target.corners):
         return False
@@ -111,7 +112,7 @@ def _at_corner(laid: LaidRuns, target: Target, gap: Any, burnt: Any) -> bool:
 
 
 def repeated(laid: LaidRuns) -> list[Difference]:
-    """Return the contours that are cut twice, and the runs that cut nothing of the drawing."""
+    """Return the contours that are cut twice, and the runs that follow no contour."""
     found = []
     for claims in laid.of_target.values():
         target = claims[0].target
@@ -131,33 +132,33 @@ def repeated(laid: LaidRuns) -> list[Difference]:
 
 def gouges(laid: LaidRuns) -> list[Difference]:
     """Return the parts that a kerf cuts into."""
-    shapes, found = laid.shapes, []
-    metal = Tiles(list(shapes.parts))
-    slits = {t.index: t.edge for t in shapes.targets if t.shape is None and not t.marks}
+    found = []
+    metal = Tiles(list(laid.parts))
+    slits = {t.index: t.edge for t in laid.targets if t.shape is None and not t.marks}
     for number, line in enumerate(laid.lines):
         if laid.marks[number]:
             continue
         own = [slits[c.target.index] for c in laid.claims if c.run == number and c.target.index in slits]
         free = line.difference(shapely.union_all(own).buffer(2.0 * TOLERANCE)) if own else line
         for part in metal.near([free], laid.asked.half)[1].tolist():
-            into = free.intersection(shapes.parts[part].buffer(laid.asked.half))
-            depth = laid.asked.half - shapely.distance(free, shapes.parts[part]) + TOLERANCE
+            into = free.intersection(laid.parts[part].buffer(laid.asked.half))
+            depth = laid.asked.half - shapely.distance(free, laid.parts[part]) + TOLERANCE
             x, y = shapely.get_coordinates(into if not into.is_empty else free)[0]
-            text = f"the kerf goes {depth:.3f} mm or more into part {shapes.numbers[part]}, at {place(x, y)}"
+            text = f"the kerf goes {depth:.3f} mm or more into part {laid.numbers[part]}, at {place(x, y)}"
             found.append(wrong("cuts into a part", text, laid.line_at(number, x, y)))
     return found
 
 
 def strays(laid: LaidRuns) -> list[Difference]:
-    """Return where a kerf runs into a clamp, or off the sheet but for a start or an end in the air."""
+    """Return where a kerf runs into a clamp, or off the sheet, except starts in the air."""
     found = []
-    half = 0.5 * laid.plan.data.kerf  # what burns, whoever compensates
-    for zone in laid.shapes.zones:
+    half = 0.5 * laid.plan.data.kerf  # with any compensation
+    for zone in laid.zones:
         for number in np.flatnonzero(shapely.dwithin(laid.lines, zone, max(half - TOLERANCE, 0.0))).tolist():
             x, y = shapely.get_coordinates(shapely.shortest_line(zone, laid.lines[number]))[1]
             text = f"the kerf runs into a keep-out zone at {place(x, y)}"
             found.append(wrong("in a keep-out zone", text, laid.line_at(number, x, y)))
-    sheet = laid.shapes.sheet
+    sheet = laid.sheet
     if sheet is None:
         return found
     inside = sheet.buffer(TOLERANCE)
@@ -172,7 +173,7 @@ def strays(laid: LaidRuns) -> list[Difference]:
 
 
 def _outside(laid: LaidRuns, number: int, inside: Any) -> NDArray[np.float64]:
-    """Return the places off the sheet where a run may not be; a lead of an edge start may come from there."""
+    """Return the places of a run off the sheet; the lead of an edge start may come from there."""
     middles, _, along = pieces_of(laid.runs[number], PIECE)
     out = ~shapely.contains(inside, shapely.points(middles))
     if not laid.pierces(number):
@@ -183,3 +184,18 @@ def _outside(laid: LaidRuns, number: int, inside: Any) -> NDArray[np.float64]:
 
 def _line_of(runs: list[TorchRun], claims: list[Claim]) -> int:
     return runs[claims[0].run].line if claims else 0
+
+
+#: The checks of the runs against the sheet.
+CHECKS: tuple[Callable[[LaidRuns], list[Difference]], ...] = (
+    missing,
+    repeated,
+    gouges,
+    strays,
+    misplaced,
+    disordered,
+    in_the_air,
+    turned,
+    check_chains,
+    check_common_lines,
+)

@@ -1,4 +1,4 @@
-"""Proof of the cuts of a sheet: their order, pierces, directions, and chains."""
+"""Proof of the cuts of a sheet: their order, pierces, and directions."""
 
 from __future__ import annotations
 
@@ -9,9 +9,7 @@ import shapely
 
 from leafcut.errors import count_of
 from leafcut.model.difference import Difference
-from leafcut.processes.sheet.proof.bridged import Followed, check_bridges
-from leafcut.processes.sheet.proof.common_cuts import check_common_lines
-from leafcut.processes.sheet.proof.laid_runs import MOST, LaidRuns, wrong
+from leafcut.processes.sheet.proof.laid_runs import LaidRuns, wrong
 from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE, Target
 from leafcut.proof.difference import place
 
@@ -25,15 +23,15 @@ def misplaced(laid: LaidRuns) -> list[Difference]:
     planned = {i for cut in cuts for i in cut.contours}
     return found + [
         wrong("not planned", f"{target.name} is in no cut of the plan", 0)
-        for target in laid.shapes.targets
+        for target in laid.targets
         if target.index not in planned and not target.may_stay
     ]
 
 
 def disordered(laid: LaidRuns) -> list[Difference]:
     """Return the contours that are cut after the contour around them, which detaches them."""
-    closed = [t for t in laid.shapes.targets if t.shape is not None]
-    everything = list(laid.shapes.targets)
+    closed = [t for t in laid.targets if t.shape is not None]
+    everything = list(laid.targets)
     edges = np.array([t.edge for t in everything], dtype=object)
     tree, whole = shapely.STRtree(shapely.line_interpolate_point(edges, 0.0)), shapely.STRtree(edges)
     found = []
@@ -60,7 +58,7 @@ def _in_notches(laid: LaidRuns, around: Target, edges: Any, known: set[int]) -> 
     """
     reach = 0.5 * laid.plan.data.kerf - TOLERANCE
     near = set(edges.query(shapely.box(*around.way.buffer(reach, quad_segs=1).bounds), predicate="contains").tolist())
-    if all(laid.shapes.targets[number].index == around.index for number in near - known):
+    if all(laid.targets[number].index == around.index for number in near - known):
         return set()
     burnt = shapely.Polygon(around.way.coords).buffer(reach)
     found: set[int] = set(edges.query(shapely.Polygon(burnt.exterior), predicate="contains").tolist())
@@ -104,7 +102,7 @@ def in_the_air(laid: LaidRuns) -> list[Difference]:
 
 def _unpierced(laid: LaidRuns) -> list[Difference]:
     """Return the cuts without a pierce that do not start beside the sheet."""
-    sheet, half = laid.shapes.sheet, 0.5 * laid.plan.data.kerf
+    sheet, half = laid.sheet, 0.5 * laid.plan.data.kerf
     found = []
     for number, run in enumerate(laid.runs):
         if laid.pierces(number) or laid.marks[number]:
@@ -130,19 +128,3 @@ def turned(laid: LaidRuns) -> list[Difference]:
             text = f"{claim.target.name} is cut {way}, not {asked}"
             found.append(wrong("direction", text, laid.runs[claim.run].line))
     return found
-
-
-def chained(laid: LaidRuns) -> list[Difference]:
-    """Return the faults of runs that cut several contours."""
-    followed: list[list[Followed]] = [[] for _ in laid.runs]
-    in_group = {k for k, cut in enumerate(laid.plan.cuts) if cut.group}
-    for c in laid.claims:
-        if c.followed > MOST * c.target.way.length and c.run not in in_group:
-            followed[c.run].append(Followed(c.target.index, c.first, c.last, c.target.shape))
-    kerf = 2.0 * laid.asked.half if laid.asked.half > 0.0 else laid.plan.data.kerf
-    nothing: Any = shapely.MultiLineString()
-    burnt = np.where(laid.marks, nothing, laid.lines)
-    return [
-        *check_bridges(laid.runs, followed, laid.plan, burnt, kerf),
-        *check_common_lines(laid.runs, laid.plan, burnt, kerf),
-    ]

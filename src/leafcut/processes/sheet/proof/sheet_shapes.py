@@ -1,6 +1,7 @@
-"""The shapes of a sheet that a cutting program must respect, made from the drawing alone.
+"""The shapes of a sheet that a cutting program must respect, built from the drawing alone.
 
-For every contour: where the middle of the kerf must go. For every part: the metal that no kerf may touch.
+For each contour: the path of the middle of the kerf. For each part: the metal that no kerf may touch. For holes and
+notches that are cut in pieces: that these keep to the drawing, and cover all that the kerf reaches.
 """
 
 from __future__ import annotations
@@ -14,16 +15,19 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Polyline
-from leafcut.model.sheet import Sheet, SheetContour
+from leafcut.model.contour import Contour
+from leafcut.model.difference import Difference
+from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.proof.torch_runs import FLATNESS
+from leafcut.proof.difference import place
 
-#: How far a kerf may be from where it should be, mm: the offset's tolerance and the program's rounding are within.
+#: Tolerance of the place of a kerf, mm: it covers the tolerance of the offset and the rounding of the program.
 TOLERANCE = 0.025
-#: Segments in a quarter of a round corner of a buffer: 0.001 mm on a kerf of 5 mm.
+#: Segments in a quarter of a round corner of a buffer: exact to 0.001 mm on a kerf of 5 mm.
 QUARTER = 32
-#: A turn of the drawn line that is a corner, rad.
+#: The drawn line has a corner if it turns by more, rad.
 CORNER = math.radians(3.0)
-#: Vertices nearer than this are one, mm.
+#: Vertices with a smaller distance are one, mm.
 SAME_PLACE = 1e-6
 
 
@@ -40,15 +44,15 @@ class Target:
     edge
         The drawn line.
     way
-        Where the middle of the kerf runs (a ring about a closed contour; the line itself for a mark or an open cut).
+        Path of the middle of the kerf: a ring around a closed contour; the line itself for a mark or an open cut.
     corners
-        Corners of the drawn line, float64[k, 2]: the kerf may go round them or in a loop.
+        Corners of the drawn line, float64[k, 2]: the kerf may go around them or in a loop.
     may_stay
-        A hole two kerfs wide within the tolerance: whether there is room for its pierce is a matter of rounding.
+        A hole two kerfs wide within the tolerance: whether its pierce has room is a matter of rounding.
     """
 
     index: int
-    source: SheetContour
+    source: Contour
     shape: Any
     edge: Any
     way: Any
@@ -58,81 +62,52 @@ class Target:
     @property
     def marks(self) -> bool:
         """Whether it is marked, not cut."""
-        return self.source.contour.kind == "mark"
+        return self.source.kind == "mark"
 
     @property
     def name(self) -> str:
-        """What a person calls it, with its place."""
-        x, y = self.source.contour.path.start
+        """Name for messages, with its place."""
+        x, y = self.source.path.start
         closed = self.shape is not None
         what = "mark" if self.marks else "cut" if not closed else "hole" if self.source.is_hole else "outline"
         part = f" of part {self.source.part}" if self.source.part else ""
         return f"contour {self.index + 1} ({what}{part}, at X{x:.3f} Y{y:.3f})"
 
 
-@dataclass(frozen=True, eq=False)
-class SheetShapes:
-    """All of a sheet: `targets` in its order, `left_out` contours with no room for kerf or pierce; `parts` by number.
-
-    `parts` are the metal of the finished parts less `TOLERANCE`; `numbers` their numbers.
-    """
-
-    targets: tuple[Target, ...]
-    left_out: tuple[int, ...]
-    parts: NDArray[Any]
-    numbers: tuple[int, ...]
-    sheet: Any
-    zones: tuple[Any, ...]
+def targets_of(sheet: Sheet, half: float) -> list[Target]:
+    """Return the targets of a sheet, in its order, for a kerf whose middle keeps `half` mm from the parts."""
+    found = (_target(k, source, half) for k, source in enumerate(sheet.contours) if source.kind != "sheet")
+    return [target for target in found if target is not None]
 
 
-def shapes_of(sheet: Sheet, half: float) -> SheetShapes:
-    """Return the shapes of a sheet for a kerf whose middle keeps `half` mm from the parts."""
-    targets, narrow = list[Target](), set[int]()
-    for index, source in enumerate(sheet.contours):
-        if source.contour.kind == "sheet":
-            continue
-        target = _target(index, source, half)
-        if target is not None:
-            targets.append(target)
-            continue
-        narrow.add(index)
-    parts, numbers = _metal(sheet)
-    rings = [path.flattened(FLATNESS) for path in sheet.paths]
-    outline = shapely.Polygon(rings[0], rings[1:]) if rings else None
-    return SheetShapes(
-        targets=tuple(targets),
-        left_out=tuple(sorted(narrow)),
-        parts=parts,
-        numbers=numbers,
-        sheet=outline,
-        zones=tuple(shapely.box(*zone) for zone in sheet.zones),
-    )
+def _polygon(one: Contour) -> Any:
+    return shapely.Polygon(one.path.flattened(FLATNESS))
 
 
-def _target(index: int, source: SheetContour, half: float) -> Target | None:
-    """Return what is to be cut of a contour; None if the kerf fills or divides a hole, or no pierce has room in it."""
-    points = source.contour.path.flattened(FLATNESS)
+def _target(index: int, source: Contour, half: float) -> Target | None:
+    """Return the target of a contour; None if the kerf fills or divides a hole, or no pierce has room in it."""
+    points = source.path.flattened(FLATNESS)
     edge = shapely.LineString(points if len(points) > 1 else np.repeat(points, 2, axis=0))
-    if source.contour.kind == "mark" or not source.contour.path.closed:
+    if source.kind == "mark" or not source.path.closed:
         return Target(index, source, None, edge, edge, np.zeros((0, 2)))
     shape = shapely.Polygon(points)
     grown = shape.buffer(-half if source.is_hole else half, quad_segs=QUARTER)
     polygons = shapely.get_parts(grown)
     if grown.is_empty or len(polygons) != 1:
         return None
-    # A pierce is as wide as the kerf, half a kerf away from the way at least, and that half a kerf from the part.
+    # A pierce is as wide as the kerf, at least half a kerf away from the path, which is half a kerf from the part.
     pierces = [not source.is_hole or not shape.buffer(-2.0 * half + by).is_empty for by in (TOLERANCE, -TOLERANCE)]
     if not pierces[0]:
         return None
     # The kerf closes notches with a narrow mouth; it follows the outer ring.
     way = shapely.LineString(polygons[0].exterior.coords)
-    return Target(index, source, shape, edge, way, _corners(source.contour.path), not pierces[1])
+    return Target(index, source, shape, edge, way, _corners(source.path), not pierces[1])
 
 
 def _corners(path: Polyline) -> NDArray[np.float64]:
     """Return the vertices of a closed path at which it turns, float64[k, 2].
 
-    An arc leaves its chord by half of its angle at both ends, 2 atan of the bulge.
+    At both ends, an arc makes half of its angle with its chord: 2 atan of the bulge.
     """
     steps = np.roll(path.vertices[:, :2], -1, axis=0) - path.vertices[:, :2]
     real = np.hypot(*steps.T) > SAME_PLACE
@@ -143,17 +118,90 @@ def _corners(path: Polyline) -> NDArray[np.float64]:
     return found
 
 
-def _metal(sheet: Sheet) -> tuple[NDArray[Any], tuple[int, ...]]:
+def metal_of(sheet: Sheet) -> tuple[NDArray[Any], tuple[int, ...]]:
     """Return the metal of every part: its outline less its holes, but not less chambers, smaller by the tolerance."""
     outlines: dict[int, list[Any]] = {}
     holes: dict[int, list[Any]] = {}
     for source in sheet.contours:
-        contour = source.contour
-        if contour.kind == "cut" and contour.path.closed and source.part and not source.chamber:
-            polygon = shapely.Polygon(contour.path.flattened(FLATNESS))
+        if source.kind == "cut" and source.path.closed and source.part and not source.chamber:
+            polygon = _polygon(source)
             (holes if source.is_hole else outlines).setdefault(source.part, []).append(polygon)
     metal = []
     for number, polygons in outlines.items():
         whole = shapely.union_all(polygons).difference(shapely.union_all(holes.get(number, [])))
         metal.append(whole.buffer(-TOLERANCE, join_style="mitre"))
     return np.array(metal, dtype=object), tuple(outlines)
+
+
+# -- divided holes and chambers --------------------------------------------------------------------------------------
+
+
+def check_divided(drawn: Sheet, sheet: Sheet, half: float) -> list[Difference]:
+    """Return the faults of a sheet whose holes and notches were divided, compared with the sheet as `drawn`.
+
+    Parameters
+    ----------
+    half
+        Distance of the middle of the kerf from the parts, mm.
+    """
+    changed = [k for k, one in enumerate(drawn.contours) if sheet.contours[k].path is not one.path]
+    if not changed and len(sheet.contours) == len(drawn.contours):
+        return []
+    holes = {k: _polygon(drawn.contours[k]) for k in changed}
+    added = sheet.contours[len(drawn.contours) :]
+    pieces = [_polygon(one) for one in (*(sheet.contours[k] for k in changed), *added) if not one.chamber]
+    found = _check_chambers(drawn, [_polygon(one) for one in added if one.chamber], half)
+    found += [
+        _divided(f"what was divided is no hole, at {_middle(shape)}")
+        for k, shape in holes.items()
+        if not drawn.contours[k].is_hole
+    ]
+    found += [
+        _divided(f"a divided hole is cut beyond its edge, at {_middle(piece)}")
+        for piece in pieces
+        if not any(hole.buffer(TOLERANCE).covers(piece) for hole in holes.values())
+    ]
+    whole = shapely.union_all([piece.buffer(TOLERANCE) for piece in pieces])
+    for hole in holes.values():
+        for reached in shapely.get_parts(hole.buffer(-half, quad_segs=QUARTER)):
+            room = not reached.buffer(-half - 2.0 * TOLERANCE).is_empty
+            if room and not whole.covers(reached):
+                found.append(_divided(f"a piece of a divided hole is not cut, at {_middle(reached)}"))
+    return found
+
+
+def _check_chambers(drawn: Sheet, chambers: list[Any], half: float) -> list[Difference]:
+    """Return the faults of chambers: outside of a notch, or not cut though others of its outline are.
+
+    A chamber without room for a pierce, or whose kerf would run into another kerf, may stay.
+    """
+    if not chambers:
+        return []
+    found, lost = list[Difference](), list(chambers)
+    whole = shapely.union_all([chamber.buffer(TOLERANCE) for chamber in chambers])
+    for one in drawn.contours:
+        if one.is_hole or one.kind != "cut" or not one.path.closed:
+            continue
+        outline = _polygon(one)
+        grown = outline.buffer(half, quad_segs=QUARTER)
+        ways = [grown.exterior, *grown.interiors]
+        reached = [shapely.Polygon(way) for way in ways[1:]]
+        if not any(whole.covers(ring) for ring in reached):
+            continue
+        closed = shapely.Polygon(grown.exterior).buffer(-half, quad_segs=QUARTER).difference(outline)
+        lost = [chamber for chamber in lost if not closed.buffer(TOLERANCE).covers(chamber)]
+        for k, ring in enumerate(reached, 1):
+            alone = shapely.distance(ways[k], ways[:k] + ways[k + 1 :]).min() > 2.0 * half + 4.0 * TOLERANCE
+            room = alone and not ring.buffer(-half - 2.0 * TOLERANCE).is_empty
+            if room and not whole.covers(ring):
+                found.append(_divided(f"a chamber of a notch is not cut, at {_middle(ring)}"))
+    return found + [_divided(f"a chamber is cut beyond its notch, at {_middle(chamber)}") for chamber in lost]
+
+
+def _middle(shape: Any) -> str:
+    x, y = shape.representative_point().coords[0]
+    return place(x, y)
+
+
+def _divided(text: str) -> Difference:
+    return Difference("divided hole", 0, 0, text)

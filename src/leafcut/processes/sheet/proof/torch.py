@@ -1,4 +1,4 @@
-"""The torch itself: off in rapids, which are high; lit as the chart says; feeds as planned; off at the end."""
+"""The proof of the torch: off in high rapids and at the end; lit by the chart; feeds as planned."""
 
 from __future__ import annotations
 
@@ -14,14 +14,15 @@ from leafcut.model.cutting import Cut, CutPlan
 from leafcut.model.difference import Difference
 from leafcut.model.machine import Probe
 from leafcut.model.toolpath import Kind, Motion, Toolpath
+from leafcut.processes.sheet.proof.laid_runs import Asked
 from leafcut.processes.sheet.proof.torch_runs import TorchRun
 from leafcut.proof.difference import place
 from leafcut.proof.read_back import DWELL_ROUNDING, FEED_PART, FEED_ROUNDING
 from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
 
-#: Room for the rounding of written heights, mm.
+#: Tolerance of written heights, mm.
 _ROOM = 0.002
-#: Room for the rounding of places along a cut where the feed changes, mm.
+#: Tolerance of the places along a cut where the feed changes, mm.
 _ALONG = 0.05
 
 
@@ -31,21 +32,15 @@ def check_torch(
     plan: CutPlan,
     text: str,
     dialect: Dialect,
-    safe_height: float | None,
-    probe: Probe | None = None,
-    material_number: int | None = None,
+    asked: Asked,
 ) -> list[Difference]:
-    """Return what is wrong with the torch in a program that was read back.
-
-    `safe_height` is that of rapids across the sheet; None: above the pierce height. `probe`: how a program that moves Z
-    finds the sheet before every pierce; None: it does not. `material_number`: the material of the controller's table
-    that the program is to select; None: it states the material itself.
-    """
-    torch, heights = dialect.torch, dialect.states_z
-    lowest = max(plan.data.pierce_height, plan.data.cut_height) if safe_height is None else safe_height
-    found = [*_rapids(path, lowest if heights else None), *_material(path, text, plan, dialect, material_number)]
+    """Return the faults of the torch in a program that was read back."""
+    torch, heights, lowest = dialect.torch, dialect.states_z, asked.safe_height
+    if lowest is None:
+        lowest = max(plan.data.pierce_height, plan.data.cut_height)
+    found = [*_rapids(path, lowest if heights else None), *_material(path, text, plan, dialect, asked.material_number)]
     found += check_scribe(path, dialect)
-    found += check_probing(path, runs, plan, probe if heights else None)
+    found += check_probing(path, runs, plan, asked.probe if heights else None)
     waits = torch is None or torch.waits
     for run, cut in zip(runs, plan.cuts, strict=False):
         if cut.kind == "cut":
@@ -55,10 +50,9 @@ def check_torch(
 
 
 def check_scribe(path: Toolpath, dialect: Dialect) -> list[Difference]:
-    """Return the lightings with another tool than the one that cuts or marks, or before its offset was taken up.
+    """Return the lightings with another tool than that for cutting or marking, or before its offset is active.
 
-    The offset counts from the next move on that says both X and Y: before it, what is lit stands where the tool before
-    it stood.
+    The offset is active from the next move on that states both X and Y; before, the tool is where the last one was.
     """
     number = None if dialect.torch is None else dialect.torch.mark_tool
     if number is None:
@@ -86,9 +80,9 @@ def check_scribe(path: Toolpath, dialect: Dialect) -> list[Difference]:
 
 
 def check_probing(path: Toolpath, runs: list[TorchRun], plan: CutPlan, probe: Probe | None) -> list[Difference]:
-    """Return the pierces whose sheet was not found there and then, and what else is wrong with heights that are found.
+    """Return the pierces without a probe of the sheet just before, and other faults of probing.
 
-    `probe`: how they are to be found; None: nothing may change where Z0 is.
+    Without a `probe`, Z0 may not move.
     """
     found, fresh, lit, lit_after = list[Difference](), False, False, dict[int, bool]()
     before = path.before
@@ -118,7 +112,7 @@ def _pierces(run: TorchRun, cut: Cut) -> bool:
 
 
 def _wrong_probe(row: Motion, after: Motion, lit: bool, probe: Probe | None) -> list[Difference]:
-    """Return what is wrong with one probe, and with the height that is said after it."""
+    """Return the faults of a probe, and of the height stated after it."""
     if probe is None:
         return [Difference("probe", 0, row.line, "the torch probes without being asked to")]
     wrong = []
@@ -169,7 +163,7 @@ def _goes_across(row: Motion, before: np.ndarray) -> bool:
 
 
 def _lighting(run: TorchRun, cut: Cut, plan: CutPlan, heights: bool, waits: bool) -> list[Difference]:
-    """Return what is wrong with how a cut begins: height and wait of the pierce, height of the cut."""
+    """Return the faults of the start of a cut: height and wait of the pierce, height of the cut."""
     data, found = plan.data, []
     if run.lightings and cut.pierce:
         first = run.lightings[0]
@@ -210,7 +204,7 @@ def _feeds(run: TorchRun, cut: Cut) -> list[Difference]:
 def _material(
     path: Toolpath, text: str, plan: CutPlan, dialect: Dialect, material_number: int | None
 ) -> list[Difference]:
-    """Return what is wrong with the material that the program selects or states, and with all settings beside it."""
+    """Return the faults of the material that the program selects or states, and other settings of the controller."""
     torch = dialect.torch
     lines = text.splitlines()
     obeyed = controller_settings(lines, dialect)

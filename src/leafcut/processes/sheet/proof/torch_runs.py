@@ -1,6 +1,6 @@
-"""The runs of a torch in a program that was read back: where it burns, how fast, how high.
+"""The runs of a torch in a program that was read back: where it burns, at which speed and height.
 
-A run is all that is fed between two rapids across the sheet; within it the torch is on, or dark while it moves on.
+A run is all feed moves between two rapids across the sheet; within it the torch is on, or dark in motion.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 
 from leafcut.model.toolpath import Kind, Motion, Toolpath, arc_sweep
 
-#: Chords leave arcs by at most this, mm.
+#: Tolerance of chords, mm.
 FLATNESS = 0.002
 _NOTHING = 1e-9
 
 
 @dataclass(frozen=True)
 class Lighting:
-    """The torch goes on: its line, its height then (mm, NaN where the program does not move Z), and the wait (s)."""
+    """The torch is lit: line of the program, height (mm, NaN if the program does not move Z), and the wait (s)."""
 
     line: int
     height: float
@@ -36,17 +36,17 @@ class TorchRun:
     Attributes
     ----------
     line
-        Of the program, where it begins.
+        Line of the program at its start.
     points
         float64[n + 1, 2], mm.
     burning
-        bool[n]: on along the chord.
+        bool[n]: whether the torch is on along the chord.
     feed, height
         float64[n]: mm/s, and mm over the sheet at the end of the chord.
     row_line
         int32[n]: line of the program.
     lightings
-        Every time it goes on without moving.
+        All lightings without motion.
     """
 
     line: int
@@ -59,7 +59,7 @@ class TorchRun:
 
     @property
     def start(self) -> tuple[float, float]:
-        """Where it begins, mm."""
+        """First point, mm."""
         return float(self.points[0, 0]), float(self.points[0, 1])
 
     @property
@@ -76,7 +76,7 @@ class TorchRun:
 
 @dataclass
 class _Collector:
-    """Follows the rows and closes a run at every rapid across the sheet."""
+    """Collects rows to runs; a rapid across the sheet ends a run."""
 
     runs: list[TorchRun] = field(default_factory=list)
     points: list[tuple[float, float]] = field(default_factory=list)
@@ -92,7 +92,7 @@ class _Collector:
     aside: float = 0.0
 
     def close(self) -> None:
-        """End the run that is open."""
+        """End the current run."""
         if self.lightings or any(self.burning):
             points, chord = compensated(np.array(self.points).reshape(-1, 2), np.array(self.side))
             self.runs.append(
@@ -110,7 +110,7 @@ class _Collector:
             column.clear()
 
     def light(self, row: Motion, place: NDArray[np.float64]) -> None:
-        """Note that the torch goes on or off."""
+        """Add a lighting, or the end of one."""
         self.lit = row if row.value != 0.0 else None
         self.resting = self.lit is not None
         if self.lit is not None:
@@ -119,7 +119,7 @@ class _Collector:
             self.lightings.append(Lighting(row.line, float(place[2]), abs(row.value), row.ref, 0.0))
 
     def wait(self, seconds: float) -> None:
-        """Note a dwell; while the torch has just gone on, it is the wait for the pierce."""
+        """Add a dwell; just after a lighting, it is the wait for the pierce."""
         if self.resting:
             last = self.lightings[-1]
             waited = last.waited + seconds
@@ -140,10 +140,10 @@ class _Collector:
 
 
 def torch_runs(path: Toolpath, kerf: float | None = None) -> list[TorchRun]:
-    """Return the runs of the torch in the order of the program; what moves only in Z has no chords.
+    """Return the runs of the torch in the order of the program; moves in Z alone have no chords.
 
-    Where the controller compensates (G41, G42), a run is where its torch really goes. `kerf` is what a register of the
-    controller holds the half of, mm; None: D is the kerf.
+    If the controller compensates (G41, G42), a run is the real path of the torch. `kerf` is twice the content of a
+    register of the controller, mm; None: D is the kerf.
     """
     found, before = _Collector(), path.before
     for number, row in enumerate(path):
@@ -171,7 +171,7 @@ def torch_runs(path: Toolpath, kerf: float | None = None) -> list[TorchRun]:
 
 
 def pieces_of(run: TorchRun, longest: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return middles (float64[k, 2]), lengths and distances along a run of pieces of what it burns, mm."""
+    """Return middles (float64[k, 2]), lengths and distances along a run of pieces that it burns, mm."""
     begin, end = run.points[:-1][run.burning], run.points[1:][run.burning]
     at, length = run.along[:-1][run.burning], np.hypot(*(end - begin).T)
     count = np.maximum(np.ceil(length / longest), 1.0).astype(np.int64)
@@ -188,11 +188,11 @@ def pieces_of(run: TorchRun, longest: float) -> tuple[NDArray[np.float64], NDArr
 def compensated(
     points: NDArray[np.float64], side: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return where the torch goes when the controller keeps it aside of a chain of chords, and whose chord each is.
+    """Return the path of the torch if the controller offsets chords, and the number of the source of each chord.
 
-    `side` is float64[n] for n chords: how far to the left, mm, negative to the right. Around an outer corner the torch
-    goes in an arc, at an inner one to where the lines beside the chords meet; the first chord that is compensated
-    leads from where the torch is to beside its end. Source: LinuxCNC, G-code reference, cutter compensation.
+    `side` is the offset of n chords to the left, float64[n], mm, negative to the right. Around an outer corner the
+    torch moves on an arc, at an inner corner to the intersection of the offset lines; on the first compensated chord it
+    moves to beside its end. Source: LinuxCNC, G-code reference, cutter compensation.
     """
     chord = np.arange(len(side))
     if not side.any():
@@ -206,7 +206,7 @@ def compensated(
 
 
 def _beside(points: NDArray[np.float64], side: NDArray[np.float64], k: int) -> list[NDArray[np.float64]]:
-    """Return the places at the end of one chord, aside of it; several about an outer corner."""
+    """Return the offset points at the end of a chord; several around an outer corner."""
     corner, aside = points[k + 1], side[k]
     one = _left(points[k], corner)
     if not aside:
@@ -227,13 +227,12 @@ def _beside(points: NDArray[np.float64], side: NDArray[np.float64], k: int) -> l
 
 
 def _left(begin: NDArray[np.float64], end: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the unit vector to the left of a chord."""
     along = end - begin
     return np.array([-along[1], along[0]]) / max(float(np.hypot(*along)), _NOTHING)
 
 
 def _across(row: Motion, before: NDArray[np.float64]) -> bool:
-    """Return whether a move goes anywhere in x or y; from a place that is not known it does."""
+    """Return whether a move changes x or y; from an unknown place it does."""
     return any(
         not math.isnan(end) and not abs(end - begin) <= _NOTHING
         for end, begin in zip(row.end[:2], before[:2].tolist(), strict=True)
@@ -241,7 +240,7 @@ def _across(row: Motion, before: NDArray[np.float64]) -> bool:
 
 
 def arc_chords(path: Toolpath, row: int) -> NDArray[np.float64]:
-    """Return the ends of an arc's chords in x and y, float64[k, 2]: a chord's height is r·(1 − cos(step/2))."""
+    """Return the ends of the chords of an arc, float64[k, 2]; the height of a chord is r·(1 − cos(step/2))."""
     radius, begin, sweep = arc_sweep(path, row)
     centre = path.arcs[int(path.ref[row])].center
     step = 2.0 * math.acos(max(1.0 - FLATNESS / radius, 0.0)) if radius > FLATNESS else math.pi

@@ -40,7 +40,7 @@ def cutting_as_json(detail: SheetDetail) -> dict[str, Any]:
     plan = detail.plan
     data, norm = plan.data, plan.measures
     contours = [plan.sheet.contours[i] for c in plan.cuts if not c.common for i in c.contours]
-    cut = Counter(c.part for c in contours if c.contour.kind == "cut")
+    cut = Counter(c.part for c in contours if c.kind == "cut")
     return {
         "process": data.process,
         "material": data.material,
@@ -143,8 +143,8 @@ def contour_words(plan: CutPlan, cut: Cut) -> str:
     names: Counter[str] = Counter()
     for number in cut.contours:
         contour = plan.sheet.contours[number]
-        open_or_outline = "outline" if contour.contour.path.closed else "open cut"
-        names["mark" if contour.contour.kind == "mark" else "hole" if contour.is_hole else open_or_outline] += 1
+        open_or_outline = "outline" if contour.path.closed else "open cut"
+        names["mark" if contour.kind == "mark" else "hole" if contour.is_hole else open_or_outline] += 1
     return ", ".join(name if number == 1 else count(number, name) for name, number in names.items())
 
 
@@ -169,7 +169,7 @@ def cut_title(plan: CutPlan, number: int) -> str:
 def part_kinds(plan: CutPlan, part: int) -> list[str]:
     """Return ``cut`` or ``mark`` for each contour of a part."""
     contours = (plan.sheet.contours[i] for cut in plan.cuts if not cut.common for i in cut.contours)
-    return [c.contour.kind for c in contours if c.part == part]
+    return [c.kind for c in contours if c.part == part]
 
 
 def part_title(plan: CutPlan, part: int) -> str:

@@ -13,7 +13,7 @@ from leafcut.model.cutting import Consumption, ConsumptionRates, CutMeasures, Cu
 from leafcut.report.wording import clock_parts
 
 _MOST_NUMBERS = 6
-#: Figures of `Consumption` in the order in which they are told.
+#: Fields of `Consumption`, in the order of the table.
 AMOUNTS = ("gas_l", "second_gas_l", "energy_kwh", "abrasive_kg", "nozzles", "electrodes")
 _COLUMNS = (
     "of", "name", "quantity", "perimeter_mm", "total_perimeter_mm", "hours", "minutes", "seconds", "total_s",
@@ -24,7 +24,7 @@ _COLUMNS = (
 
 @dataclass(frozen=True)
 class NormRow:
-    """What all pieces of one name come to, or a sheet, or a batch; lengths in mm, the times of all of them in s."""
+    """Totals of all parts of a name, of a sheet, or of a batch: mm, s."""
 
     of: str
     name: str
@@ -45,10 +45,10 @@ class NormRow:
 
 
 def norm_rows(norm: CutMeasures) -> list[NormRow]:
-    """Return a row for each name of parts, in the order of the first of them.
+    """Return a row for each name of parts, in the order of their first parts.
 
-    Parts without a name that agree in area and perimeter are of one kind, which is called by their numbers. What
-    belongs to no part, and the way at the beginning and the end, is in the sheet's alone.
+    Parts without a name but with equal area and perimeter share a row with their numbers. Contours outside of parts,
+    and the moves at the start and end, count only for the sheet.
     """
     kinds: dict[object, list[PartTimes]] = {}
     for part in norm.parts:
@@ -68,7 +68,6 @@ def norm_rows(norm: CutMeasures) -> list[NormRow]:
 
 
 def _numbers(parts: Sequence[PartTimes]) -> str:
-    """Return ``1, 3, 5``; of many the first ones."""
     first = ", ".join(str(p.part) for p in parts[:_MOST_NUMBERS])
     return first if len(parts) <= _MOST_NUMBERS else f"{first} …"
 
@@ -94,12 +93,12 @@ def _all(used: Iterable[Consumption]) -> Consumption:
 
 
 def consumption_as_json(used: Consumption) -> dict[str, Any]:
-    """Return litres, kWh, kg and pieces; null for what the chart does not say."""
+    """Return litres, kWh, kg and pieces; null for data that the chart lacks."""
     return {**{name: getattr(used, name) for name in AMOUNTS}, "energy_at_arc": used.at_arc}
 
 
 def rates_as_json(rates: ConsumptionRates) -> dict[str, Any]:
-    """Return what the chart says of nozzle and gases."""
+    """Return nozzle and gases of the chart."""
     return {"nozzle": rates.nozzle, "gas": rates.gas, "second_gas": rates.second_gas}
 
 
@@ -121,7 +120,7 @@ def norms_as_json(norm: CutMeasures) -> list[dict[str, Any]]:
 
 
 def norms_text(plan: CutPlan) -> str:
-    """Return the norms as a table, CSV, with what was cut in each row."""
+    """Return the norms as CSV, with the material in each row."""
     data = plan.data
     told = {
         "process": data.process,
@@ -138,7 +137,7 @@ def norms_text(plan: CutPlan) -> str:
 
 
 def _cell(value: Any) -> Any:
-    """Return a cell that no spreadsheet takes for a formula: names are the drawing's, or the chart's."""
+    """Return a cell that no spreadsheet reads as a formula: names come from the drawing or the chart."""
     if value is None:
         return ""
     if isinstance(value, bool):

@@ -1,4 +1,4 @@
-"""A closer look at single cuts: the kerf in its true width, how the torch comes to the contour and how it leaves it."""
+"""Details of single cuts: the kerf in its true width, the lead-in and the lead-out."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ BoundingBox = tuple[float, float, float, float]
 
 #: Size of the window, user units.
 _WIDTH, _HEIGHT = 300.0, 190.0
-#: Half of the window's height in mm: so many lead-ins, so many kerfs, and no less than this.
+#: Half of the height of the window: in lead-ins, in kerfs, and its minimum, mm.
 _LEADS, _KERFS, _LEAST = 1.6, 5.0, 4.0
 _CHORDS = 0.08
-#: So far beside the window a line may still be seen, by its width.
+#: Distance beside the window within which a wide line may still be visible, user units.
 _BEYOND = 60.0
 _ARROW = 4.5
 _SMALLEST_DOT = 2.4
@@ -38,7 +38,7 @@ class DetailView:
 
     @property
     def box(self) -> BoundingBox:
-        """What is shown: smallest x and y, largest x and y, mm."""
+        """Smallest x and y, largest x and y of the window, mm."""
         (x, y), half = self.middle, (0.5 * _WIDTH / self.scale, 0.5 * _HEIGHT / self.scale)
         return (x - half[0], y - half[1], x + half[0], y + half[1])
 
@@ -52,16 +52,16 @@ class DetailView:
         return placed
 
     def shows(self, box: BoundingBox) -> bool:
-        """Whether any of a box of mm may be seen."""
+        """Return whether a box in mm may be visible."""
         own = self.box
         return box[0] <= own[2] and box[2] >= own[0] and box[1] <= own[3] and box[3] >= own[1]
 
     def edge(self, path: Polyline) -> str:
-        """Return path data of all of a path, in steps."""
+        """Return path data of a whole path, in steps."""
         return lines_data(self._segments(path))
 
     def line(self, path: Polyline) -> str:
-        """Return path data of what of a path may be seen, in steps."""
+        """Return path data of the visible segments of a path, in steps."""
         segments = self._segments(path)
         low, high = segments.min(axis=1), segments.max(axis=1)
         seen = (low <= (_WIDTH + _BEYOND, _HEIGHT + _BEYOND)).all(axis=1) & (high >= -_BEYOND).all(axis=1)
@@ -73,7 +73,7 @@ class DetailView:
 
 
 def looked_at(plan: CutPlan) -> list[int]:
-    """Return the cuts that are worth a closer look: the first hole and the first outline that have a lead-in."""
+    """Return the cuts with a detail: the first hole and the first outline that have a lead-in."""
     found: dict[bool, int] = {}
     for number, cut in enumerate(plan.cuts):
         if cut.kind == "cut" and cut.lead_in > 0.0 and cut.contours:
@@ -82,7 +82,7 @@ def looked_at(plan: CutPlan) -> list[int]:
 
 
 def detail(plan: CutPlan, number: int) -> dict[str, str]:
-    """Return the drawing of how one cut begins and ends, and its caption."""
+    """Return the drawing of the start and end of a cut, and its caption."""
     cut = plan.cuts[number]
     half = max(_LEADS * cut.lead_in, _KERFS * plan.data.kerf, _LEAST)
     look = DetailView(cut.path.point_at(cut.lead_in), 0.5 * _HEIGHT / half)
@@ -110,7 +110,7 @@ def detail(plan: CutPlan, number: int) -> dict[str, str]:
 
 
 def _lead_words(cut: Cut) -> str:
-    """Return ``lead-in 6.0 mm, lead-out 4.0 mm``, and how far the torch goes on when it is off."""
+    """Return ``lead-in 6.0 mm, lead-out 4.0 mm``, and the length with the torch off."""
     after = [(kind, high - low) for kind, low, high in stretches(cut) if low >= cut.lead_out]
     words = [f"lead-in {length_words(cut.lead_in)}"]
     for kind, said in (("lead", "lead-out {}"), ("dark", "{} with the torch off")):
@@ -120,17 +120,17 @@ def _lead_words(cut: Cut) -> str:
 
 
 def _areas(look: DetailView, sheet: Sheet) -> str:
-    """Return the parts around, each as an area without its holes."""
+    """Return the visible parts, each as an area without its holes."""
     areas: dict[int, str] = {}
     for c in sheet.contours:
-        if c.contour.kind == "cut" and c.contour.path.closed and c.part and not c.chamber:
-            areas[c.part] = areas.get(c.part, "") + look.edge(c.contour.path) + "z"
-    seen = {c.part for c in sheet.contours if look.shows(c.contour.path.extents)}
+        if c.kind == "cut" and c.path.closed and c.part and not c.chamber:
+            areas[c.part] = areas.get(c.part, "") + look.edge(c.path) + "z"
+    seen = {c.part for c in sheet.contours if look.shows(c.path.extents)}
     return in_steps(*(element("path", d=data, class_="part rim") for part, data in areas.items() if part in seen))
 
 
 def _kerf(look: DetailView, cut: Cut, kerf: float) -> str:
-    """Return a cut as a band of its true width with its middle, stretch by stretch."""
+    """Return a cut as a band of its true width with its middle line."""
     lines = []
     for kind, low, high in stretches(cut):
         data = look.line(cut.path.piece(low, high))
@@ -141,7 +141,7 @@ def _kerf(look: DetailView, cut: Cut, kerf: float) -> str:
 
 
 def _begin(look: DetailView, plan: CutPlan, cut: Cut) -> str:
-    """Return where the cut begins, and the heads of arrows on its lead-in and just behind it."""
+    """Return the start of a cut, and arrow heads on its lead-in and just after it."""
     x, y = look.place(np.array(cut.path.start)).tolist()
     heads = []
     for at in (0.55 * cut.lead_in, cut.lead_in + 1.1 * max(cut.lead_in, _LEAST)):
@@ -152,7 +152,6 @@ def _begin(look: DetailView, plan: CutPlan, cut: Cut) -> str:
 
 
 def _bar(look: DetailView) -> str:
-    """Return a bar of a round number of mm, with its length."""
     step = nice_step(_WIDTH / look.scale, 6)
     length = step * look.scale
     bar = element("path", d=f"M{_WIDTH - 10 - length:.2f} {_HEIGHT - 13}v6m0 -3h{length:.2f}m0 -3v6", class_="bar")

@@ -1,4 +1,4 @@
-"""The drawing of a sheet: its parts, the way of the kerf, leads, pierces and their order, rapids, marks."""
+"""The drawing of a sheet: its parts, kerfs, leads, pierces and their order, rapids, marks."""
 
 from __future__ import annotations
 
@@ -22,38 +22,45 @@ from leafcut.report.marks import arrow_heads, end_marks, head, word_side
 from leafcut.report.missing_drawing import missing_drawing
 from leafcut.report.svg import STEPS, element, in_steps, lines_data, short, text, title
 
-#: How far chords leave arcs, user units.
+#: Tolerance of chords, user units.
 _CHORDS = 0.06
-#: The kerf is drawn in its width, but never thinner than can be seen.
+#: Minimum width of a drawn kerf, user units; of many cuts.
 _THINNEST_KERF = 0.8
 _THINNEST_KERF_OF_MANY = 0.65
-#: More cuts are many: finer lines, smaller dots, and rapids coloured from first to last.
+#: With more cuts, lines are finer, dots smaller, and rapids coloured from first to last.
 _FEW = 60
-#: So many numbers at most; of more cuts every second, fifth, tenth … has one.
+#: Maximum number of numbers; of more cuts every second, fifth, tenth … has one.
 _MOST_NUMBERS = 60
 _EVERY = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
-#: Closed cuts at least so long have the head of an arrow, user units; so far along it, in parts.
+#: Minimum length of a cut with an arrow head, user units; its place as a share of the length.
 _LONG_CUT = 70.0
 _ARROW_AT = 0.3
 _KERF_ARROW = 2.6
 _HATCH = 5.0
-#: Sheets so many times as wide as high take both columns: of few cuts, of many.
+#: Ratio of width to height from which sheets take both columns: with few cuts, with many.
 _WIDE_FROM = (2.4, 1.6)
 _RAPID_ARROW, _RAPID_ARROW_OF_MANY = 3.6, 2.8
-#: The words at the start and the end, as discs that numbers keep away from: how far beside the mark, and how large.
+#: The words at start and end as discs that numbers avoid: distances from the mark, and radius, user units.
 _WORD_DISCS = (10.0, 20.0, 30.0)
 _WORD_DISC = 5.0
-#: A cut that begins so near to its end needs no number beside the word "end", user units.
+#: Distance of start and end below which a cut needs no number beside the word "end", user units.
 _AT_ITS_END = 12.0
 
 
 @dataclass(frozen=True, eq=False)
 class SheetScene:
-    """What the drawings of one sheet share.
+    """Common data of the drawings of a sheet.
 
-    `every`: each so-manieth cut carries its number; `many`: rapids are coloured from first to last. `true_kerf`: the
-    kerf is as wide as it is, in the scale of the drawing, `kerf` its width in user units.
-    `missing`: the issues of missing work.
+    Attributes
+    ----------
+    every
+        Interval of the numbered cuts.
+    many
+        Whether rapids are coloured from first to last.
+    kerf, true_kerf
+        Width of the kerf in user units, and whether it is to scale.
+    missing
+        Issues of missing work.
     """
 
     frame: Frame
@@ -74,7 +81,7 @@ def build_sheet_scene(plans: list[CutPlan], missing: tuple[Issue, ...] = ()) -> 
     """Return the scene of one sheet's plans, with the issues of missing work; an empty sheet gives an empty window."""
     sheet = plans[-1].sheet
     boxes = [c.path.extents for plan in plans for c in plan.cuts]
-    boxes += [c.contour.path.extents for c in sheet.contours]
+    boxes += [c.path.extents for c in sheet.contours]
     boxes += [*sheet.zones, *([sheet.outline.extents] if sheet.outline is not None else [])]
     corners = np.array(boxes, dtype=np.float64).reshape(-1, 4)
     if not len(corners):
@@ -120,15 +127,15 @@ def part_id(part: int) -> str:
 
 
 def _stock(scene: SheetScene, plan: CutPlan, name: str) -> str:
-    """Return the sheet's edge, what the torch must not enter, and every part as an area without its holes."""
+    """Return the edge of the sheet, the clamps, and each part as an area without its holes."""
     frame, sheet = scene.frame, scene.sheet
     shapes = []
     if sheet.outline is not None:
         shapes.append(element("path", d=_area(frame, sheet.paths), class_="stock"))
     areas: dict[int, list[Polyline]] = {}
     for c in sheet.contours:
-        if c.contour.kind == "cut" and c.contour.path.closed and c.part and not c.chamber:
-            areas.setdefault(c.part, []).append(c.contour.path)
+        if c.kind == "cut" and c.path.closed and c.part and not c.chamber:
+            areas.setdefault(c.part, []).append(c.path)
     for part, paths in areas.items():
         words = title(part_title(plan, part))
         shapes.append(element("path", words, id=part_id(part) if name else None, d=_area(frame, paths), class_="part"))
@@ -136,12 +143,8 @@ def _stock(scene: SheetScene, plan: CutPlan, name: str) -> str:
 
 
 def part_window(scene: SheetScene, part: int) -> str:
-    """Return the view box that shows one part alone, in the steps its path is written in; empty for no such part."""
-    boxes = [
-        c.contour.path.extents
-        for c in scene.sheet.contours
-        if c.part == part and c.contour.kind == "cut" and c.contour.path.closed
-    ]
+    """Return the view box of a single part in the steps of its path; empty if there is no such part."""
+    boxes = [c.path.extents for c in scene.sheet.contours if c.part == part and c.kind == "cut" and c.path.closed]
     if not boxes:
         return ""
     x0, y0, x1, y1 = (f(b[i] for b in boxes) for i, f in enumerate((min, min, max, max)))
@@ -152,12 +155,10 @@ def part_window(scene: SheetScene, part: int) -> str:
 
 
 def _chords(frame: Frame, path: Polyline) -> Points:
-    """Return the places along a path in user units, near enough to its arcs that they look round."""
     return frame.place(path.flattened(_CHORDS / frame.scale))
 
 
 def _area(frame: Frame, paths: Sequence[Polyline]) -> str:
-    """Return path data of closed outlines."""
     return "".join(f"{lines_data(_segments(_chords(frame, path)))}z" for path in paths)
 
 
@@ -166,7 +167,6 @@ def _segments(points: Points) -> Points:
 
 
 def _clamp(frame: Frame, zone: tuple[float, float, float, float]) -> str:
-    """Return a rectangle with lines across it."""
     (x0, y1), (x1, y0) = frame.place(np.array([zone[:2], zone[2:]])).tolist()
     width, height = x1 - x0, y1 - y0
     lines = []
@@ -183,11 +183,10 @@ def _clamp(frame: Frame, zone: tuple[float, float, float, float]) -> str:
 
 
 def stretches(cut: Cut) -> list[tuple[str, float, float]]:
-    """Return what of a cut's path is what: ("kerf", "lead", "bridge", "dark" or "mark", from, to),
-    mm along it, in order.
+    """Return the stretches of the path of a cut: ("kerf", "lead", "bridge", "dark" or "mark", from, to), mm, in order.
 
-    What the torch does while it is off is ``dark``: micro-joints, and overcut without the arc. Loops round corners lie
-    in the scrap as leads do; bridges are ways through it from one contour of a chain to the next.
+    With the torch off a stretch is ``dark``: micro-joints, and an overcut without the arc. Loops around corners lie in
+    the scrap like leads.
     """
     whole = cut.path.length
     places = {0.0, cut.lead_in, cut.lead_out, cut.torch_off_at, whole}
@@ -214,13 +213,13 @@ def _kind_at(cut: Cut, at: float) -> str:
 
 
 def _cut(scene: SheetScene, plan: CutPlan, number: int) -> str:
-    """Return one cut: its way, the dot where it begins, and what a reader is told who points at it."""
+    """Return a cut: its path, the dot at its start, and its title."""
     cut, frame = plan.cuts[number], scene.frame
     data: dict[str, str] = {}
     for kind, low, high in stretches(cut):
         points = _chords(frame, cut.path.piece(low, high))
         data[kind] = data.get(kind, "") + lines_data(_segments(points))
-    # Leads over the kerf: they are short, and begin where it ends.
+    # Leads over the kerf: they are short, and start at its end.
     lines = [element("path", d=d, class_=kind, stroke_width=_width(scene, kind)) for kind, d in sorted(data.items())]
     x, y = frame.place(np.array(cut.path.start)).tolist()
     dot = element("circle", cx=x, cy=y, r=scene.dot * (0.8 if cut.kind == "mark" else 1.0), class_=dot_class(cut))
@@ -234,12 +233,12 @@ def _width(scene: SheetScene, kind: str) -> float:
 
 
 def dot_class(cut: Cut) -> str:
-    """Return how the beginning of a cut looks: a pierce, a start at the edge, a mark."""
+    """Return the class of the start of a cut: a pierce, a start at the edge, a mark."""
     return "begin mark" if cut.kind == "mark" else "begin pierce" if cut.pierce else "begin edge-start"
 
 
 def _kerf_arrows(scene: SheetScene, plan: CutPlan) -> str:
-    """Return the heads of arrows on the longer cuts: which way round they are cut."""
+    """Return arrow heads on longer cuts, which show their direction."""
     heads = []
     for cut in plan.cuts:
         length = cut.lead_out - cut.lead_in
@@ -254,13 +253,13 @@ def _kerf_arrows(scene: SheetScene, plan: CutPlan) -> str:
 
 
 def _ways(frame: Frame, plan: CutPlan) -> Points:
-    """Return the ways from cut to cut in user units, float64[n, 2, 2]."""
+    """Return the moves from cut to cut in user units, float64[n, 2, 2]."""
     ways = [(a.path.end, b.path.start) for a, b in zip(plan.cuts[:-1], plan.cuts[1:], strict=True)]
     return frame.place(np.array(ways, dtype=np.float64).reshape(-1, 2, 2))
 
 
 def _rapids(scene: SheetScene, ways: Points) -> str:
-    """Return the ways from cut to cut, thin and dashed; of many in a ramp of colours from first to last."""
+    """Return the moves from cut to cut, thin and dashed; if many, in a ramp of colours from first to last."""
     if not scene.many:
         return in_steps(element("path", d=lines_data(ways), class_="rapid")) if len(ways) else ""
     chunks = np.array_split(ways, RAMP)
@@ -268,7 +267,7 @@ def _rapids(scene: SheetScene, ways: Points) -> str:
 
 
 def _order(scene: SheetScene, plan: CutPlan, ways: Points) -> list[str]:
-    """Return the marks of start and end, and the numbers of the order as far as there is room."""
+    """Return the marks of start and end, and the numbers of the order that have room."""
     if not plan.cuts:
         return []
     frame = scene.frame
@@ -277,7 +276,7 @@ def _order(scene: SheetScene, plan: CutPlan, ways: Points) -> list[str]:
     size = (frame.width, frame.height)
     reach = scene.dot + 3.0
     marks = end_marks((*starts[0].tolist(), reach), (*end, reach), size)
-    # The first one and, where it ends where it began, the last one have their words.
+    # The first cut has its word, and the last one if it ends at its start.
     worded = {0, len(starts) - 1} if math.dist(starts[-1], end) < _AT_ITS_END else {0}
     numbered = [k for k in range(len(plan.cuts)) if (k + 1) % scene.every == 0 and k not in worded]
     lines = np.concatenate([ways, *(_segments(_chords(frame, c.path)) for c in plan.cuts)])

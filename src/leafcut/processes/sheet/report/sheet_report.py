@@ -224,7 +224,7 @@ class SheetReport(PathReport[SheetDetail]):
     def _drawings(self, scene: SheetScene) -> list[PageRow]:
         captions = (f"Before: the {self.came_in}’s order", "Nearest neighbour", "After: leafcut")
         rows: list[PageRow] = []
-        # The page reads from left to right: before and after stand side by side, the third order below them.
+        # Before and after are side by side, the third order is below them.
         for k in (0, 2, 1):
             plan = self.outcome.detail.plans[k]
             if plan is not None:
@@ -235,18 +235,16 @@ class SheetReport(PathReport[SheetDetail]):
         return rows
 
     def _words(self, which: str) -> str:
-        """Return the title of a drawing."""
         orders = {"before": f"the {self.came_in}’s order", "nearest": "nearest-neighbour order"}
         return f"Cuts of {clean(self.outcome.part.name)} in {orders.get(which, 'leafcut’s order')}"
 
 
 def _of_sheet(measure: Measure, norm: CutMeasures) -> Measure:
-    """Return a measure with the lengths of a sheet's plan."""
     return replace(measure, travel_mm=norm.sheet.rapid_mm, cut_mm=norm.sheet.cut_mm)
 
 
 def sheet_size(plan: CutPlan) -> str:
-    """Return ``sheet 900 × 1500 mm``, or how large the work is where nobody said how large the sheet is."""
+    """Return ``sheet 900 × 1500 mm``, or the size of the cuts if that of the sheet is unknown."""
     sheet = plan.sheet
     boxes = [sheet.outline.extents] if sheet.outline is not None else [c.path.extents for c in plan.cuts]
     if not boxes:
@@ -256,7 +254,6 @@ def sheet_size(plan: CutPlan) -> str:
 
 
 def _legend(scene: SheetScene, plans: list[CutPlan]) -> PageRow:
-    """Return the legend of the drawings, limited to what they show."""
     cuts = [cut for plan in plans for cut in plan.cuts]
     kinds = {kind for cut in cuts for kind, _, _ in stretches(cut)}
     return {
@@ -300,7 +297,7 @@ def parts_table(plan: CutPlan) -> PageRow:
         }
         for p in norm.parts[:MOST_PART_ROWS]
     ]
-    # What is in no cut: the ways at the beginning and the end of the program.
+    # Moves outside of cuts, at the start and the end of the program.
     rest = norm.sheet.total_s - sum(p.times.total_s for p in norm.parts)
     feet = []
     if rest >= _LEAST_REST:
@@ -316,7 +313,6 @@ def parts_table(plan: CutPlan) -> PageRow:
 
 
 def _parts(scene: SheetScene, plan: CutPlan) -> PageRow:
-    """Return the table of the parts, each with its picture."""
     table = parts_table(plan)
     shown = [
         {**row, "href": f"#{part_id(row['part'])}" if window else "", "window": window}
@@ -336,7 +332,6 @@ def _cells(times: CutTimes, cost: float, places: int) -> dict[str, str]:
 
 
 def _contours_words(plan: CutPlan, part: int) -> str:
-    """Return how many contours of a part are cut, and how many marks it has."""
     mine = part_kinds(plan, part)
     marks = mine.count("mark")
     return f"{len(mine) - marks}" + (f" + {count(marks, 'mark')}" if marks else "")
@@ -383,7 +378,7 @@ def norms_table(plan: CutPlan) -> PageRow:
 
 
 def _data_rows(plan: CutPlan) -> list[tuple[str, str]]:
-    """Return the row of the cut chart that was used: heading and words; the words stand alone as well."""
+    """Return the cutting data: headings and words, which are clear without the heading."""
     data = plan.data
     amps = f" {data.amps:g} A" if data.amps is not None else ""
     place = f"{data.pierce_delay:.3g} s at {size_words(data.pierce_height)} mm" if data.can_pierce else "at the edge"
@@ -405,7 +400,7 @@ def _data_rows(plan: CutPlan) -> list[tuple[str, str]]:
 
 def _data(plan: CutPlan) -> PageRow:
     """Return the cutting data with their source and the confidence in them."""
-    # A word or two, and in some charts the reason after a comma.
+    # A word or two, in some charts with the reason after a comma.
     confidence, why = [*re.split(r"[,;:]\s*", clean(plan.data.confidence), maxsplit=1), ""][:2]
     return {
         "rows": [(name, clean(words.removeprefix(f"{name} "))) for name, words in _data_rows(plan)],

@@ -1,4 +1,4 @@
-"""Ways of a head that stays down over parts that are cut free: counted in the program that was read back."""
+"""Travel moves of a head that stays down over detached parts, counted in the program that was read back."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from leafcut.processes.sheet.proof.laid_runs import LaidRuns
 from leafcut.processes.sheet.proof.sheet_shapes import Target
 from leafcut.proof.difference import place
 
-#: Ways are looked at in steps, mm; what comes no deeper over a part crosses nothing.
+#: Step along moves, mm; a move that reaches no deeper over a part does not cross it, mm.
 _STEP, _DEPTH = 0.5, 0.3
-#: A head comes over a part where it does by more than this, mm: edges are chords, and ways were laid beside others.
+#: Tolerance of the distance of a head from a part, mm: edges are chords, and routes were planned beside other chords.
 _LEEWAY = 0.2
 
 
 def check_freed(laid: LaidRuns, path: Toolpath, dialect: Dialect, nozzle: float = 0.0) -> list[Difference]:
-    """Return the ways over free parts that the plan does not tell; a head that rises between cuts crosses nothing.
+    """Return the moves over detached parts that the plan does not report; a head that rises crosses nothing.
 
-    `nozzle` is how wide the head is above the sheet, mm.
+    `nozzle` is the diameter of the head above the sheet, mm.
     """
     told, close = laid.plan.crossings, laid.plan.close
     if dialect.moves_z or told is None:
@@ -47,17 +47,16 @@ def check_freed(laid: LaidRuns, path: Toolpath, dialect: Dialect, nozzle: float 
 
 
 def crossings(laid: LaidRuns, path: Toolpath, radius: float = 0.0) -> list[tuple[int, tuple[float, float]]]:
-    """Return the line and the end of every way that crosses a free part, once for each way from run to run.
+    """Return the line and the end of each route from run to run that crosses a detached part.
 
-    With the radius of a head, mm, also of every one on which it comes over a part, but within that radius of where the
-    way begins and ends.
+    With the radius of a head, mm, also of routes on which it comes over a part farther than that from their ends.
     """
     ends = np.array([run.row_line[-1] for run in laid.runs], dtype=np.int64)
     freed = _freed(laid)
     if not freed:
         return []
     cut_by, edges = np.array([run for run, _ in freed]), [edge for _, edge in freed]
-    # What lies in the box of no edge, grown by what the head is wide, is looked at no closer.
+    # Moves outside of the boxes of all edges, grown by the radius, need no closer check.
     low, high = (np.array([side(edge, axis=0) for edge in edges]) for side in (np.min, np.max))
     grown = max(radius - _LEEWAY, 0.0)
     before = path.before
@@ -86,9 +85,9 @@ def crossings(laid: LaidRuns, path: Toolpath, radius: float = 0.0) -> list[tuple
 
 
 def _freed(laid: LaidRuns) -> list[tuple[int, Points]]:
-    """Return the runs that cut outlines all round without letting go, and the outlines, closed, float64[n, 2].
+    """Return the runs that detach outlines, and these outlines, closed, float64[n, 2].
 
-    A common line lets no part go: the cut around its group, whose proof is `common_cuts`, does.
+    A common line detaches no part: the cut around its group does (`common_lines`).
     """
     common = {run for run, cut in enumerate(laid.plan.cuts) if cut.common > 0.0}
     return [
@@ -106,13 +105,13 @@ def _is_outline(target: Target) -> bool:
 
 
 def _along(a: Points, b: Points) -> Points:
-    """Return the places of a straight way, float64[n, 2]."""
+    """Return places along a straight move, float64[n, 2]."""
     steps = max(2, int(np.hypot(*(b - a)) / _STEP) + 2)
     return a + np.linspace(0.0, 1.0, steps)[:, None] * (b - a)
 
 
 def _crosses(points: Points, edge: Points) -> bool:
-    """Return whether a way comes deep over what is inside an edge."""
+    """Return whether a move comes deep over the inside of an edge."""
     low, high = edge.min(axis=0), edge.max(axis=0)
     points = points[((points > low) & (points < high)).all(axis=1)]
     points = points[_inside(points, edge)]
@@ -120,7 +119,7 @@ def _crosses(points: Points, edge: Points) -> bool:
 
 
 def _nears(points: Points, edge: Points, distance: float) -> bool:
-    """Return whether a way comes nearer to an edge, or to what is inside, than a distance."""
+    """Return whether a move comes nearer to an edge, or to its inside, than a distance."""
     low, high = edge.min(axis=0) - distance, edge.max(axis=0) + distance
     points = points[((points > low) & (points < high)).all(axis=1)] if distance > 0.0 else points[:0]
     return bool((_distances(points, edge) < distance).any())
@@ -138,7 +137,7 @@ def _inside(points: Points, edge: Points) -> NDArray[np.bool_]:
 
 
 def _distances(points: Points, edge: Points) -> Points:
-    """Return how far points are from an edge, float64[n]."""
+    """Return the distances of points from an edge, float64[n]."""
     begin, step = edge[:-1], np.diff(edge, axis=0)
     square = np.maximum((step**2).sum(axis=1), 1e-18)
     away = points[:, None] - begin

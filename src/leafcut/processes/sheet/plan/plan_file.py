@@ -1,34 +1,34 @@
-"""A plan file kept: what it fixes becomes the only choice, the rest stays free."""
+"""A plan file: choices that it fixes are the only ones, all others stay open."""
 
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import replace
 from graphlib import CycleError, TopologicalSorter
 
 import shapely
 
 from leafcut.errors import PlanError, count_of
-from leafcut.model.cutting import ContourPrint, CutChoice, PlanFile
+from leafcut.model.cutting import ContourPrint, CutChoice, Lead, PlanFile
 from leafcut.model.sheet import Sheet
-from leafcut.processes.sheet.plan.cut_contours import NO_LEAD, CutContour
-from leafcut.processes.sheet.plan.cut_rules import CutRules
+from leafcut.processes.sheet.plan.contours import CutContour
 from leafcut.processes.sheet.plan.cutting import Cutting, process_pairs
-from leafcut.processes.sheet.plan.leads.cut_starts import (
+from leafcut.processes.sheet.plan.leads import NO_LEAD
+from leafcut.processes.sheet.plan.scrap import Scrap
+from leafcut.processes.sheet.plan.starts import (
     CutStart,
-    away_from_corners,
-    directions_of,
-    end_of,
+    edge_starts,
     fitting_lead_out,
-    ways_of,
-    with_leads,
+    leads_to_try,
+    starts_of,
+    starts_with_leads,
+    starts_without_lead,
 )
-from leafcut.processes.sheet.plan.leads.edge_starts import edge_starts
-from leafcut.processes.sheet.plan.leads.find_starts import starts_of
 
-#: Lengths of a contour that is the same again differ by less than this, mm; areas by less than this times its length.
+#: Tolerance of the length of an unchanged contour, mm; of its area this times its length.
 SAME = 0.01
-#: A fixed start may lie so far from its contour's path, besides the kerf, mm: people type few digits.
+#: Maximum distance of a fixed start from the path of its contour, besides the kerf, mm: people type few digits.
 NEAR = 2.0
 
 
@@ -61,43 +61,40 @@ def check_fit(sheet: Sheet, plan: PlanFile) -> None:
 
 
 def follow_plan(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -> Cutting:
-    """Return the cutting with the plan's fixed choices as the only ones; `everything`: all of its choices.
+    """Return the cutting with the choices that the plan fixes as the only ones; `everything`: all of its choices.
 
     Raises
     ------
     PlanError
-        The plan is for another drawing, or what it fixes cannot be cut: says which cut.
+        The plan is for another drawing, or a fixed choice cannot be cut: names the cut.
     """
     check_fit(cutting.sheet, plan)
     position = {c.index: k for k, c in enumerate(cutting.contours)}
     chosen: dict[int, CutChoice] = {}
-    in_order: list[int] = []
-    rows: list[int] = []
     for number, choice in enumerate(plan.cuts, 1):
         k = _position(plan, number, choice, position, chosen)
-        words = ("order", *(w for w in ("start", "direction", "lead") if _says(choice, w))) if everything else ()
+        known = {"start": choice.start, "direction": choice.direction, "lead": choice.lead_in}
+        words = ("order", *(word for word, value in known.items() if value)) if everything else ()
         chosen[k] = replace(choice, fixed=tuple(dict.fromkeys((*choice.fixed, *words))))
-        rows.append(k)
-        if "order" in chosen[k].fixed:
-            in_order.append(k)
     starts: list[CutStart] = []
-    for k, contour in enumerate(cutting.contours):
+    for k in range(len(cutting.contours)):
         wanted = chosen.get(k)
-        own = [cutting.starts[n] for n in cutting.by_contour[k]]
-        if wanted is not None and set(wanted.fixed) - {"order", "ahead"}:
-            own = _fixed_starts(cutting, k, contour, wanted, plan)
-        starts += own
+        if wanted is None or not set(wanted.fixed) - {"order", "ahead"}:
+            starts += cutting.starts_of([k])
+        else:
+            starts += _fixed_starts(cutting, k, wanted, plan)
     fixed = {k: c.fixed for k, c in chosen.items() if c.fixed}
-    ahead = _ahead(rows, fixed)
-    made = replace(cutting, starts=starts, order=(*itertools.pairwise(in_order), *ahead), fixed=fixed)
+    in_order = [k for k, c in chosen.items() if "order" in c.fixed]
+    pairs = (*itertools.pairwise(in_order), *_ahead([*chosen], fixed))
+    made = replace(cutting, starts=starts, order=pairs, fixed=fixed)
     _check_order(made, in_order, plan)
     return made
 
 
 def _ahead(rows: list[int], fixed: dict[int, tuple[str, ...]]) -> list[tuple[int, int]]:
-    """Return pairs (before, after) of contours: what is fixed as ahead comes before all rows below it.
+    """Return pairs (before, after) of contours: a contour fixed as ahead comes before all rows below it.
 
-    Down to the next such row is enough, which is before the rest itself: the pairs grow with the rows.
+    Pairs down to the next such row suffice, since that row is before the rest: their number grows with the rows.
     """
     pairs: list[tuple[int, int]] = []
     first = None
@@ -110,7 +107,7 @@ def _ahead(rows: list[int], fixed: dict[int, tuple[str, ...]]) -> list[tuple[int
 
 
 def _check_order(cutting: Cutting, in_order: list[int], plan: PlanFile) -> None:
-    """Refuse a fixed order that cuts something loose before what is inside it."""
+    """Refuse a fixed order that detaches a part before a contour inside it is cut."""
     before: dict[int, set[int]] = {}
     for a, b in cutting.pairs:
         before.setdefault(b, set()).add(a)
@@ -131,10 +128,6 @@ def _check_order(cutting: Cutting, in_order: list[int], plan: PlanFile) -> None:
     )
 
 
-def _says(choice: CutChoice, word: str) -> bool:
-    return bool({"start": choice.start, "direction": choice.direction, "lead": choice.lead_in}[word])
-
-
 def _position(
     plan: PlanFile, number: int, choice: CutChoice, position: dict[int, int], chosen: dict[int, CutChoice]
 ) -> int:
@@ -149,7 +142,7 @@ def _position(
 
 
 def plan_order(cutting: Cutting, plan: PlanFile) -> list[CutStart]:
-    """Return the first start of every contour in the order of the plan; what it does not name comes where it must."""
+    """Return the first start of each contour in the order of the plan; others come where precedence requires them."""
     rank = {c.contours[0]: number for number, c in enumerate(plan.cuts)}
     last = len(plan.cuts)
     by_rank = sorted(cutting.heads, key=lambda k: (rank.get(cutting.contours[k].index, last), k))
@@ -172,23 +165,24 @@ def plan_order(cutting: Cutting, plan: PlanFile) -> list[CutStart]:
     return [cutting.starts[cutting.by_contour[k][0]] for k in order]
 
 
-def _fixed_starts(cutting: Cutting, k: int, contour: CutContour, choice: CutChoice, plan: PlanFile) -> list[CutStart]:
-    """Return the starts that a fixed choice leaves.
+def _fixed_starts(cutting: Cutting, k: int, choice: CutChoice, plan: PlanFile) -> list[CutStart]:
+    """Return the starts that a fixed choice allows.
 
     Raises
     ------
     PlanError
-        None: what is fixed does not fit.
+        None: the fixed choice does not fit.
     """
-    scrap, rules = cutting.scrap, contour.rules_of(cutting.rules)
-    ways = directions_of(contour, rules) if contour.path.closed else (False, True)
+    contour, scrap = cutting.contours[k], cutting.scrap
+    lead = choice.lead_in if "lead" in choice.fixed else None
+    if lead is not None:
+        contour = replace(contour, rules=replace(contour.rules, lead_in=lead))
+    rules, directions = contour.rules, contour.directions if contour.path.closed else (False, True)
     if "direction" in choice.fixed:
         if contour.path.closed != choice.direction.endswith("clockwise"):
             words = "clockwise or counter-clockwise" if contour.path.closed else "forward or backward"
             raise PlanError(f"{plan.source}: {contour.name()} can run {words}, not {choice.direction}")
-        ways = (choice.direction in ("clockwise", "backward"),)
-    if "lead" in choice.fixed and choice.lead_in is not None:
-        rules = replace(rules, lead_in=choice.lead_in)
+        directions = (choice.direction in ("clockwise", "backward"),)
     if "start" in choice.fixed and choice.start is not None:
         point = shapely.Point(*choice.start)
         away = shapely.distance(point, contour.line)
@@ -199,55 +193,45 @@ def _fixed_starts(cutting: Cutting, k: int, contour: CutContour, choice: CutChoi
             )
         places = [float(shapely.line_locate_point(contour.line, point, normalized=True)) * contour.path.length]
     else:
-        places = sorted({cutting.starts[n].at for n in cutting.by_contour[k]})
+        places = sorted({s.at for s in cutting.starts_of([k])})
     if not contour.path.closed:
-        own = [s for s in starts_of(k, contour, scrap, rules, 4) if s.clockwise in ways]
+        own = [s for s in starts_of(k, contour, scrap, 4) if s.clockwise in directions]
         return own if "start" not in choice.fixed else [min(own, key=lambda s: _away(s, choice))]
     if contour.has_leads and rules.edge_start:
-        found = _from_the_edge(cutting, k, contour, places, ways, choice)
+        found = [] if contour.hole else edge_starts(k, contour, scrap, places)
+        found = [s for s in found if s.clockwise in directions and (lead is None or _is_like(s, lead))]
     else:
         if contour.has_leads and rules.compensation == "controller":
-            places = _for_the_controller(contour, rules, places, plan)
-        found = _at_places(cutting, k, contour, rules, [(at, way) for way in ways for at in places], choice)
+            places = _smooth_places(contour, places, plan)
+        found = _starts_at(k, contour, scrap, [(at, way) for way in directions for at in places], lead)
+    if lead is not None and contour.has_leads and (rules.edge_start or rules.lead_in.style != "none"):
+        found = _with_lead_out(contour, scrap, found, choice)
     if not found:
         raise PlanError(f"{plan.source}: no lead fits at the fixed start or direction of {contour.name()}")
     return found
 
 
-def _from_the_edge(
-    cutting: Cutting, k: int, contour: CutContour, places: list[float], ways: tuple[bool, ...], choice: CutChoice
-) -> list[CutStart]:
-    """Return the starts beyond the sheet's edge at these places: a plan pierces no more than the rules let."""
-    if contour.hole:
-        return []
-    starts = [s for s in edge_starts(k, contour, cutting.scrap, cutting.rules, places) if s.clockwise in ways]
-    lead = choice.lead_in if "lead" in choice.fixed else None
-    if lead is None:
-        return starts
-    same = [
-        s
-        for s in starts
-        if lead.style == s.lead_in.style
-        and abs(lead.length - s.lead_in.length) < SAME
-        and abs(lead.angle - s.lead_in.angle) < SAME
-    ]
-    return _left_as_fixed(cutting, contour, same, choice)
+def _is_like(start: CutStart, lead: Lead) -> bool:
+    """Return whether the lead-in of a start is a fixed one."""
+    own = start.lead_in
+    return own.style == lead.style and max(abs(own.length - lead.length), abs(own.angle - lead.angle)) < SAME
 
 
-def _for_the_controller(contour: CutContour, rules: CutRules, places: list[float], plan: PlanFile) -> list[float]:
-    """Return those places at which a controller that compensates the kerf can begin.
+def _smooth_places(contour: CutContour, places: list[float], plan: PlanFile) -> list[float]:
+    """Return those places at which a controller that compensates the kerf can start.
 
     Raises
     ------
     PlanError
-        None is, or the lead is none on which the compensation can be taken up.
+        There is none, or the compensation cannot be taken up on the lead.
     """
+    rules = contour.rules
     if rules.lead_in.style != "arc" or rules.lead_in.run_in <= 0.0:
         raise PlanError(
             f"{plan.source}: the controller compensates the kerf on a straight run-in and an arc; {contour.name()} has "
             "another lead fixed; give it \"run_in\", or remove 'lead' from 'fixed'"
         )
-    smooth = [at for at in places if away_from_corners(contour, at, rules)]
+    smooth = [at for at in places if contour.is_smooth(at)]
     if not smooth:
         raise PlanError(
             f"{plan.source}: a controller that compensates the kerf cannot start {contour.name()} at a corner; move "
@@ -261,31 +245,26 @@ def _away(start: CutStart, choice: CutChoice) -> float:
     return abs(start.entry[0] - x) + abs(start.entry[1] - y)
 
 
-def _at_places(
-    cutting: Cutting, k: int, contour: CutContour, rules: CutRules, places: list[tuple[float, bool]], choice: CutChoice
+def _starts_at(
+    k: int, contour: CutContour, scrap: Scrap, places: list[tuple[float, bool]], lead: Lead | None
 ) -> list[CutStart]:
-    """Return the starts of a closed contour at these places, with the fixed leads or those that fit."""
-    scrap, lead = cutting.scrap, choice.lead_in if "lead" in choice.fixed else None
-    if not contour.has_leads or rules.lead_in.style == "none":
-        path = contour.path
-        return [
-            CutStart(k, at, way, path.point_at(at), path.point_at(end_of(contour, at, way, rules)))
-            for at, way in places
-        ]
-    ways = [lead] if lead is not None else ways_of(contour, rules)
+    """Return the starts of a closed contour at these places, with the fixed lead-in or those that fit."""
+    if not contour.has_leads or contour.rules.lead_in.style == "none":
+        return starts_without_lead(k, contour, places)
+    leads: Sequence[Lead | None] = [lead] if lead is not None else leads_to_try(contour)
     found: list[CutStart] = []
     for splash in (True, False):
-        found = found or with_leads(k, contour, scrap, rules, places, list(ways), splash)
-    return found if lead is None else _left_as_fixed(cutting, contour, found, choice)
+        found = found or starts_with_leads(k, contour, scrap, places, leads, splash)
+    return found
 
 
-def _left_as_fixed(cutting: Cutting, contour: CutContour, starts: list[CutStart], choice: CutChoice) -> list[CutStart]:
-    """Return those starts for whose fixed lead-out there is room, with it."""
+def _with_lead_out(contour: CutContour, scrap: Scrap, starts: list[CutStart], choice: CutChoice) -> list[CutStart]:
+    """Return the starts whose fixed lead-out has room, with it."""
     if choice.lead_out is None:
         return starts
     kept = []
     for s in starts:
-        out, leave = fitting_lead_out(contour, cutting.scrap, cutting.rules, s.at, s.clockwise, choice.lead_out)
+        out, leave = fitting_lead_out(contour, scrap, (s.at, s.clockwise), choice.lead_out)
         if choice.lead_out in (out, NO_LEAD):
             kept.append(replace(s, lead_out=choice.lead_out, exit=leave))
     return kept

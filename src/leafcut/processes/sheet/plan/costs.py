@@ -1,4 +1,4 @@
-"""Time norm, cost and consumption of a sheet: by part, for the sheet, for the batch."""
+"""Time norm, cost and consumption by part, sheet and batch."""
 
 from __future__ import annotations
 
@@ -9,30 +9,30 @@ from itertools import pairwise
 from types import MappingProxyType
 
 from leafcut.geometry.arrays import Point
-from leafcut.model.cutting import Consumption, Cut, CutData, CutMeasures, CutTimes, PartTimes
+from leafcut.model.cutting import Consumption, Cut, CutData, CutMeasures, CutPlan, CutTimes, PartTimes
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.options import CutOptions
 
 #: Seconds of an hour, and joules of a kWh.
 _HOUR, _JOULES = 3600.0, 3.6e6
+#: Times and lengths of `CutTimes`, s and mm.
+_SUMS = ("cut_s", "pierce_s", "rapid_s", "cut_mm", "rapid_mm", "perimeter_mm", "common_mm")
 
 
 def cut_norm(
-    sheet: Sheet,
-    cuts: Sequence[Cut],
+    plan: CutPlan,
     seconds: Sequence[tuple[float, float, float]],
     whole: float,
     options: CutOptions,
-    data: CutData,
     corners: Mapping[int, Sequence[Point]] = MappingProxyType({}),
     shop_rate: float = 0.0,
 ) -> CutMeasures:
-    """Return times, lengths, costs and consumption.
+    """Return times, lengths, costs and consumption of the cuts of a plan.
 
     Parameters
     ----------
     seconds
-        Seconds of every cut: cutting, piercing, and rapids to the cut and up.
+        Seconds of each cut: cutting, piercing, and rapids to the cut and up.
     whole
         Seconds of the program; the moves before the first and after the last cut count as rapids of the sheet.
     corners
@@ -40,11 +40,12 @@ def cut_norm(
     shop_rate
         Cost of machine and operator per hour.
     """
+    sheet, cuts, data = plan.sheet, plan.cuts, plan.data
     each = [_times(sheet, cuts, k, parts, corners.get(k, ())) for k, parts in enumerate(seconds)]
     one = _sum(each)
     one = replace(one, rapid_s=one.rapid_s + whole - one.total_s)
     areas = part_areas(sheet)
-    names = {c.part: c.contour.name for c in sheet.contours if c.contour.name}
+    names = {c.part: c.name for c in sheet.contours if c.name}
     shares: dict[int, list[CutTimes]] = {}
     for times, cut in zip(each, cuts, strict=True):
         for number in {sheet.contours[i].part for i in cut.contours}:
@@ -90,67 +91,50 @@ def _times(
 def _perimeter(sheet: Sheet, cut: Cut, part: int | None = None) -> float:
     """Return the drawn length of the contours of a cut, of a `part` or all; outlines include their chambers."""
     contours = () if cut.common else (sheet.contours[i] for i in cut.contours)
-    return sum(c.contour.path.length for c in contours if not c.chamber and part in (None, c.part))
+    return sum(c.path.length for c in contours if not c.chamber and part in (None, c.part))
 
 
 def _shares(sheet: Sheet, cut: Cut, times: CutTimes, part: int) -> list[CutTimes]:
     """Return a part's share of a cut, by the lengths of its contours; a chain's pierce counts for its first part."""
     if len(cut.contours) == 1:
         return [times] if cut.part == part else []
-    lengths = {i: sheet.contours[i].contour.path.length for i in cut.contours}
+    lengths = {i: sheet.contours[i].path.length for i in cut.contours}
     own = sum(length for i, length in lengths.items() if sheet.contours[i].part == part)
     share = own / max(sum(lengths.values()), 1e-9)
     if not own:
         return []
-    return [
-        CutTimes(
-            times.cut_s * share,
-            times.pierce_s * share,
-            times.rapid_s * share,
-            times.cut_mm * share,
-            times.rapid_mm * share,
-            _perimeter(sheet, cut, part),
-            times.common_mm * share,
-            times.pierces if cut.part == part else 0,
-        )
-    ]
+    part_of = CutTimes(**{name: getattr(times, name) * share for name in _SUMS})
+    pierces = times.pierces if cut.part == part else 0
+    return [replace(part_of, perimeter_mm=_perimeter(sheet, cut, part), pierces=pierces)]
 
 
 def _sum(times: Sequence[CutTimes]) -> CutTimes:
-    return CutTimes(
-        cut_s=math.fsum(t.cut_s for t in times),
-        pierce_s=math.fsum(t.pierce_s for t in times),
-        rapid_s=math.fsum(t.rapid_s for t in times),
-        cut_mm=math.fsum(t.cut_mm for t in times),
-        rapid_mm=math.fsum(t.rapid_mm for t in times),
-        perimeter_mm=math.fsum(t.perimeter_mm for t in times),
-        common_mm=math.fsum(t.common_mm for t in times),
-        pierces=sum(t.pierces for t in times),
-    )
+    sums = {name: math.fsum(getattr(t, name) for t in times) for name in _SUMS}
+    return CutTimes(**sums, pierces=sum(t.pierces for t in times))
 
 
 def part_areas(sheet: Sheet) -> dict[int, float]:
     """Return the area of every part without its holes, mm²."""
     areas: dict[int, float] = {}
     for c in sheet.contours:
-        if c.contour.kind == "cut" and c.contour.path.closed and c.part and not c.chamber:
+        if c.kind == "cut" and c.path.closed and c.part and not c.chamber:
             sign = -1.0 if c.is_hole else 1.0
-            areas[c.part] = areas.get(c.part, 0.0) + sign * abs(c.contour.path.area)
+            areas[c.part] = areas.get(c.part, 0.0) + sign * abs(c.path.area)
     return areas
 
 
 def cost_of(times: CutTimes, options: CutOptions, shop_rate: float) -> float:
-    """Return the cost of a time: gas, power and consumables while the torch is on, the machine all the time."""
+    """Return the cost of a time: gas, power and consumables while the torch is on, the machine for all of it."""
     burning = options.cutting_rate * (times.cut_s + times.pierce_s)
     return (burning + shop_rate * times.total_s) / _HOUR + options.pierce_cost * times.pierces
 
 
 def consumption_of(times: CutTimes, data: CutData, sheet: CutTimes) -> Consumption:
-    """Return what a time uses up; what the chart does not say stays unknown.
+    """Return the consumption of a time; figures that the chart lacks stay unknown.
 
-    Gas, power and abrasive flow while the torch is on: cutting and piercing. Without a figure for the power that is
-    drawn it is that of the arc, current times voltage. A nozzle or an electrode wears by seconds of cutting or by
-    pierces, whichever ends it first on the whole `sheet`, so that its parts add up.
+    Gas, power and abrasive flow while the torch is on: cutting and piercing. If the chart has no power, that of the arc
+    counts, current times voltage. A nozzle or an electrode wears by seconds of cutting or by pierces, whichever
+    limits its life on the whole `sheet`, so that the parts add up.
     """
     rates, burning = data.rates, times.cut_s + times.pierce_s
 

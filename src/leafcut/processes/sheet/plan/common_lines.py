@@ -1,10 +1,18 @@
-"""Groups of parts a kerf apart: the path around all of them, and the lines between them as cuts from kerf to kerf."""
+"""Common lines: parts share the cut between straight edges a kerf apart, or along edges that coincide.
+
+Parts that share edges make a group. Its common lines are cut first, as open cuts that start in the scrap beside the
+group and end in another kerf of it. The cut around the whole group comes last and detaches all parts. So nothing moves
+before everything else of the group is cut.
+
+A common line runs half a kerf beside both parts, where their paths coincide. It reaches from kerf to kerf: to the
+middle of the path around the group, or of another common line.
+"""
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,53 +20,228 @@ import numpy as np
 import shapely
 from shapely.ops import substring
 
-from leafcut.errors import PlanError
+from leafcut.errors import PlanError, count_of
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.fitting import fit_arcs
 from leafcut.geometry.offset import offset
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import Lead
+from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import CutMethod
-from leafcut.processes.sheet.plan.common_cuts.doubled import CROSSING, has_order
-from leafcut.processes.sheet.plan.common_cuts.edges import GAP, EdgeGap
-from leafcut.processes.sheet.plan.cut_contours import (
-    FLATNESS,
+from leafcut.processes.sheet.plan.common_edges import CROSSING, GAP, EdgeGap, facing_edges, has_order, least_length
+from leafcut.processes.sheet.plan.contours import (
     OFFSET_TOLERANCE,
     ROUNDING,
     CutContour,
     corner_turns,
+    corners_along,
     flat_line,
 )
 from leafcut.processes.sheet.plan.cut_rules import CutRules
-from leafcut.processes.sheet.plan.leads.leads import LEAST_KERFS, LEAST_LEAD, SMALLER, Scrap, lead_shape, placed
+from leafcut.processes.sheet.plan.leads import FLATNESS, LEAST_KERFS, LEAST_LEAD, lead_shape, placed
+from leafcut.processes.sheet.plan.scrap import SMALLER, Scrap
 
-#: Ends and paths this near to each other meet, mm.
+#: Ends and paths with a smaller distance meet, mm.
 MEET = 0.01
-#: Lines run along each other within this, mm: a little more than the proof takes for one place.
+#: Lines within this distance run along each other, mm: a little more than the tolerance of the proof.
 BESIDE = 0.04
-#: A common line is made longer by so many half kerfs at most to come to another kerf: about a corner of 20 degrees.
+#: Maximum extension of a common line to another kerf, in half kerfs: about a corner of 20 degrees.
 REACH = 6.0
-#: A cut whose kerf others cross keeps its arc: light and water need no metal to burn on.
+#: Methods whose cuts may cross kerfs: light and water need no metal to burn on.
 CROSSABLE = (CutMethod.LASER, CutMethod.WATERJET)
-#: A shorter stretch of a path that is not cut is rounding, mm; a drawn corner turns by more than this, rad.
+#: A shorter uncut stretch of a path is rounding, mm; a drawn corner turns by more than this, rad.
 SHORT, SHARP = 0.1, math.radians(3.0)
-#: Half a kerf beyond the end of an edge, metal within this many half kerfs is a bend; at a right angle it is 1.41.
+#: Half a kerf beyond the end of an edge, metal within this distance is a bend, half kerfs; at a right angle it is 1.41.
 BEND = 1.3
-#: Lines are on one line when they turn by less than this, rad.
+#: Lines are collinear if they turn by less than this, rad.
 STRAIGHT = 1e-3
 #: A fitted arc of a larger radius is a line, mm.
 ROUNDEST = 1e5
-#: Lead-ins are tried with these parts of their length, and at these angles to the line, rad.
+#: Shares of the length of lead-ins that are tried, and their angles to the line, rad.
 SHARES = (1.0, 0.7, 0.45, 0.3)
 ANGLES = tuple(math.radians(a) for a in (0.0, 45.0, -45.0, 30.0, -30.0, 60.0, -60.0))
+
+
+def with_common_lines(
+    contours: list[CutContour], scrap: Scrap
+) -> tuple[list[CutContour], list[tuple[int, int]], list[Issue]]:
+    """Return the contours with common lines, their precedence as pairs (before, after), and issues.
+
+    The outlines of a group become one contour around it, and its common lines. Edges stay cut twice if the lines
+    between them cannot be cut from the scrap: a grid of three rows and more by plasma.
+    """
+    rules = scrap.rules
+    slots = facing_edges(contours, rules)
+    groups = _groups(contours, slots, scrap)
+    if not groups:
+        return contours, [], _without(slots, rules)
+    gone = {k for group in groups for k in group.members}
+    made = [c for k, c in enumerate(contours) if k not in gone]
+    last = max(c.index for c in contours) + 1
+    pairs: list[tuple[int, int]] = []
+    for number, group in enumerate(groups, 1):
+        around = _around(contours, group, number)
+        lines = [_line(contours, group, number, n, last + n) for n in range(len(group.lines))]
+        last += len(lines)
+        pairs += _group_order(made, around, group, len(made))
+        made += [*lines, around]
+    return made, pairs, _issues(slots, groups, rules)
+
+
+def beside_leads(scrap: Scrap, contours: Sequence[CutContour]) -> Scrap:
+    """Return the scrap with the lead-ins of common lines in it: others keep away from them."""
+    leads = []
+    for c in contours:
+        for at, backward, lead in ((0.0, False, c.inlets[0]), (c.path.length, True, c.inlets[1])):
+            if c.common and lead is not None and lead.length:
+                leads.append(shapely.LineString(c.lead_points(lead, at, backward)))
+    return scrap.with_bridges(leads, np.full((len(leads), 2), -1, dtype=np.int64)) if leads else scrap
+
+
+def _groups(contours: list[CutContour], slots: Sequence[EdgeGap], scrap: Scrap) -> list[CommonCutGroup]:
+    """Return the groups: all connected parts, or fewer if not all of their lines can be cut.
+
+    Then parts are joined pair by pair, the longest edges first, as long as all lines can be cut.
+    """
+    grouper = Grouper(contours, slots, scrap)
+    shared: dict[tuple[int, int], float] = {}
+    for slot in slots:
+        shared[slot.parts] = shared.get(slot.parts, 0.0) + slot.length
+    of: dict[int, frozenset[int]] = {k: frozenset([k]) for pair in shared for k in pair}
+    found: dict[frozenset[int], CommonCutGroup] = {}
+    for members in _connected(shared):
+        group = grouper.group(members)
+        if group is not None:
+            found[members] = group
+            of.update(dict.fromkeys(members, members))
+    tried: set[frozenset[int]] = set()
+    joined = True
+    while joined:
+        joined = False
+        for a, b in sorted(shared, key=lambda pair: (-round(shared[pair], 3), pair)):
+            members = of[a] | of[b]
+            if of[a] == of[b] or members in tried:
+                continue
+            tried.add(members)
+            group = grouper.group(members)
+            if group is not None:
+                found.pop(of[a], None)
+                found.pop(of[b], None)
+                found[members] = group
+                of.update(dict.fromkeys(members, members))
+                joined = True
+    return sorted(found.values(), key=lambda g: min(g.members))
+
+
+def _connected(pairs: Iterable[tuple[int, int]]) -> list[frozenset[int]]:
+    of: dict[int, set[int]] = {}
+    for a, b in pairs:
+        both = of.get(a, {a}) | of.get(b, {b})
+        of.update(dict.fromkeys(both, both))
+    return list(dict.fromkeys(frozenset(x) for x in of.values()))
+
+
+def _around(contours: list[CutContour], group: CommonCutGroup, number: int) -> CutContour:
+    first = contours[min(group.members)]
+    source = replace(first.source, path=group.shape)
+    line = flat_line(group.path)
+    return CutContour(
+        index=first.index,
+        source=source,
+        path=group.path,
+        line=line,
+        hole=False,
+        diameter=2.0 * math.sqrt(abs(group.shape.area) / math.pi),
+        rules=first.rules,
+        corners=corners_along(group.shape, group.path, line),
+        covers=tuple(sorted(contours[k].index for k in group.members)),
+        group=number,
+    )
+
+
+def _line(contours: list[CutContour], group: CommonCutGroup, number: int, n: int, index: int) -> CutContour:
+    line = group.lines[n]
+    owner = contours[min(line.parts)]
+    first, path = owner.source, fit_arcs(np.array(line.points), 0.5 * MEET)
+    outline = contours[min(group.members)].index
+    return CutContour(
+        index=index,
+        source=replace(first, path=path, kind="cut", depth=first.depth + 1, parent=outline, chamber=False),
+        path=path,
+        line=flat_line(path),
+        hole=False,
+        diameter=0.0,
+        rules=owner.rules,
+        covers=tuple(sorted(contours[k].index for k in line.parts)),
+        group=number,
+        common=line.shared,
+        inlets=line.inlets,
+    )
+
+
+def _group_order(
+    others: Sequence[CutContour], around: CutContour, group: CommonCutGroup, at: int
+) -> Iterable[tuple[int, int]]:
+    """Yield pairs (before, after): contours in the parts before the lines, and a line before those that end at it."""
+    count = len(group.lines)
+    inside, numbers = set(around.covers), group.parts
+    for k, c in enumerate(others):
+        if c.source.parent in inside or (c.kind == "mark" and c.source.part in numbers):
+            yield from ((k, at + n) for n in range(count + 1))
+    yield from ((at + n, at + count) for n in range(count))
+    yield from ((at + a, at + b) for a, b in group.order)
+
+
+def _without(slots: Sequence[EdgeGap], rules: CutRules) -> list[Issue]:
+    """Return the reason why there are no common lines, if they were asked for."""
+    if not rules.common_lines:
+        return []
+    if slots:
+        return _apart(slots, rules)
+    return [Issue("L616", _no_common_lines(least_length(rules), rules), "", Severity.NOTE)]
+
+
+def _no_common_lines(least: float, rules: CutRules) -> str:
+    if rules.half <= 0.0:
+        return (
+            f"no common lines: without compensation, parts share only edges that coincide over {least:.3g} mm or more"
+        )
+    return (
+        f"no common lines: no two parts have straight edges one kerf of {rules.kerf:.4g} mm apart, within {GAP:g} mm, "
+        f"that face each other over {least:.3g} mm or more"
+    )
+
+
+def _apart(slots: Sequence[EdgeGap], rules: CutRules) -> list[Issue]:
+    """Return the note on edges that could be common lines and are cut separately."""
+    if not slots or rules.half <= 0.0:  # edges that coincide: `doubled_edges` reports them
+        return []
+    (x, y), (u, v) = slots[0].begin, slots[0].end
+    words = f"{math.fsum(s.length for s in slots):.6g} mm of edges one kerf apart are cut separately: no line "
+    words += "between them can start in the scrap and cut without crossing another"
+    return [Issue("L617", words, f"at ({(x + u) / 2:.5g}, {(y + v) / 2:.5g})", Severity.NOTE)]
+
+
+def _issues(slots: Sequence[EdgeGap], groups: Sequence[CommonCutGroup], rules: CutRules) -> list[Issue]:
+    lines = [line for g in groups for line in g.lines]
+    length = math.fsum(line.shared for line in lines)
+    parts = sum(len(g.members) for g in groups)
+    words = f"{length:.6g} mm of edges of {parts} parts are cut once for two parts, in {count_of(len(lines), 'line')}"
+    found = [Issue("L616", words, "", Severity.NOTE)]
+    of = {k: n for n, g in enumerate(groups) for k in g.members}
+    left = [s for s in slots if of.get(s.parts[0], -1) != of.get(s.parts[1], -2)]
+    return [*found, *_apart(left, rules)]
+
+
+# -- groups ----------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class CommonLine:
     """A common line through `points`; both its ends lie in the middle of other kerfs.
 
-    `shared` mm of it lie between two parts. `inlets` are the lead-ins with which it can begin at either end; None: it
-    cannot begin there. `parts` are positions of contours.
+    `shared` is its length between two parts, mm. `inlets` are its possible lead-ins at either end; None if it cannot
+    start there. `parts` are positions of contours.
     """
 
     points: tuple[Point, ...]
@@ -83,9 +266,9 @@ class CommonCutGroup:
     parts
         Their numbers.
     shape, path
-        The edge of the parts with the rooms between them, and the path of the torch around it.
+        The edge of the parts with the gaps between them, and the path of the torch around it.
     lines
-        In an order in which they can be cut; `order` has the pairs (before, after) that matter.
+        In an order in which they can be cut; `order` has the required pairs (before, after).
     """
 
     members: frozenset[int]
@@ -97,19 +280,19 @@ class CommonCutGroup:
 
 
 class Grouper:
-    """Makes groups, or says that parts make none."""
+    """Builds groups of parts."""
 
-    def __init__(self, contours: list[CutContour], slots: Sequence[EdgeGap], scrap: Scrap, rules: CutRules) -> None:
-        self.contours, self.slots, self.scrap, self.rules = contours, slots, scrap, rules
+    def __init__(self, contours: list[CutContour], slots: Sequence[EdgeGap], scrap: Scrap) -> None:
+        self.contours, self.slots, self.scrap, self.rules = contours, slots, scrap, scrap.rules
         owners = {k for s in slots for k in s.parts}
-        self.metal = {k: shapely.Polygon(contours[k].source.contour.path.flattened(FLATNESS)) for k in owners}
-        self.round = {k: any(s.is_arc for s in contours[k].source.contour.path.segments()) for k in owners}
+        self.metal = {k: shapely.Polygon(contours[k].source.path.flattened(FLATNESS)) for k in owners}
+        self.round = {k: any(s.is_arc for s in contours[k].source.path.segments()) for k in owners}
         self.rooms = [_room(self._up_to_bends(s)) for s in slots]
         self.middles = np.array([shapely.LineString(s.points) for s in slots], dtype=object)
         self.follows = list(self._in_line())
 
     def group(self, members: frozenset[int]) -> CommonCutGroup | None:
-        """Return the group of some parts; None where not all of it could be cut."""
+        """Return the group of some parts; None if not all of it can be cut."""
         inside = [n for n, s in enumerate(self.slots) if set(s.parts) <= members]
         shape = self._shape(members, inside)
         if shape is None:
@@ -139,12 +322,12 @@ class Grouper:
     # -- the path around ---------------------------------------------------------------------------------------------
 
     def _shape(self, members: frozenset[int], inside: Sequence[int]) -> Polyline | None:
-        """Return the edge of the parts with the rooms between them; None where scrap is locked in."""
+        """Return the edge of the parts with the gaps between them; None if scrap is enclosed."""
         whole: Any = shapely.union_all([*(self.metal[k] for k in sorted(members)), *(self.rooms[n] for n in inside)])
         if whole.geom_type != "Polygon":
             return None
         for hole in whole.interiors:
-            # Where four corners meet, a square of a kerf's width is left, which the lines cut away.
+            # Where four corners meet, a square as wide as the kerf is left, which the lines cut away.
             if not shapely.Polygon(hole).buffer(-(self.rules.half + ROUNDING)).is_empty:
                 return None
         ring: Any = shapely.Polygon(whole.exterior).simplify(0.1 * MEET)
@@ -163,7 +346,7 @@ class Grouper:
         return _straightened(rings[0] if rings[0].area > 0.0 else rings[0].reversed())
 
     def _covers(self, lines: Any, members: frozenset[int]) -> bool:
-        """Return whether all of every part's path is cut but arcs round sharp corners, and nothing nearer to a part."""
+        """Return whether the path of each part is cut, except arcs around sharp corners, and nothing nearer to it."""
         half = self.rules.half
         near = lines.buffer(ROUNDING)
         for k in members:
@@ -176,9 +359,9 @@ class Grouper:
         return True
 
     def _up_to_bends(self, slot: EdgeGap) -> EdgeGap:
-        """Return a room without half a kerf at each end from which both edges go on in bends.
+        """Return a gap without half a kerf at each end after which both edges bend.
 
-        The path around a group, half a kerf beside it, then comes to where the paths of the two parts meet.
+        The path around a group, half a kerf beside it, then leads to where the paths of the two parts meet.
         """
         half = self.rules.half
         along = (np.array(slot.end) - np.array(slot.begin)) / slot.length
@@ -193,7 +376,7 @@ class Grouper:
     # -- the lines between -------------------------------------------------------------------------------------------
 
     def _in_line(self) -> Iterator[tuple[int, int]]:
-        """Yield pairs of rooms that follow each other on one line, no more than a kerf between them."""
+        """Yield pairs of gaps on one line with at most a kerf between them."""
         if not len(self.middles):
             return
         reach = 2.0 * self.rules.half + 2.0 * GAP
@@ -206,7 +389,7 @@ class Grouper:
                     yield int(i), int(j)
 
     def _in_one(self, inside: Sequence[int]) -> list[list[int]]:
-        """Return the rooms in lists, each on one line without a break."""
+        """Return the gaps in lists, each on one line without interruption."""
         own = set(inside)
         lists = {n: [n] for n in inside}
         for i, j in self.follows:
@@ -217,14 +400,18 @@ class Grouper:
         return list({id(x): x for x in lists.values()}.values())
 
     def _merged(self, own: Sequence[int]) -> tuple[Point, ...]:
-        """Return the points of the line along rooms that follow each other."""
+        """Return the points of the line along consecutive gaps."""
         if self.slots[own[0]].between:
             return self.slots[own[0]].points
         ends = [p for n in own for p in (self.slots[n].begin, self.slots[n].end)]
-        return max(itertools.combinations(ends, 2), key=lambda pair: math.dist(*pair)) if len(ends) < 40 else _far(ends)
+        return (
+            max(itertools.combinations(ends, 2), key=lambda pair: math.dist(*pair))
+            if len(ends) < 40
+            else (min(ends), max(ends))
+        )
 
     def _to_kerfs(self, lines: list[tuple[Point, ...]], around: Any) -> list[tuple[Point, ...]] | None:
-        """Return lines made longer to the middle of the next kerf at both ends; None where there is none."""
+        """Return lines extended to the middle of the next kerf at both ends; None if there is none."""
         drawn = [shapely.LineString(line) for line in lines]
         found = []
         for number, line in enumerate(lines):
@@ -239,7 +426,7 @@ class Grouper:
         return found
 
     def _met(self, origin: Point, end: Point, kerfs: Any) -> Point | None:
-        """Return where a line, going on beyond its end, comes into the middle of a kerf."""
+        """Return where the extension of a line reaches the middle of a kerf."""
         along = (np.array(end) - np.array(origin)) / math.dist(origin, end)
         ray = shapely.LineString([end, np.array(end) + (REACH * self.rules.half + MEET) * along])
         hits = ray.intersection(kerfs)
@@ -249,7 +436,7 @@ class Grouper:
         return x, y
 
     def _corner(self, origin: Point, end: Point, others: Sequence[tuple[Point, ...]]) -> Point | None:
-        """Return where a line and another one meet if both go on beyond their ends: in an inner corner of a part."""
+        """Return where the extensions of two lines meet: in an inner corner of a part."""
         reach = REACH * self.rules.half + MEET
         u, v = end[0] - origin[0], end[1] - origin[1]
         for line in others:
@@ -266,7 +453,7 @@ class Grouper:
         return None
 
     def _bent(self, lines: list[CommonLine], members: frozenset[int], around: Any) -> list[CommonLine]:
-        """Return the lines; one that can begin at neither end goes on from another that ends where it ends.
+        """Return the lines; one that cannot start at either end continues another that shares an end with it.
 
         No third line may meet them there: its kerf would be crossed.
         """
@@ -286,12 +473,8 @@ class Grouper:
         first = one.points if _meet(one.points[-1], other.ends) else one.points[::-1]
         then = other.points if _meet(first[-1], other.ends[:1]) else other.points[::-1]
         points = (*first, *then[1:])
-        inlets = (
-            self._inlet(points[0], points[1], members, around, False),
-            self._inlet(points[-1], points[-2], members, around, True),
-        )
         parts = tuple(sorted({*one.parts, *other.parts}))
-        return CommonLine(points, one.shared + other.shared, parts, inlets)
+        return CommonLine(points, one.shared + other.shared, parts, self._inlets(points, members, around))
 
     def _line(
         self, points: tuple[Point, ...], inside: Sequence[int], members: frozenset[int], around: Any
@@ -299,17 +482,19 @@ class Grouper:
         line = shapely.LineString(points)
         near = [n for n in inside if shapely.dwithin(line, self.middles[n], GAP)]
         along = {n: self.middles[n].intersection(line.buffer(2.0 * GAP, cap_style="flat")).length for n in near}
-        # Of a room across only a kerf's width lies along the line.
+        # Of a gap across the line, only the width of a kerf lies along it.
         shared = {n: length for n, length in along.items() if length > 0.1 * self.rules.kerf + 8.0 * GAP}
-        inlets = (
-            self._inlet(points[0], points[1], members, around, False),
-            self._inlet(points[-1], points[-2], members, around, True),
-        )
         parts = tuple(sorted({k for n in shared for k in self.slots[n].parts}))
-        return CommonLine(points, math.fsum(shared.values()), parts, inlets)
+        return CommonLine(points, math.fsum(shared.values()), parts, self._inlets(points, members, around))
+
+    def _inlets(
+        self, points: tuple[Point, ...], members: frozenset[int], around: Any
+    ) -> tuple[Lead | None, Lead | None]:
+        first = self._inlet(points[0], points[1], members, around, False)
+        return first, self._inlet(points[-1], points[-2], members, around, True)
 
     def _inlet(self, here: Point, to: Point, members: frozenset[int], around: Any, backward: bool) -> Lead | None:
-        """Return the lead-in with which a line can begin at one end; None where it cannot begin there."""
+        """Return the lead-in of a line at one end; None if it cannot start there."""
         if shapely.distance(around, shapely.Point(here)) > 2.0 * MEET:
             return None
         wanted = self.rules.lead_in
@@ -328,7 +513,7 @@ class Grouper:
         return None
 
     def _has_room(self, lead: np.ndarray, members: frozenset[int], around: Any, splash: float) -> bool:
-        """Return whether a lead-in, float64[2, 2], comes straight from outside the group through scrap that is free."""
+        """Return whether a lead-in, float64[2, 2], comes straight from outside the group through free scrap."""
         kerf = self.rules.kerf
         owners = [self.contours[k] for k in members]
         if not self.scrap.free([shapely.LineString(lead)], *owners)[0]:
@@ -336,25 +521,25 @@ class Grouper:
         count = max(math.ceil(math.dist(*lead) / (0.25 * kerf)), 2)
         shares = np.linspace(0.0, 1.0, count + 1)[:, None]
         places = lead[1] + shares * (lead[0] - lead[1])
-        # Room is found for parts a little smaller than they are; along a part that would be too near.
+        # The parts of the scrap are shrunk a little; along a part that would be too near.
         if not self.scrap.clear(places, self.rules.half + ROUNDING + SMALLER - 1.5 * MEET).all():
             return False
         apart = shapely.distance(shapely.points(places), around)
-        # From the path around the group on it only comes farther away, until the kerfs are apart.
+        # Outwards from the path around the group, the distance grows until the kerfs are apart.
         leaves = np.all((np.diff(apart) > 0.0) | (apart[1:] >= kerf)) and apart[-1] >= 0.5 * kerf
         return bool(leaves) and bool(self.scrap.clear(lead[:1], splash)[0])
 
 
 def _about_corner(piece: Any, contour: CutContour, half: float) -> bool:
-    """Return whether a piece of a path is the arc about a sharp corner of what is drawn."""
-    drawn = contour.source.contour.path
+    """Return whether a piece of a path is the arc around a sharp drawn corner."""
+    drawn = contour.source.path
     corners: Any = shapely.points(drawn.vertices[np.abs(corner_turns(drawn)) > SHARP, :2])
     points: Any = shapely.points(shapely.get_coordinates(piece))
     return any(bool(np.all(np.abs(shapely.distance(corner, points) - half) < ROUNDING)) for corner in corners)
 
 
 def _straightened(path: Polyline) -> Polyline:
-    """Return a path whose arcs that are straight but for rounding are lines: no controller takes their radius."""
+    """Return a path with lines for arcs that are straight except for rounding: no controller accepts their radius."""
     rows = path.vertices.copy()
     chords = np.hypot(*(np.roll(rows, -1, axis=0) - rows)[:, :2].T)
     bulge = np.abs(rows[:, 2])
@@ -363,7 +548,7 @@ def _straightened(path: Polyline) -> Polyline:
 
 
 def _room(slot: EdgeGap) -> Any:
-    """Return the room between two edges as a shapely polygon that reaches a little into both parts."""
+    """Return the gap between two edges as a shapely polygon that reaches a little into both parts."""
     reach = 0.5 * slot.width + 0.5 * GAP
     if slot.between:
         return shapely.LineString(slot.points).buffer(reach, cap_style="flat")
@@ -372,14 +557,8 @@ def _room(slot: EdgeGap) -> Any:
     return shapely.Polygon([begin - side, end - side, end + side, begin + side])
 
 
-def _far(ends: Sequence[Point]) -> tuple[Point, Point]:
-    """Return the two that are farthest apart of points on one line."""
-    low, high = min(ends), max(ends)
-    return low, high
-
-
 def _uncrossed(lines: Sequence[tuple[Point, ...]], half: float) -> list[tuple[Point, ...]]:
-    """Return lines of which none crosses another: a shorter one ends at a longer one, and goes on beyond it."""
+    """Return lines that do not cross: a shorter one ends at a longer one, and continues beyond it."""
     placed: list[tuple[Point, ...]] = []
     for line in sorted(lines, key=lambda line: (-round(shapely.LineString(line).length, 3), line)):
         whole = shapely.LineString(line)

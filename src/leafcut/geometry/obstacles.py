@@ -1,0 +1,229 @@
+"""Obstacles in the plane: which moves cross them, and the shortest paths around them.
+
+    map = ObstacleMap({0: part, 1: other}, walls={-1: clamp})
+    map.path_around(a, b, {0}, radius=4.0)
+
+`shortest_path` is Dijkstra's algorithm. `ObstacleMap` builds visibility graphs of polygons for it, `zones.way_round` of
+rectangles.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from shapely.geometry.polygon import orient
+
+from leafcut.geometry.arrays import Point, Points
+
+#: A move that reaches no deeper over a polygon does not cross it, mm: moves that start at its edge leave along it.
+DEPTH = 0.1
+#: Distance of paths from corners, mm (an estimate: more would not fit between near polygons); added to a radius.
+MARGIN, BESIDE = 1.0, 0.02
+#: Tolerance of the distance of paths from polygons, mm.
+SLACK = 0.01
+#: Maximum number of corners for a path, and of rounds that add the polygons that it meets.
+MOST_CORNERS, MOST_ROUNDS = 120, 3
+
+#: Identifies places of a graph: the number of a polygon, or a point and whether the path starts or ends there.
+_Key: TypeAlias = int | tuple[Point, bool]
+#: Places for corners of paths, float64[n, 2], mm: the corners of a polygon, or a single point.
+_Nodes: TypeAlias = tuple[_Key, Points]
+
+
+def shortest_path(n: int, lengths: Callable[[int], NDArray[np.float64]], start: int, end: int) -> list[int] | None:
+    """Return the nodes of the shortest path in a graph of `n` nodes, or None.
+
+    `lengths` returns the distances of a node from all nodes, float64[n], infinite without an edge.
+    """
+    best, last, queue = np.full(n, np.inf), dict[int, int](), [(0.0, start)]
+    best[start] = 0.0
+    while queue:
+        so_far, here = heapq.heappop(queue)
+        if here == end:
+            path = [end]
+            while path[-1] != start:
+                path.append(last[path[-1]])
+            return path[::-1]
+        if so_far > best[here]:
+            continue
+        totals = so_far + lengths(here)
+        for there in np.flatnonzero(totals < best).tolist():
+            best[there], last[there] = totals[there], here
+            heapq.heappush(queue, (float(totals[there]), there))
+    return None
+
+
+class ObstacleMap:
+    """Polygons that a head keeps away from by its radius if they stand, and walls that its middle never crosses.
+
+    Results for a move are kept for other sets of standing polygons.
+    """
+
+    def __init__(self, polygons: Mapping[int, Any], walls: Mapping[int, Any]) -> None:
+        self.shapes = {**polygons, **walls}
+        self._numbers = [*self.shapes]
+        self._walls = frozenset(walls)
+        inner = [shape.buffer(-DEPTH) for shape in self.shapes.values()]
+        self._inner: Any = shapely.STRtree(np.array(inner, dtype=object))
+        self._whole: Any = shapely.STRtree(np.array([*polygons.values()], dtype=object))
+        self._corners: dict[tuple[int, float], Points] = {}
+        self._crossed: dict[tuple[Point, Point], frozenset[int]] = {}
+        self._met: dict[tuple[Point, Point, float], frozenset[int]] = {}
+        self._between: dict[tuple[_Key, _Key, float], NDArray[np.int64]] = {}
+        # Paths by their ends and radius: the polygons that influenced one, those of them that stood, and its corners.
+        self._paths: dict[
+            tuple[Point, Point, float], list[tuple[frozenset[int], frozenset[int], list[Point] | None]]
+        ] = {}
+
+    def crossed(self, a: Point, b: Point) -> frozenset[int]:
+        """Return the polygons, without walls, that a straight move crosses, standing or not."""
+        if (a, b) not in self._crossed:
+            hit = self._inner.query(shapely.LineString([a, b]), predicate="intersects")
+            self._crossed[a, b] = frozenset(self._numbers[k] for k in hit.tolist()) - self._walls
+        return self._crossed[a, b]
+
+    def met(self, a: Point, b: Point, radius: float) -> frozenset[int]:
+        """Return the polygons, standing or not, that a straight move crosses or approaches within a radius."""
+        if (a, b, radius) not in self._met:
+            _, near = self._approached(np.array([[a, b]]), np.array([[True, True]]), radius)
+            self._met[a, b, radius] = self.crossed(a, b) | {self._numbers[k] for k in near.tolist()}
+        return self._met[a, b, radius]
+
+    def path_around(self, a: Point, b: Point, standing: set[int], radius: float) -> list[Point] | None:
+        """Return the corners of a short path, or None.
+
+        It keeps a radius from standing polygons, except within that radius of its ends, and crosses no wall.
+        """
+        known = self._paths.setdefault((a, b, radius), [])
+        for seen, stood, corners in known:
+            if seen & standing == stood:
+                return corners
+        influence = set[int]()
+        found = self._sought(a, b, standing, radius, influence)
+        known.append((frozenset(influence), frozenset(influence & standing), found))
+        return found
+
+    def _sought(self, a: Point, b: Point, standing: set[int], radius: float, seen: set[int]) -> list[Point] | None:
+        """Find the result of `path_around`; add the polygons that influence it to `seen`."""
+        met = self.met(a, b, radius) if radius > 0.0 else self.crossed(a, b)
+        seen |= met
+        blocking = set(met & standing)
+        away = [*self._steps_away(a, standing, radius, seen), *self._steps_away(b, standing, radius, seen)]
+        ends: list[_Nodes] = [((point, k < 2), np.array([point])) for k, point in enumerate([a, b, *away])]
+        for _ in range(MOST_ROUNDS):
+            nodes = [*ends, *((n, self._around(n, radius)) for n in sorted(blocking))]
+            if sum(len(places) for _, places in nodes) > MOST_CORNERS:
+                return None
+            path, hit = self._shortest(nodes, standing | self._walls, radius, seen)
+            if path is not None:
+                return path[1:-1]
+            if hit <= blocking:
+                return None
+            blocking |= hit
+        return None
+
+    def _steps_away(self, place: Point, standing: set[int], radius: float, seen: set[int]) -> list[Point]:
+        """Return places straight away from each standing polygon near a place, at its radius."""
+        point, away = shapely.Point(place), list[Point]()
+        for k in self._whole.query(point, predicate="dwithin", distance=radius).tolist() if radius > 0.0 else ():
+            number = self._numbers[k]
+            x, y = shapely.get_coordinates(shapely.shortest_line(self.shapes[number], point))[0]
+            far = math.hypot(place[0] - x, place[1] - y)
+            seen.add(number)
+            if number in standing and far > 0.0:
+                out = (radius + BESIDE) / far
+                away.append((float(x + out * (place[0] - x)), float(y + out * (place[1] - y))))
+        return away
+
+    def _approached(
+        self, lines: NDArray[np.float64], ends: NDArray[np.bool_], radius: float
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return pairs of a line, of float64[n, 2, 2], and a polygon that it approaches within a radius.
+
+        Within that radius of an end of the whole path (bool[n, 2]) a line may come nearer.
+        """
+        step = lines[:, 1] - lines[:, 0]
+        length = np.maximum(np.hypot(*step.T), 1e-12)
+        low, high = np.where(ends[:, 0], radius / length, 0.0), np.where(ends[:, 1], 1.0 - radius / length, 1.0)
+        some = np.flatnonzero((low < high) & (radius > 0.0))
+        begin, end = lines[:, 0] + low[:, None] * step, lines[:, 0] + high[:, None] * step
+        cut = shapely.linestrings(np.stack([begin, end], axis=1)[some])
+        at, what = self._whole.query(cut, predicate="dwithin", distance=max(radius - SLACK, 0.0))
+        return some[at], what
+
+    def _around(self, number: int, radius: float) -> Points:
+        """Return the outward corners of a polygon, float64[k, 2], at `MARGIN` or at the radius of the head."""
+        beside = max(MARGIN, radius + BESIDE)
+        if (number, beside) not in self._corners:
+            shape = self.shapes[number].simplify(0.25 * MARGIN)
+            grown = shape.buffer(beside, join_style="mitre", mitre_limit=2.0)
+            ring = shapely.get_coordinates(orient(grown).exterior)[:-1]
+            one, other = ring - np.roll(ring, 1, axis=0), np.roll(ring, -1, axis=0) - ring
+            self._corners[number, beside] = ring[one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0] > 0.0]
+        return self._corners[number, beside]
+
+    def _met_between(self, nodes: Sequence[_Nodes], radius: float) -> NDArray[np.int64]:
+        """Return the polygons that straight lines between nodes cross or approach, as rows (place, place, polygon).
+
+        The result does not depend on the standing polygons, and hardly on the ends of the path: it is computed once.
+        """
+        pairs = [(i, j) for i in range(len(nodes)) for j in range(i, len(nodes))]
+        keys = [(nodes[i][0], nodes[j][0], radius) for i, j in pairs]
+        new = [pair for pair, key in zip(pairs, keys, strict=True) if key not in self._between]
+        if new:
+            of = [_pairs(len(nodes[i][1]), len(nodes[j][1]), i == j) for i, j in new]
+            lines = [
+                np.stack([nodes[i][1][one], nodes[j][1][other]], axis=1)
+                for (i, j), (one, other) in zip(new, of, strict=True)
+            ]
+            is_end = [not isinstance(key, int) and key[1] for key, _ in nodes]
+            ends = np.repeat([(is_end[i], is_end[j]) for i, j in new], [len(some) for some in lines], axis=0)
+            which, what = self._in_the_way(np.concatenate(lines), ends, radius)
+            rows = np.vstack([np.concatenate(of, axis=1)[:, which], what]).T
+            splits = np.searchsorted(which, np.cumsum([len(some) for some in lines])[:-1])
+            for (i, j), some in zip(new, np.split(rows, splits), strict=True):
+                self._between[nodes[i][0], nodes[j][0], radius] = some
+        first = np.cumsum([0, *(len(places) for _, places in nodes)])
+        found = [self._between[key] for key in keys]
+        shift = np.zeros((len(pairs), 3), dtype=np.int64)
+        shift[:, :2] = first[np.array(pairs)]
+        return np.concatenate(found) + np.repeat(shift, [len(some) for some in found], axis=0)
+
+    def _in_the_way(
+        self, lines: NDArray[np.float64], ends: NDArray[np.bool_], radius: float
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return pairs, in the order of the lines, of a line and a polygon that it crosses or approaches."""
+        at, what = self._inner.query(shapely.linestrings(lines), predicate="intersects")
+        near, by = self._approached(lines, ends, radius)
+        which, parts = np.concatenate([at, near]), np.concatenate([what, by])
+        order = np.argsort(which, kind="stable")
+        return which[order], parts[order]
+
+    def _shortest(
+        self, nodes: Sequence[_Nodes], standing: set[int], radius: float, seen: set[int]
+    ) -> tuple[list[Point] | None, set[int]]:
+        """Return the shortest path from the first node to the second along clear lines, and the obstacles of others."""
+        places = np.concatenate([of for _, of in nodes])
+        length = np.hypot(*(places[:, None] - places[None, :]).transpose(2, 0, 1))
+        one, other, what = self._met_between(nodes, radius).T
+        numbers = {k: self._numbers[k] for k in np.flatnonzero(np.bincount(what)).tolist()}
+        seen.update(numbers.values())
+        stands = np.zeros(len(self._numbers), dtype=bool)
+        stands[[k for k, number in numbers.items() if number in standing]] = True
+        at = stands[what]
+        length[one[at], other[at]] = length[other[at], one[at]] = math.inf
+        path = shortest_path(len(length), length.__getitem__, 0, 1)
+        if path is None:
+            return None, standing.intersection(numbers.values())
+        return [(float(x), float(y)) for x, y in places[path].tolist()], set()
+
+
+def _pairs(n: int, m: int, same: bool) -> NDArray[np.int64]:
+    """Return all pairs of n places and m others, or of two different places of the same n: int64[2, k]."""
+    return np.array(np.triu_indices(n, 1) if same else np.indices((n, m)).reshape(2, -1))

@@ -1,0 +1,593 @@
+"""Chains: several closed cuts with one pierce, with bridges between them on which the torch stays on.
+
+A bridge is straight and runs through the scrap. Two contours can be bridged if they border on the same scrap: two
+outlines directly on the sheet or directly in the same hole, or an outline and the hole around it, which comes last and
+detaches the scrap. A bridge leaves one kerf at once, comes to the other, and meets no part, no clamp and no third kerf.
+
+The sequence of the contours, and the places where each starts, are a routing problem: a cluster is a contour, a node a
+place on it. A move costs a bridge, or the time to rise, travel and pierce again. For the order found, the places are
+chosen again, so that bridges that meet are far enough apart; of bridges that cross, the better one stays. In the order
+of all cuts, a chain is one cluster.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from leafcut.errors import PlanError
+from leafcut.geometry.arrays import Indices, Mask, Point, Points
+from leafcut.model.cutting import CutChoice, PlanFile
+from leafcut.model.problem import Metric, RoutingProblem
+from leafcut.processes.sheet.plan.contours import ROUNDING, CutContour, apart_along
+from leafcut.processes.sheet.plan.cutting import Cutting
+from leafcut.processes.sheet.plan.leads import NO_LEAD, as_lines
+from leafcut.processes.sheet.plan.scrap import Scrap
+from leafcut.processes.sheet.plan.starts import (
+    CutStart,
+    edge_starts,
+    fitting_lead_out,
+    leads_to_try,
+    starts_of,
+    starts_with_leads,
+)
+
+#: Number of sampled places of a contour, and of its nearest neighbours that are tried.
+SAMPLES, NEIGHBOURS = 160, 8
+#: Maximum number of places of a contour and of all together; distance below which places are one, mm.
+PLACES, MOST_PLACES, SAME_PLACE = 16, 3000, 1.0
+#: Distance in kerfs within which a bridge leaves the kerf of its contour.
+LEAVES_WITHIN = 3.0
+#: Minimum angle between two bridges that meet on a contour, rad: the sliver between them must not melt.
+LEAST_ANGLE = math.radians(40.0)
+#: Maximum number of contours of a chain, and of a search.
+MOST_CONTOURS, BLOCK = 12, 400
+#: Places along a contour with a smaller distance are the same, mm.
+SAME = 0.01
+#: Maximum number of starts of a chain.
+MOST_STARTS = 4
+#: Number of places that are tried if the room of a contour has changed.
+NEW_PLACES = 16
+
+#: Steps of a chain: a bridge ends at the entry of each, the next one starts at its exit.
+Chain = tuple[CutStart, ...]
+#: Both ends of a bridge.
+Bridge = tuple[Point, Point]
+
+
+@dataclass(frozen=True, eq=False)
+class Bridges:
+    """Places of contours, and the bridges between them, in columns.
+
+    Attributes
+    ----------
+    contour
+        Position in the list of contours, int64[n].
+    at
+        Along its path, float64[n], mm.
+    arrive, leave
+        Where a bridge ends, and where the next one starts, float64[n, 2], mm.
+    begin, end
+        Places that a bridge joins, int64[m].
+    length
+        Of each bridge, float64[m], mm.
+    saving
+        Time that a bridge saves, s, by its places; only of those that save time.
+    """
+
+    contour: Indices
+    at: NDArray[np.float64]
+    arrive: Points
+    leave: Points
+    begin: Indices = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    end: Indices = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    length: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    saving: dict[tuple[int, int], float] = field(default_factory=dict)
+
+    def step(self, cutting: Cutting, n: int) -> CutStart:
+        """Return a place as a step of a chain."""
+        return chain_step(cutting, int(self.contour[n]), float(self.at[n]))
+
+
+# -- the search ------------------------------------------------------------------------------------------------------
+
+
+def chain_blocks(cutting: Cutting, bands: Sequence[Sequence[int]], taken: Sequence[Chain] = ()) -> list[list[int]]:
+    """Return the contours that can be in a chain, in blocks of neighbours that are small enough for one search.
+
+    These are closed contours without small holes, contours of the chains `taken`, and contours that a plan file fixes.
+    A block lies within one of `bands` (`cutting.bands`), like each chain.
+    """
+    held = {k for pair in cutting.order for k in pair} | set(cutting.fixed)
+    held |= {step.contour for chain in taken for step in chain}
+    blocks: list[list[int]] = []
+    for band in bands:
+        own = [k for k in band if k not in held and cutting.contours[k].has_leads and not cutting.contours[k].is_small]
+        own.sort(key=lambda k: cutting.contours[k].path.extents[0])
+        count = max(math.ceil(len(own) / BLOCK), 1)
+        blocks += [own[len(own) * n // count : len(own) * (n + 1) // count] for n in range(count)]
+    return [block for block in blocks if len(block) > 1]
+
+
+def chain_problem(
+    cutting: Cutting, members: Sequence[int], overhead: float, rapid: float
+) -> tuple[RoutingProblem, Bridges] | None:
+    """Return the problem of the chains of a block (`chain_blocks`), and its bridges; None if no bridge saves time.
+
+    Parameters
+    ----------
+    overhead
+        Time to lower and raise the head at each cut, s.
+    rapid
+        Velocity of rapids, mm/s.
+    """
+    rules, feed = cutting.rules, cutting.rules.data.feed
+    # Time of a pierce with its leads, without travel.
+    single = rules.data.pierce_delay + overhead + (rules.lead_in.length + rules.lead_out.length) / feed
+    # A bridge of length d costs d / feed; a pierce costs the rapid of about d, too.
+    reach = single / max(1.0 / feed - 1.0 / rapid, 1e-9)
+    found = find_bridges(cutting.contours, members, cutting.scrap, reach)
+    saving = {
+        (a, b): single + length / rapid - length / feed
+        for a, b, length in zip(found.begin.tolist(), found.end.tolist(), found.length.tolist(), strict=True)
+    }
+    saving = {pair: s for pair, s in saving.items() if s > 0.0}
+    if not saving:
+        return None
+    step = found.arrive[None] - found.leave[:, None]
+    costs = single + np.hypot(step[..., 0], step[..., 1]) / rapid
+    for (a, b), saved in saving.items():
+        costs[a, b] -= saved
+    _, cluster = np.unique(found.contour, return_inverse=True)
+    service, metric = np.zeros(len(found.contour)), Metric("EXPLICIT", matrix=costs)
+    problem = RoutingProblem(found.arrive, found.leave, cluster.astype(np.int32), service, metric)
+    return problem, replace(found, saving=saving)
+
+
+def chains_of(cutting: Cutting, bridges: Bridges, nodes: Sequence[int], before: Sequence[Chain] = ()) -> list[Chain]:
+    """Return the chains in a solution, without the bridges that conflict with others, or with the chains `before`."""
+    nodes = _best_places(bridges, [int(bridges.contour[n]) for n in nodes])
+    taken = [(a, b) for a, b in itertools.pairwise(nodes) if (a, b) in bridges.saving]
+    step = {n: bridges.step(cutting, n) for n in nodes}
+    kept: list[tuple[int, int]] = []
+    planned = [(a.exit, b.entry) for chain in before for a, b in itertools.pairwise(chain)]
+    for pair in sorted(taken, key=lambda p: (-bridges.saving[p], p)):
+        bridge = (step[pair[0]].exit, step[pair[1]].entry)
+        others = [*planned, *((step[a].exit, step[b].entry) for a, b in kept)]
+        if all(_go_together(bridge, other, cutting.rules.kerf) for other in others):
+            kept.append(pair)
+    runs = (run for whole in _runs(nodes, set(kept)) for run in _short_enough(whole))
+    return [tuple(step[n] for n in run) for run in runs if len(run) > 1]
+
+
+def chain_step(cutting: Cutting, contour: int, at: float, clockwise: bool | None = None) -> CutStart:
+    """Return a place as a step of a chain, by default in the direction of the rules."""
+    c = cutting.contours[contour]
+    way = c.directions[0] if clockwise is None else clockwise
+    return CutStart(contour, at, way, c.path.point_at(at), c.path.point_at(left_at(c, at, way)))
+
+
+def _best_places(bridges: Bridges, order: Sequence[int]) -> list[int]:
+    """Return the place of each contour, in a given order, so that bridges save most and none meet too sharply.
+
+    Exact, by dynamic programming over the place and the bridge that led to it.
+    """
+    out: dict[int, list[int]] = {}
+    for a, b in bridges.saving:
+        out.setdefault(a, []).append(b)
+    at = {k: np.flatnonzero(bridges.contour == k).tolist() for k in order}
+    State = tuple[int, int]  # place, and the place at the other end of its bridge; -1 for none
+    best: dict[State, float] = {(p, -1): 0.0 for p in at[order[0]]}
+    came: list[dict[State, State]] = []
+    for k in order[1:]:
+        last = max(best, key=lambda s: best[s])
+        after: dict[State, float] = {(q, -1): best[last] for q in at[k]}
+        back: dict[State, State] = dict.fromkeys(after, last)
+        inside = set(at[k])
+        for (p, before), value in best.items():
+            for q in out.get(p, ()):
+                if q not in inside or (before >= 0 and not _meet(bridges, before, p, q)):
+                    continue
+                if value + bridges.saving[p, q] > after.get((q, p), -math.inf):
+                    after[q, p] = value + bridges.saving[p, q]
+                    back[q, p] = (p, before)
+        came.append(back)
+        best = after
+    path = [max(best, key=lambda s: best[s])]
+    for back in reversed(came):
+        path.append(back[path[-1]])
+    return [place for place, _ in reversed(path)]
+
+
+def _meet(bridges: Bridges, before: int, place: int, after: int) -> bool:
+    """Return whether the bridges to a place and from it are far enough apart."""
+    came = _towards(bridges.arrive[place].tolist(), bridges.leave[before].tolist())
+    goes = _towards(bridges.leave[place].tolist(), bridges.arrive[after].tolist())
+    return _angle(came, goes) >= LEAST_ANGLE
+
+
+def _go_together(one: Bridge, other: Bridge, kerf: float) -> bool:
+    """Return whether the kerfs of two bridges keep apart, or only meet where a contour is left and reached."""
+    if one[0] == other[1] or one[1] == other[0]:
+        meet, p, q = (one[0], one[1], other[0]) if one[0] == other[1] else (one[1], one[0], other[1])
+        return _angle(_towards(meet, p), _towards(meet, q)) >= LEAST_ANGLE
+    away: float = shapely.distance(shapely.LineString(one), shapely.LineString(other))
+    return away >= kerf - ROUNDING
+
+
+def _towards(a: Sequence[float], b: Sequence[float]) -> Point:
+    length = max(math.dist(a, b), 1e-9)
+    return (b[0] - a[0]) / length, (b[1] - a[1]) / length
+
+
+def _angle(a: Point, b: Point) -> float:
+    return math.acos(max(-1.0, min(1.0, a[0] * b[0] + a[1] * b[1])))
+
+
+def _runs(nodes: Sequence[int], kept: set[tuple[int, int]]) -> Iterable[list[int]]:
+    """Yield the stretches of a path that bridges hold together."""
+    run = [nodes[0]]
+    for a, b in itertools.pairwise(nodes):
+        if (a, b) not in kept:
+            yield run
+            run = []
+        run.append(b)
+    yield run
+
+
+def _short_enough(run: list[int]) -> Iterable[list[int]]:
+    """Yield a run in parts of at most `MOST_CONTOURS`, about equally long."""
+    parts = math.ceil(len(run) / MOST_CONTOURS)
+    for k in range(parts):
+        yield run[len(run) * k // parts : len(run) * (k + 1) // parts]
+
+
+# -- bridges ---------------------------------------------------------------------------------------------------------
+
+
+def scrap_of(contour: CutContour) -> int:
+    """Return the scrap along a contour: the index of the hole around it, -1 for the sheet.
+
+    A notch that the kerf of its outline closes is a scrap of its own: -2 less the index of the outline.
+    """
+    if contour.hole:
+        return contour.index
+    return -2 - contour.notch_of if contour.notch_of >= 0 else contour.source.parent
+
+
+def left_at(contour: CutContour, at: float, clockwise: bool) -> float:
+    """Return where along its path a contour of a chain is left, mm: at its start, or a joint before it."""
+    return at + (contour.closing_joint if clockwise else -contour.closing_joint)
+
+
+def joins(contours: list[CutContour], pair: tuple[int, int], ends: Bridge, scrap: Scrap) -> bool:
+    """Return whether two contours border on the same scrap and a bridge between `ends` has room."""
+    one, other = (contours[k] for k in pair)
+    if one.hole or pair[0] == pair[1] or scrap_of(one) != scrap_of(other):
+        return False
+    return bool(_fit_between(np.array([ends]), one, other, scrap)[0])
+
+
+def find_bridges(contours: list[CutContour], members: Sequence[int], scrap: Scrap, reach: float) -> Bridges:
+    """Return all bridges between some contours (positions in `contours`) that are shorter than `reach` mm."""
+    pairs = _neighbours(contours, members, reach)
+    places = _places(contours, pairs, reach)
+    begin, end = _near(places, pairs, reach)
+    step = places.arrive[end] - places.leave[begin]
+    length = np.hypot(*step.T) if len(step) else np.zeros(0)
+    lines = np.stack([places.leave[begin], places.arrive[end]], axis=1).reshape(-1, 2, 2)
+    fits = np.zeros(len(lines), dtype=bool)
+    groups: dict[tuple[int, int], list[int]] = {}
+    for k, pair in enumerate(zip(places.contour[begin].tolist(), places.contour[end].tolist(), strict=True)):
+        groups.setdefault(pair, []).append(k)
+    for (a, b), group in groups.items():
+        fits[group] = _fit_between(lines[group], contours[a], contours[b], scrap)
+    return replace(places, begin=begin[fits], end=end[fits], length=length[fits])
+
+
+def _fit_between(lines: NDArray[np.float64], one: CutContour, other: CutContour, scrap: Scrap) -> Mask:
+    """Return which bridges from one contour to another (float64[n, 2, 2]) lie in scrap, bool[n]."""
+    ok = leaves_at_once(lines, one.line, scrap.rules.kerf)
+    ok &= leaves_at_once(lines[:, ::-1], other.line, scrap.rules.kerf)
+    if ok.any():
+        ok[ok] = scrap.free(as_lines(lines[ok]), one, other)
+    return ok
+
+
+def leaves_at_once(lines: NDArray[np.float64], kerf_line: Any, kerf: float) -> Mask:
+    """Return which straight lines (float64[n, 2, 2]) that start on a kerf leave it at once and stay away, bool[n].
+
+    `kerf_line` is the path of the middle of that kerf, a shapely line.
+    """
+    step = lines[:, 1] - lines[:, 0]
+    length = np.hypot(*step.T)
+    share = np.minimum(LEAVES_WITHIN * kerf / np.maximum(length, 1e-9), 1.0)
+    rest = np.stack([lines[:, 0] + share[:, None] * step, lines[:, 1]], axis=1)
+    away: NDArray[np.float64] = shapely.distance(as_lines(rest), kerf_line)
+    # GEOS takes a rest without length for no line, and for near to nothing.
+    short = share >= 1.0
+    away[short] = shapely.distance(shapely.points(lines[short, 1]), kerf_line)
+    stays: Mask = away >= kerf - ROUNDING
+    return stays
+
+
+def _neighbours(contours: list[CutContour], members: Sequence[int], reach: float) -> list[tuple[int, int]]:
+    """Return pairs of contours along the same scrap, the nearest of each; in both orders, but never from a hole."""
+    lines = np.array([contours[k].line for k in members], dtype=object)
+    if not len(lines):
+        return []
+    a, b = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=reach)
+    side = np.array([scrap_of(contours[k]) for k in members])
+    keep = (a != b) & (side[a] == side[b])
+    a, b = a[keep], b[keep]
+    away = shapely.distance(lines[a], lines[b])
+    rank = np.lexsort((away, a))
+    chosen: set[tuple[int, int]] = set()
+    count: dict[int, int] = {}
+    for k in rank.tolist():
+        one, other = members[int(a[k])], members[int(b[k])]
+        count[one] = count.get(one, 0) + 1
+        if count[one] <= NEIGHBOURS:
+            chosen |= {(one, other), (other, one)}
+    return sorted((one, other) for one, other in chosen if not contours[one].hole)
+
+
+def _places(contours: list[CutContour], pairs: Sequence[tuple[int, int]], reach: float) -> Bridges:
+    """Return places that are near to a neighbour, or to two of them at once, and the places opposite of these."""
+    near: dict[int, list[int]] = {}
+    for one, other in pairs:
+        near.setdefault(one, []).append(other)
+        near.setdefault(other, []).append(one)
+    wanted: dict[int, dict[float, float]] = {k: {} for k in near}
+    for k, neighbours in near.items():
+        contour, others = contours[k], sorted(set(neighbours))
+        at = _samples(contour)
+        points = shapely.points([contour.path.point_at(a) for a in at])
+        away = np.array([shapely.distance(points, contours[o].line) for o in others])
+        for i, j in itertools.combinations_with_replacement(range(len(others)), 2):
+            for best, total in _between(away[i], away[j], reach):
+                # A place between two neighbours counts as much as two places beside one.
+                _want(wanted[k], float(at[best]), total * (0.5 if i != j else 0.25))
+                for o in {others[i], others[j]}:
+                    share = float(shapely.line_locate_point(contours[o].line, points[best], normalized=True))
+                    _want(wanted[o], share * contours[o].path.length, total)
+    most = max(2, min(PLACES, MOST_PLACES // max(len(wanted), 1)))
+    rows = [(k, at) for k in sorted(wanted) for at in _spread(contours[k], wanted[k], most)]
+    arrive = [contours[k].path.point_at(at) for k, at in rows]
+    leave = [contours[k].path.point_at(left_at(contours[k], at, contours[k].directions[0])) for k, at in rows]
+    return Bridges(
+        np.array([k for k, _ in rows], dtype=np.int64),
+        np.array([at for _, at in rows], dtype=np.float64),
+        np.array(arrive, dtype=np.float64).reshape(-1, 2),
+        np.array(leave, dtype=np.float64).reshape(-1, 2),
+    )
+
+
+def _between(one: NDArray[np.float64], other: NDArray[np.float64], reach: float) -> set[tuple[int, float]]:
+    """Return the places with the least sum of distances to two neighbours, and with the least larger one, and the sums.
+
+    `one` and `other` are the distances of the places to the neighbours, mm.
+    """
+    total, farther = one + other, np.maximum(one, other)
+    if not (farther < reach).any():
+        return set()
+    # Of equal sums, the place half-way: it sees both.
+    best = int(np.lexsort((farther, np.round(np.where(farther < reach, total, np.inf), 1)))[0])
+    return {(k, float(total[k])) for k in (best, int(np.argmin(farther)))}
+
+
+def _samples(contour: CutContour) -> NDArray[np.float64]:
+    """Return evenly spaced places along a contour, and the ends of its segments, mm."""
+    length = contour.path.length
+    even = (np.arange(SAMPLES) + 0.5) * length / SAMPLES
+    meet = np.cumsum(contour.path.lengths)[:-1][:SAMPLES]
+    at = np.unique(np.concatenate([even, meet]))
+    kept = [a for a in at.tolist() if not contour.in_loop(a)]
+    return np.array(kept or at.tolist())
+
+
+def _want(wanted: dict[float, float], at: float, away: float) -> None:
+    wanted[at] = min(away, wanted.get(at, np.inf))
+
+
+def _spread(contour: CutContour, wanted: dict[float, float], most: int) -> list[float]:
+    """Return the places nearest to neighbours, sorted, with a minimum distance from each other."""
+    kept: list[float] = []
+    for at in sorted(wanted, key=lambda a: (wanted[a], a)):
+        if contour.in_loop(at) or any(apart_along(at, b, contour.path.length) < SAME_PLACE for b in kept):
+            continue
+        kept.append(at)
+        if len(kept) == most:
+            break
+    return sorted(kept)
+
+
+def _near(places: Bridges, pairs: Sequence[tuple[int, int]], reach: float) -> tuple[Indices, Indices]:
+    """Return pairs of places of neighbouring contours that are nearer than `reach`."""
+    of: dict[int, Indices] = {int(k): np.flatnonzero(places.contour == k) for k in np.unique(places.contour)}
+    begin, end = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
+    for one, other in pairs:
+        a, b = of.get(one), of.get(other)
+        if a is None or b is None:
+            continue
+        step = places.leave[a][:, None] - places.arrive[b][None]
+        i, j = np.nonzero(np.hypot(step[..., 0], step[..., 1]) < reach)
+        begin.append(a[i])
+        end.append(b[j])
+    return np.concatenate(begin), np.concatenate(end)
+
+
+# -- chains of a plan file -------------------------------------------------------------------------------------------
+
+
+def planned_chains(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -> list[Chain]:
+    """Return the chains that a plan file fixes; with `everything` all of its chains.
+
+    Raises
+    ------
+    PlanError
+        A bridge of the plan has no room: names the cut.
+    """
+    position = {c.index: k for k, c in enumerate(cutting.contours)}
+    chains: list[list[CutStart]] = []
+    if plan.cuts and plan.cuts[0].bridge and (everything or "bridge" in plan.cuts[0].fixed):
+        raise PlanError(f"{plan.source}: cut 1: there is no cut before it to bridge from")
+    for number, (before, choice) in enumerate(itertools.pairwise(plan.cuts), 2):
+        if not choice.bridge or not (everything or "bridge" in choice.fixed):
+            continue
+        a, b = (_planned_step(cutting, position, c) for c in (before, choice))
+        if (
+            a is None
+            or b is None
+            or not joins(cutting.contours, (a.contour, b.contour), (a.exit, b.entry), cutting.scrap)
+        ):
+            raise PlanError(f"{plan.source}: cut {number}: there is no path through the scrap from the cut before it")
+        if chains and chains[-1][-1].contour == a.contour:
+            chains[-1].append(b)
+        else:
+            chains.append([a, b])
+    return [tuple(chain) for chain in chains]
+
+
+def _planned_step(cutting: Cutting, position: dict[int, int], choice: CutChoice) -> CutStart | None:
+    k = position.get(choice.contours[0], -1)
+    if k < 0 or choice.start is None or not cutting.contours[k].has_leads:
+        return None
+    contour = cutting.contours[k]
+    share = float(shapely.line_locate_point(contour.line, shapely.Point(*choice.start), normalized=True))
+    way = {"clockwise": True, "counter-clockwise": False}.get(choice.direction)
+    return chain_step(cutting, k, share * contour.path.length, way)
+
+
+# -- starts of chains ------------------------------------------------------------------------------------------------
+
+
+def with_chains(cutting: Cutting, chains: Sequence[Chain]) -> Cutting:
+    """Return the cutting with chains as starts of their first contours; other cuts keep away from the bridges.
+
+    A bridge that leaves no room for a lead is removed.
+    """
+    chains = list(chains)
+    while chains:
+        scrap = _bridged(cutting, chains)
+        starts: dict[int, list[CutStart]] = {}
+        for number, chain in enumerate(chains):
+            own = chain_starts(cutting, chain, scrap) or chain_starts(cutting, _reversed(cutting, chain), scrap)
+            if not own:
+                chains[number : number + 1] = [chain[1:]] if len(chain) > 2 else []
+                break
+            starts[own[0].contour] = own
+        else:
+            members = {step.contour for chain in chains for step in chain}
+            stuck = _singles(cutting, scrap, members, starts)
+            if stuck is None:
+                return replace(cutting, scrap=scrap, starts=[s for k in sorted(starts) for s in starts[k]])
+            chains = _without_nearest(cutting, chains, stuck)
+    return cutting
+
+
+def _bridged(cutting: Cutting, chains: Sequence[Chain]) -> Scrap:
+    pairs = [pair for chain in chains for pair in itertools.pairwise(chain)]
+    lines = shapely.linestrings(np.array([[a.exit, b.entry] for a, b in pairs]))
+    index = [[cutting.contours[k].index for k in (a.contour, b.contour)] for a, b in pairs]
+    return cutting.scrap.with_bridges(lines, np.array(index, dtype=np.int64))
+
+
+def _reversed(cutting: Cutting, chain: Chain) -> Chain:
+    """Return a chain reversed; unchanged if it ends with a hole, or if a contour is not left where it was reached."""
+    if cutting.contours[chain[-1].contour].hole or any(step.entry != step.exit for step in chain):
+        return chain
+    return chain[::-1]
+
+
+def _singles(cutting: Cutting, scrap: Scrap, members: set[int], starts: dict[int, list[CutStart]]) -> int | None:
+    """Add the starts of all other contours to `starts`; return the first contour that has none any more."""
+    for k in range(len(cutting.contours)):
+        if k not in members:
+            starts[k] = _starts_beside(cutting, k, scrap)
+            if not starts[k] and cutting.by_contour[k]:
+                return k
+    return None
+
+
+def _starts_beside(cutting: Cutting, number: int, scrap: Scrap) -> list[CutStart]:
+    """Return the starts of a contour that is in no chain whose leads keep away from all bridges."""
+    contour, own = cutting.contours[number], cutting.starts_of([number])
+    if contour.kind != "cut":
+        return own
+
+    def free(start: CutStart) -> bool:
+        lines = cutting.lead_lines(start)
+        return not lines or bool(scrap.free(lines, contour, leaves_sheet=not start.pierce).all())
+
+    return [s for s in own if free(s)] or starts_of(number, contour, scrap, NEW_PLACES)
+
+
+def _without_nearest(cutting: Cutting, chains: Sequence[Chain], stuck: int) -> list[Chain]:
+    """Return the chains without the bridge that is nearest to a contour."""
+    line = cutting.contours[stuck].line
+    at = [(n, i) for n, chain in enumerate(chains) for i in range(len(chain) - 1)]
+    away = [shapely.distance(line, shapely.LineString([chains[n][i].exit, chains[n][i + 1].entry])) for n, i in at]
+    number, i = at[int(np.argmin(away))]
+    parts = [chains[number][: i + 1], chains[number][i + 1 :]]
+    return [*chains[:number], *(p for p in parts if len(p) > 1), *chains[number + 1 :]]
+
+
+def chain_starts(cutting: Cutting, chain: Chain, scrap: Scrap) -> list[CutStart]:
+    """Return the starts of a chain with a lead-in clear of its bridges; none if none has room."""
+    contours, kerf = cutting.contours, cutting.rules.kerf
+    bridges = [shapely.LineString([a.exit, b.entry]) for a, b in itertools.pairwise(chain)]
+    head, last = chain[0], _ended(contours[chain[-1].contour], chain[-1], scrap, bridges[-1])
+    contour, found = contours[head.contour], []
+    begun = cutting.starts_of([head.contour]) if head.contour in cutting.fixed else _begun(contour, head, scrap)
+    for first in begun:
+        if abs(first.at - head.at) > SAME or first.clockwise != head.clockwise:
+            continue
+        lead = contour.lead_points(first.lead_in, first.at, first.clockwise)
+        if len(lead) < 2 or not first.pierce or clear_of(lead[::-1], bridges[0], kerf):
+            found.append(replace(first, exit=last.exit, lead_out=NO_LEAD, then=(*chain[1:-1], last)))
+    return found[:MOST_STARTS]
+
+
+def _begun(contour: CutContour, step: CutStart, scrap: Scrap) -> list[CutStart]:
+    """Return the starts of a contour at one place, with every lead that has room there."""
+    rules = contour.rules
+    if rules.edge_start:
+        return [s for s in edge_starts(step.contour, contour, scrap, [step.at]) if s.clockwise == step.clockwise]
+    if rules.lead_in.style == "none":
+        return [step]
+    found: list[CutStart] = []
+    for splash in (True, False) if rules.kerf > 0.0 else (False,):
+        for lead in leads_to_try(contour):
+            found += starts_with_leads(step.contour, contour, scrap, [(step.at, step.clockwise)], [lead], splash)
+        if len(found) >= MOST_STARTS:
+            break
+    return list(dict.fromkeys(found))
+
+
+def _ended(contour: CutContour, step: CutStart, scrap: Scrap, bridge: Any) -> CutStart:
+    """Return the last step of a chain with the longest lead-out that has room beside its bridge."""
+    end, wanted = contour.end_of(step.at, step.clockwise), contour.lead_out
+    for share in (1.0, 0.5, 0.25) if wanted.style != "none" else ():
+        lead = replace(wanted, length=share * wanted.length)
+        out, leave = fitting_lead_out(contour, scrap, (step.at, step.clockwise), lead)
+        points = contour.lead_points(out, end, step.clockwise, out=True)
+        if out.style != "none" and clear_of(points, bridge, contour.rules.kerf):
+            return replace(step, exit=leave, lead_out=out)
+    return replace(step, exit=contour.path.point_at(end), lead_out=NO_LEAD)
+
+
+def clear_of(lead: Points, bridge: Any, kerf: float) -> bool:
+    """Return whether a lead, float64[k, 2] from its contour on, leaves the kerf of a bridge and stays away from it."""
+    line = shapely.LineString(lead)
+    count = max(math.ceil(line.length / max(0.25 * kerf, 0.01)), 2)
+    points = shapely.line_interpolate_point(line, np.linspace(0.0, line.length, count + 1))
+    apart = shapely.distance(points, bridge) >= kerf - ROUNDING
+    return bool((apart | ~np.maximum.accumulate(apart)).all() and apart[-1])

@@ -1,1 +1,0 @@
-"""Chains: several closed cuts with one pierce, joined by bridges through the scrap."""

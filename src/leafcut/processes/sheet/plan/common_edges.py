@@ -1,0 +1,261 @@
+"""Edges of two parts that one cut can make: edges a kerf apart, and edges that coincide without compensation."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from graphlib import CycleError, TopologicalSorter
+from typing import Any
+
+import numpy as np
+import shapely
+from shapely.ops import substring
+
+from leafcut.errors import PlanError
+from leafcut.geometry.arrays import Point
+from leafcut.model.issue import Issue
+from leafcut.processes.sheet.plan.contours import CutContour
+from leafcut.processes.sheet.plan.cut_rules import CutRules
+from leafcut.processes.sheet.plan.starts import CutStart
+
+#: Tolerance of the distance of edges that are a kerf apart, mm: half of it for either part.
+GAP = 0.02
+#: Minimum length over which edges face each other for a cut of their own, in kerfs and in mm.
+LEAST_KERFS, LEAST = 4.0, 2.0
+#: Tolerance of edges that coincide, mm: chords of the same arc differ by less.
+SAME_EDGE = 0.01
+#: Points of a bent edge that are nearer to its ends are rounding, mm.
+LEAST_STEP = 0.02
+#: Edges that coincide over less only cross or touch, mm.
+CROSSING = 0.2
+#: A contour that another cut follows over this share of its length is cut twice.
+MOST = 0.5
+
+
+@dataclass(frozen=True)
+class EdgeGap:
+    """The gap between two edges.
+
+    Attributes
+    ----------
+    parts
+        Positions of the two contours, the lesser first.
+    begin, end
+        Of its middle, mm, over the length along which the edges face each other.
+    width, normal
+        mm, and the unit vector across.
+    between
+        Points of its middle between `begin` and `end`: chords of a bent edge, which has `width` 0 and no `normal`.
+    """
+
+    parts: tuple[int, int]
+    begin: Point
+    end: Point
+    width: float
+    normal: Point
+    between: tuple[Point, ...] = ()
+
+    @property
+    def points(self) -> tuple[Point, ...]:
+        """All points, from begin to end."""
+        return self.begin, *self.between, self.end
+
+    @property
+    def length(self) -> float:
+        """Length of the middle, mm."""
+        return math.fsum(math.dist(a, b) for a, b in itertools.pairwise(self.points))
+
+
+def facing_edges(contours: Sequence[CutContour], rules: CutRules) -> list[EdgeGap]:
+    """Return the gaps between straight edges of outlines that are one compensated kerf apart.
+
+    The outlines border on the same scrap: the sheet, or the same hole. Without compensation also bent edges that
+    coincide: arcs of the same circle, and polylines with the same corners.
+    """
+    owner, ends = [], []
+    for k, c in enumerate(contours):
+        if not c.has_leads or c.hole:
+            continue
+        path = c.source.path
+        path = path if path.area >= 0.0 else path.reversed()
+        own = [s for s in path.segments() if not s.is_arc]
+        ends += [(s.start, s.end) for s in own]
+        owner += [k] * len(own)
+    if not ends:
+        return [] if rules.half > 0.0 else sorted(_with_bent([], contours), key=lambda s: (s.parts, s.begin))
+    table = np.array(ends, dtype=np.float64)
+    lines: Any = shapely.linestrings(table)
+    gap = 2.0 * rules.half
+    first, second = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=gap + GAP)
+    found = []
+    for i, j in zip(first.tolist(), second.tolist(), strict=True):
+        a, b = owner[i], owner[j]
+        if a < b and contours[a].source.parent == contours[b].source.parent:
+            slot = _slot((a, b), table[i], table[j], gap, least_length(rules))
+            if slot is not None:
+                found.append(slot)
+    found = found if rules.half > 0.0 else _with_bent(found, contours)
+    return sorted(found, key=lambda s: (s.parts, s.begin))
+
+
+def _with_bent(straight: list[EdgeGap], contours: Sequence[CutContour]) -> list[EdgeGap]:
+    """Return gaps between edges that coincide; one gap for each such edge that straight gaps do not cover."""
+    own = [k for k, c in enumerate(contours) if c.has_leads and not c.hole]
+    lines: Any = np.array([contours[k].line for k in own], dtype=object)
+    found = list(straight)
+    for i, j in shapely.STRtree(lines).query(lines, predicate="dwithin", distance=SAME_EDGE).T.tolist():
+        one, other = contours[own[i]], contours[own[j]]
+        if i >= j or one.source.parent != other.source.parent:
+            continue
+        parts = (own[i], own[j])
+        shared = lines[i].intersection(lines[j].buffer(SAME_EDGE, cap_style="flat"))
+        rooms = [s for s in found if s.parts == parts]
+        known = shapely.union_all([shapely.LineString(s.points) for s in rooms]).buffer(2.0 * SAME_EDGE)
+        corners = shapely.points(np.concatenate([one.path.vertices, other.path.vertices])[:, :2])
+        pieces = [p for p in shapely.get_parts(shared) if p.geom_type == "LineString"]
+        for piece in shapely.get_parts(shapely.line_merge(shapely.multilinestrings(pieces))) if pieces else ():
+            points = _between_corners(piece, corners)
+            if len(points) < 3 or shapely.LineString(points).difference(known).length < LEAST:
+                continue
+            near = piece.buffer(2.0 * SAME_EDGE)
+            found = [s for s in found if s.parts != parts or not near.covers(shapely.LineString(s.points))]
+            found.append(EdgeGap(parts, points[0], points[-1], 0.0, (0.0, 0.0), points[1:-1]))
+    return found
+
+
+def _between_corners(piece: Any, corners: Any) -> tuple[Point, ...]:
+    """Return the points of a shared edge, from its first to its last drawn corner.
+
+    Beyond these the outlines diverge, but may stay within `SAME_EDGE` for a while.
+    """
+    on = corners[shapely.dwithin(corners, piece, 2.0 * SAME_EDGE)]
+    if len(on) < 2:
+        return ()
+    at = shapely.line_locate_point(piece, on)
+    first, last = int(np.argmin(at)), int(np.argmax(at))
+    points = shapely.get_coordinates(substring(piece, float(at[first]), float(at[last]))).tolist()
+    ends = shapely.get_coordinates(on[[first, last]]).tolist()
+    inner = [p for p in points[1:-1] if min(math.dist(p, end) for end in ends) > LEAST_STEP]
+    return tuple((float(x), float(y)) for x, y in (ends[0], *inner, ends[1]))
+
+
+def least_length(rules: CutRules) -> float:
+    """Return the minimum length over which the edges of a common line face each other, mm."""
+    return LEAST if rules.half <= 0.0 else max(LEAST_KERFS * rules.kerf, LEAST)
+
+
+def _slot(parts: tuple[int, int], one: np.ndarray, other: np.ndarray, gap: float, least: float) -> EdgeGap | None:
+    """Return the gap between two edges, float64[2, 2] each; None if they do not face each other at that distance.
+
+    Outlines run counter-clockwise: the scrap is to the right of an edge, and a facing edge runs in the other direction.
+    """
+    length = float(np.hypot(*(one[1] - one[0])))
+    along = (one[1] - one[0]) / length
+    across = np.array([along[1], -along[0]])
+    at, away = (other - one[0]) @ along, (other - one[0]) @ across
+    if at[0] <= at[1] or np.abs(away - gap).max() > GAP:
+        return None
+    low, high = max(0.0, float(at[1])), min(length, float(at[0]))
+    if high - low < least:
+        return None
+    width = float(away.mean())
+    begin, end = (one[0] + t * along + 0.5 * width * across for t in (low, high))
+    return EdgeGap(
+        parts,
+        (float(begin[0]), float(begin[1])),
+        (float(end[0]), float(end[1])),
+        width,
+        (float(across[0]), float(across[1])),
+    )
+
+
+# -- edges that are cut twice -----------------------------------------------------------------------------------------
+
+
+def doubled_edges(contours: Sequence[CutContour], rules: CutRules) -> list[Issue]:
+    """Return the warning on edges that coincide and are cut twice; a kerf apart, that is usual without common lines.
+
+    Raises
+    ------
+    PlanError
+        More than half of the path of a contour is that of another: it would be cut twice.
+    """
+    cut = [c for c in contours if c.has_leads]
+    lines: Any = np.array([c.line for c in cut], dtype=object)
+    lengths, places = [], []
+    for a, b in shapely.STRtree(lines).query(lines, predicate="dwithin", distance=SAME_EDGE).T.tolist():
+        if a >= b or (cut[a].group and cut[a].group == cut[b].group):
+            continue
+        shared = lines[a].intersection(lines[b].buffer(SAME_EDGE, cap_style="flat"))
+        if shared.length <= CROSSING:
+            continue
+        x, y = shapely.get_coordinates(shared)[0].tolist()
+        short = min((a, b), key=lambda k: lines[k].length)
+        if not (cut[a].group or cut[b].group) and shared.length > MOST * lines[short].length:
+            raise PlanError(_refusal(cut[short].name(), cut[a + b - short].name(), shared.length, rules))
+        lengths.append(shared.length)
+        places.append(f"({x:.5g}, {y:.5g})")
+    if not lengths or rules.half > 0.0:
+        return []
+    words = (
+        f"{math.fsum(lengths):.6g} mm of edges that coincide are cut twice: only edges whose line can start in the "
+        "scrap are cut once, without options that rule out common lines"
+    )
+    return [Issue("L617", words, f"at {', '.join(places[:3])}" + (" …" if len(places) > 3 else ""))]
+
+
+def pierced_first(
+    contours: Sequence[CutContour], starts: Sequence[CutStart], pairs: Iterable[tuple[int, int]], rules: CutRules
+) -> list[tuple[int, int]]:
+    """Return pairs (before, after) that leave metal to pierce for contours whose starts all lie on other contours.
+
+    `pairs` is the precedence so far.
+    """
+    burnt: Any = np.array([c.line if c.kind == "cut" else shapely.LineString() for c in contours], dtype=object)
+    pierced = [s for s in starts if s.pierce and contours[s.contour].kind == "cut"]
+    points: Any = shapely.points(np.array([s.entry for s in pierced]).reshape(-1, 2))
+    covered: list[set[int]] = [set() for _ in pierced]
+    for n, k in shapely.STRtree(burnt).query(points, predicate="dwithin", distance=0.5 * rules.kerf).T.tolist():
+        if k != pierced[n].contour:
+            covered[n].add(k)
+    choices: dict[int, list[tuple[int, ...]]] = {}
+    for start, others in zip(pierced, covered, strict=True):
+        choices.setdefault(start.contour, []).append(tuple(sorted(others)))
+    kept, found = set(pairs), list[tuple[int, int]]()
+    for k, sets in choices.items():
+        if () in sets:
+            continue
+        for first in sorted(set(sets), key=lambda ks: (len(ks), ks)):
+            added = [(k, other) for other in first]
+            if has_order({*kept, *added}):
+                kept.update(added)
+                found += added
+                break
+    return found
+
+
+def has_order(pairs: Iterable[tuple[int, int]]) -> bool:
+    """Return whether some order keeps all pairs (before, after)."""
+    sorter: TopologicalSorter[int] = TopologicalSorter()
+    for before, after in pairs:
+        sorter.add(after, before)
+    try:
+        sorter.prepare()
+    except CycleError:
+        return False
+    return True
+
+
+def _refusal(one: str, other: str, length: float, rules: CutRules) -> str:
+    if rules.half > 0.0:
+        return (
+            f"{one} is one kerf away from {other} over {length:.4g} mm, more than half of its length, and would be cut "
+            "twice: move the parts apart; --common-lines cuts such edges once if their line can start in the scrap"
+        )
+    return (
+        f"{one} coincides with {other} over {length:.4g} mm, more than half of its length, and would be cut twice: "
+        "move the parts apart; only edges whose line can start in the scrap are cut once, without options that rule "
+        "out common lines"
+    )

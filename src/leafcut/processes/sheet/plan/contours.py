@@ -1,0 +1,423 @@
+"""The contours of a sheet with the path of the kerf: half a kerf beside the drawn contour, on the side of the scrap."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import shapely
+
+from leafcut.errors import PlanError
+from leafcut.geometry.arrays import Point, Points
+from leafcut.geometry.offset import offset
+from leafcut.geometry.polyline import Polyline
+from leafcut.model.contour import Contour
+from leafcut.model.cutting import Lead
+from leafcut.model.issue import Issue, MissingWork
+from leafcut.model.kinds import CutMethod
+from leafcut.model.sheet import Sheet
+from leafcut.processes.sheet.plan.cut_rules import NARROWEST_HOLE, CutRules
+from leafcut.processes.sheet.plan.leads import FLATNESS, NO_LEAD, lead_path, lead_shape, placed
+
+#: Tolerance of offset paths, mm.
+OFFSET_TOLERANCE = 0.01
+#: Tolerance of distances, mm.
+ROUNDING = 0.03
+#: Smaller uncut areas are rounding, mm².
+SMALL = 0.01
+#: A drawn corner turns by more than this, rad.
+CORNER = math.radians(30.0)
+#: Minimum distance of a start from a loop around a corner, mm.
+BESIDE_LOOP = 1.0
+#: The direction at a place is the mean of those this far before and after it, mm: at a corner the bisector.
+AROUND = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class CutContour:
+    """A contour that is cut or marked, with the path of the kerf and the rules for it.
+
+    Attributes
+    ----------
+    index
+        In `Sheet.contours`.
+    source
+        The drawn contour.
+    path
+        Path of the middle of the kerf, counter-clockwise if closed.
+    line
+        The path in chords, a shapely line.
+    hole
+        Whether the part is outside and the scrap inside.
+    diameter
+        Of the circle of equal area, mm; 0 for an open contour.
+    rules
+        Those of the sheet; without compensation by the controller if that has no room for its lead here.
+    corners
+        Places of the drawn corners along the path, mm.
+    loops
+        (from, to) along the path: loops around corners, mm.
+    covers
+        Indices of the outlines that it cuts in whole or in part, if parts have common lines; else empty.
+    group
+        Number of its group of parts with common lines, from 1; 0 for none.
+    common
+        Of a common line: length that is an edge of two parts, mm; else 0.
+    inlets
+        Of an open cut: its lead-in at either end; None if it cannot start there.
+    pinched
+        Of an outline: the rings in its notches that the kerf does not reach, because their mouths are narrower.
+    notch_of
+        Index of the outline whose cut detaches the scrap around this contour: it lies in a notch with a mouth that the
+        kerf closes; -1 for none.
+    """
+
+    index: int
+    source: Contour
+    path: Polyline
+    line: Any
+    hole: bool
+    diameter: float
+    rules: CutRules
+    corners: tuple[float, ...] = ()
+    loops: tuple[tuple[float, float], ...] = ()
+    covers: tuple[int, ...] = ()
+    group: int = 0
+    common: float = 0.0
+    inlets: tuple[Lead | None, Lead | None] = (NO_LEAD, NO_LEAD)
+    pinched: tuple[Polyline, ...] = ()
+    notch_of: int = -1
+
+    @property
+    def indices(self) -> tuple[int, ...]:
+        """Indices in `Sheet.contours` of all contours that it cuts."""
+        return self.covers or (self.index,)
+
+    @property
+    def kind(self) -> str:
+        """``cut`` or ``mark``."""
+        return self.source.kind
+
+    @property
+    def has_leads(self) -> bool:
+        """Whether it is closed and cut: one of its sides is scrap."""
+        return self.path.closed and self.kind == "cut"
+
+    @property
+    def is_small(self) -> bool:
+        """Whether the rules of small holes hold."""
+        return self.hole and self.has_leads and self.diameter < self.rules.small_hole
+
+    @property
+    def feed(self) -> float:
+        """Cutting or marking speed, mm/s."""
+        return self.rules.feed_of(self.kind, small=self.is_small)
+
+    @property
+    def joints(self) -> int:
+        """Number of micro-joints that it should have."""
+        return self.rules.joints if self.has_leads and not self.hole and not self.is_small else 0
+
+    @property
+    def closing_joint(self) -> float:
+        """Length that stays uncut at the end, mm; the round ends of the kerf take half a kerf each."""
+        if not self.joints or self.rules.kind == CutMethod.LASER:
+            return 0.0
+        return min(self.rules.joint_width + self.rules.kerf, 0.25 * self.path.length)
+
+    @property
+    def overcut(self) -> float:
+        """Length that is cut past the start, mm."""
+        if not self.has_leads or (self.joints and self.rules.kind != CutMethod.LASER):
+            return 0.0
+        return self.rules.hole_overcut if self.hole else self.rules.overcut
+
+    @property
+    def lead_out(self) -> Lead:
+        """The lead-out that it should have."""
+        ends_on_contour = self.rules.torch_off_in_overcut and self.overcut > 0.0
+        ends_at_joint = self.joints and self.rules.kind != CutMethod.LASER
+        if ends_on_contour or ends_at_joint or self.is_small or (self.hole and not self.rules.hole_lead_out):
+            return NO_LEAD
+        return self.rules.lead_out
+
+    @property
+    def directions(self) -> tuple[bool, ...]:
+        """The allowed directions, each whether it is clockwise."""
+        wanted = self.rules.direction_of(self.hole)
+        return {"clockwise": (True,), "counter-clockwise": (False,), "free": (False, True)}[wanted]
+
+    def name(self) -> str:
+        """Return its name in messages."""
+        x, y = self.source.path.start
+        if self.common:
+            return f"common line of part {self.source.part} from ({x:.4g}, {y:.4g})"
+        what = "mark" if self.kind == "mark" else "hole" if self.hole else "outline" if self.path.closed else "cut"
+        part = f"part {self.source.part}: " if self.source.part else ""
+        return f"{part}{what} at ({x:.4g}, {y:.4g})"
+
+    # -- places along the path ---------------------------------------------------------------------------------------
+
+    def scrap_left(self, clockwise: bool) -> bool:
+        """Return whether the scrap is to the left of travel."""
+        return self.hole != clockwise
+
+    def travel_at(self, at: float, clockwise: bool) -> Point:
+        """Return the direction of travel at a place, unit vector; at a corner the bisector."""
+        (x0, y0), (x1, y1) = self.path.direction_at(at - AROUND), self.path.direction_at(at + AROUND)
+        x, y = x0 + x1, y0 + y1
+        length = math.hypot(x, y)
+        if length < 1e-9:
+            (x, y), length = (x1, y1), 1.0
+        sign = -1.0 if clockwise else 1.0
+        return sign * x / length, sign * y / length
+
+    def end_of(self, at: float, clockwise: bool) -> float:
+        """Return the place along the path at which a cut that starts at `at` leaves it, mm."""
+        past = self.overcut - self.closing_joint
+        return at - past if clockwise else at + past
+
+    def is_smooth(self, at: float) -> bool:
+        """Return whether no corner is near a place, so that a controller that compensates may start there."""
+        return all(apart_along(at, corner, self.path.length) > 2.0 * self.rules.kerf for corner in self.corners)
+
+    def in_loop(self, at: float) -> bool:
+        """Return whether a place is in a loop around a corner, or so near that the joint at the end is.
+
+        The uncut rest of a contour must be on its edge: in a loop, the arc of the corner would stay uncut, too.
+        """
+        length, room = self.path.length, BESIDE_LOOP + self.closing_joint
+        return any((at - begin + room) % length <= end - begin + 2.0 * room for begin, end in self.loops)
+
+    def may_start(self, at: float) -> bool:
+        """Return whether a cut may start at a place of the path, without a look at its lead."""
+        return not self.in_loop(at) and (self.rules.compensation != "controller" or self.is_smooth(at))
+
+    def lead_points(self, lead: Lead, at: float, clockwise: bool, *, out: bool = False) -> Points:
+        """Return the points of a lead at a place in the direction of travel, float64[k, 2]."""
+        here, travel = np.array([self.path.point_at(at)]), np.array([self.travel_at(at, clockwise)])
+        points: Points = placed(lead_shape(lead), here, travel, self.scrap_left(clockwise), out)[0]
+        return points
+
+    def lead_at(self, lead: Lead, at: float, clockwise: bool, *, out: bool = False) -> Polyline | None:
+        """Return the path of a lead at a place; None for no lead."""
+        left = self.scrap_left(clockwise)
+        return lead_path(lead, self.path.point_at(at), self.travel_at(at, clockwise), left, out)
+
+
+def apart_along(a: float, b: float, length: float) -> float:
+    """Return the distance of two places along a closed path, mm."""
+    return min((a - b) % length, (b - a) % length)
+
+
+def flat_line(path: Polyline) -> Any:
+    """Return a path as a shapely line of chords."""
+    points = path.flattened(FLATNESS)
+    if len(points) < 2:
+        points = np.repeat(points, 2, axis=0)
+    return shapely.LineString(points)
+
+
+def names_of(contours: Sequence[CutContour]) -> str:
+    """Return the names of the first contours for a message."""
+    return ", ".join(c.name() for c in contours[:3]) + (" …" if len(contours) > 3 else "")
+
+
+# -- preparation -----------------------------------------------------------------------------------------------------
+
+
+def prepare_contours(sheet: Sheet, rules: CutRules) -> tuple[list[CutContour], list[Issue]]:
+    """Return the contours that can be cut, in the order of the sheet, and the issues of the others.
+
+    A hole that the kerf or its pierce does not fit into is reported and not cut. Notches of an outline whose mouths are
+    narrower than the kerf are reported; the rest of the outline is cut.
+    """
+    kept: list[CutContour] = []
+    remarks: list[tuple[str, Issue]] = []
+    chambers = [shapely.Polygon(c.path.flattened(FLATNESS)) for c in sheet.contours if c.chamber]
+    for index, source in enumerate(sheet.contours):
+        if source.kind == "sheet":
+            continue
+        contour = _prepared(index, source, rules)
+        if contour is None:
+            remarks.append(_too_narrow(index, source, rules))
+        else:
+            kept.append(contour)
+            remarks += _remarks(contour, chambers)
+    issues = _grouped(remarks)
+    if not kept:
+        raise PlanError(f"{sheet.name}: nothing is left to cut" + (f"; {issues[0].message}" if issues else ""))
+    return kept, issues
+
+
+def _prepared(index: int, source: Contour, rules: CutRules) -> CutContour | None:
+    """Return a contour with its path; None if the kerf is too wide for it."""
+    drawn = source.path
+    if source.kind != "cut" or not drawn.closed:
+        return CutContour(index, source, drawn, flat_line(drawn), False, 0.0, rules)
+    path = drawn if drawn.area >= 0.0 else drawn.reversed()
+    diameter = 2.0 * math.sqrt(abs(drawn.area) / math.pi)
+    pinched: tuple[Polyline, ...] = ()
+    if rules.half > 0.0:
+        rings = offset(path, -rules.half if source.is_hole else rules.half, OFFSET_TOLERANCE)
+        if not rings or (source.is_hole and len(rings) > 1):
+            return None
+        pinched = tuple(rings[1:])
+        path = rings[0] if rings[0].area >= 0.0 else rings[0].reversed()
+    line = flat_line(path)
+    if rules.half > 0.0 and source.is_hole and not _holds_pierce(path, line, rules):
+        return None
+    corners = corners_along(drawn, path, line)
+    return CutContour(index, source, path, line, source.is_hole, diameter, rules, corners, pinched=pinched)
+
+
+def with_notches(contours: list[CutContour], rules: CutRules) -> list[CutContour]:
+    """Return the contours with `notch_of` set: the kerf burns the edge of its outline, so it closes a mouth below two
+    kerfs."""
+    reach = 0.5 * rules.kerf + ROUNDING
+    tree: Any = shapely.STRtree(np.array([c.line for c in contours], dtype=object))
+    areas = [shapely.Polygon(c.line.coords).area if c.path.closed else 0.0 for c in contours]
+    found: dict[int, tuple[float, int]] = {}
+    for k, outline in enumerate(contours):
+        if not outline.has_leads or outline.hole:
+            continue
+        near = tree.query(outline.line.envelope.buffer(reach), predicate="contains").tolist()
+        beside = [n for n in near if n != k and contours[n].source.parent == outline.source.parent]
+        if not beside:
+            continue
+        burnt = shapely.Polygon(shapely.Polygon(outline.line.coords).buffer(reach).exterior)
+        for n in beside:
+            if burnt.area > areas[n] and burnt.contains(contours[n].line):
+                found[n] = min(found.get(n, (math.inf, -1)), (burnt.area, outline.index))
+    return [replace(c, notch_of=found[n][1]) if n in found else c for n, c in enumerate(contours)]
+
+
+def _holds_pierce(path: Polyline, line: Any, rules: CutRules) -> bool:
+    """Return whether half a kerf inside the path of a hole is a place for a pierce."""
+    if path.area > 2.0 * rules.kerf * path.length:
+        return True
+    return not shapely.Polygon(line.coords).buffer(-rules.half, quad_segs=2).is_empty
+
+
+def corners_along(drawn: Polyline, path: Polyline, line: Any) -> tuple[float, ...]:
+    """Return the places of the drawn corners along the path, mm."""
+    turns = corner_turns(drawn)
+    places = drawn.vertices[np.abs(turns) > CORNER, :2]
+    share = shapely.line_locate_point(line, shapely.points(places), normalized=True)
+    return tuple(sorted({round(float(s) * path.length, 3) % path.length for s in np.atleast_1d(share)}))
+
+
+def corner_turns(path: Polyline) -> Points:
+    """Return the turn of a closed path at the start of each segment, rad, positive to the left."""
+    turns = np.zeros(path.n_segments)
+    ends = [_tangents(path, i) for i in range(path.n_segments)]
+    for i, (begin, _) in enumerate(ends):
+        before = ends[i - 1][1]
+        cross, dot = before[0] * begin[1] - before[1] * begin[0], before[0] * begin[0] + before[1] * begin[1]
+        turns[i] = math.atan2(cross, dot)
+    return turns
+
+
+def _tangents(path: Polyline, index: int) -> tuple[Point, Point]:
+    """Return the directions at both ends of a segment: its chord, turned by half of the angle of its arc."""
+    s = path.segment(index)
+    angle = math.atan2(s.end[1] - s.start[1], s.end[0] - s.start[0])
+    half = 2.0 * math.atan(s.bulge)
+    return (math.cos(angle - half), math.sin(angle - half)), (math.cos(angle + half), math.sin(angle + half))
+
+
+# -- issues ----------------------------------------------------------------------------------------------------------
+
+
+def _remark(code: str, one: str, several: str, place: str, missing: MissingWork | None = None) -> tuple[str, Issue]:
+    """Return the issue of one contour, after the words for several contours, {n} of them."""
+    return several, Issue(code, one, place, missing=missing)
+
+
+def _grouped(remarks: list[tuple[str, Issue]]) -> list[Issue]:
+    """Return one issue for all contours with the same remark (`_remark`)."""
+    groups: dict[tuple[str, str], list[Issue]] = {}
+    for several, issue in remarks:
+        groups.setdefault((issue.code, several), []).append(issue)
+    return [own[0] if len(own) == 1 else _joined(several, own) for (_, several), own in groups.items()]
+
+
+def _joined(several: str, own: list[Issue]) -> Issue:
+    place = "; ".join(issue.place for issue in own[:3]) + (" …" if len(own) > 3 else "")
+    works = [issue.missing for issue in own if issue.missing is not None]
+    missing = None
+    if works:
+        where = tuple(point for work in works for point in work.where)
+        missing = MissingWork(works[0].what, len(works), where, tuple(path for work in works for path in work.outlines))
+    return Issue(own[0].code, several.format(n=len(own)), place, missing=missing)
+
+
+def _too_narrow(index: int, source: Contour, rules: CutRules) -> tuple[str, Issue]:
+    x, y = source.path.start
+    low_x, low_y, high_x, high_y = source.path.extents
+    size, kerf = f"{high_x - low_x:.4g} × {high_y - low_y:.4g} mm", f"{rules.kerf:.4g} mm"
+    if min(high_x - low_x, high_y - low_y) < 2.0 * rules.kerf:
+        narrow = f"narrower than two kerfs of {kerf}, with no room for a pierce: not cut"
+        words = f"a hole of {size} in part {source.part} is {narrow}"
+        several = f"{{n}} holes are {narrow}"
+    else:
+        narrow = f"a neck narrower than the kerf of {kerf}, or no room for a pierce: not cut"
+        words = f"a hole of {size} in part {source.part} has {narrow}"
+        several = f"{{n}} holes have {narrow}"
+    work = MissingWork("hole", 1, ((x, y),), (source.path,))
+    return _remark("L611", words, several, _place(index, source, x, y), work)
+
+
+def _place(index: int, source: Contour, x: float, y: float) -> str:
+    handle = f", entity {source.handle}" if source.handle else ""
+    return f"contour {index + 1} at ({x:.6g}, {y:.6g}){handle}"
+
+
+def _pinched(contour: CutContour, chambers: list[Any]) -> list[tuple[str, Issue]]:
+    """Return the uncut area of the notches of an outline; `chambers` of all outlines are cut by themselves."""
+    source, rules = contour.source, contour.rules
+    drawn = shapely.Polygon(source.path.flattened(FLATNESS))
+    closed = shapely.Polygon(contour.line.coords).buffer(-rules.half)
+    left, outlines = closed.difference(drawn), contour.pinched
+    cut = [chambers[k] for k in np.flatnonzero(shapely.covers(closed.buffer(ROUNDING), chambers))]
+    if cut:
+        reach = shapely.union_all([*cut, *(flat_line(path) for path in contour.pinched)]).buffer(ROUNDING)
+        rest = shapely.get_parts(left.difference(shapely.union_all(cut)))
+        left = shapely.union_all([part for part in rest if part.area > SMALL and part.intersects(reach)])
+        rings = [part.exterior.coords[:-1] for part in shapely.get_parts(left)]
+        outlines = tuple(Polyline.of_points(list(ring), closed=True) for ring in rings)
+    if not outlines:
+        return []
+    mouth = f"a mouth narrower than the kerf of {rules.kerf:.4g} mm"
+    words = f"a notch of part {source.part} has {mouth}: {left.area:.3g} mm² of the part's notches stay uncut"
+    several = f"{{n}} parts have notches with {mouth}, which stay uncut in whole or in part"
+    x, y = outlines[0].start
+    work = MissingWork("place", 1, ((x, y),), outlines)
+    return [_remark("L612", words, several, _place(contour.index, source, x, y), work)]
+
+
+def _remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[str, Issue]]:
+    """Return the warnings on a contour that is cut: places out of reach, a hole too small to be good."""
+    source, rules, found = contour.source, contour.rules, []
+    if contour.pinched:
+        found += _pinched(contour, chambers)
+    elif contour.has_leads and rules.half > 0.0:
+        points = source.path.flattened(max(FLATNESS, 0.1 * rules.kerf))
+        away = shapely.distance(shapely.points(points), contour.line)
+        worst = int(np.argmax(away))
+        if away[worst] > rules.half + rules.kerf:
+            left = f"{away[worst] - rules.half:.2g} mm of it stay uncut"
+            words = f"a place of part {source.part} is narrower than the kerf: {left}"
+            several = "{n} contours have a place narrower than the kerf, which stays uncut"
+            px, py = points[worst].tolist()
+            work = MissingWork("place", 1, ((px, py),))
+            found.append(_remark("L612", words, several, _place(contour.index, source, px, py), work))
+    narrowest = NARROWEST_HOLE * rules.data.thickness
+    if rules.kind == CutMethod.PLASMA and contour.hole and contour.diameter < narrowest:
+        words = f"a hole of {contour.diameter:.3g} mm, below {NARROWEST_HOLE:g} thicknesses, will be conical"
+        several = f"{{n}} holes below {narrowest:g} mm, {NARROWEST_HOLE:g} thicknesses, will be conical"
+        found.append(_remark("L615", words, several, _place(contour.index, source, *source.path.start)))
+    return found

@@ -1,0 +1,103 @@
+"""Loops at sharp outer corners: on past the corner, around in the scrap, and back on the new line at full speed.
+
+The corner becomes as sharp as the two straight cuts that cross there. Without a loop the kerf would go around it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import shapely
+
+from leafcut.geometry.arrays import Point, Points
+from leafcut.geometry.polyline import Polyline
+from leafcut.processes.sheet.plan.contours import CutContour, corner_turns, corners_along, flat_line
+from leafcut.processes.sheet.plan.cut_rules import LOOP_ANGLE
+from leafcut.processes.sheet.plan.scrap import Scrap
+
+#: Tolerance of the radius of an arc around a corner, as a share of half a kerf.
+SAME_RADIUS = 0.02
+
+
+#: A loop at a segment of a path: whether that is an arc, which the loop replaces, and its vertices (x, y, bulge).
+_Loop = tuple[bool, Points]
+
+
+def with_loops(contours: list[CutContour], scrap: Scrap) -> list[CutContour]:
+    """Return the contours with loops at those sharp corners of outlines that have room for one."""
+    rules = scrap.rules
+    outlines = [(k, c) for k, c in enumerate(contours) if c.has_leads and not c.hole]
+    loops = [(k, at, loop) for k, c in outlines for at, loop in _loops_of(c)]
+    if not loops:
+        return contours
+    lines = [flat_line(Polyline(rows)) for _, _, (_, rows) in loops]
+    fits = np.zeros(len(loops), dtype=bool)
+    apart = min(0.9 * rules.loop_length, rules.kerf)
+    for number, (k, _, (_, rows)) in enumerate(loops):
+        turn = flat_line(Polyline(np.array([rows[1], [*rows[2, :2], 0.0]])))
+        free = scrap.free([lines[number]], contours[k])[0]
+        fits[number] = free and not shapely.dwithin(turn, contours[k].line, apart)
+    pairs = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=rules.kerf)
+    for a, b in sorted(zip(*pairs.tolist(), strict=True)):
+        if a < b and fits[a]:
+            fits[b] = False
+    chosen: dict[int, dict[int, _Loop]] = {}
+    for (k, at, loop), fit in zip(loops, fits.tolist(), strict=True):
+        if fit:
+            chosen.setdefault(k, {})[at] = loop
+    return [_looped(c, chosen[k]) if k in chosen else c for k, c in enumerate(contours)]
+
+
+def _loops_of(contour: CutContour) -> Iterator[tuple[int, _Loop]]:
+    """Yield the possible loops of a counter-clockwise path: at its corners, or at its arcs around drawn corners."""
+    path, half, length = contour.path, contour.rules.half, contour.rules.loop_length
+    for at, turn in enumerate(corner_turns(path).tolist()):
+        if half == 0.0 and math.pi - LOOP_ANGLE < turn < math.pi - 0.01:
+            corner, along = path.segment(at).start, float(path.lengths[:at].sum())
+            before, after = path.direction_at(along - 1e-6), path.direction_at(along + 1e-6)
+            yield at, (False, _rows((corner, corner), before, after, 0.0, length))
+    for at in range(path.n_segments):
+        s = path.segment(at)
+        turn = 4.0 * math.atan(s.bulge)
+        around = s.is_arc and abs(s.radius - half) < SAME_RADIUS * half
+        if around and math.pi - LOOP_ANGLE < turn < math.pi - 0.01:
+            before, after = (
+                (-(p[1] - s.center[1]) / s.radius, (p[0] - s.center[0]) / s.radius) for p in (s.start, s.end)
+            )
+            yield at, (True, _rows((s.start, s.end), before, after, half, length))
+
+
+def _rows(ends: tuple[Point, Point], before: Point, after: Point, half: float, length: float) -> Points:
+    """Return the vertices of a loop: straight on by `length` past where the two lines cross, around, and back."""
+    start, end = ends
+    turn = math.atan2(before[0] * after[1] - before[1] * after[0], before[0] * after[0] + before[1] * after[1])
+    on = half * math.tan(0.5 * turn) + length
+    a = (start[0] + on * before[0], start[1] + on * before[1])
+    b = (end[0] - on * after[0], end[1] - on * after[1])
+    bulge = -math.tan(0.25 * (2.0 * math.pi - turn))
+    return np.array([[*start, 0.0], [*a, bulge], [*b, 0.0], [*end, 0.0]])
+
+
+def _looped(contour: CutContour, loops: dict[int, _Loop]) -> CutContour:
+    path = contour.path
+    rows: list[Points] = []
+    spans: list[tuple[float, float]] = []
+    length = 0.0
+    for at in range(path.n_segments):
+        if at in loops:
+            arc, loop = loops[at]
+            own = Polyline(loop).length
+            rows.append(loop[:-1])
+            spans.append((length, length + own))
+            length += own
+            if arc:
+                continue
+        rows.append(path.vertices[at : at + 1])
+        length += float(path.lengths[at])
+    whole = Polyline(np.vstack(rows), closed=True)
+    line = flat_line(whole)
+    corners = corners_along(contour.source.path, whole, line)
+    return replace(contour, path=whole, line=line, loops=tuple(spans), corners=corners)

@@ -1,0 +1,201 @@
+"""Travel moves with the head down, routed around detached parts, which may tip up and be hit.
+
+A part is detached once its outline is cut without micro-joints. A move that would cross such a part, or come nearer to
+it than the radius of the head, is routed around its corners. Within that radius of its two ends the move may come
+nearer, since both ends are fixed. If there is no such route, at least the middle of the head keeps clear; otherwise the
+move crosses the part. Both cases are counted. `cut_outlines_later` cuts the outline of a part after the moves that
+cross it, if that costs less than the detours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import shapely
+
+from leafcut.errors import count_of
+from leafcut.geometry.arrays import Point
+from leafcut.geometry.obstacles import ObstacleMap
+from leafcut.model.cutting import Cut
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.sheet import Sheet
+
+#: Cost of a move that crosses a part, for comparing orders, in seconds or mm.
+HIT = 60.0
+#: The same for a move whose head, but not its middle, comes over a detached part.
+CLOSE = 15.0
+#: Maximum number of trials that cut an outline later.
+MOST_MOVES = 400
+
+#: A route: its corners, and its penalty: 0, `CLOSE` to a detached part, or a `HIT`.
+HeadRoute = tuple[tuple[Point, ...], float]
+
+
+@dataclass(frozen=True)
+class HeadRoutes:
+    """Routes of the head.
+
+    Attributes
+    ----------
+    corners
+        Corners of the route to a cut, by its number; of the route to the end, by the number of cuts.
+    crossing
+        Numbers of the cuts whose travel move crosses a detached part nevertheless.
+    close
+        The same for moves that cross no part, but come nearer to one than the radius of the head.
+    moves
+        Number of travel moves.
+    radius
+        Of the head, mm.
+    """
+
+    corners: dict[int, list[Point]] = field(default_factory=dict)
+    crossing: tuple[int, ...] = ()
+    close: tuple[int, ...] = ()
+    moves: int = 0
+    radius: float = 0.0
+
+    def issue(self, cuts: Sequence[Cut]) -> Issue | None:
+        """Return the note or warning on moves that cross detached parts, and on detours; None without either."""
+        if not (self.crossing or self.close or self.corners):
+            return None
+        round_ = f"{len(self.corners)} of {self.moves} travel moves go around parts that are cut free"
+        unknown = "; the diameter of its nozzle is unknown (nozzle_diameter in the machine's profile), so only its "
+        unknown = "" if self.radius > 0.0 else f"{unknown}middle is counted"
+        if not (self.crossing or self.close):
+            words = f"the head stays down between cuts: {round_}, none crosses one{unknown}"
+            return Issue("L623", words, "", Severity.NOTE)
+        first = min((*self.crossing, *self.close))
+        x, y = cuts[min(first, len(cuts) - 1)].path.start
+        crossing, close = len(self.crossing), len(self.close)
+        over = [f"{crossing} of {self.moves} travel moves cross parts that are cut free"] if crossing else []
+        if close:
+            more = count_of(close, "more travel move") if crossing else f"{close} of {self.moves} travel moves"
+            over.append(f"a nozzle of {2.0 * self.radius:g} mm comes over parts that are cut free on {more}")
+        words = (
+            f"the head stays down between cuts, and {' and '.join(over)}; free parts may tip up ({round_}){unknown}: "
+            "hold them with --micro-joints, or watch them"
+        )
+        return Issue("L623", words, f"the first on the way to ({x:.4g}, {y:.4g})")
+
+
+class DetachableParts:
+    """The parts of a sheet as obstacles of a head of this radius, mm; its middle never crosses a clamp."""
+
+    def __init__(self, sheet: Sheet, radius: float = 0.0) -> None:
+        self.sheet, self.radius = sheet, radius
+        outlines = {
+            k: shapely.Polygon(c.path.flattened(0.05))
+            for k, c in enumerate(sheet.contours)
+            if c.depth % 2 == 0 and c.path.closed and c.kind == "cut"
+        }
+        self.map = ObstacleMap(outlines, {-1 - z: shapely.box(*zone) for z, zone in enumerate(sheet.zones)})
+
+    def detached_by(self, cut: Cut) -> list[int]:
+        """Return the outlines that a cut detaches: closed, without micro-joints, and not cut by a common line."""
+        if cut.kind != "cut" or cut.joints or cut.common:
+            return []
+        return [k for k in cut.contours if k in self.map.shapes]
+
+    def route(self, a: Point, b: Point, detached: set[int]) -> HeadRoute:
+        """Return the best route: clear of detached parts for the head, else for its middle, else crossing them."""
+        if not self.map.met(a, b, self.radius) & detached:
+            return (), 0.0
+        if self.radius > 0.0:
+            wide = self.map.path_around(a, b, detached, self.radius)
+            if wide is not None:
+                return tuple(wide), 0.0
+        if not self.map.crossed(a, b) & detached:
+            return (), CLOSE
+        narrow = self.map.path_around(a, b, detached, 0.0)
+        if narrow is None:
+            return (), HIT
+        return tuple(narrow), CLOSE if self.radius > 0.0 else 0.0
+
+    def routes(self, cuts: Sequence[Cut], start: Point | None, end: Point | None) -> HeadRoutes:
+        """Return the routes from cut to cut; `start` and `end` are the first and last place of the head, or None."""
+        starts = [start, *(cut.path.end for cut in cuts)]
+        moves = [*zip(starts, (cut.path.start for cut in cuts), strict=False)]
+        if end is not None and cuts:
+            moves.append((starts[-1], end))
+        detached: set[int] = set()
+        corners: dict[int, list[Point]] = {}
+        crossing, close = [], []
+        for k, (a, b) in enumerate(moves):
+            if a is not None:
+                turns, penalty = self.route(a, b, detached)
+                if turns:
+                    corners[k] = list(turns)
+                if penalty == HIT:
+                    crossing.append(k)
+                elif penalty == CLOSE:
+                    close.append(k)
+            if k < len(cuts):
+                detached |= set(self.detached_by(cuts[k]))
+        count = sum(a is not None for a, _ in moves)
+        return HeadRoutes(corners, tuple(crossing), tuple(close), count, self.radius)
+
+
+def cut_outlines_later(
+    parts: DetachableParts,
+    cuts: Sequence[Cut],
+    pairs: Iterable[tuple[int, int]],
+    cost: Callable[[Point, Point], float],
+    late: Callable[[], bool] = lambda: False,
+) -> list[int]:
+    """Return an order of the cuts with outlines cut after the moves that cross their parts, if that costs less.
+
+    Parameters
+    ----------
+    pairs
+        Positions in `cuts`: the first must be cut before the second.
+    cost
+        Cost of a straight move, in seconds or mm.
+    late
+        Called between trials; True ends them.
+    """
+    detaches = [frozenset(parts.detached_by(cut)) for cut in cuts]
+    before: dict[int, set[int]] = {}
+    for a, b in pairs:
+        before.setdefault(a, set()).add(b)
+    known: dict[tuple[int, int, frozenset[int]], float] = {}
+
+    def met(a: int, b: int) -> frozenset[int]:
+        return parts.map.met(cuts[a].path.end, cuts[b].path.start, parts.radius)
+
+    def move(a: int, b: int, detached: set[int]) -> float:
+        key = (a, b, met(a, b) & detached)
+        if key not in known:
+            begin, goal = cuts[a].path.end, cuts[b].path.start
+            turns, penalty = parts.route(begin, goal, detached)
+            known[key] = sum(cost(p, q) for p, q in pairwise([begin, *turns, goal])) + penalty
+        return known[key]
+
+    def stretch(order: Sequence[int], first: int, last: int, detached: set[int]) -> float:
+        """Return the cost of the moves to some cuts of an order, with the parts detached before them."""
+        total = 0.0
+        for place in range(first, min(last + 1, len(order))):
+            total += move(order[place - 1], order[place], detached) if place else 0.0
+            detached = detached | detaches[order[place]]
+        return total
+
+    order = list(range(len(cuts)))
+    tried, place = 0, 1
+    while place < len(order) and tried < MOST_MOVES and not late():
+        hit = met(order[place - 1], order[place])
+        detached_at = {part: at for at, k in enumerate(order[:place]) for part in detaches[k]} if hit else {}
+        for at in sorted({detached_at[part] for part in hit & detached_at.keys()}):
+            moved, between = order[at], order[at + 1 : place + 1]
+            if not before.get(moved, set()).isdisjoint(between):
+                continue
+            other = [*order[:at], *between, moved, *order[place + 1 :]]
+            tried += 1
+            # All other moves stay unchanged.
+            detached = {part for part, cut in detached_at.items() if cut < at}
+            if stretch(other, at, place + 1, detached) < stretch(order, at, place + 1, detached) - 1e-9:
+                order, place = other, max(at - 1, 0)
+                break
+        place += 1
+    return order

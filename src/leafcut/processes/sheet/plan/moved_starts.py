@@ -1,0 +1,255 @@
+"""Changes of the starts of cuts whose order is fixed: shorter travel, pierces in metal, leads apart.
+
+A search chooses starts as if each cut were alone. A pierce in the kerf of an earlier cut has no metal under it, and the
+arc goes out if a lead runs into another kerf.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import shapely
+
+from leafcut.geometry.arrays import Point
+from leafcut.geometry.polyline import Polyline
+from leafcut.processes.sheet.plan.contours import ROUNDING
+from leafcut.processes.sheet.plan.cutting import CutSequence, Cutting, HeadTravel, route_length
+from leafcut.processes.sheet.plan.leads import FLATNESS
+from leafcut.processes.sheet.plan.starts import CutStart, start_at
+
+#: Smallest and first step along a contour, mm and as a share of its length.
+FINEST, FIRST_PART = 0.25, 1.0 / 16.0
+#: Maximum number of rounds over all cuts; they end if one gains less than this share of all travel.
+ROUNDS, LEAST_GAIN = 12, 1e-5
+#: Smaller gains are rounding, s or mm.
+NO_GAIN = 1e-9
+#: Passes over all leads that are too near, and over all pierces: one that moves away may come near another.
+LEAD_PASSES, PIERCE_PASSES = 4, 8
+#: If more pierces than this are wrong, all move by the state before the pass; else each by the state at that time.
+MOST_IN_TURN = 30
+#: A pierce that is this much farther away than half a kerf is out of it, mm.
+ROOM = 0.05
+
+
+# -- travel ----------------------------------------------------------------------------------------------------------
+
+
+def slide_starts(cuts: CutSequence, head: HeadTravel, late: Callable[[], bool] = lambda: False) -> CutSequence:
+    """Return the cuts with starts moved along their contours until travel gets no shorter.
+
+    One start moves at a time, between the cut before and the cut after. Leads keep their shape and must fit. Starts
+    that a plan file fixes stay. Once it is `late`, nothing more moves.
+
+    Source: A. A. Petunin, E. G. Polishchuk and S. S. Ukolov, on the continuous cutting problem (routes of a fixed
+    order).
+    """
+    order = list(cuts.starts)
+    settled: dict[int, tuple[Point | None, Point | None]] = {}
+    for _ in range(ROUNDS):
+        gained = 0.0
+        for k, here in enumerate(order):
+            if late():
+                return cuts.with_starts(order)
+            around = head.around(order, k)
+            if settled.get(k) == around:
+                continue  # both neighbours are unchanged since its last trial
+            order[k], gain = _slid(cuts.cutting, here, head, around)
+            settled[k] = around
+            gained += gain
+        if gained <= LEAST_GAIN * route_length(head.start, order, head.cost):
+            break
+    return cuts.with_starts(order)
+
+
+def _slid(
+    cutting: Cutting, start: CutStart, head: HeadTravel, around: tuple[Point | None, Point | None]
+) -> tuple[CutStart, float]:
+    """Return a start moved to the cheapest place between its neighbours, and the gain."""
+    contour = cutting.contours[start.contour]
+    if start.then or not contour.path.closed or not start.pierce or "start" in cutting.fixed.get(start.contour, ()):
+        return start, 0.0
+    first = now = head.detour(around, start)
+    step = FIRST_PART * contour.path.length
+
+    def cheaper(moved: CutStart) -> bool:
+        return head.detour(around, moved) < now - NO_GAIN
+
+    while step >= FINEST:
+        for way in (step, -step):
+            moved = start_at(contour, cutting.scrap, start, (start.at + way) % contour.path.length, cheaper)
+            if moved is not None:
+                start, now = moved, head.detour(around, moved)
+                break
+        else:
+            step *= 0.5
+    return start, first - now
+
+
+# -- pierces ---------------------------------------------------------------------------------------------------------
+
+
+def clear_pierces(cuts: CutSequence, head: HeadTravel) -> CutSequence:
+    """Return the cuts with other starts for those that would pierce in or at the kerf of an earlier cut.
+
+    A pierce keeps a kerf from the middle of each earlier cut if a start of its contour does, else half a kerf, and then
+    at the least cost. Starts that a plan file fixes stay.
+    """
+    burnt = _Burnt(cuts)
+    for _ in range(PIERCE_PASSES):
+        burnt.build()
+        wrong = [k for k, start in enumerate(burnt.order) if any(burnt.conflicts(k, start))]
+        moved = False
+        for k in wrong:
+            better = _clear_start(burnt, k, head)
+            if better is not None:
+                burnt.order[k], moved = better, True
+                if len(wrong) <= MOST_IN_TURN:
+                    burnt.build()
+        if not moved:
+            break
+    return cuts.with_starts(burnt.order)
+
+
+class _Burnt:
+    """The paths of cuts in their order, and their pierces; marks burn nothing through."""
+
+    def __init__(self, cuts: CutSequence) -> None:
+        self.cutting, self.order = cuts.cutting, list(cuts.starts)
+        # With the start itself, so that no other start gets its id.
+        self._lines: dict[int, tuple[CutStart, Any]] = {}
+
+    def line(self, start: CutStart) -> Any:
+        """Return the path of the torch from a start on, a shapely line; each is computed once."""
+        if id(start) not in self._lines:
+            path: Polyline = self.cutting.cut(start).path
+            self._lines[id(start)] = start, shapely.LineString(path.flattened(FLATNESS))
+        return self._lines[id(start)][1]
+
+    def build(self) -> None:
+        """Build the indices of all lines and pierces."""
+        nothing = shapely.LineString()
+        burns = [self._burns(s) for s in self.order]
+        self.lines = [self.line(s) if b else nothing for s, b in zip(self.order, burns, strict=True)]
+        places = [s.entry if b and s.pierce else (math.nan, math.nan) for s, b in zip(self.order, burns, strict=True)]
+        points: Any = shapely.points(np.array(places, dtype=np.float64).reshape(-1, 2), handle_nan="skip")
+        self._tree, self._pierces = shapely.STRtree(self.lines), shapely.STRtree(points)
+
+    def _burns(self, start: CutStart) -> bool:
+        return self.cutting.contours[start.contour].kind == "cut"
+
+    def conflicts(self, k: int, start: CutStart, line: Any = None) -> tuple[int, int]:
+        """Return the number of pierces inside a kerf, and of those at one, between the cut at `k` and all others.
+
+        With the `line` of a start that is tried, pierces of later cuts in its kerf count, too.
+        """
+        if not start.pierce or not self._burns(start):
+            return 0, 0
+        half = 0.5 * self.cutting.rules.kerf
+        counts = []
+        for reach in (half + ROOM, 2.0 * half):
+            earlier = self._tree.query(shapely.Point(*start.entry), predicate="dwithin", distance=reach)
+            count = int((earlier < k).sum())
+            if line is not None:
+                count += int((self._pierces.query(line, predicate="dwithin", distance=reach) > k).sum())
+            counts.append(count)
+        return counts[0], counts[1]
+
+
+def _clear_start(burnt: _Burnt, k: int, head: HeadTravel) -> CutStart | None:
+    """Return the start of the same contour with the fewest conflicts, then the least cost; None if none is better."""
+    cutting, own = burnt.cutting, burnt.order[k]
+    around, best = head.around(burnt.order, k), None
+    least = (*burnt.conflicts(k, own, burnt.lines[k]), 0.0)
+    for other in cutting.starts_of([own.contour]):
+        cost = head.detour(around, other) + cutting.seconds(other)
+        rank = (*burnt.conflicts(k, other, burnt.line(other)), cost)
+        if rank[:2] < least[:2] or (best is not None and rank < least):
+            least, best = rank, other
+    return best
+
+
+# -- leads -----------------------------------------------------------------------------------------------------------
+
+
+def leads_apart(cuts: CutSequence, head: HeadTravel) -> CutSequence:
+    """Return the cuts with other starts for those whose leads would run into the kerfs of other leads.
+
+    The cheapest start without conflicts is taken. If there is none, or a plan file fixes the start, it stays.
+    """
+    cutting, order = cuts.cutting, list(cuts.starts)
+    for _ in range(LEAD_PASSES):
+        extras = [_extras(cutting, s) for s in order]
+        near = _too_near(extras, cutting.rules.kerf)
+        moved = False
+        for k in sorted({max(pair) for pair in near}) + sorted({min(pair) for pair in near}):
+            better = _apart_start(cutting, order, extras, k, head)
+            if better is not None:
+                order[k], extras[k], moved = better, _extras(cutting, better), True
+        if not moved:
+            break
+    return cuts.with_starts(order)
+
+
+def starts_apart(cutting: Cutting, order: Sequence[CutStart]) -> Cutting:
+    """Return the cutting with the starts of an order, and all others whose leads keep away from the leads of these."""
+    extras = [_extras(cutting, s) for s in order]
+    lines = [line for own in extras for line in own]
+    owner = np.array([k for k, own in enumerate(extras) for _ in own], dtype=np.int64)
+    at = {k: place for place, s in enumerate(order) for k in s.contours}
+    tree, reach = shapely.STRtree(lines), cutting.rules.kerf - ROUNDING
+
+    def clear(s: CutStart) -> bool:
+        near = (tree.query(line, predicate="dwithin", distance=reach) for line in _extras(cutting, s))
+        return all(bool((owner[found] == at[s.contour]).all()) for found in near)
+
+    return replace(cutting, starts=[*order, *(s for s in cutting.starts if clear(s))])
+
+
+def _extras(cutting: Cutting, s: CutStart) -> list[Any]:
+    """Return the paths of a cut besides its contours: leads and bridges, as shapely lines."""
+    leads = cutting.lead_lines(s)
+    if not s.then:
+        return leads
+    steps = [s, *s.then]
+    # The exit of a chain is that of its last contour.
+    left = [cutting.contours[s.contour].path.point_at(s.at), *(step.exit for step in s.then)]
+    between = [
+        shapely.LineString([leave, cutting.contours[b.contour].path.point_at(b.at)])
+        for leave, (_, b) in zip(left, itertools.pairwise(steps), strict=False)
+    ]
+    return [*leads, *between, *cutting.lead_lines(steps[-1])]
+
+
+def _too_near(extras: Sequence[list[Any]], kerf: float) -> set[tuple[int, int]]:
+    """Return pairs of positions in the order whose leads (`_extras` of each) run into each other's kerf."""
+    lines = [line for own in extras for line in own]
+    owner = [k for k, own in enumerate(extras) for _ in own]
+    if not lines:
+        return set()
+    pairs = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=kerf - ROUNDING)
+    return {(owner[a], owner[b]) for a, b in pairs.T.tolist() if owner[a] < owner[b]}
+
+
+def _apart_start(
+    cutting: Cutting, order: Sequence[CutStart], extras: Sequence[list[Any]], k: int, head: HeadTravel
+) -> CutStart | None:
+    """Return the cheapest start whose leads keep away from all others; None if its own must stay, or may."""
+    own = order[k]
+    if "start" in cutting.fixed.get(own.contour, ()):
+        return None
+    tree = shapely.STRtree([line for i, own_lines in enumerate(extras) if i != k for line in own_lines])
+    reach = cutting.rules.kerf - ROUNDING
+
+    def clear(s: CutStart) -> bool:
+        return all(not len(tree.query(line, predicate="dwithin", distance=reach)) for line in _extras(cutting, s))
+
+    if clear(own):
+        return None  # the other cut has moved already
+    around = head.around(order, k)
+    others = sorted(cutting.starts_of([own.contour]), key=lambda s: head.detour(around, s) + cutting.seconds(s))
+    return next((s for s in others if s.pierce == own.pierce and clear(s)), None)

@@ -1,0 +1,218 @@
+"""Holes and notches that are narrow for the kerf: slots cut along the middle, divided holes, closed notches.
+
+A slot one to two kerfs wide has no room for a pierce beside its edge: it is cut once along the middle. A hole that the
+kerf divides is cut in pieces. A notch whose mouth the kerf closes is cut as a hole, its chamber.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import shapely
+
+from leafcut.geometry.fitting import fit_arcs
+from leafcut.geometry.polyline import Polyline
+from leafcut.model.contour import Contour
+from leafcut.model.issue import Issue, MissingWork
+from leafcut.model.sheet import Sheet
+from leafcut.processes.sheet.plan.contours import ROUNDING, SMALL, flat_line
+from leafcut.processes.sheet.plan.cut_rules import CutRules
+from leafcut.processes.sheet.plan.leads import FLATNESS
+
+#: Minimum ratio of length to width of a slot.
+LONGER = 2.0
+#: Tolerance of the area of a slot, as a share: that of a rectangle, or of one with round ends.
+ALIKE = 0.01
+#: Corners of a piece are as sharp as drawn up to this ratio of their length to half a kerf.
+MITRE = 2.0
+#: Tolerance of arcs fitted to the chords of a piece, mm.
+FITTED = 0.002
+
+
+def with_narrow_shapes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, Sheet, list[Issue]]:
+    """Return the sheet with slots as cuts along the middle, the same with divided holes and chambers, and issues.
+
+    Without compensation, the sheet is unchanged.
+    """
+    if rules.half <= 0.0:
+        return sheet, sheet, []
+    whole, narrow = with_middle_cuts(sheet, rules.kerf) if rules.data.can_pierce else (sheet, [])
+    divided, uncut = with_divided_holes(whole, rules)
+    return whole, with_chambers(divided, rules), [*narrow, *uncut]
+
+
+# -- slots -----------------------------------------------------------------------------------------------------------
+
+
+def with_middle_cuts(sheet: Sheet, kerf: float) -> tuple[Sheet, list[Issue]]:
+    """Return a sheet with its narrow slots as open cuts along the middle, and a warning on their widths (L627).
+
+    A cut ends half a kerf before its slot does, so that the length is as drawn. Only empty slots are taken: rectangles,
+    and rectangles with round ends.
+    """
+    holding = {c.parent for c in sheet.contours}
+    contours, widths = list(sheet.contours), []
+    for index, one in enumerate(sheet.contours):
+        middle = _middle(one.path, kerf) if one.is_hole and index not in holding else None
+        if middle is not None:
+            path, width = middle
+            contours[index] = replace(one, path=path, depth=one.depth - 1)
+            widths.append((width, path.point_at(0.5 * path.length)))
+    if not widths:
+        return sheet, []
+    told = [place for width, place in widths if abs(width - kerf) > ROUNDING]
+    places = ", ".join(f"({x:.6g}, {y:.6g})" for x, y in told[:3]) + (" …" if len(told) > 3 else "")
+    many = "a slot is" if len(told) == 1 else f"{len(told)} slots are"
+    words = f"{many} narrower than two kerfs and cut once along the middle: {kerf:.4g} mm wide, not as wide as drawn"
+    return replace(sheet, contours=tuple(contours)), [Issue("L627", words, f"at {places}")] if told else []
+
+
+def _middle(slot: Polyline, kerf: float) -> tuple[Polyline, float] | None:
+    """Return the middle of a slot, less half a kerf at either end, and its width; None for other shapes."""
+    x0, y0, x1, y1 = slot.extents
+    # Most holes are wider in each direction: their area shows it.
+    if abs(slot.area) > 2.0 * kerf * math.hypot(x1 - x0, y1 - y0):
+        return None
+    shape = shapely.Polygon(slot.flattened(FLATNESS))
+    box: Any = shapely.oriented_envelope(shape)
+    if box.geom_type != "Polygon":
+        return None
+    a, b, c, _ = np.array(box.exterior.coords[:4])
+    first, second = b - a, c - b
+    along, across = (first, second) if np.hypot(*first) >= np.hypot(*second) else (second, first)
+    length, width = float(np.hypot(*along)), float(np.hypot(*across))
+    if length < LONGER * width or not kerf - ROUNDING <= width < 2.0 * kerf - ROUNDING:
+        return None
+    round_ends = (length - width) * width + 0.25 * math.pi * width**2
+    if not any(abs(shape.area - area) <= ALIKE * area for area in (length * width, round_ends)):
+        return None
+    half = 0.5 * (length - kerf) / length * along
+    middle = 0.5 * (a + c)
+    return Polyline.of_points([tuple(middle - half), tuple(middle + half)], closed=False), width
+
+
+# -- divided holes and closed notches --------------------------------------------------------------------------------
+
+
+def with_divided_holes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, list[Issue]]:
+    """Return a sheet with each hole that the kerf divides as its pieces, and the uncut rest of these holes (L612).
+
+    The first piece takes the place of the hole, the others come last: no contour gets another number. Contours in a
+    hole belong to the piece around them. A hole with contours outside of its pieces stays unchanged: it is reported and
+    not cut.
+    """
+    contours, added, issues = list(sheet.contours), list[Contour](), []
+    for index, one in enumerate(sheet.contours):
+        if not one.is_hole or one.kind != "cut":
+            continue
+        hole = shapely.Polygon(one.path.flattened(FLATNESS))
+        rings = shapely.get_parts(hole.buffer(-rules.half, quad_segs=16))
+        pieces = _pieces(hole, rings, rules) if len(rings) > 1 else []
+        held = [k for k, c in enumerate(sheet.contours) if c.parent == index]
+        around = [_piece_around(sheet.contours[k], pieces) for k in held]
+        if not pieces or None in around:
+            continue
+        numbers = [index, *(len(contours) + len(added) + k for k in range(len(pieces) - 1))]
+        contours[index], *others = (replace(one, path=path) for path in pieces)
+        added += others
+        for k, piece in zip(held, around, strict=True):
+            contours[k] = replace(contours[k], parent=numbers[piece or 0])
+        issues.append(_uncut(one, hole, pieces, rules))
+    return (replace(sheet, contours=(*contours, *added)), issues) if issues else (sheet, [])
+
+
+def with_chambers(sheet: Sheet, rules: CutRules) -> Sheet:
+    """Return a sheet with the chambers of notches as holes: a kerf does not come in through their mouths.
+
+    They come last. Contours in a chamber belong to it. An outline stays unchanged if anything else lies in its notches.
+    Cuts that start at the edge of the sheet do not reach a chamber.
+    """
+    if rules.edge_start:
+        return sheet
+    contours, lines = list(sheet.contours), [flat_line(one.path) for one in sheet.contours]
+    obstacles = np.array([*(shapely.box(*zone) for zone in sheet.zones), *map(flat_line, sheet.paths)], dtype=object)
+    for index, one in enumerate(sheet.contours):
+        if one.is_hole or one.kind != "cut" or not one.path.closed:
+            continue
+        notches, rings = _closed_notches(shapely.Polygon(lines[index].coords), rules)
+        pieces = _pieces(notches, rings, rules)
+        if not pieces or len(pieces) < len(rings) or notches.intersects(obstacles).any():
+            continue
+        beside = [k for k, c in enumerate(contours) if c.parent == contours[index].parent and k != index]
+        held = [k for k in beside if notches.intersects(lines[k])]
+        around = [_piece_around(contours[k], pieces) for k in held]
+        if None in around:
+            continue
+        for k, piece in zip(held, around, strict=True):
+            contours[k] = replace(contours[k], parent=len(contours) + (piece or 0))
+        chamber = replace(contours[index], depth=one.depth + 1, chamber=True)
+        contours += (replace(chamber, path=path) for path in pieces)
+        lines += map(flat_line, pieces)
+    return replace(sheet, contours=tuple(contours))
+
+
+def _closed_notches(outline: Any, rules: CutRules) -> tuple[Any, list[Any]]:
+    """Return the area of the notches of an outline that the kerf closes, and the rings of its middle there.
+
+    A ring has room for a pierce, and its kerf runs into no other kerf: the arc would go out.
+    """
+    grown = outline.buffer(rules.half, quad_segs=16)
+    paths = [grown.exterior, *grown.interiors]
+    rings = [
+        shapely.Polygon(path)
+        for k, path in enumerate(paths[1:], 1)
+        if shapely.distance(path, paths[:k] + paths[k + 1 :]).min() > rules.kerf + 2.0 * ROUNDING
+        and not shapely.Polygon(path).buffer(-rules.half - ROUNDING).is_empty
+    ]
+    if not rings:
+        return shapely.Polygon(), []
+    closed = shapely.Polygon(grown.exterior).buffer(-rules.half, quad_segs=16).difference(outline)
+    notches = [part for part in shapely.get_parts(closed) if any(part.intersects(ring) for ring in rings)]
+    return shapely.union_all(notches), rings
+
+
+def _piece_around(held: Contour, pieces: list[Polyline]) -> int | None:
+    """Return the position of the piece of a hole around a contour; None if there is none."""
+    points = shapely.MultiPoint(held.path.flattened(FLATNESS))
+    around = (k for k, path in enumerate(pieces) if shapely.Polygon(path.flattened(FLATNESS)).covers(points))
+    return next(around, None)
+
+
+def _pieces(hole: Any, rings: Iterable[Any], rules: CutRules) -> list[Polyline]:
+    """Return the pieces of a hole or a notch around the rings that the middle of the kerf reaches, if a pierce fits."""
+    found = []
+    for ring in sorted(rings, key=lambda ring: ring.bounds):
+        piece = ring.buffer(rules.half + ROUNDING, join_style="mitre", mitre_limit=MITRE).intersection(hole)
+        if ring.buffer(-rules.half - ROUNDING).is_empty or piece.geom_type != "Polygon":
+            continue
+        path = fit_arcs(np.asarray(piece.exterior.coords)[:-1, :2], FITTED, closed=True)
+        path = path if path.area >= 0.0 else path.reversed()
+        shape = shapely.Polygon(path.flattened(FLATNESS))
+        if shape.is_valid and len(shapely.get_parts(shape.buffer(-rules.half))) == 1:
+            found.append(path)
+    return found
+
+
+def _uncut(one: Contour, hole: Any, pieces: list[Polyline], rules: CutRules) -> Issue:
+    """Return the issue on the uncut rest of a hole: its necks, and pieces without room for a pierce, but no corners."""
+    rings = [shapely.Polygon(p.flattened(FLATNESS)).buffer(-rules.half) for p in pieces]
+    burnt = [ring.buffer(rules.half + ROUNDING) for ring in rings]
+    unused = hole.buffer(-rules.half).difference(shapely.union_all(burnt))
+    left = [
+        rest
+        for rest in shapely.get_parts(hole.difference(shapely.union_all(burnt)))
+        if rest.area > SMALL and (shapely.dwithin(burnt, rest, ROUNDING).sum() > 1 or rest.intersects(unused))
+    ]
+    x, y = one.path.start
+    number = "1 of its pieces is" if len(pieces) == 1 else f"{len(pieces)} of its pieces are"
+    words = (
+        f"a hole of part {one.part} has a neck narrower than the kerf of {rules.kerf:.4g} mm: {number} cut, and "
+        f"{sum(rest.area for rest in left):.3g} mm² stay uncut"
+    )
+    outlines = tuple(Polyline.of_points(list(rest.exterior.coords)[:-1], closed=True) for rest in left)
+    where = tuple((float(rest.centroid.x), float(rest.centroid.y)) for rest in left) or ((x, y),)
+    return Issue("L612", words, f"at ({x:.6g}, {y:.6g})", missing=MissingWork("place", len(where), where, outlines))

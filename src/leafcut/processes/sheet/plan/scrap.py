@@ -1,0 +1,141 @@
+"""The scrap between the parts: whether a lead, a bridge or a pierce has room in it."""
+
+from __future__ import annotations
+
+import math
+from copy import copy
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from leafcut.geometry.arrays import Mask, Points
+from leafcut.geometry.tiles import Tiles
+from leafcut.model.sheet import Sheet
+from leafcut.processes.sheet.plan.contours import ROUNDING, CutContour
+from leafcut.processes.sheet.plan.cut_rules import CutRules
+from leafcut.processes.sheet.plan.leads import FLATNESS
+
+#: Parts are shrunk by this, mm: more than the tolerance of a path beside a part (offset and chords), less than the
+#: tolerance of the proof.
+SMALLER = 0.02
+
+
+class Scrap:
+    """The metal between the parts.
+
+    The parts are shrunk by `SMALLER` mm, so that a kerf that touches its own part does not meet it.
+    """
+
+    def __init__(self, sheet: Sheet, contours: list[CutContour], rules: CutRules) -> None:
+        self.rules = rules
+        self.contours = contours
+        self.parts, self.part_numbers = _materials(sheet)
+        self._metal = Tiles(self.parts)
+        cut = [c for c in contours if c.kind == "cut"]
+        self._line_owner = np.array([c.index for c in cut], dtype=np.int64)
+        self._kerfs = Tiles([c.line for c in cut])
+        self.zones = [shapely.box(*zone) for zone in sheet.zones]
+        self._zone_tree = shapely.STRtree(self.zones)
+        rings = [path.flattened(FLATNESS) for path in sheet.paths]
+        outline = shapely.Polygon(rings[0], rings[1:]) if rings else None
+        self.sheet = outline
+        self.inner = None if outline is None else outline.buffer(-(self._half - ROUNDING))
+        if self.inner is not None:
+            shapely.prepare(self.inner)
+        self.bridge_owners = np.zeros((0, 2), dtype=np.int64)
+        self._bridge_tree: Any = None
+
+    def with_bridges(self, lines: Any, owners: NDArray[np.int64]) -> Scrap:
+        """Return the same scrap with bridges in it (shapely lines): others keep away from them.
+
+        `owners` are the contours (indices in `Sheet.contours`) that each bridge joins, int64[n, 2].
+        """
+        other = copy(self)
+        other.bridge_owners = np.asarray(owners, dtype=np.int64).reshape(-1, 2)
+        other._bridge_tree = shapely.STRtree(lines)  # noqa: SLF001  # of its own class
+        return other
+
+    @property
+    def _half(self) -> float:
+        """Half a kerf, mm: the reach of a lead to each side, with any compensation."""
+        return 0.5 * self.rules.kerf
+
+    def free(self, lines: Any, *owners: CutContour, leaves_sheet: bool = False) -> Mask:
+        """Return which lines (shapely, n of them) the torch may follow for a contour, or for two, bool[n].
+
+        The kerf of a line touches no part, no clamp, no kerf of other contours and no bridge between those, and stays
+        on the sheet.
+        """
+        own = [c.index for c in owners]
+        lines = np.asarray(lines, dtype=object)
+        ok = np.ones(len(lines), dtype=bool)
+        # Without compensation, a lead ends on the edge of the part itself.
+        reach = self._half if self.rules.half > 0.0 else 0.0
+        ok[self._metal.near(lines, reach)[0]] = False
+        pairs = self._kerfs.near(lines, 2.0 * self._half - ROUNDING)
+        ok[pairs[0][~np.isin(self._line_owner[pairs[1]], own)]] = False
+        if len(self.bridge_owners):
+            pairs = self._bridge_tree.query(lines, predicate="dwithin", distance=2.0 * self._half - ROUNDING)
+            ok[pairs[0][~np.isin(self.bridge_owners[pairs[1]], own).any(axis=1)]] = False
+        ok[self.zones_near(lines)[0]] = False
+        if self.inner is not None and not leaves_sheet:
+            ok &= shapely.contains(self.inner, lines)
+        return ok
+
+    def parts_near(self, lines: Any) -> NDArray[np.int64]:
+        """Return pairs of a line and a part that the kerf along it touches, int64[2, k]."""
+        return self._metal.near(lines, self._half)
+
+    def zones_near(self, lines: Any) -> NDArray[np.int64]:
+        """Return pairs of a line and a keep-out zone that the kerf along it touches, int64[2, k]."""
+        return np.asarray(self._zone_tree.query(lines, predicate="dwithin", distance=self._half))
+
+    def clear(self, places: Points, radius: float) -> Mask:
+        """Return which places (float64[n, 2]) have no part within `radius`, bool[n]."""
+        ok = np.ones(len(places), dtype=bool)
+        if radius > 0.0:
+            ok[self._metal.near(shapely.points(places), radius - ROUNDING)[0]] = False
+        return ok
+
+    def leaves_once(self, leads: NDArray[np.float64], owner: CutContour) -> Mask:
+        """Return which lead-ins (float64[n, k, 2], the last point on the contour) keep away from their contour's kerf.
+
+        Outwards from the contour, the distance may only grow until the two kerfs are apart; then they stay apart.
+        """
+        fine = _dense(leads, 0.25 * self.rules.kerf)
+        away = shapely.distance(shapely.points(fine), owner.line)
+        apart = away >= self.rules.kerf - ROUNDING
+        left = np.maximum.accumulate(apart, axis=1)
+        # The pierce itself is at least half a kerf away: otherwise its hole would reach the part.
+        ok: Mask = (apart | ~left).all(axis=1) & (away[:, -1] >= self._half - ROUNDING)
+        return ok
+
+
+def _dense(leads: NDArray[np.float64], step: float) -> NDArray[np.float64]:
+    """Return leads with points inserted, from the contour outwards: float64[n, m, 2]."""
+    outwards = leads[:, ::-1]
+    longest = np.hypot(*np.moveaxis(np.diff(outwards, axis=1), 2, 0)).max(initial=0.0)
+    pieces = min(max(math.ceil(longest / step), 1), 64)
+    shares = np.arange(pieces) / pieces
+    rows = outwards[:, :-1, None, :] + shares[None, None, :, None] * np.diff(outwards, axis=1)[:, :, None, :]
+    flat = rows.reshape(len(leads), -1, 2)
+    return np.concatenate([flat, outwards[:, -1:]], axis=1)
+
+
+def _materials(sheet: Sheet) -> tuple[list[Any], list[int]]:
+    """Return each part as a shapely polygon with its holes, a little shrunk, and its number."""
+    rings = {
+        i: shapely.LinearRing(c.path.flattened(FLATNESS))
+        for i, c in enumerate(sheet.contours)
+        if c.kind == "cut" and c.path.closed and c.path.n_segments > 1
+    }
+    holes: dict[int, list[Any]] = {}
+    for i, c in enumerate(sheet.contours):
+        if i in rings and c.is_hole:
+            holes.setdefault(c.parent, []).append(rings[i])
+    outlines = [i for i in rings if not sheet.contours[i].is_hole]
+    solid = [shapely.Polygon(rings[i], holes.get(i, [])) for i in outlines]
+    smaller = shapely.buffer(np.array(solid, dtype=object), -SMALLER, quad_segs=2)
+    return list(smaller), [sheet.contours[i].part for i in outlines]

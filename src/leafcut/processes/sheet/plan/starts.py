@@ -1,0 +1,387 @@
+"""Starts of cuts: places along the contours, directions, and leads that have room in the scrap."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from leafcut.errors import PlanError
+from leafcut.geometry.arrays import Point, Points
+from leafcut.model.cutting import Lead
+from leafcut.processes.sheet.plan.contours import ROUNDING, CutContour, apart_along
+from leafcut.processes.sheet.plan.cut_rules import CutRules
+from leafcut.processes.sheet.plan.leads import NO_LEAD, as_lines, lead_shape, lead_variants, placed
+from leafcut.processes.sheet.plan.scrap import Scrap
+
+#: Shorter leads are tried until a contour has this number of starts, or starts at this share of its places.
+ENOUGH, ENOUGH_SHARE = 8, 0.25
+#: Number of places of a contour, their distances, mm, and their limits; limit of places on all contours together.
+PLACES, NEAREST, FARTHEST, MOST_PLACES, FEWEST_PLACES = 16, 10.0, 100.0, 32, 4
+MOST_NODES = 20_000
+#: Distance of a start in the air from the sheet, besides half a kerf, mm.
+IN_THE_AIR = 5.0
+#: Leads from the edge of the sheet run along the axes, as an operator would draw them.
+AXES = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
+
+#: A place along a path, mm, and whether it is passed clockwise.
+Place = tuple[float, bool]
+
+
+@dataclass(frozen=True)
+class CutStart:
+    """A way to make a cut: a choice of its task.
+
+    Attributes
+    ----------
+    contour
+        Position in the list of contours.
+    at
+        Place along the path of the contour, mm; of an open one 0, or its length to run it backward.
+    clockwise
+        Direction of a closed contour; an open one is run backward.
+    entry, exit
+        Where the torch goes on, and where the next rapid starts.
+    pierce
+        False if it starts in the air, beyond the edge of the sheet.
+    then
+        The other contours of its chain, in order: a bridge ends at the entry of each, and the next one starts at its
+        exit.
+    """
+
+    contour: int
+    at: float
+    clockwise: bool
+    entry: Point
+    exit: Point
+    lead_in: Lead = NO_LEAD
+    lead_out: Lead = NO_LEAD
+    pierce: bool = True
+    then: tuple[CutStart, ...] = ()
+
+    @property
+    def contours(self) -> tuple[int, ...]:
+        """Positions of all contours of the cut, in order."""
+        return (self.contour, *(s.contour for s in self.then))
+
+
+# -- all starts ------------------------------------------------------------------------------------------------------
+
+
+def find_starts(contours: list[CutContour], scrap: Scrap) -> list[CutStart]:
+    """Return all starts of all contours, contour by contour.
+
+    Raises
+    ------
+    PlanError
+        Contours without room for a lead, with their places.
+    """
+    most = max(FEWEST_PLACES, min(MOST_PLACES, MOST_NODES // max(len(contours), 1)))
+    found: list[CutStart] = []
+    stuck: list[CutContour] = []
+    for number, contour in enumerate(contours):
+        starts = starts_of(number, contour, scrap, most)
+        found += starts
+        if not starts:
+            stuck.append(contour)
+    if stuck:
+        raise PlanError(_refusal(stuck, contours, scrap.rules))
+    return found
+
+
+def _refusal(stuck: list[CutContour], contours: list[CutContour], rules: CutRules) -> str:
+    names = "; ".join(c.name() for c in stuck[:3]) + (f" and {len(stuck) - 3} more" if len(stuck) > 3 else "")
+    if rules.edge_start:
+        return (
+            f"the sheet is above the pierce capacity: cuts begin at its edge, and no cut from there reaches "
+            f"{names}; drill a hole there first and give --pierce-delay, or nest it nearer to the edge"
+        )
+    # The controller cannot turn its compensation on without a lead.
+    instead = "--compensation geometry" if rules.compensation == "controller" else "--lead-in none"
+    if not (rules.common_lines or rules.once) and any(_has_common_edge(one, contours) for one in stuck[:3]):
+        instead = "cut edges that lie a kerf apart once (--common-lines), nested by leafcut nest --blocks"
+    if rules.common_lines:
+        instead = "nest the parts in blocks with room around them (leafcut nest --blocks)"
+    return (
+        f"no lead fits into the scrap at {names}; give a shorter --lead-in-length, {instead}, or more room "
+        "between the parts"
+    )
+
+
+def _has_common_edge(one: CutContour, contours: list[CutContour]) -> bool:
+    """Return whether the kerf of another outline runs along its own, so that one cut would do for both."""
+    near = one.line.buffer(ROUNDING)
+    others = (other for other in contours if other is not one and other.has_leads and not other.hole)
+    return not one.hole and any(near.intersection(other.line).length > 2.0 * one.rules.kerf for other in others)
+
+
+def starts_of(number: int, contour: CutContour, scrap: Scrap, most: int) -> list[CutStart]:
+    """Return the starts of one contour; none if no lead has room."""
+    path, rules = contour.path, contour.rules
+    if not contour.has_leads:
+        # If the torch cannot pierce, an open cut has no lead to come from the edge of the sheet.
+        pierces = contour.kind == "cut" and not rules.data.can_pierce
+        return [] if pierces else _plain_starts(number, contour, most)
+    places = start_places(contour, most)
+    if rules.edge_start:
+        return [] if contour.hole else edge_starts(number, contour, scrap, places)
+    if rules.lead_in.style == "none":
+        return starts_without_lead(number, contour, [(at, way) for at in places for way in contour.directions])
+    for finer in (1, 4):
+        dense = places if finer == 1 else _smooth(contour, _even_places(path.length, 4 * len(places)))
+        for splash in (True, False) if rules.kerf > 0.0 else (False,):
+            left_over = [(at, way) for way in contour.directions for at in dense]
+            starts = starts_with_leads(number, contour, scrap, left_over, leads_to_try(contour), splash)
+            if starts:
+                return starts
+    return []
+
+
+def _plain_starts(number: int, contour: CutContour, most: int) -> list[CutStart]:
+    """Return the starts of a mark or an open cut, which have no leads."""
+    path = contour.path
+    if not path.closed:
+        return list(_open_starts(number, contour))
+    places = start_places(contour, most)
+    return [CutStart(number, at, False, path.point_at(at), path.point_at(at)) for at in places]
+
+
+def _open_starts(number: int, contour: CutContour) -> Iterator[CutStart]:
+    """Yield the starts of an open cut, at each end where it can start."""
+    path = contour.path
+    ends = ((0.0, False, path.end), (path.length, True, path.start))
+    for (at, backward, there), lead in zip(ends, contour.inlets, strict=True):
+        if lead is not None:
+            x, y = contour.lead_points(lead, at, backward)[0].tolist()
+            yield CutStart(number, at, backward, (x, y), there, lead)
+
+
+def starts_without_lead(number: int, contour: CutContour, places: Sequence[Place]) -> list[CutStart]:
+    """Return the starts of a closed contour that pierce on its path."""
+    point = contour.path.point_at
+    return [CutStart(number, at, way, point(at), point(contour.end_of(at, way))) for at, way in places]
+
+
+def start_places(contour: CutContour, most: int) -> list[float]:
+    """Return places along a closed contour, mm: its corners and places between."""
+    length, by_controller = contour.path.length, contour.rules.compensation == "controller"
+    pitch = min(max(length / PLACES, NEAREST), FARTHEST)
+    count = min(max(math.ceil(length / pitch), FEWEST_PLACES), most)
+    corners = [at for at in contour.corners if not contour.in_loop(at) and not by_controller]
+    if len(corners) > most:
+        corners = corners[:: math.ceil(len(corners) / most)]
+    even = [at for at in _even_places(length, count) if not contour.in_loop(at)]
+    if by_controller:
+        return _smooth(contour, even)
+    near = 0.25 * length / count
+    return sorted(corners + [at for at in even if all(apart_along(at, c, length) > near for c in corners)])
+
+
+def _smooth(contour: CutContour, places: list[float]) -> list[float]:
+    """Return the places at which a cut can start: no corners for a controller that compensates."""
+    if contour.rules.compensation != "controller":
+        return places
+    return [at for at in places if contour.is_smooth(at)]
+
+
+def _even_places(length: float, count: int) -> list[float]:
+    # Half a step from the start of the drawn path, which often is a corner.
+    return [length * (k + 0.5) / count for k in range(count)]
+
+
+# -- leads -----------------------------------------------------------------------------------------------------------
+
+
+def leads_to_try(contour: CutContour) -> list[Lead | None]:
+    """Return the leads to try, the wanted one first; None stands for a lead from the middle of a hole.
+
+    That is the first for a small hole, and the last if no other fits into a hole.
+    """
+    rules = contour.rules
+    found = lead_variants(rules.lead_in, rules.kerf)
+    if not contour.hole or rules.lead_in.run_in > 0.0:
+        return [*found]
+    return [None, *found] if contour.is_small else [*found, None]
+
+
+def starts_with_leads(
+    number: int,
+    contour: CutContour,
+    scrap: Scrap,
+    places: list[Place],
+    leads: Sequence[Lead | None],
+    splash: bool,
+) -> list[CutStart]:
+    """Return the starts at some places whose lead fits: the first of `leads` that has room at enough places.
+
+    With `splash`, there is room around the pierce, too.
+    """
+    enough = min(max(ENOUGH, math.ceil(ENOUGH_SHARE * len(places))), len(places))
+    starts: list[CutStart] = []
+    for wanted in leads:
+        tried = [wanted] * len(places) if wanted else leads_from_centre(contour, places)
+        fits = lead_ins_fit(contour, scrap, tried, places, splash)
+        starts += [
+            _start(number, contour, scrap, place, lead)
+            for place, lead, fit in zip(places, tried, fits, strict=True)
+            if fit
+        ]
+        places = [place for place, fit in zip(places, fits, strict=True) if not fit]
+        if len(starts) >= enough or not places:
+            break
+    return starts
+
+
+def leads_from_centre(contour: CutContour, places: Sequence[Place]) -> list[Lead]:
+    """Return the straight leads from the middle of a hole to some places."""
+    middle = shapely.Polygon(contour.line.coords).centroid
+    leads = []
+    for place in places:
+        x, y = contour.path.point_at(place[0])
+        dx, dy = middle.x - x, middle.y - y
+        leads.append(Lead("line", math.hypot(dx, dy), _angle_from(contour, place, dx, dy)))
+    return leads
+
+
+def _angle_from(contour: CutContour, place: Place, dx: float, dy: float) -> float:
+    """Return the angle of a straight lead that comes from a direction; between 0 and π on the side of the scrap."""
+    tx, ty = contour.travel_at(*place)
+    sign = 1.0 if contour.scrap_left(place[1]) else -1.0
+    return math.atan2(sign * (tx * dy - ty * dx), -(tx * dx + ty * dy))
+
+
+def lead_ins_fit(
+    contour: CutContour, scrap: Scrap, leads: list[Lead], places: list[Place], splash: bool
+) -> NDArray[np.bool_]:
+    """Return which lead-ins have room, bool[n]; with `splash`, around their pierces too."""
+    fits = np.zeros(len(leads), dtype=bool)
+    at = np.array([contour.path.point_at(a) for a, _ in places])
+    travel = np.array([contour.travel_at(a, clockwise) for a, clockwise in places])
+    groups: dict[tuple[Lead, bool], list[int]] = {}
+    for k, (lead, (_, clockwise)) in enumerate(zip(leads, places, strict=True)):
+        groups.setdefault((lead, clockwise), []).append(k)
+    by_size: dict[int, list[tuple[Points, list[int]]]] = {}
+    for (lead, clockwise), group in groups.items():
+        if lead.length > 0.0 and 0.0 < lead.angle < math.pi:
+            shape = placed(lead_shape(lead), at[group], travel[group], contour.scrap_left(clockwise))
+            by_size.setdefault(shape.shape[1], []).append((shape, group))
+    for members in by_size.values():
+        points = np.concatenate([shape for shape, _ in members])
+        row = np.concatenate([group for _, group in members])
+        ok = scrap.free(as_lines(points), contour)
+        ok &= scrap.leaves_once(points, contour)
+        if splash:
+            ok &= scrap.clear(points[:, 0], scrap.rules.kerf)
+        fits[row] = ok
+    return fits
+
+
+def _start(number: int, contour: CutContour, scrap: Scrap, place: Place, lead: Lead) -> CutStart:
+    """Return the start with this lead-in and the longest lead-out that has room."""
+    x, y = contour.lead_points(lead, *place)[0].tolist()
+    out, leave = fitting_lead_out(contour, scrap, place)
+    return CutStart(number, *place, (x, y), leave, lead, out)
+
+
+def fitting_lead_out(contour: CutContour, scrap: Scrap, place: Place, wanted: Lead | None = None) -> tuple[Lead, Point]:
+    """Return the lead-out at the end of a cut, shortened or left out if it does not fit, and where it ends."""
+    wanted = contour.lead_out if wanted is None else wanted
+    end = contour.end_of(*place), place[1]
+    if wanted.style != "none":
+        for share in (1.0, 0.5, 0.25):
+            out = replace(wanted, length=share * wanted.length)
+            points = contour.lead_points(out, *end, out=True)[None]
+            if scrap.free(as_lines(points), contour)[0] and scrap.leaves_once(points[:, ::-1], contour)[0]:
+                x, y = points[0, -1].tolist()
+                return out, (x, y)
+    return NO_LEAD, contour.path.point_at(end[0])
+
+
+def edge_starts(number: int, contour: CutContour, scrap: Scrap, places: Sequence[float]) -> list[CutStart]:
+    """Return the starts of an outline whose lead-in comes straight from beyond the edge of the sheet.
+
+    They are for sheets that are too thick to pierce.
+
+    Raises
+    ------
+    PlanError
+        The edge of the sheet is unknown.
+    """
+    rules = contour.rules
+    if scrap.sheet is None:
+        raise PlanError(
+            f"{rules.data.thickness:g} mm is above the pierce capacity: cuts start at the sheet's edge, but its size "
+            "is not known; give --sheet-size, or --pierce-delay to pierce all the same"
+        )
+    low_x, low_y, high_x, high_y = scrap.sheet.bounds
+    reach = 2.0 * math.hypot(high_x - low_x, high_y - low_y)
+    starts = []
+    for at in places:
+        x, y = contour.path.point_at(at)
+        for dx, dy in AXES:
+            ray = shapely.LineString([(x, y), (x + reach * dx, y + reach * dy)])
+            pieces = shapely.get_parts(shapely.intersection(ray, scrap.sheet))
+            inside = sum(shapely.length(p) for p in pieces if shapely.distance(p, shapely.Point(x, y)) < 1e-6)
+            length = inside + IN_THE_AIR + 0.5 * rules.kerf
+            entry = (x + length * dx, y + length * dy)
+            points = np.array([[entry, (x, y)]])
+            lines = as_lines(points)
+            if len(pieces) > 1 or not (
+                scrap.free(lines, contour, leaves_sheet=True)[0] and scrap.leaves_once(points, contour)[0]
+            ):
+                continue
+            for clockwise in contour.directions:
+                angle = _angle_from(contour, (at, clockwise), dx, dy)
+                if 0.0 < angle < math.pi:
+                    out, leave = fitting_lead_out(contour, scrap, (at, clockwise))
+                    lead = Lead("line", length, angle)
+                    starts.append(CutStart(number, at, clockwise, entry, leave, lead, out, pierce=False))
+    return starts
+
+
+# -- other places ----------------------------------------------------------------------------------------------------
+
+
+def start_at(
+    contour: CutContour,
+    scrap: Scrap,
+    like: CutStart,
+    at: float,
+    wanted: Callable[[CutStart], bool] = lambda _: True,
+) -> CutStart | None:
+    """Return a start at another place of its contour with the same leads; None if they do not fit there.
+
+    `wanted` is called first, since it takes less time.
+    """
+    if not contour.may_start(at):
+        return None
+    place, rules = (at, like.clockwise), contour.rules
+    lead = leads_from_centre(contour, [place])[0] if _is_from_centre(contour, like) else like.lead_in
+    x, y = contour.lead_points(lead, *place)[0].tolist()
+    end = contour.end_of(*place)
+    moved = replace(like, at=at, lead_in=lead, entry=(x, y), exit=contour.path.point_at(end))
+    if like.lead_out.style != "none":
+        u, v = contour.lead_points(like.lead_out, end, like.clockwise, out=True)[-1].tolist()
+        moved = replace(moved, exit=(u, v))
+    if not wanted(moved):
+        return None
+    if like.lead_in.style != "none" and contour.has_leads:
+        clear = bool(rules.kerf > 0.0 and scrap.clear(np.array([like.entry]), rules.kerf)[0])
+        if not lead_ins_fit(contour, scrap, [lead], [place], clear)[0]:
+            return None
+    if like.lead_out.style == "none":
+        return moved
+    fitting, _ = fitting_lead_out(contour, scrap, place, like.lead_out)
+    return moved if fitting == like.lead_out else None
+
+
+def _is_from_centre(contour: CutContour, start: CutStart) -> bool:
+    """Return whether the lead-in comes from the middle of a small hole, and so changes with the place."""
+    if not contour.is_small or start.lead_in.style != "line":
+        return False
+    middle = leads_from_centre(contour, [(start.at, start.clockwise)])[0]
+    return abs(middle.length - start.lead_in.length) < 1e-6 and abs(middle.angle - start.lead_in.angle) < 1e-6

@@ -1,0 +1,262 @@
+"""The motion of the torch for ordered cuts."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from leafcut.errors import PlanError
+from leafcut.geometry.arrays import Point
+from leafcut.geometry.polyline import Polyline, Segment
+from leafcut.model.cutting import Cut, CutData
+from leafcut.model.machine import Probe
+from leafcut.model.obstacles import Obstacles
+from leafcut.model.toolpath import UNKNOWN, Arc, Kind, Toolpath, ToolpathBuilder
+
+#: Shorter segments are rounding, mm.
+SHORTEST = 1e-6
+#: An arc whose ends are nearer is a line, mm: a bit more than two steps of a program in inches, with four decimals.
+SHORTEST_ARC = 0.006
+#: Points with a smaller distance can be one in a program, mm: the diagonal of a step in inches, with four decimals.
+LEAST_STEP = 0.0037
+#: M3 needs a speed on most controllers; a torch has none.
+TORCH_ON = 1.0
+
+
+@dataclass(frozen=True)
+class TorchSetup:
+    """Cutting data and abilities of a torch or beam and its controller.
+
+    Attributes
+    ----------
+    clearance
+        Height for travel between cuts, mm over the sheet, which is Z0.
+    safe_z
+        Height in machine coordinates at the start and the end, mm, if known.
+    switches
+        Whether the controller can switch the torch off, and hold its height, while it moves. Otherwise it stops.
+    moves_z
+        Whether programs move Z. Otherwise the head keeps its height, also in travel.
+    power, mark_power
+        Power of a beam that cuts, and of one that marks. A marking tool is spindle 1.
+    tolerance
+        Tolerance of rounded corners, mm (G64 P); 0: exact corners.
+    probe
+        Finds the sheet before each pierce; None: the top of the sheet is at Z0.
+    mark_tool
+        Number of the tool that marks; the torch is tool 0. None: marks need no other tool.
+    """
+
+    data: CutData
+    clearance: float
+    safe_z: float | None = None
+    switches: bool = False
+    moves_z: bool = True
+    power: float = TORCH_ON
+    mark_power: float = TORCH_ON
+    tolerance: float = 0.0
+    probe: Probe | None = None
+    mark_tool: int | None = None
+
+
+def lay_cuts(
+    cuts: Sequence[Cut],
+    torch: TorchSetup,
+    *,
+    end: Point | None = None,
+    corners: Mapping[int, Sequence[Point]] = MappingProxyType({}),
+    obstacles: Obstacles | None = None,
+) -> tuple[Toolpath, list[slice]]:
+    """Return the motion of the whole program, and the rows of each cut, from the rapid to it to its rise.
+
+    Parameters
+    ----------
+    end
+        Last place of the head.
+    corners
+        Corners of the travel move to a cut, by its number; to the end, by the number of cuts.
+    obstacles
+        Keep-out zones, avoided by a head that keeps its height; others cross them at the clearance height.
+
+    Raises
+    ------
+    PlanError
+        The travel height is not above the pierce height, or there is no path around an obstacle.
+    """
+    data, clearance = torch.data, torch.clearance
+    if clearance <= max(data.pierce_height, data.cut_height):
+        raise PlanError(
+            f"the torch travels at {clearance:g} mm, not above its pierce height of {data.pierce_height:g} mm; give a "
+            "larger --clearance-height"
+        )
+    avoided = None if torch.moves_z else obstacles
+    builder = ToolpathBuilder()
+    if torch.tolerance > 0.0:
+        builder.blending(640, torch.tolerance)
+    safe_z = torch.safe_z if torch.moves_z else None
+    if safe_z is not None:
+        builder.machine(z=safe_z)
+    elif torch.moves_z:
+        builder.rapid(z=clearance)
+    rows, tool = [], 0
+    for number, cut in enumerate(cuts):
+        first = len(builder)
+        if torch.mark_tool is not None:
+            tool = _change_tool(builder, tool, torch.mark_tool if cut.kind == "mark" else 0)
+        for place in (*corners.get(number, ()), cut.path.start):
+            _travel(builder, avoided, place)
+        if number == 0 and safe_z is not None:
+            builder.rapid(z=clearance)
+        _lay(builder, cut, torch)
+        rows.append(slice(first, len(builder)))
+    _change_tool(builder, tool, 0)
+    if end is not None:
+        for place in (*corners.get(len(cuts), ()), end):
+            _travel(builder, avoided, place)
+    if safe_z is not None:
+        builder.machine(z=safe_z)
+    builder.spindle(0.0)
+    if torch.probe is not None and any(_pierces(cut) for cut in cuts):
+        builder.set_place(Kind.SHIFT, (UNKNOWN, UNKNOWN, UNKNOWN), 0)
+    builder.end()
+    return builder.build(), rows
+
+
+def _travel(builder: ToolpathBuilder, obstacles: Obstacles | None, to: Point) -> None:
+    here = (builder.position[0], builder.position[1])
+    if obstacles is not None and obstacles.between(here, to, None) != -math.inf:
+        turns = obstacles.round(here, to, None)
+        if turns is None:
+            x, y = to
+            raise PlanError(f"there is no path to {x:.4g}, {y:.4g} around the --keep-out zones; move the clamp")
+        for turn in turns:
+            builder.rapid(*turn)
+    builder.rapid(*to)
+
+
+def _change_tool(builder: ToolpathBuilder, tool: int, wanted: int) -> int:
+    """Change to the wanted tool with its offset; return its number."""
+    if tool != wanted:
+        builder.tool(wanted)
+        builder.offset(0)
+    return wanted
+
+
+def _pierces(cut: Cut) -> bool:
+    return cut.pierce and cut.kind == "cut"
+
+
+def _lay(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup) -> None:
+    """Find the sheet, light the torch, follow the path, and rise."""
+    pierces = _pierces(cut)
+    if pierces and torch.probe is not None:
+        builder.probe(-torch.probe.depth, feed=torch.probe.feed)
+        builder.set_place(Kind.SHIFT, (*cut.path.start, -torch.probe.switch_offset), 0)
+    hold = torch.switches and cut.small_hole
+    _light(builder, cut, torch, pierces=pierces, waits=pierces)
+    if hold:
+        builder.height_control(False)
+    if cut.compensation != 40:
+        builder.radius(cut.compensation, torch.data.kerf)
+    _follow_cut(builder, cut, torch)
+    if cut.compensation != 40:
+        builder.spindle(0.0)
+        builder.radius(40)
+    if hold:
+        builder.height_control(True)
+    if cut.compensation == 40:
+        builder.spindle(0.0)
+    if torch.moves_z:
+        builder.rapid(z=torch.clearance)
+
+
+def _light(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup, *, pierces: bool, waits: bool) -> None:
+    """Switch the torch on, at the pierce height if it pierces, wait, and move down to the cut height."""
+    data = torch.data
+    height = data.pierce_height if pierces else data.cut_height
+    if torch.moves_z and builder.position[2] != height:
+        builder.rapid(z=height)
+    marks = cut.kind != "cut"
+    builder.spindle(torch.mark_power if marks else torch.power, number=int(marks))
+    if waits and data.pierce_delay > 0.0:
+        builder.dwell(data.pierce_delay)
+    if torch.moves_z and height != data.cut_height:
+        builder.feed(z=data.cut_height, feed=cut.speeds[0][1])
+
+
+def _follow_cut(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup) -> None:
+    """Follow the path of a cut, section by section between changes of the speed or the torch."""
+    length = cut.path.length
+    changes = {0.0, length, *(at for at, _ in cut.speeds), *(at for span in cut.joints for at in span)}
+    if cut.torch_off_at < length:
+        changes.add(cut.torch_off_at)
+    places = [0.0]
+    for at in sorted(at for at in changes if 0.0 < at <= length - LEAST_STEP):
+        places += [at] if at - places[-1] >= LEAST_STEP else []
+    places.append(length)
+    burning = True
+    for low, high in itertools.pairwise(places):
+        middle = 0.5 * (low + high)
+        on = middle < cut.torch_off_at and not any(a < middle < b for a, b in cut.joints)
+        if on != burning and torch.switches:
+            builder.torch(on)
+        elif on != burning and on:
+            _light(builder, cut, torch, pierces=False, waits=True)
+        elif on != burning:
+            builder.spindle(0.0)
+        burning = on
+        feed = next(f for at, f in reversed(cut.speeds) if at <= middle)
+        follow(builder, cut.path.piece(low, high), feed)
+    if torch.switches and not burning:
+        builder.torch(True)
+
+
+def follow(builder: ToolpathBuilder, path: Polyline, feed: float) -> None:
+    """Cut along an open path from its start, at one speed."""
+    for s in _writable(without_short_steps(path)):
+        if s.is_arc:
+            z = builder.position[2]
+            builder.arc(s.bulge < 0.0, (*s.end, z), Arc((*s.center, z)), feed=feed)
+        elif abs(s.end[0] - s.start[0]) > SHORTEST or abs(s.end[1] - s.start[1]) > SHORTEST:
+            builder.feed(*s.end, feed=feed)
+
+
+def without_short_steps(path: Polyline) -> Polyline:
+    """Return an open path without segments that the decimals of a program could turn into one point.
+
+    Both ends stay. The segment after one that is left out starts where that one started.
+    """
+    lengths, rows = path.lengths, path.vertices
+    if lengths.min(initial=math.inf) >= LEAST_STEP:
+        return path
+    kept: list[tuple[float, float, float]] = []
+    x, y, left_out = float(rows[0, 0]), float(rows[0, 1]), 0.0
+    for length, row, after in zip(lengths.tolist(), rows.tolist(), rows[1:].tolist(), strict=False):
+        left_out += length
+        if left_out < LEAST_STEP:
+            continue
+        kept.append((x, y, row[2] if length >= LEAST_STEP else 0.0))
+        x, y, left_out = after[0], after[1], 0.0
+    return Polyline(np.array([*(kept or [(x, y, 0.0)]), (*path.end, 0.0)]))
+
+
+def _writable(path: Polyline) -> Iterator[Segment]:
+    """Yield the segments of a path, without arcs whose ends the decimals of a program could turn into one point.
+
+    A short arc becomes its chord, which differs by less than half its length; a nearly full circle becomes two arcs.
+    """
+    for s in path.segments():
+        if not s.is_arc or math.dist(s.start, s.end) >= SHORTEST_ARC:
+            yield s
+            continue
+        arc = Polyline(np.array([[*s.start, s.bulge], [*s.end, 0.0]]))
+        if arc.length < math.pi * SHORTEST_ARC:
+            yield s._replace(bulge=0.0)
+        else:
+            yield from arc.piece(0.0, 0.5 * arc.length).segments()
+            yield from arc.piece(0.5 * arc.length, arc.length).segments()

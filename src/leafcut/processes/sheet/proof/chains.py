@@ -1,0 +1,104 @@
+"""The proof of chains: runs of the torch that cut several contours, and the bridges between these."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import shapely
+from shapely.ops import substring
+
+from leafcut.model.difference import Difference
+from leafcut.processes.sheet.proof.laid_runs import MOST, Claim, LaidRuns, wrong
+from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE
+from leafcut.processes.sheet.proof.torch_runs import TorchRun
+from leafcut.proof.difference import place
+
+#: Step along bridges, in kerfs.
+STEP = 0.2
+#: Distance in kerfs within which a bridge leaves the kerfs at its start.
+LEAVES_WITHIN = 4.0
+#: Stretches of a run may overlap by this and still follow each other, mm.
+OVERLAP = 0.2
+
+
+def check_chains(laid: LaidRuns) -> list[Difference]:
+    """Return the faults of runs that cut several contours.
+
+    They cut one contour after the other, each whole, as planned. A bridge leaves the kerf at its start, and runs into
+    no other: the arc would go out. No other run crosses it, and it is in no detached scrap.
+    """
+    cuts, kerf, lines, found = laid.plan.cuts, laid.kerf, laid.burnt, list[Difference]()
+    followed: list[list[Claim]] = [[] for _ in laid.runs]
+    for claim in laid.claims:
+        in_group = claim.run < len(cuts) and cuts[claim.run].group
+        if claim.followed > MOST * claim.target.way.length and not in_group:
+            followed[claim.run].append(claim)
+    tree = shapely.STRtree(lines)
+    for number, own in enumerate(followed):
+        planned = cuts[number].contours if number < len(cuts) and not cuts[number].group else ()
+        if len(own) < 2 and len(planned) < 2:
+            continue
+        run, steps = laid.runs[number], sorted(own, key=lambda f: f.first)
+        found += _in_turn(run, steps, planned)
+        for before, after in itertools.pairwise(steps):
+            bridge = _stretch(run, before.last, after.first)
+            if bridge is None:
+                continue
+            found += _leaves(run, before.last, bridge, kerf)
+            earlier = [f for k in range(number) for f in followed[k]]
+            found += _loose(run, [*earlier, *(f for f in own if f.last <= before.last + OVERLAP)], bridge)
+            for other in tree.query(bridge, predicate="dwithin", distance=kerf - 2.0 * TOLERANCE).tolist():
+                if other != number:
+                    x, y = shapely.get_coordinates(shapely.shortest_line(lines[other], bridge))[0]
+                    text = f"a bridge and another cut cross at {place(x, y)}: the arc would go out"
+                    found.append(wrong("chain", text, laid.runs[max(number, other)].line))
+    return found
+
+
+def _in_turn(run: TorchRun, steps: Sequence[Claim], planned: Sequence[int]) -> list[Difference]:
+    got = tuple(f.target.index for f in steps)
+    if got != tuple(planned):
+        words = [" and ".join(str(k + 1) for k in numbers) or "none" for numbers in (got, planned)]
+        return [wrong("chain", f"a run cuts contours {words[0]}; planned are {words[1]}", run.line)]
+    for before, after in itertools.pairwise(steps):
+        if before.last > after.first + OVERLAP:
+            one, other = before.target.index + 1, after.target.index + 1
+            return [wrong("chain", f"contour {other} is begun before contour {one} is done", run.line)]
+    return []
+
+
+def _stretch(run: TorchRun, begin: float, end: float) -> Any:
+    """Return the path of a run between two distances along it, a shapely line; None for nothing."""
+    return None if end - begin <= OVERLAP else substring(shapely.LineString(run.points), begin, end)
+
+
+def _leaves(run: TorchRun, at: float, bridge: Any, kerf: float) -> list[Difference]:
+    """Return the difference of a bridge that runs into a kerf of its own run; it starts at `at` along that, mm."""
+    done = _stretch(run, 0.0, at)
+    if done is None:
+        return []
+    count = max(math.ceil(bridge.length / (STEP * kerf)), 4)
+    along = np.linspace(0.0, bridge.length, count + 1)
+    points = shapely.line_interpolate_point(bridge, along)
+    apart = shapely.distance(points, done) >= kerf - 2.0 * TOLERANCE
+    left = np.maximum.accumulate(apart) | (along > LEAVES_WITHIN * kerf)
+    clear = apart | ~left
+    clear[-1] = apart[-1]
+    if clear.all():
+        return []
+    point = points[int(np.argmin(clear))]
+    text = f"a bridge runs into a kerf of its own at {place(point.x, point.y)}: the arc would go out"
+    return [wrong("chain", text, run.line)]
+
+
+def _loose(run: TorchRun, done: Sequence[Claim], bridge: Any) -> list[Difference]:
+    """Return the difference of a bridge that crosses what a contour, `done` before, has detached."""
+    middle = bridge.interpolate(0.5, normalized=True)
+    for f in done:
+        if f.target.shape is not None and f.target.shape.contains(middle):
+            return [wrong("chain", f"a bridge crosses what contour {f.target.index + 1} has cut free", run.line)]
+    return []

@@ -1,0 +1,90 @@
+"""The proof of common lines: cut once for both parts, before the cut that detaches the parts, into no other kerf."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import shapely
+
+from leafcut.model.difference import Difference
+from leafcut.model.kinds import CutMethod, method_of
+from leafcut.processes.sheet.proof.laid_runs import LaidRuns, wrong
+from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE
+from leafcut.processes.sheet.proof.torch_runs import TorchRun
+from leafcut.proof.difference import place
+
+#: Methods whose arc or flame goes out without metal.
+NEED_METAL = (CutMethod.PLASMA, CutMethod.OXYFUEL)
+#: Kerfs that only cross coincide over less than this, in kerfs and in mm.
+CROSSING_KERFS, CROSSING = 1.0, 0.2
+#: Tolerance of the end of a line at another line, mm.
+AT_END = 0.1
+
+
+def check_common_lines(laid: LaidRuns) -> list[Difference]:
+    """Return the faults of runs that cut edges for two parts.
+
+    No stretch of them is cut by another run. Each lies within the area that the run around its parts encloses, and
+    comes before that run. If the method needs metal, a line runs into an earlier one only at its end. The run around
+    has the wanted direction. That each part is cut all the way is proved from the parts themselves.
+    """
+    runs, lines, found = laid.runs, laid.burnt, list[Difference]()
+    cuts = dict(enumerate(laid.plan.cuts[: len(runs)]))
+    common = [k for k, cut in cuts.items() if cut.common > 0.0]
+    if not common:
+        return []
+    tree = shapely.STRtree(lines)
+    for k in common:
+        for other in tree.query(lines[k], predicate="dwithin", distance=TOLERANCE).tolist():
+            both = lines[k].intersection(lines[other].buffer(TOLERANCE))
+            if other != k and both.length > max(CROSSING_KERFS * laid.kerf, CROSSING) + 2.0 * TOLERANCE:
+                x, y = shapely.get_coordinates(both)[0]
+                text = f"an edge of two parts is cut twice at {place(x, y)}"
+                found.append(wrong("cut twice", text, runs[max(k, other)].line))
+    for group in sorted({cuts[k].group for k in common}):
+        found += _in_group(laid, group, [k for k in common if cuts[k].group == group])
+    if method_of(laid.plan.data.process) in NEED_METAL:
+        found += _crossed(laid, common)
+    return found
+
+
+def _in_group(laid: LaidRuns, group: int, own: Sequence[int]) -> Iterator[Difference]:
+    """Yield the faults of the order of a group, or of the run around it."""
+    runs, lines, cuts, kerf = laid.runs, laid.burnt, laid.plan.cuts, laid.kerf
+    around = [k for k, cut in enumerate(cuts[: len(runs)]) if cut.group == group and not cut.common]
+    if len(around) != 1:
+        text = f"{len(around)} runs go around parts with common lines; one must"
+        yield wrong("out of order", text, runs[own[0]].line)
+        return
+    last = around[0]
+    swept = shapely.get_parts(lines[last].buffer(0.5 * kerf, quad_segs=32))
+    body = max((shapely.Polygon(p.exterior) for p in swept), key=lambda p: p.area).buffer(TOLERANCE - 0.5 * kerf)
+    for k in own:
+        if k > last:
+            text = "a common line comes after the cut around its parts, which lets them go"
+            yield wrong("out of order", text, runs[k].line)
+        if lines[k].intersection(body).length < cuts[k].common - TOLERANCE:
+            text = f"the common line begun at {place(*runs[k].start)} is not within its parts"
+            yield wrong("out of order", text, runs[k].line)
+    asked = cuts[last].choice.direction
+    if asked in ("clockwise", "counter-clockwise") and _clockwise(runs[last]) != (asked == "clockwise"):
+        text = f"the cut around parts with common lines is not {asked}"
+        yield wrong("direction", text, runs[last].line)
+
+
+def _clockwise(run: TorchRun) -> bool:
+    x, y = (run.points - run.points[0]).T
+    return float(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1])) < 0.0
+
+
+def _crossed(laid: LaidRuns, common: Sequence[int]) -> Iterator[Difference]:
+    """Yield the common lines that cross the kerf of an earlier one: the arc would go out."""
+    for early, late in itertools.combinations(sorted(common), 2):
+        met = laid.burnt[late].intersection(laid.burnt[early])
+        end = shapely.Point(laid.runs[late].points[-1])
+        if not met.is_empty and shapely.distance(met, end) > AT_END:
+            x, y = shapely.get_coordinates(met)[0]
+            text = f"a common line crosses an earlier one at {place(x, y)}"
+            yield wrong("crosses a kerf", text, laid.runs[late].line)

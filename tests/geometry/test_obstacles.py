@@ -1,0 +1,49 @@
+"""Shortest paths around obstacles, against brute force and by hand."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+import shapely
+
+from leafcut.geometry.obstacles import BESIDE, MARGIN, ObstacleMap, shortest_path
+
+SQUARES = {0: shapely.box(0, 0, 10, 10), 1: shapely.box(15, 0, 25, 10)}
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_no_other_path_of_a_small_graph_is_shorter(seed: int) -> None:
+    chance = np.random.default_rng(seed)
+    lengths = chance.uniform(1.0, 10.0, (6, 6))
+    lengths[chance.random((6, 6)) < 0.4] = math.inf
+    orders = (order for n in range(5) for order in itertools.permutations(range(2, 6), n))
+    paths = [[0, *order, 1] for order in orders]
+    best = min(paths, key=lambda path: sum(lengths[a, b] for a, b in itertools.pairwise(path)))
+    length = sum(lengths[a, b] for a, b in itertools.pairwise(best))
+    assert shortest_path(6, lengths.__getitem__, 0, 1) == (best if math.isfinite(length) else None)
+
+
+def test_a_path_keeps_the_radius_from_standing_polygons_and_ignores_others() -> None:
+    """From the left of the first square to its right: straight over it, or around two of its corners."""
+    obstacles = ObstacleMap(SQUARES, {})
+    a, b = (-5.0, 4.0), (12.5, 4.0)
+    assert obstacles.crossed(a, b) == {0}
+    assert obstacles.path_around(a, b, set(), 2.0) == []
+    corners = obstacles.path_around(a, b, {0}, 2.0)
+    assert corners is not None
+    beside = max(MARGIN, 2.0 + BESIDE)
+    assert {y for _, y in corners} <= {-beside, 10.0 + beside}
+    assert shapely.LineString([a, *corners, b]).distance(SQUARES[0]) >= 2.0 - 0.02
+    assert obstacles.path_around(a, b, {0}, 2.0) == corners
+
+
+def test_no_path_crosses_a_wall_whatever_stands() -> None:
+    """A wall beside the first square closes the shorter side."""
+    wall = shapely.box(-2, -30, 12, -0.5)
+    a, b = (-5.0, 4.0), (12.5, 4.0)
+    corners = ObstacleMap(SQUARES, {-1: wall}).path_around(a, b, {0}, 0.0)
+    assert corners is not None
+    assert {y for _, y in corners} == {10.0 + MARGIN}
