@@ -438,7 +438,7 @@ def planned_chains(cutting: Cutting, plan: PlanFile, *, everything: bool = False
     position = {c.index: k for k, c in enumerate(cutting.contours)}
     chains: list[list[CutStart]] = []
     if plan.cuts and plan.cuts[0].bridge and (everything or "bridge" in plan.cuts[0].fixed):
-        raise PlanError(f"{plan.source}: cut 1: there is no cut before it to bridge from")
+        raise PlanError(f"{plan.source}: cut 1: no cut precedes it, so it cannot have a bridge")
     for number, (before, choice) in enumerate(itertools.pairwise(plan.cuts), 2):
         if not choice.bridge or not (everything or "bridge" in choice.fixed):
             continue
@@ -448,7 +448,7 @@ def planned_chains(cutting: Cutting, plan: PlanFile, *, everything: bool = False
             or b is None
             or not joins(cutting.contours, (a.contour, b.contour), (a.exit, b.entry), cutting.scrap)
         ):
-            raise PlanError(f"{plan.source}: cut {number}: there is no path through the scrap from the cut before it")
+            raise PlanError(f"{plan.source}: cut {number}: no path through the scrap leads to it from the cut before")
         if chains and chains[-1][-1].contour == a.contour:
             chains[-1].append(b)
         else:

@@ -280,7 +280,7 @@ def programmed_path(contour: CutContour, start: CutStart) -> tuple[Polyline, flo
     drawn = _drawn(contour)
     line, point = flat_line(drawn), shapely.Point(*on)
     if shapely.distance(point, line) > ROUNDING + FLATNESS:
-        raise PlanError(f"{contour.name()}: the controller's compensation cannot begin at ({on[0]:.5g}, {on[1]:.5g})")
+        raise PlanError(f"{contour.name()}: the controller's compensation cannot start at ({on[0]:.5g}, {on[1]:.5g})")
     at = float(shapely.line_locate_point(line, point, normalized=True)) * drawn.length
     body = _from(drawn, at, drawn.length + contour.overcut, start.clockwise)
     wanted = contour.lead_at(start.lead_in, start.at, start.clockwise)

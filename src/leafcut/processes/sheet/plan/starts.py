@@ -97,7 +97,7 @@ def _refusal(stuck: list[CutContour], contours: list[CutContour], rules: CutRule
     names = "; ".join(c.name() for c in stuck[:3]) + (f" and {len(stuck) - 3} more" if len(stuck) > 3 else "")
     if rules.edge_start:
         return (
-            f"the sheet is above the pierce capacity: cuts begin at its edge, and no cut from there reaches "
+            f"the sheet is above the pierce capacity: cuts start at its edge, and no cut from there reaches "
             f"{names}; drill a hole there first and give --pierce-delay, or nest it nearer to the edge"
         )
     # The controller cannot turn its compensation on without a lead.

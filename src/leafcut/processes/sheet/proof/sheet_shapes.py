@@ -152,7 +152,7 @@ def check_divided(drawn: Sheet, sheet: Sheet, half: float) -> list[Difference]:
     pieces = [_polygon(one) for one in (*(sheet.contours[k] for k in changed), *added) if not one.chamber]
     found = _check_chambers(drawn, [_polygon(one) for one in added if one.chamber], half)
     found += [
-        _divided(f"what was divided is no hole, at {_middle(shape)}")
+        _divided(f"a divided contour is no hole, at {_middle(shape)}")
         for k, shape in holes.items()
         if not drawn.contours[k].is_hole
     ]
