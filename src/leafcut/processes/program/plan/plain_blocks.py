@@ -1,4 +1,4 @@
-"""Blocks whose words say all that they do, so that other numbers may be put into them."""
+"""Blocks that are fully described by their words, so that their numbers can be replaced."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from leafcut.gcode.words import BlockError, Word, tokenise
 
 
 def block_of_row(program: Program, row: int) -> int:
-    """Return the block that made a row of the path."""
+    """Return the block of a row of the path."""
     return int(program.first.searchsorted(row, side="right")) - 1
 
 
 def words_of_row(program: Program, row: int) -> tuple[Word, ...]:
-    """Return the words of the line that a row of the path stands on; none where they are not plain words."""
+    """Return the words of the line of a row of the path; none if they are not plain words."""
     line = program.lines[int(program.line[block_of_row(program, row)]) - 1]
     try:
         return tokenise(line.rstrip("\r\n")).words
@@ -21,7 +21,7 @@ def words_of_row(program: Program, row: int) -> tuple[Word, ...]:
 
 
 def is_plain(program: Program, row: int) -> bool:
-    """Return whether a row is all that its block does, in absolute places and uncompensated, once and in any case."""
+    """Return whether a row is the only effect of its block: absolute, uncompensated, and run exactly once."""
     block = block_of_row(program, row)
     if int(program.first[block + 1]) - int(program.first[block]) != 1:
         return False

@@ -77,10 +77,10 @@ def certify(
       at the same place. Only whole tool changes may be missing.
     - Between two barriers (`matching`): the same holes, cuts and dwells, in any order, with these exceptions.
     - Cuts that touch each other keep their order (`touching_order`).
-    - What lies inside a closed cut, or inside an outline with tabs, stays before or after it (`inner_first`, `tabbed`).
+    - What lies inside a closed cut, or inside an outline with tabs, stays before or after it (`outlines`).
       With a laser or torch only what came before it must stay before it.
-    - Passes of a mill at two levels or side by side, and rows, keep their order (`passes`).
-    - Work that came before a mill freed a part still comes before it (`loosened`).
+    - Passes of a mill at two levels or side by side, and rows, keep their order (`order_rules`).
+    - Work that came before a mill freed a part still comes before it (`order_rules`).
     - Rapids leave, cross and arrive nowhere lower than the original did at that place (`rapids`).
     - The new program reaches no farther than the original. Where the machine's work offset is known, it stays within
       the travel.

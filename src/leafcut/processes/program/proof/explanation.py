@@ -1,7 +1,7 @@
-"""What became of work that has no equal, as a machinist tells it: each thing once, and not what only follows from it.
+"""Explains work without an equal in the terms of a machinist: each change once, without its consequences.
 
-A feed that was changed in one block counts for all cuts up to the next one: that is one difference. A cut whose only
-change is that it begins where the one before it now ends is none of its own.
+A feed changed in one block holds for all cuts up to the next feed: that is one difference. A cut that only begins at
+the changed end of its predecessor is no difference.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ from leafcut.processes.program.proof.matching import (
 )
 from leafcut.proof.difference import place
 
-#: So many missing features are explained, the rest is counted; and so many at one place are tried for one of them.
+#: Missing features that are explained, the others are counted; candidates at one place for each of them.
 _MOST_EXPLAINED, _MOST_TRIED = 20_000, 40
-#: No more than this are looked through for one that has moved.
+#: Candidates for a feature that has moved.
 _MOST_MOVED = 200
-#: So many holes are named by their places.
+#: Holes that are named by their places.
 _MOST_NAMED = 3
-#: A cut goes on from another one that ends as near as this, mm.
+#: A cut continues another one that ends within this distance, mm.
 _NEAR = 1e-6
 
 #: Features that follow each other without a move between them; a hole by itself.
@@ -57,7 +57,7 @@ class Explanation(NamedTuple):
 
 
 class _Changed(NamedTuple):
-    """A feature, what it became, and in what they differ: where it begins, and all else."""
+    """A feature, its counterpart, and their differences: in the start, and all others."""
 
     one: Feature
     other: Feature
@@ -66,7 +66,7 @@ class _Changed(NamedTuple):
 
 
 def explain(pairing: Pairing, room: Room, implied: Sequence[str] = ()) -> Explanation:
-    """Return what became of every feature without an equal: done elsewhere, changed, moved, gone or new.
+    """Explain each feature without an equal: done elsewhere, changed, moved, gone or new.
 
     Changes that match one of the patterns `implied` are told already.
     """
@@ -78,7 +78,7 @@ def explain(pairing: Pairing, room: Room, implied: Sequence[str] = ()) -> Explan
     sides = pairing.before, pairing.after
     stretches = [list(_stretches(rest, side)) for rest, side in zip((gone, new), sides, strict=True)]
     if counted:
-        # What is new may be that which was not looked at.
+        # New features may be counterparts of the features that were only counted.
         stretches[1] = []
     found += _moved(stretches[0], stretches[1], sides, room)
     for words, verb, rest, side in (
@@ -87,7 +87,7 @@ def explain(pairing: Pairing, room: Room, implied: Sequence[str] = ()) -> Explan
     ):
         found += (_whole(words, verb, group, side) for group in _neighbours(rest))
     if not found and (missing or extra) and not implied:
-        # Nothing says why they have no equal: that must not be kept quiet.
+        # Without an explanation, the programs still differ.
         one, other = (side[0].line if side else 0 for side in (missing, extra))
         found.append(Difference("not compared", one, other, "so much lies at one place that it cannot be compared"))
     found.sort(key=lambda one: one.original or one.new)
@@ -95,7 +95,7 @@ def explain(pairing: Pairing, room: Room, implied: Sequence[str] = ()) -> Explan
 
 
 def _done_elsewhere(pairing: Pairing, room: Room) -> tuple[list[Difference], list[Feature], list[Feature]]:
-    """Return what is done before or after another barrier, and what is left."""
+    """Return the features done before or after another barrier, and the others."""
     missing, extra = pairing.missing, pairing.extra
     if not any(f.group for f in (*missing, *extra)):
         return [], missing, extra
@@ -111,7 +111,7 @@ def _done_elsewhere(pairing: Pairing, room: Room) -> tuple[list[Difference], lis
 
 
 def _in_a_row(pairs: list[tuple[Feature, Feature]]) -> Iterator[list[tuple[Feature, Feature]]]:
-    """Yield pairs in groups that follow each other in both programs."""
+    """Yield groups of pairs that are consecutive in both programs."""
     group: list[tuple[Feature, Feature]] = []
     for pair in pairs:
         if group and (pair[0].number, pair[1].number) != (group[-1][0].number + 1, group[-1][1].number + 1):
@@ -125,7 +125,7 @@ def _in_a_row(pairs: list[tuple[Feature, Feature]]) -> Iterator[list[tuple[Featu
 def _changed(
     missing: list[Feature], extra: list[Feature], room: Room, known: re.Pattern[str]
 ) -> tuple[list[_Changed], list[Feature], list[Feature]]:
-    """Return what is at its place, but changed, and what is gone and new."""
+    """Return the features that changed at their place, and those that are gone and new."""
     cells = sorted_into_cells(extra, room.place, 2)
     pairs, gone = [], []
     for feature in missing:
@@ -144,7 +144,7 @@ def _changed(
 
 
 def _changes_told(pairs: list[_Changed], gone: list[Feature], new: list[Feature]) -> Iterator[Difference]:
-    """Yield the changes, those that are the same in one difference; what only follows from another is left out."""
+    """Yield the changes, equal ones as one difference; changes that follow from others are left out."""
     differing = [pair for pair in pairs if pair.rest]
     ends = [
         {f.number: f.place[:3] for f in side}
@@ -180,7 +180,7 @@ def _changes_told(pairs: list[_Changed], gone: list[Feature], new: list[Feature]
 
 
 def _runs(pairs: list[_Changed]) -> Iterator[list[_Changed]]:
-    """Yield those that follow each other in the original."""
+    """Yield groups that are consecutive in the original."""
     run: list[_Changed] = []
     for pair in pairs:
         if run and pair.one.number != run[-1].one.number + 1:
@@ -192,7 +192,7 @@ def _runs(pairs: list[_Changed]) -> Iterator[list[_Changed]]:
 
 
 def _stretches(features: list[Feature], side: Features) -> Iterator[Stretch]:
-    """Yield features that follow each other without a move between them."""
+    """Yield groups of features without a move between them."""
     stretch: Stretch = []
     for feature in sorted(features, key=lambda f: f.number):
         if stretch and not _goes_on(stretch[-1], feature):
@@ -206,7 +206,7 @@ def _stretches(features: list[Feature], side: Features) -> Iterator[Stretch]:
 def _goes_on(one: Feature, other: Feature) -> bool:
     if other.number != one.number + 1 or _is_cycle(one) or _is_cycle(other) or _tool(one) != _tool(other):
         return False
-    # A hole that is pecked by single moves is one, though the tool goes up at rapid in between.
+    # A hole pecked by single moves is one hole, in spite of the rapids up.
     pecked = _is_upright(one) and _is_upright(other) and _same(one.place[:2], other.place[:2])
     return pecked or _same(one.place[:3], other.place[3:6])
 
@@ -216,7 +216,7 @@ def _is_upright(feature: Feature) -> bool:
 
 
 def _neighbours(stretches: list[Stretch]) -> Iterator[list[Stretch]]:
-    """Yield stretches in groups that nothing lies between."""
+    """Yield groups of adjacent stretches."""
     group: list[Stretch] = []
     for stretch in stretches:
         if group and (stretch[0].number != group[-1][-1].number + 1 or _tool(stretch[0]) != _tool(group[0][0])):
@@ -228,7 +228,7 @@ def _neighbours(stretches: list[Stretch]) -> Iterator[list[Stretch]]:
 
 
 def _whole(words: str, verb: str, group: list[Stretch], side: Features) -> Difference:
-    """Return the difference that neighbours are gone or new."""
+    """Return the difference for adjacent stretches that are gone or new."""
     features = [feature for stretch in group for feature in stretch]
     holes = [_hole(stretch, side) for stretch in group]
     text = (
@@ -262,7 +262,7 @@ def _stretch_said(stretch: Stretch, hole: str) -> str:
 
 
 def _hole(stretch: Stretch, side: Features) -> str:
-    """Return a hole in words: a cycle, or cuts straight down and up that no other goes on from; else nothing."""
+    """Return the words for a hole: a cycle, or cuts straight down and up without a continuation; otherwise ""."""
     first, last = stretch[0], stretch[-1]
     if _is_cycle(first):
         return f"{name_of(first.exact[0])} at {place(*first.place[:3])}"
@@ -280,7 +280,7 @@ def _hole(stretch: Stretch, side: Features) -> str:
 def _moved(
     gone: list[Stretch], new: list[Stretch], sides: tuple[Features, Features], room: Room
 ) -> Iterator[Difference]:
-    """Yield what is the same but at another place; it is taken from both lists."""
+    """Yield the features that have only moved, and remove them from both lists."""
     if len(new) > _MOST_MOVED or len(gone) > _MOST_MOVED:
         return
     groups: dict[tuple[float, ...], list[tuple[Stretch, Stretch]]] = defaultdict(list)
@@ -308,7 +308,7 @@ def _moved(
 
 
 def _only_moved(one: Stretch, other: Stretch, room: Room) -> bool:
-    """Return whether holes, dwells and cuts are the same but for their place, or a single cut but for its end."""
+    """Return whether holes, dwells and cuts differ only in their place, or a single cut only in its end."""
     if len(one) != len(other) or any(a.exact != b.exact for a, b in zip(one, other, strict=True)):
         return False
     if not all(map(math.isfinite, (*one[0].place[:2], *other[0].place[:2]))):
@@ -340,7 +340,7 @@ def _also(lines: list[tuple[int, int]]) -> tuple[tuple[int, int], ...]:
 
 
 def _same(a: tuple[float, ...] | None, b: tuple[float, ...]) -> bool:
-    """Return whether two places are one; what is not known is where nobody knows."""
+    """Return whether two places are equal; an unknown coordinate equals an unknown one."""
     if a is None:
         return False
     return all(abs(p - q) <= _NEAR or (math.isnan(p) and math.isnan(q)) for p, q in zip(a, b, strict=True))
@@ -351,7 +351,7 @@ def _said(feature: Feature) -> str:
 
 
 def _counted(features: list[Feature]) -> str:
-    """Return how many there are: ``3 holes``, ``7 cuts and 1 dwell``."""
+    """Return the count in words: ``3 holes``, ``7 cuts and 1 dwell``."""
     nouns = Counter(_noun([feature]) for feature in features)
     return " and ".join(f"{n} {noun}{'s' if n > 1 else ''}" for noun, n in nouns.most_common())
 
@@ -369,7 +369,7 @@ def _tool(feature: Feature) -> int:
 
 
 def _noun(features: Iterable[Feature]) -> str:
-    """Return what most of them are."""
+    """Return the most frequent one."""
     return Counter(
         "hole" if _is_cycle(f) else "dwell" if name_of(f.exact[0]) == "dwell" else "cut" for f in features
     ).most_common(1)[0][0]

@@ -1,7 +1,7 @@
-"""Modes that a program states before it relies on them: G90, G17, G40, G94 and their like in a safe-start line.
+"""Modes that a program states before it relies on them: G90, G17, G40, G94 and others in a safe-start line.
 
-Without its word a mode is what the machine was left in. The two programs are read as a control is when it is switched
-on, so that nothing else tells them apart.
+Without its word, a mode has the last state of the machine. Both programs are read in the initial state of the control,
+so the compared motion does not show a missing word.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from leafcut.model.toolpath import Kind
 from leafcut.processes.program.proof.barriers import Mark
 from leafcut.processes.program.proof.program_work import ProgramWork
 
-#: What is not understood may rely on anything.
+#: A block that is not understood may rely on any mode.
 _ARCS = (Kind.FOREIGN, Kind.ARC_CW, Kind.ARC_CCW)
 _CYCLES = (Kind.FOREIGN, Kind.DRILL)
 _ROUND = (*_ARCS, Kind.DRILL)

@@ -1,8 +1,7 @@
-"""The operations of the CAM that wrote a program, as its comments mark them, and sections divided by them.
+"""Finds the operations of the CAM by the comments of a program, and divides sections by them.
 
-A comment on lines of its own between two pieces of work begins an operation, unless it is the name of one piece: a
-text that comes again and again, numbers left out of account, with one or two pieces each time; or one of several in a
-row with a single piece each.
+A comment on lines of its own between two pieces of work begins an operation, unless it names a single piece: a text
+that recurs (without its numbers) with one or two pieces each, or one of several consecutive comments with a piece each.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ from leafcut.processes.program.plan.precedence.precedence import freeing_stages
 from leafcut.processes.program.plan.precedence.staying import why_pieces_stay
 from leafcut.processes.program.plan.sections.program_rows import Rows
 
-#: A text that comes so often, with so many pieces at most (the median), names pieces.
+#: A text with at least this many occurrences and at most this median number of pieces names pieces.
 _OFTEN, _FEW = 3, 2
 
 _NUMBERS = re.compile(r"[-+]?[0-9]*\.?[0-9]+")
@@ -33,7 +32,7 @@ _WORD = re.compile(r"[^\W\d_]{2}")
 
 
 def keep_apart(program: Program, sequence: Sequence, rows: Rows, mix_operations: bool) -> Sequence:
-    """Return the sequence with its sections divided where an operation of the CAM begins, and where parts come free.
+    """Return the sequence with its sections divided at operations of the CAM, and where parts come free.
 
     What frees parts and has no other work behind it is a section of its own: all else comes before it anyway. Of a
     laser or a torch, and with `mix_operations`, operations are not looked for. Each piece that can then stand nowhere
@@ -52,7 +51,7 @@ def keep_apart(program: Program, sequence: Sequence, rows: Rows, mix_operations:
 
 
 def _part(section: Section, low: int, high: int) -> Section:
-    """Return the pieces low … high - 1 of a section as a section of their own."""
+    """Return the pieces low … high - 1 of a section as a section."""
     if high - low == len(section.pieces):
         return section
     pairs = section.precedence
@@ -68,7 +67,7 @@ def _part(section: Section, low: int, high: int) -> Section:
 
 
 def _operations(program: Program, section: Section, rows: Rows) -> list[int]:
-    """Return the pieces, but for the first, with which operations begin."""
+    """Return the first piece of each operation but the first one."""
     pieces = section.pieces
     last_cut = np.concatenate([[-1], last_rows(rows.cut)])
     texts = {k: text for k in range(len(pieces)) if (text := _remark(program, section, rows, k, last_cut))}
@@ -84,7 +83,7 @@ def _operations(program: Program, section: Section, rows: Rows) -> list[int]:
 
 
 def _remark(program: Program, section: Section, rows: Rows, number: int, last_cut: NDArray[np.int64]) -> str:
-    """Return what stands in comments of their own between the work before a piece and the way to its own.
+    """Return the comments on lines of their own between the last work and the first rapid of a piece.
 
     Numbers are left out, so that names of pieces in a row are one text. `last_cut` is the row of the last cut before
     every row, -1 where there is none.
