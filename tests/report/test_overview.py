@@ -49,9 +49,9 @@ def test_what_is_told_stands_in_the_report_in_the_same_words(outcome: Outcome[An
     page, found = html.unescape(write_page(report_of(outcome))), overview_as_json(report_of(outcome))
     english = words("en")
     for tile in found["tiles"]:
-        assert english.said(tile["name"]) in page
+        assert english.report_text(tile["name"]) in page
         assert tile["figure"] in page
-        assert english.said(tile["words"]) in page
+        assert english.report_text(tile["words"]) in page
     for row in found["parts"]["rows"]:
         assert row["total"] in page
 
@@ -108,7 +108,7 @@ def test_every_strategy_of_a_pocket_has_a_way_over_one_level() -> None:
 
     options = {"tool_diameter": "10", "depth": "3", "strategy": "contour", "preset": "fast"}
     done = api.optimize(ROOT / "examples" / "pocket.dxf", process="pocket", **options)  # type: ignore[arg-type]
-    (name, path), *rest = report_of(done).ways()
+    (name, path), *rest = report_of(done).tried_paths()
     assert (name, rest) == ("contour", [])
     way = 0.0
     for row in np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)).tolist():
