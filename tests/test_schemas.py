@@ -105,7 +105,7 @@ def test_a_newer_file_is_refused_in_one_line_that_names_it(schema: Schema, tmp_p
     with pytest.raises(LeafcutError) as refused:
         read(file)
     number = (
-        f"{file}: '{schema.key}' is {schema.current + 1}, but the newest {schema.title} that this leafcut reads has"
+        f"{file}: '{schema.key}' is {schema.current + 1}, but the newest {schema.title} that this version reads has"
     )
     assert str(refused.value) == f"{number} {schema.current}; upgrade leafcut"
 
@@ -140,7 +140,7 @@ def test_an_old_schema_is_read_with_a_warning_until_it_is_refused(recwarn: pytes
     assert not recwarn.list
     with pytest.warns(FutureWarning, match="a.toml: 'schema' is 2, but a current thing has 3"):
         check_schema(thing, 2, "a.toml")
-    with pytest.raises(DataError, match=r"a\.toml: 'schema' is 1, but the oldest thing that this leafcut reads has 2"):
+    with pytest.raises(DataError, match=r"a\.toml: 'schema' is 1, but the oldest thing that this version reads has 2"):
         check_schema(thing, 1, "a.toml")
     for number in (0, -1, 1.0, True, "3", None, [3]):
         with pytest.raises(DataError, match=r"a\.toml: 'schema' is .*, but must be a whole number of 1 or more"):

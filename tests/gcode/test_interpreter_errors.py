@@ -73,7 +73,7 @@ CASES = [
     ("G0 G53", "G53 without an axis"),
     ("G28 G0 X1", "G28 with another motion"),
     ("/G0 X1", "switch of the machine"),
-    ("O5", "another program begins"),
+    ("O5", "another program starts"),
     ("o100 sub", "letter without a number"),
     ("#1=5", "parameters and expressions"),
     ("G0 X#1", "letter without a number"),

@@ -164,7 +164,7 @@ def test_the_pareto_front_is_what_nothing_beats_in_both() -> None:
         (lambda: one_way({"a": [1.0, 1.0], "b": [1.0, 1.0]}), "all figures are equal"),
         (lambda: crossed([("a", "x", 1.0), ("a", "y", 2.0)], ("one", "two")), "two levels"),
         (lambda: crossed([("a", "x", 1.0), ("a", "y", 2.0), ("b", "x", 2.0)], ("one", "two")), "no figure yet"),
-        (lambda: ranked({"a": [1.0, 2.0]}), "two ways"),
+        (lambda: ranked({"a": [1.0, 2.0]}), "two methods"),
         (lambda: ranked({"a": [1.0, 2.0], "b": [1.0, 2.0]}), "there are 2"),
         (lambda: trend([1, 1, 1, 1], [1, 2, 3, 4]), "differ in both"),
     ],

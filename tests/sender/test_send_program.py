@@ -141,7 +141,7 @@ def test_going_on_in_inches_and_incrementally_keeps_both() -> None:
 @pytest.mark.parametrize(
     "text, line, told",
     [
-        ("G0 X0 Y0\nG1 Z-1 F100", 2, "where the tool is before it is not known"),
+        ("G0 X0 Y0\nG1 Z-1 F100", 2, "the tool position before this line is not known"),
         ("G0 X0 Y0\nG1 Z-1 F100", 99, "--from-line 99: the program ends in line 6"),
         ("G0 X0 Y0\nG93\nG1 Z-1 F2\nG1 X5 F3\nG0 Z5", 7, "G93 gives each move a time"),
     ],

@@ -291,7 +291,7 @@ def test_what_is_no_grbl_is_told_in_one_line(words: bytes, told: str) -> None:
         ("Sleep", "is asleep; wake it with --unlock"),
         ("Check", "is in check mode; reset it with --unlock"),
         ("Door:1", "is stopped by its safety door; reset it with --unlock"),
-        ("Tool", "is waiting for a tool change; wait until it stands, or reset it with --unlock"),
+        ("Tool", "is waiting for a tool change; wait until it has stopped, or reset it with --unlock"),
     ],
 )
 def test_a_machine_that_does_not_stand_ready_is_refused_with_what_helps(state: str, told: str) -> None:

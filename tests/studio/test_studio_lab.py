@@ -69,7 +69,7 @@ def test_one_runs_at_a_time_and_stops_when_it_is_told_or_the_studio_ends(
     assert begun.wait(60)
     assert lab.running
     assert lab.state is not None and lab.state.seconds_left is not None
-    with pytest.raises(OptionError, match="an experiment runs already"):
+    with pytest.raises(OptionError, match="an experiment is already running"):
         lab.start(of)
     lab.stop()
     until(lambda: not lab.running)

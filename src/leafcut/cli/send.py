@@ -265,7 +265,7 @@ class _ProgressLine:
             self.width = 0
 
     def ask(self, keys: Keys, pause: Pause, messages: Sequence[str]) -> str | None:
-        """Ask the operator at a pause."""
+        """Prompt the operator at a pause."""
         self.clear()
         for line in messages:
             print(line, file=sys.stderr)

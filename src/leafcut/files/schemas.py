@@ -86,12 +86,12 @@ def check_schema(schema: Schema, number: Any, place: str) -> None:
         raise DataError(f"{place}: '{schema.key}' is {shown(repr(number))}, but must be a whole number of 1 or more")
     if number > schema.current:
         raise DataError(
-            f"{place}: '{schema.key}' is {number}, but the newest {schema.title} that this leafcut reads has "
+            f"{place}: '{schema.key}' is {number}, but the newest {schema.title} that this version reads has "
             f"{schema.current}; upgrade leafcut"
         )
     if number < schema.oldest:
         raise DataError(
-            f"{place}: '{schema.key}' is {number}, but the oldest {schema.title} that this leafcut reads has "
+            f"{place}: '{schema.key}' is {number}, but the oldest {schema.title} that this version reads has "
             f"{schema.oldest}; write the file again, or use an older leafcut"
         )
     if number < schema.current:

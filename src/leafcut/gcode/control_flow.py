@@ -175,14 +175,14 @@ class Flow:
         self._looped[goal : line + 1] = b"\1" * (line + 1 - goal)
 
     def call_line(self, number: int, times: int, line: int) -> int | None:
-        """Start the subprogram at N`number` (M97), to be run `times`; return its first line, None if it is missing."""
+        """Start the subprogram at N`number` (M97), to be run `times` times; return its first line, or None."""
         start = self.jumps.label(number, line)
         if start is None:
             return None
         return self._begin(start, times, line)
 
     def call_program(self, number: int, times: int, line: int) -> int | None:
-        """Start the subprogram O`number` (M98), to be run `times`; return its first line, None if it is missing.
+        """Start the subprogram O`number` (M98), to be run `times` times; return its first line, or None.
 
         In a number of more than four digits the first may be the repeats: P30012 calls O12 three times.
         """

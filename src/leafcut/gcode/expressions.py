@@ -87,7 +87,7 @@ class ProgramParameters:
         return FIRST_OF_FANUC if self.fanuc else FIRST_OF_MACHINE
 
     def number(self, number: int) -> float:
-        """Return #number."""
+        """Return the value of parameter #`number`."""
         value = self.numbered.get(number)
         if value is None:
             self.asked = True

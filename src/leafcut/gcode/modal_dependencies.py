@@ -95,7 +95,7 @@ class BlockReader:
         return found
 
     def states(self, begin: int, end: int) -> set[str]:
-        """Return the groups that blocks begin … end - 1 state in words."""
+        """Return the modal groups that words in blocks begin … end - 1 set."""
         words = (self.words(block) for block in range(begin, end))
         return {group for w in words if w is not None for group in w.states}
 

@@ -32,7 +32,7 @@ def run_straight(state: InterpreterState, letters: dict[str, Word]) -> None:
 
 
 def run_probe(state: InterpreterState, letters: dict[str, Word]) -> None:
-    """Run G38.2 straight down until the probe trips; it is an alarm if it does not."""
+    """Run G38.2 straight down until the probe trips; raise an alarm if it never does."""
     if "X" in letters or "Y" in letters or "Z" not in letters:
         raise BlockError("a probe (G38.2) that does not go straight down is not understood")
     before, z = state.path.position[2], state.target(letters, 2)

@@ -57,8 +57,8 @@ def raise_by_mesh(field: HeightField, mesh: Mesh) -> None:
     n_visits = float(size.prod(axis=1).sum())
     if n_visits > _MAX_VISITS:
         raise PlanError(
-            f"{mesh.name}: {n_visits / field.heights.size:,.0f} triangles lie over every cell on average; save it "
-            "coarser, or use larger cells"
+            f"{mesh.name}: {n_visits / field.heights.size:,.0f} triangles cover each cell on average; export "
+            "a coarser mesh, or use larger cells"
         )
     raise_cell_middles(field.heights, field.x, field.y, cell, mesh.triangles)
 

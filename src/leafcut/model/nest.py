@@ -204,7 +204,7 @@ class Nest:
 
     @property
     def utilisation_of_used(self) -> float:
-        """Utilisation if the rest of the last sheet, provided it is rectangular, is kept, 0 … 1."""
+        """Utilisation, 0 … 1, without the rectangular remainder of the last sheet."""
         if not self.layouts:
             return 0.0
         last = self.stock_of(self.layouts[-1])

@@ -429,7 +429,9 @@ class _ResequenceOptions1(TypedDict, total=False):
     engraving, laser).
     """
     mix_operations: bool | None
-    """Mix operations that the program's comments separate; cuts that free a part stay after the work before them."""
+    """Reorder across operations that the program's comments separate; cuts that detach a part stay after all
+    earlier work.
+    """
     air: bool | None
     """Make fed moves in the air rapids, where the stock shows that they keep clear of all material."""
     low_retracts: bool | None
@@ -605,8 +607,8 @@ class _StockOptions1(TypedDict, total=False):
     (stock), or where no rapid has been (reorder --air)).
     """
     cell: Quantity | None
-    """Side of a cell of the stock model: 4 bytes each, at most 64 million (256 MB) (mm; default: a fortieth of the
-    smallest tool, up to a fifth of it for a large stock).
+    """Cell size of the stock model; a cell takes 4 bytes, at most 64 million cells (256 MB) (mm; default: a
+    fortieth of the smallest tool, up to a fifth of it for a large stock).
     """
 
 

@@ -39,7 +39,7 @@ class StockOptions(OptionGroup):
     cell: float | None = option(
         "quantity",
         None,
-        "side of a cell of the stock model: 4 bytes each, at most 64 million (256 MB)",
+        "cell size of the stock model; a cell takes 4 bytes, at most 64 million cells (256 MB)",
         unit="mm",
         minimum=0.001,
         maximum=100,

@@ -339,7 +339,7 @@ def _possible(listed: Listed, pairs: Ints, barred: NDArray[np.bool_] | None, bac
 
 
 def _cheapest_way(cost: CostModel, ways: Ints, begin: Ints, end: np.int32, barred: Ints) -> NDArray[np.float64]:
-    """Return the least cost of travel between each cluster and an end; infinite for barred clusters."""
+    """Return the least travel cost between each cluster and an end of the path; infinite for excluded clusters."""
     costs = np.minimum.reduceat(costs_of_edges(cost, ways, np.full(len(ways), end)), begin[:-1])
     costs[barred] = np.inf
     return costs

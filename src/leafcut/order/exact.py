@@ -1,9 +1,9 @@
-"""Exact solutions: the nodes of a given order, and the best order of a few clusters.
+"""Exact solutions: the best nodes for a given cluster order, and the best order of a few clusters.
 
-Source: the nodes, M. Fischetti, J. J. Salazar González and P. Toth, Operations Research 45 (1997), section 3 (shortest
-path through the layered network of an order); the order, M. Held and R. M. Karp, Journal of the SIAM 10 (1962),
-section 2. Differs: the state is a set of clusters and the last node, which covers several nodes per cluster, costs that
-differ by direction, and precedence.
+Sources: for the nodes, M. Fischetti, J. J. Salazar González and P. Toth, Operations Research 45 (1997), section 3
+(shortest path through the layered network of an order); for the order, M. Held and R. M. Karp, Journal of the SIAM 10
+(1962), section 2. Differs: the state is a set of clusters and the last node, which covers several nodes per cluster,
+costs that differ by direction, and precedence.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def _cheapest_through(problem: RoutingProblem, layers: list[Ints]) -> Ints:
     arrival = problem.service[first].astype(np.float64)
 
     def through(arrival: Floats, home: Floats) -> tuple[float, Ints]:
-        """Return the cheapest path and its cost, given the costs until each node of the first layer is done."""
+        """Return the cheapest path and its cost, given the cost up to and including each node of the first layer."""
         came_from = []
         for before, layer in itertools.pairwise(layers):
             total = arrival[:, None] + moves.between(before, layer)

@@ -43,13 +43,13 @@ class _Cuts(NamedTuple):
 
 
 class _Stages(NamedTuple):
-    """Rows of a path that share a set-up or a tool.
+    """Set-up and tool stage of each row of a path.
 
     Attributes
     ----------
     setup
-        int64[n, 3]: work offset, shifts, stops. Rows with different values share no positions. At a stop (M0, M1, M60,
-        or a block that is not understood), the part may be turned over and the tool changed.
+        int64[n, 3]: work offset, shifts, stops. Positions in rows with different values are not comparable. At a stop
+        (M0, M1, M60, or a block that is not understood), the part may be turned over and the tool changed.
     stage
         int64[n]: increases at each stop and tool change; the tool stays the same within a stage.
     offset

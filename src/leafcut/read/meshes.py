@@ -91,7 +91,7 @@ def _stl(file: Path, head: bytes, size: int) -> np.ndarray:
         stated_count = int.from_bytes(head[80:84], "little")
         raise ReadError(
             file,
-            f"is no STL file, or is cut off: by its header it has {stated_count:,} triangles, which take "
+            f"is not an STL file, or is truncated: its header states {stated_count:,} triangles, which take "
             f"{_HEADER + _TRIANGLE * stated_count:,} bytes, and it has {size:,}",
         )
     count = int.from_bytes(head[80:84], "little") if binary else 0
@@ -126,7 +126,7 @@ def _check_mesh(triangles: np.ndarray, file: Path, mend: str) -> Mesh:
 
 
 def is_closed(triangles: np.ndarray) -> bool:
-    """Return whether every edge of a mesh belongs to an even number of triangles; equal corners are merged."""
+    """Return whether every edge of a mesh belongs to an even number of triangles, after merging equal vertices."""
     _, corner = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
     faces = corner.reshape(-1, 3).astype(np.int64)
     edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)

@@ -195,7 +195,7 @@ def _level(source: Source, grey: Grey, options: PocketDrawingOptions) -> float:
     """Return the brightness of the wall: the user's threshold, else the middle between dark and bright."""
     low, high = float(grey.min()), float(grey.max())
     if not np.isfinite(high - low):
-        raise ReadError(source.path, "the picture has a brightness that is not a number")
+        raise ReadError(source.path, "the picture has a pixel whose brightness is not a number")
     if options.threshold is not None:
         level = options.threshold if not options.invert else 1.0 - options.threshold
         if not low < level <= high:

@@ -106,7 +106,7 @@ class PathReport(Generic[D]):
         return self.savings()
 
     def savings(self) -> list[Fact]:
-        """Return the facts of time saved by other means than the order."""
+        """Return the facts of time that other changes than the order save."""
         return []
 
     def bound_words(self) -> str:

@@ -59,7 +59,7 @@ def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family:
         advice = "; wake it with --unlock" if facts.status.state == "Sleep" else ""
         raise SendError(f"the machine is {state}{advice}")
     if facts.status.state != "Idle":
-        advice = "" if facts.status.state in _STANDING else "wait until it stands, or "
+        advice = "" if facts.status.state in _STANDING else "wait until it has stopped, or "
         raise SendError(f"the machine is {state}; {advice}reset it with --unlock")
     if facts.status.pins and set(facts.status.pins) & set("XYZ"):
         raise SendError(f"a limit switch is pressed ({facts.status.pins}); move the machine away from it")

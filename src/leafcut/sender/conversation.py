@@ -240,7 +240,7 @@ class Conversation(ABC):
             The machine is moving, or another firmware answers.
         """
         if movement := self._moving():
-            raise SendError(f"the machine is {movement}; wait until it stands, or use --unlock")
+            raise SendError(f"the machine is {movement}; wait until it has stopped, or use --unlock")
         return self.gather()
 
     def settings(self) -> tuple[str, str]:
@@ -252,7 +252,7 @@ class Conversation(ABC):
             The machine is moving, does not report its settings, or another firmware answers.
         """
         if movement := self._moving():
-            raise SendError(f"the machine is {movement}; wait until it stands")
+            raise SendError(f"the machine is {movement}; wait until it has stopped")
         return self.gather_settings()
 
     def _moving(self) -> str:

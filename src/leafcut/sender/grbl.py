@@ -313,7 +313,7 @@ class GrblConversation(Conversation):
 
 
 def at_hold(status: Status) -> bool:
-    """Return whether a machine has come to rest on hold or at its safety door.
+    """Return whether a machine has stopped completely in the state Hold or Door.
 
     Source: gnea/grbl wiki, "Grbl v1.1 Interface"; grblHAL/core, system.h (`Hold_Complete`, `Parking_DoorAjar`); FluidNC
     prints the same, and ``Door:0`` for a door that is closed again.

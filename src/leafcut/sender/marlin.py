@@ -408,7 +408,7 @@ class MarlinConversation(Conversation):
         except ReadError as problem:
             raise SendError(f"the controller's settings cannot be used: {problem}") from None
         if machine.units != "mm":
-            raise SendError("the controller counts in inches (G20 in M503); leafcut sends millimetres to Marlin")
+            raise SendError("the controller is set to inches (G20 in M503); leafcut sends millimetres to Marlin")
         status = self._rested()
         if status.machine is None:
             raise SendError("the controller does not say where it is (M114)")

@@ -123,7 +123,7 @@ def _place_before(job: SendJob, row: int, line: int) -> XYZ:
         advice = (
             f"; go on from line {hole.first} (--from-hole {hole.number})" if hole else "; start from the first line"
         )
-        raise OptionError(f"--from-line {line}: where the tool is before it is not known{advice}")
+        raise OptionError(f"--from-line {line}: the tool position before this line is not known{advice}")
     return x, y, z
 
 

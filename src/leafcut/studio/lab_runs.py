@@ -93,7 +93,7 @@ class LabRuns:
         """
         with self._lock:
             if self.running:
-                raise OptionError("an experiment runs already; wait until it ends, or stop it")
+                raise OptionError("an experiment is already running; wait until it ends, or stop it")
             if description.name == OWN_PART:
                 self.own = description
             self._ended = threading.Event()

@@ -63,7 +63,7 @@ class Words:
         return self.translation("default", name, english)
 
     def translation(self, kind: str, name: str, english: str) -> str:
-        """Return the translation of an English text of leafcut."""
+        """Return the translation of an English text."""
         return self.translated.get(f"{kind}.{name}", english) if english else ""
 
     def plain(self, line: str) -> str:

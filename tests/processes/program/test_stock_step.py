@@ -82,7 +82,7 @@ def test_reordering_takes_a_step_file_as_its_stock(slot: str, tmp_path: Path) ->
         ("gone.step", (), 1, "gone.step: cannot be read"),
         ("torn.step", (), 1, "the STEP file is cut off"),
         ("empty.step", (), 1, "has no solid"),
-        ("text.step", (), 1, "is no STL file"),
+        ("text.step", (), 1, "is not an STL file"),
         (
             "0,0,-10,40,40,0",
             ("--solid", "1"),

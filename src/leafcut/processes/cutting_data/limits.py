@@ -21,12 +21,12 @@ _ROUNDING_TOLERANCE = 1e-9
 
 
 class SpeedGrid(NamedTuple):
-    """The speeds and feeds of a machine with a chip within bounds.
+    """The speeds and feeds of a machine that keep the chip thickness within bounds.
 
     Attributes
     ----------
     lowest_rpm, highest_rpm, rpm_step
-        1/min.
+        rpm.
     highest_feed, feed_step
         mm/s.
     least_chip, largest_chip, teeth

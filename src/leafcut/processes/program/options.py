@@ -26,7 +26,8 @@ class ResequenceOptions(OptionGroup):
     mix_operations: bool = option(
         "flag",
         False,
-        "mix operations that the program's comments separate; cuts that free a part stay after the work before them",
+        "reorder across operations that the program's comments separate; cuts that detach a part stay after all "
+        "earlier work",
         of_file=True,
     )
     air: bool = option(

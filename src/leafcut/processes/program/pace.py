@@ -113,7 +113,7 @@ def with_new_pace(
     options, feeds = run.settings.of(ResequenceOptions), run.settings.of(FeedOptions).feeds
     asked = _asked(run)
     if process in BEAMS:
-        raise OptionError(f"{asked[0]}: {source} drives a beam, which meets no material with its sides; leave it out")
+        raise OptionError(f"{asked[0]}: {source} drives a beam, which has no width of cut; leave it out")
     blind = [flag for flag in asked if flag != "--air"]
     if blind and not run.settings.stock.workpiece:
         raise OptionError(

@@ -185,8 +185,8 @@ class _TorchWriter(Writer):
         if self.options.material_number is not None and not marks:
             if abs(feed / self.plan.data.feed - 1.0) > _SAME_FEED:
                 raise PostError(
-                    f"a feed of {feed * SECONDS_PER_MINUTE:.6g} mm/min cannot be set where the controller's material "
-                    "has the feed; leave out --material-number"
+                    f"a feed of {feed * SECONDS_PER_MINUTE:.6g} mm/min cannot be set if the controller takes the feed "
+                    "from its material table; leave out --material-number"
                 )
             return self.out.modal("F", self.torch.material_feed)
         return self.out.modal("F", "F" + self.numbers.feed(feed))

@@ -99,7 +99,7 @@ class Canvas(Serving, component="../static/canvas_element.js"):
             The layer does not exist.
         """
         if layer not in LAYERS:
-            raise OptionError(f"the drawing has no layer '{layer}'; there are: {', '.join(LAYERS)}")
+            raise OptionError(f"the drawing has no layer '{layer}'; its layers are: {', '.join(LAYERS)}")
         if layer not in self._addresses:
             self._addresses[layer] = self.serve(layer, lambda: self._bytes(layer))
         self._scenes[layer] = scene

@@ -135,7 +135,7 @@ class Undoable(Generic[State]):
             self.state, self._before, self._after = state, [*first, *steps[0]], list(steps[1])
 
     def parts(self, state: State) -> Any:
-        """Return the parts that a state orders, independent of the order; states with equal parts are compatible."""
+        """Return the parts of a state, regardless of their order; states with equal parts are compatible."""
         raise NotImplementedError
 
     def undo(self) -> bool:

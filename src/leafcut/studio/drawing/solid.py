@@ -10,8 +10,8 @@ A scene (`studio.drawing.scene`) of the kind ``solid``. Its header has
 - ``tools``: number → ``words``, ``shape`` (radius, flat, corner, reach, rise, slope: `kernels.sweep.ToolShape`),
   ``length`` of its cutting part, mm, and ``bodies``, the known parts above: kind, lower end above the tip, radius;
 - ``collisions``: kind and line of each;
-- ``differs``: None; for two programs the number of places with different heights (``count``), and of the largest
-  places x, y, height here and height there, mm (``places``).
+- ``differs``: None for a single program. For two programs: ``count``, the number of places with different heights, and
+  ``places``, the x, y and the heights in both programs of the largest differences, mm.
 
 Blocks, a row for each straight move except in the last four:
 

@@ -210,7 +210,7 @@ def _short(text: str, limit: int) -> str:
 
 
 def problem_with(name: str, value: Any) -> str:
-    """Return the error of a typed value, or an empty text; files and machines are checked when used."""
+    """Return the error in a typed value, or an empty string; files and machines are checked only when used."""
     group = group_of(name)
     spec = group.specs()[name]
     if value in (None, "") or spec.kind == "path" or spec.may_be_path:

@@ -105,7 +105,7 @@ class View:
 
     @property
     def studied(self) -> bool:
-        """Whether the search is an algorithm of the literature that can be studied step by step."""
+        """Whether the search is an algorithm from the literature that can be studied step by step."""
         chosen = str(self.values.get("algorithm") or "auto")
         return "algorithm" in forms.of_work(self.work, self.values) and chosen in LITERATURE
 

@@ -1,4 +1,4 @@
-"""Preview of an input before a run: format, size, repairs, and suitable work."""
+"""Preview of an input before a run: format, size, repairs, and suitable operations."""
 
 from __future__ import annotations
 

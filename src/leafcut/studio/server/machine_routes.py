@@ -138,7 +138,7 @@ def _add_connection(router: APIRouter, studio: Studio) -> None:
         link.take(PROGRAM)
         return _state(studio)
 
-    @router.post("/machine/stop", summary="Stop it: hold, wait until it stands, reset; the spindle is off")
+    @router.post("/machine/stop", summary="Stop it: hold, wait until it has stopped, reset; the spindle is off")
     async def stop() -> dict[str, str]:
         link.stop()
         return {"stop": "sent"}

@@ -190,7 +190,7 @@ class ToolChooser:
     def _tools_for(self, diameter: float, hole: Hole) -> list[Tool]:
         if self.library is None:
             if self.options.centre_drill:
-                raise PlanError("--centre-drill takes the centre drill of a tool library; give --tools")
+                raise PlanError("--centre-drill uses the centre drill of a tool library; give --tools")
             return [self._assume(ToolKind.DRILL, diameter)]
         tools = self._from_library(diameter, hole)
         if self.options.centre_drill and all(t.kind is not ToolKind.CENTRE_DRILL for t in tools):
@@ -285,7 +285,7 @@ class ToolChooser:
         )
 
     def _cutting_data(self, tool: Tool) -> tuple[float, float]:
-        """Return the speed of a tool, its own or an assumed one, rpm, and its assumed feed, mm/s.
+        """Return the speed of a tool (its own, or an assumed one), rpm, and its assumed feed, mm/s.
 
         Raises
         ------

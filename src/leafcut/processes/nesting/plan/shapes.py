@@ -140,8 +140,8 @@ class ShapePacker:
         return Strip(strip.width, placed, strip.steps, strip.ended)
 
     def _fits(self, piece: int) -> bool:
-        """Return whether a grown outline fits the strip; pieces that fit the sheet exactly do not (see "
-        "`_single_piece`)."""
+        """Return whether a grown outline fits the strip; pieces that fit the sheet exactly do not (see
+        `_single_piece`)."""
         return self.extent(piece)[0] < self.length
 
     def _extent(self, piece: int) -> tuple[float, float]:

@@ -161,7 +161,7 @@ def _placeless(program: Program, source: Indices) -> Iterator[Mark]:
 
 
 def _shown(text: str, said: str) -> str:
-    """Return a block as a person knows it: its text, and its values where they are not the text."""
+    """Return a block for a message: its text, and its evaluated values if they differ from the text."""
     values = said.replace(" ", "").replace(".", "")
     computed = "".join(text.split()) != "".join(said.split()) and ("#" in text or "[" in values)
     return f"{text} = {said}" if said and text and computed else text

@@ -183,7 +183,7 @@ class Features:
         return np.column_stack([self.of(name, rows) for name in names])
 
     def pick(self, which: Mask | Indices) -> Features:
-        """Return some of the features."""
+        """Return the features with these indices, or selected by this mask."""
         return replace(self, **{name: getattr(self, name)[which] for name in _BY_FEATURE})
 
 
