@@ -152,7 +152,7 @@ def test_the_number_of_ants_is_sought_only_where_time_is_the_budget() -> None:
     [
         ({"algorithm": "colony"}, "--algorithm: cannot tune 'colony'"),
         ({"inputs": INPUTS[:2]}, "2 inputs: give 3 to 1000"),
-        ({"inputs": (*INPUTS, INPUTS[0])}, "random:12:1: is given twice"),
+        ({"inputs": (*INPUTS, INPUTS[0])}, "random:12:1: is given for tuning and for testing"),
         ({"hold_out": 1.0}, "--hold-out: choose a share"),
         ({"trials": 0}, "--trials: choose 1 to"),
         ({"seeds": 0}, "--seeds: choose 1 to"),

@@ -379,7 +379,7 @@ def test_a_solid_is_chosen_of_a_step_file_only(tmp_path: Path, examples: Path) -
 
 
 def test_a_unit_or_one_height_for_all_cannot_be_asked_for(examples: Path) -> None:
-    for options, told in (({"units": "in"}, "says its own unit"), ({"hole_heights": "one"}, "heights of their own")):
+    for options, told in (({"units": "in"}, "states its unit"), ({"hole_heights": "one"}, "heights of their own")):
         with pytest.raises(LeafcutError, match=told):
             api.optimize(examples / "stepped_plate.step", process="drill", **options, **FAST)
 

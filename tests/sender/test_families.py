@@ -228,7 +228,7 @@ def test_a_grblhal_says_which_axes_were_homed_and_one_that_was_not_is_refused(ho
     if ready:
         check_ready(facts, unhomed=False)
         return
-    with pytest.raises(SendError, match="says that it was not homed: add --home"):
+    with pytest.raises(SendError, match="reports that it was not homed: add --home"):
         check_ready(facts, unhomed=False)
     check_ready(facts, unhomed=True)
 

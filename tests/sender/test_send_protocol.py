@@ -340,7 +340,7 @@ def test_a_board_that_restarts_when_its_port_is_opened_and_is_never_homed_asks_f
     board.say("Grbl 1.1h ['$' for help]")
     talk = GrblConversation(board, clock=board.clock)
     talk.connect()
-    with pytest.raises(SendError, match=r"started anew .* add --zero-here"):
+    with pytest.raises(SendError, match=r"restarted .* add --zero-here"):
         check_ready(talk.facts(), unhomed=True, restarted=talk.restarted)
     talk.zero_here()
     assert board.taken == ["G10 L20 P1 X0 Y0 Z0"]
