@@ -7,6 +7,7 @@ import math
 import subprocess
 import sys
 import threading
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,8 @@ from hypothesis import strategies as st
 from leafcut.errors import SolveError
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import ALGORITHMS, AcoOptions, SolveOptions
+from leafcut.order import algorithms
+from leafcut.order.literature.ants import Ants
 from leafcut.order.solve import keep_better, solve
 from packages import Installer, shop
 from travel_reference import travel_cost
@@ -269,3 +272,19 @@ def test_no_iterations_give_a_start_tour(algorithm: str) -> None:
     for progress in (None, lambda *_: None):
         found = solve(problem, SolveOptions(algorithm=algorithm, iterations=0), progress=progress)
         assert sorted(found.nodes.tolist()) == list(range(30))
+
+
+def test_ctrl_c_during_the_warm_up_ends_it_and_the_next_search_warms_up_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    problem = RoutingProblem.of_points(np.random.default_rng(1).uniform(0, 100, (30, 2)))
+    problem = replace(problem, precedence=np.array([[0, 1]], dtype=np.int32))
+    algorithms._warm_up.cache_clear()
+    with monkeypatch.context() as patch:
+        patch.setattr(Ants, "construct", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            algorithms.warm_up(problem, SolveOptions())
+    assert algorithms._warm_up.cache_info().currsize == 0
+    algorithms.warm_up(problem, SolveOptions())
+    assert algorithms._warm_up.cache_info().currsize == 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
@@ -153,6 +154,38 @@ def test_the_clock_of_a_search_runs_while_its_instance_is_built(monkeypatch: pyt
     monkeypatch.setattr(stop, "clock", lambda: now[0])
     problem = RoutingProblem.of_points(np.random.default_rng(1).uniform(0, 100, (9, 2)))
     assert solving.solve(problem, SolveOptions(algorithm="nn", time_limit=10.0)).seconds == 3.0
+
+
+def test_the_seconds_of_an_exact_solution_include_its_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    now, best_nodes = [0.0], solving.best_nodes
+
+    def slow(*given: Any) -> Any:
+        now[0] += 2.0
+        return best_nodes(*given)
+
+    monkeypatch.setattr(solving, "best_nodes", slow)
+    monkeypatch.setattr(stop, "clock", lambda: now[0])
+    problem = RoutingProblem.of_points(np.random.default_rng(1).uniform(0, 100, (7, 2)))
+    problem = replace(problem, precedence=np.array([[0, 6]], dtype=np.int32))
+    solution = solving.solve(problem, SolveOptions(bound=False))
+    assert (solution.algorithm, solution.seconds) == ("exact", 2.0)
+
+
+def test_a_stage_with_given_first_choices_gets_one_lower_bound(monkeypatch: pytest.MonkeyPatch) -> None:
+    bounds, certify = list[int](), certificate.certify
+
+    def counted(problem: RoutingProblem, *given: Any, **named: Any) -> Any:
+        bounds.append(problem.n_clusters)
+        return certify(problem, *given, **named)
+
+    monkeypatch.setattr(certificate, "certify", counted)
+    monkeypatch.setattr(solving, "certify", counted)
+    problem = RoutingProblem.of_points(np.random.default_rng(1).uniform(0, 100, (12, 2)))
+    nodes = np.arange(12, dtype=np.int32)
+    settings = collect({"preset": "fast", "threads": 1})
+    job = Job(settings, machine_of(settings), Deadline())
+    find_order(job, [Stage(problem, False, nodes, "", nodes[3:5])])
+    assert bounds == [12]
 
 
 def test_only_strategies_that_search_take_a_share_of_the_time() -> None:

@@ -390,4 +390,4 @@ def run_colony(instance: Instance, run: AlgorithmRun) -> SearchResult:
 def warm_colony(instance: Instance, run: AlgorithmRun, large: bool) -> NDArray[np.int32]:
     """Call every kernel of `run_colony`; its last kicks do not come in one iteration."""
     run_colony(instance, run)
-    return warm_kicks(instance, replace(run, best=Best(Stop())), large)
+    return warm_kicks(instance, replace(run, best=Best(Stop(cancelled=run.stop.cancelled))), large)

@@ -319,7 +319,7 @@ def build_instance(problem: RoutingProblem, n_candidates: int) -> Instance:
     """Return the closed tour that stands for `problem`; `n_candidates` = 0 makes every node a candidate of every other.
 
     A cluster of several nodes stands at the mean of its entries and exits; which node serves is chosen afterwards
-    (`order.clusters`).
+    (`order.exact.choose_nodes`).
     """
     places = cluster_places(problem)
     n = len(places)

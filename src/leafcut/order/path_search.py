@@ -302,7 +302,7 @@ def offer_path_of_ants(
 
 def warm_paths(instance: DirectedInstance, run: AlgorithmRun, large: bool) -> Ints:
     """Call every kernel of `run_paths`; ants search problems that are not `large`."""
-    best, seed = Best(Stop(iterations=3)), run.options.seed
+    best, seed = Best(Stop(iterations=3, cancelled=run.stop.cancelled)), run.options.seed
     greedy = greedy_path(instance)
     if not large:
         offer_path_of_ants(instance, layers_of(instance), greedy, seed, best, generations=1)

@@ -68,7 +68,9 @@ def solve(
     known = _order_without_search(problem, pairs, options)
     if known is not None:
         order, name, bound = known
-        solution = _solution(problem, order, options, SearchResult(order), Best(Stop(cancelled=cancelled)))
+        solution = _solution(
+            problem, order, options, SearchResult(order), Best(Stop(cancelled=cancelled, began=stop.began))
+        )
         solution = replace(solution, algorithm=name)
         return certify(problem, solution, bound, cancelled, deadline=bounds) if options.bound else solution
     method = method_for(problem, options)

@@ -65,7 +65,7 @@ def find_order(
 
     options, settings = options or job.settings.solve, job.settings
     deadline = Deadline() if options.algorithm == "nn" else deadline or job.deadline
-    total = remaining = sum(stage.problem.n_clusters for stage in stages)
+    total = remaining = unbounded = sum(stage.problem.n_clusters for stage in stages)
 
     def search(number: int, problem: RoutingProblem, options: SolveOptions) -> Solution:
         nonlocal remaining
@@ -86,17 +86,21 @@ def find_order(
 
     def quick(number: int, problem: RoutingProblem, options: SolveOptions) -> Solution:
         ants = _ant_options(settings.aco, stages[number])
-        bounds = job.bounds.part(problem.n_clusters / total)
-        solution = solve(problem, options, ants, firefly=settings.firefly, cancelled=job.cancelled, bounds=bounds)
+        part = job.bounds.part(problem.n_clusters / total)
+        solution = solve(problem, options, ants, firefly=settings.firefly, cancelled=job.cancelled, bounds=part)
         deadline.spend(solution.seconds)
         return solution
+
+    def bounds(problem: RoutingProblem) -> Deadline:
+        nonlocal unbounded
+        part = job.bounds.part(min(problem.n_clusters / unbounded, 1.0))
+        unbounded = max(unbounded - problem.n_clusters, 1)
+        return part
 
     if options.algorithm != "nn" and any(len(stage.first) for stage in stages):
         solutions = _order_after_first(job, stages, search, options)
     else:
-        solutions = solve_together(
-            stages, search, options, quick, job.cancelled, lambda part: job.bounds.part(part.n_clusters / total)
-        )
+        solutions = solve_together(stages, search, options, quick, job.cancelled, bounds)
     order = Order(tuple(solution.nodes for solution in solutions), tuple(solutions))
     check_order(stages, order)
     return order
@@ -146,6 +150,7 @@ def restated(job: Job, stages: Sequence[Stage], order: Order) -> list[Solution]:
     ):
         return list(order.solutions)
     given = all(np.array_equal(stage.given, nodes) for stage, nodes in zip(stages, order.choices, strict=True))
+    job = replace(job, bounds=Deadline.of_bounds(job.settings.solve))  # the search may have used all of its own
     solutions = []
     for number, (previous, nodes) in enumerate(zip(order.solutions, order.choices, strict=True)):
         problem = _linked_problem(stages, number, order.choices)
@@ -185,7 +190,8 @@ def _order_after_first(job: Job, stages: Sequence[Stage], search: SearchOne, opt
             remaining, node_of = _remove_ends(problem, first, first[:0])
             solution = Solution(first, 0.0, problem.metric.unit, "given", 0)
             if len(node_of):
-                solution = search(number, remaining, options)
+                # The bound holds for the whole stage only.
+                solution = search(number, remaining, replace(options, bound=False))
             nodes = np.concatenate([first, node_of[solution.nodes]]) if len(node_of) else first
             solution = _with_nodes(problem, solution, nodes.astype(np.int32))
             solution = _with_bound(job, problem, solution, 1.0 / (len(stages) - number))

@@ -160,7 +160,7 @@ class AntProcesses(AntColony):
     def _submit(self, k: int, packed: bytes, task: AntTask) -> Future[AntAnswer]:
         try:
             return self.executors[k].submit(do_task, packed, task)
-        except OSError as problem:
+        except (OSError, AssertionError) as problem:  # a daemonic process must not have children
             raise SolveError(f"a worker process cannot be started ({problem}); use --parallel threads") from None
 
     def _receive(self, k: int, future: Future[AntAnswer]) -> None:
