@@ -64,7 +64,7 @@ def test_what_another_page_saved_is_never_overwritten_but_shown(studio: Studio) 
         saved = library.own_text(studio.folder, "machines", "mine")
         assert saved.startswith(f"# theirs, {other}")
         act(one)
-        assert said == ["“mine” was changed on another page. This is its text as it is now: make your change again."]
+        assert said == ["“mine” was changed on another page. This is its current text: make your change again."]
         assert (one.now, dict(one.drafts)) == (saved, {})
         one._put("max_feed", "900", "")
         one._save("mine")

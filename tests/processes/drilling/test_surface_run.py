@@ -390,7 +390,7 @@ def test_a_shank_or_holder_is_refused_only_if_it_meets_the_part(
     ]
     assert any(meets_a_box(*end, profile, 0.0) for end in ends) == refused
     if refused:
-        with pytest.raises(LeafcutError, match=r"its holder, Ø .* mm, comes down to Z.* and meets what stands beside"):
+        with pytest.raises(LeafcutError, match=r"its holder, Ø .* mm, comes down to Z.* and meets the surface beside"):
             drilled(folder, **given)
         return
     outcome = drilled(folder, **given)

@@ -264,7 +264,7 @@ def check_bodies(
             continue
         index = min(hits)
         x, y = xy[index]
-        obstacle = "the rim of the hole" if low[index] < tops[index] else "the wall beside the hole"
+        obstacle = "the rim of the hole" if low[index] < tops[index] else "the surface beside the hole"
         raise PlanError(
             f"{tool.label}: at {x:g}, {y:g} its {disc.body}, \u00d8 {2.0 * disc.radius:g} mm, comes down to "
             f"Z{tips[index] + disc.above:.3f} and meets {obstacle} ({count_of(len(hits), 'hole')} in all); use a "
