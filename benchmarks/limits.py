@@ -45,7 +45,7 @@ SEARCHES = (
     ("leafcut.processes.nesting.plan.nesting", "variants"),
 )
 #: Functions that load kernels, within a search.
-LOADING = (("leafcut.order.solve", "warm_up"), ("leafcut.order.in_order", "warm_up_in_order"))
+LOADING = (("leafcut.order.solve", "warm_up"),)
 #: A run is late if its searches exceed the limit by 10 % and 0.1 s.
 LATE, LEAST = 0.1, 0.1
 
