@@ -112,6 +112,8 @@ def test_a_hole_of_siemens_has_the_line_of_its_place() -> None:
         ("F100\nMCALL CYCLE81(10,2,0,-3)\nG0 X1\nZ20\nMCALL", "it would drill, too"),
         ("F100\nMCALL CYCLE81(10,2,0,-3)\nG0 X1", "it would drill, too"),
         ("F100\nMCALL CYCLE81(10,2,0,-3)\nG1 X1\nMCALL", "reached in G0"),
+        ("F100\nMCALL CYCLE81(10,2,0,-3)\nG64 X1\nMCALL", "it would drill, too"),
+        ("F100\nMCALL CYCLE81(10,2,0,-3)\nG40 X1\nMCALL", "it would drill, too"),
         ("F100\nMCALL CYCLE81(10,2,0,-3)\nMCALL CYCLE81(10,2,0,-4)", "MCALL within MCALL"),
         ("F100\nMCALL CYCLE81(5,2,0,-3)\nG0 X1\nMCALL", "RTP is neither"),
         ("F100\nMCALL CYCLE81(1,2,0,-3)\nG0 X1\nMCALL", "RTP and the tool must be at"),

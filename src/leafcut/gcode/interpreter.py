@@ -568,7 +568,9 @@ class Interpreter:
     def _modes(self, words: SortedBlock) -> None:
         """Dwell, plane, distance modes, retract, compensation and path control: the motion in the block obeys them."""
         state, g, letters = self.state, words.g, words.letters
-        radius, path = g.pop("radius", None), g.pop("path", None)
+        radius = path = None
+        if state.call is None or state.keeps_unknown:  # with a called cycle, a block is only a place
+            radius, path = g.pop("radius", None), g.pop("path", None)
         state.unknown_modes -= g.keys()
         if state.keeps_unknown and g.get("non-modal") == 40 and not self._states_dwell(letters):
             g.pop("non-modal")

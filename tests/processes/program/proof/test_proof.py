@@ -271,6 +271,28 @@ def test_an_arc_of_a_program_without_z_is_judged_as_an_arc(cut: str, what: str) 
     assert what in [d.what for d in certified(head + cut + circle, head + circle + cut).differences]
 
 
+@pytest.mark.hazard
+@pytest.mark.parametrize("gap", [0.0, 0.03, 0.049, 0.06, 0.08, 0.1, 0.12, 0.5])
+@pytest.mark.parametrize("halves", [False, True])
+def test_an_outline_with_a_micro_joint_of_any_width_comes_after_its_holes(gap: float, halves: bool) -> None:
+    head = "G21 G90\nF1000 S500\n"
+    hole = "G0 X20 Y20\nM3\nG1 X25 Y20\nX25 Y25\nX20 Y25\nX20 Y20\nM5\n"
+    turn = f"X50 Y{50 - gap}\nM5\nG0 X50 Y50\nM3\nG1 X0 Y50\n" if halves else "X50 Y50\nX0 Y50\n"
+    outline = f"G0 X{gap} Y0\nM3\nG1 X50 Y0\n{turn}X0 Y0\nM5\n"
+    assert "inner after outer" in [d.what for d in certified(head + hole + outline, head + outline + hole).differences]
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize("drift", [0.0, 0.001, 0.005, 0.009])
+def test_a_plunge_that_drifts_by_rounding_hides_no_part_that_comes_free_too_early(drift: float) -> None:
+    head, up = "G21 G90\nF1000\nM3 S500\nG0 Z5\n", "G0 Z5\n"
+    drilled = f"G0 X90 Y90\nG1 X{90 + drift} Y90 Z-8\n{up}"
+    part = f"G0 X0 Y0\nG1 Z-6\nX50\nY50\nX0\nY0\n{up}"
+    other = f"G0 X70 Y70\nG1 Z-2\nX80\n{up}"
+    found = certified(head + drilled + other + part, head + drilled + part + other).differences
+    assert [d.what for d in found] == ["part free too early"]
+
+
 def test_an_inner_cut_may_not_move_behind_an_outer_one_with_a_lead_in_and_an_overcut_either() -> None:
     """The outer cut begins outside, meets its first corner nowhere, and crosses itself beyond its start."""
     head = "G21 G90\nM3 S1\n"

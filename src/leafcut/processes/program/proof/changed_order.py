@@ -124,7 +124,7 @@ class ChangedOrder:
             yield self._difference("part free too early", other, outline, text)
 
     def _passes(self, visit: Indices, width: float) -> Iterator[_Pair]:
-        visits = visits_of(self.features, self.traces, visit, int(visit[-1]) + 1)
+        visits = visits_of(self.features, self.traces, visit, int(visit[-1]) + 1, FREE)
         begins = self.new_of[visits.first]
         crossed = self.gaps.cross[self.gaps.gap_of[visits.first]]
         chosen = visits.cuts & visits.level & (crossed > visits.bottom + LEVEL) & _moved(begins)
@@ -140,9 +140,13 @@ class ChangedOrder:
                 (passes_at_levels, "{} is at another level beside {}, which came after it and is now before"),
                 (passes_side_by_side, "{} runs side by side with {}, which came after it and is now before"),
             ):
+                known: set[tuple[int, int]] = set()
                 for pairs in rule(visits, near, of, FREE, width, wanted):
                     self.look()
-                    yield from ((*visits.first[pair].tolist(), text) for pair in pairs)
+                    # Long cuts meet in several parts of the index.
+                    new = [pair for pair in map(tuple, pairs.tolist()) if pair not in known]
+                    known.update(new)
+                    yield from ((*visits.first[list(pair)].tolist(), text) for pair in new)
         for one, other in rows_in_order(visits, FREE, width).tolist():
             if 0 <= begins[other] < begins[one]:
                 text = "{} is a row beside {}, which came after it and is now before"
@@ -154,7 +158,7 @@ class ChangedOrder:
         Two parts may come free in either order.
         """
         features = self.features
-        visits = visits_of(features, self.traces, visit, int(visit[-1]) + 1)
+        visits = visits_of(features, self.traces, visit, int(visit[-1]) + 1, FREE)
         shifts = [mark.key for mark in self.before.marks if mark.kind == Kind.SHIFT]
         origin = np.searchsorted(shifts, features.row[visits.first])
         zeros = np.column_stack([features.of("frame", visits.first), origin])

@@ -30,8 +30,6 @@ LEVEL = 0.01
 _LEVEL_PART = 0.25
 #: A cut is closed if its ends are closer, mm.
 _CLOSED = 1.0
-#: Shorter moves are not sideways, mm.
-_STILL = 1e-6
 #: Places along a cut at which its distance from another one is measured.
 _PLACES = 40
 #: Segments of a line in the index, so that its box is small; pairs of lines compared at once.
@@ -77,7 +75,7 @@ class Visits:
     sideways: Mask
 
 
-def visits_of(features: Features, traces: Traces, visit: Indices, n: int) -> Visits:
+def visits_of(features: Features, traces: Traces, visit: Indices, n: int, doubt: Doubt) -> Visits:
     """Return the visits 0 … n - 1; `visit` is the number of each feature, rising, each at least once."""
     kind, z, start = features.kind, features.end[:, 2], features.of("start z")
     made = kind != Kind.DWELL
@@ -88,7 +86,7 @@ def visits_of(features: Features, traces: Traces, visit: Indices, n: int) -> Vis
     turn = np.abs(arcs.sweep) * (arcs.radius + 0.5 * arcs.grows) * np.all(arcs.axes[:, :2] == (0, 1), axis=1)
     step[curved] = np.maximum(step[curved], turn[traces.arc[curved]] * (traces.high - traces.low)[curved])
     of_feature = np.bincount(traces.feature, step, minlength=len(features))
-    sideways = made & (kind < FIRST_CYCLE) & (of_feature > _STILL)
+    sideways = made & (kind < FIRST_CYCLE) & (of_feature > doubt.still)
     np.fmin.at(floor, visit[sideways], z[sideways])
     length = np.bincount(visit, np.where(sideways, of_feature, 0.0), minlength=n).astype(np.float64)
     lowest = bottom[visit] + LEVEL

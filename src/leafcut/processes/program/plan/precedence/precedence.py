@@ -91,7 +91,7 @@ class _Work:
 
     def visits(self) -> Visits:
         """Return the pieces as visits."""
-        visits = visits_of(self.features, self.traces, self.owner, len(self.pieces))
+        visits = visits_of(self.features, self.traces, self.owner, len(self.pieces), KEEP)
         entries = np.array([piece.entry for piece in self.pieces], dtype=np.float64)
         return replace(visits, start=entries, bottom=np.array([piece.bottom for piece in self.pieces]))
 
