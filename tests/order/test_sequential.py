@@ -197,6 +197,14 @@ def test_few_clusters_on_one_place_are_no_trouble(kind: str, n: int) -> None:
         check(flat, found.nodes, found.cost)
 
 
+def test_a_path_without_clusters_costs_the_move_from_start_to_end() -> None:
+    nothing = np.zeros((0, 2))
+    problem = RoutingProblem(
+        nothing, nothing, np.zeros(0, dtype=np.int32), np.zeros(0), start=(1.0, 2.0), end=(4.0, 6.0)
+    )
+    assert solve(problem).cost == path_cost(problem, np.zeros(0, dtype=np.int32)) == 5.0
+
+
 def test_an_order_that_is_forced_is_found() -> None:
     """Pairs from end to end leave one order; another cluster may stand anywhere."""
     pairs = np.array([[k + 1, k] for k in range(30)], dtype=np.int32)

@@ -403,6 +403,8 @@ class MoveCosts:
 
     def along(self, nodes: NDArray[np.int32]) -> NDArray[np.float64]:
         """Return the costs of the moves along a path, given ends included."""
+        if not len(nodes) and self.has_start and self.has_end:
+            return costs_of_edges(self._cost, np.array([self._start]), np.array([self._end]))
         arrive = np.roll(nodes, -1) if self.problem.closed else nodes[1:]
         moves = costs_of_edges(self._cost, nodes[: len(arrive)] + self._exits, arrive)
         first = self.from_start(nodes[:1]) if self.has_start else moves[:0]
