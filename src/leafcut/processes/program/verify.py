@@ -1,4 +1,4 @@
-"""Whether two programs do the same work."""
+"""Compare two programs and certify that both do the same work."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def verify(
     *,
     allow_reverse: bool,
 ) -> Certificate:
-    """Return the proof that two programs do the same work, or in what they differ, on the machine of the settings."""
+    """Return a certificate that both programs do the same work on the machine in `settings`, or their differences."""
     from leafcut.gcode import dialects
     from leafcut.processes.program.proof.avoided_areas import avoided_areas
     from leafcut.processes.program.proof.certificate import certify

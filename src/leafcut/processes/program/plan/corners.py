@@ -1,4 +1,4 @@
-"""Where controllers round the corners of rapids, and how far."""
+"""Rounding of rapid corners by controllers: which corners, and how far."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import MOTIONS, Kind, Toolpath
 
-#: A corner of two rapids is rounded by so much at most, mm, where one of them ends slowly.
+#: Maximum rounding of a corner of two rapids if one of them is slow there, mm.
 _ROUNDED = 0.05
-#: RapidCorners within so much of straight on are none, rad.
+#: Smallest change of direction that counts as a corner, rad.
 _STRAIGHT = math.radians(2.0)
 
 
 def rounds_freely(path: Toolpath, machine: Machine, clearance: float) -> NDArray[np.bool_]:
-    """Return in which rows a controller may leave its way at corners by more than a clearance, mm."""
+    """Return the mask of rows in which the controller may round corners by more than `clearance` (mm)."""
     if (machine.corners or machine.control) == "grbl":
         return np.zeros(len(path), dtype=np.bool_)
     blending = path.latest(Kind.BLENDING, path.ref, 640)
@@ -26,18 +26,18 @@ def rounds_freely(path: Toolpath, machine: Machine, clearance: float) -> NDArray
 
 
 def longest_rounding(machine: Machine) -> float:
-    """Return from how far before a corner of two rapids a machine may begin to round it, mm: v²/2a."""
+    """Return the maximum distance before a corner of two rapids at which rounding can start, mm: v²/2a."""
     return 0.5 * max(machine.rapid_velocity) ** 2 / min(machine.acceleration)
 
 
 class RapidCorners:
-    """Where a controller may round a corner of a rapid by more than it keeps from the material.
+    """Find the rapid corners that a controller may round by more than the clearance from the material.
 
-    A corner is rounded as far as the slower of its two motions takes to stop: v²/2a. It is no danger where that is a
-    cut, which is slow; where both are rapids, one of them ends slowly, or begins so.
+    The rounding is as long as the stopping distance of the slower move, v²/2a. A corner with a cut is therefore
+    harmless, since cuts are slow; between two rapids, one of them has to be slow at the corner.
     """
 
-    #: So fast a corner is rounded by no more than is allowed, mm/s.
+    #: Speed at which the rounding of a corner stays within `_ROUNDED`, mm/s.
     slow: float
 
     def __init__(self, path: Toolpath, machine: Machine, clearance: float, top: float, fast: NDArray[np.bool_]) -> None:
@@ -50,7 +50,7 @@ class RapidCorners:
         self.slow = math.sqrt(2.0 * min(machine.acceleration) * _ROUNDED)
 
     def rounds(self, row: int) -> tuple[bool, bool]:
-        """Return whether the corner at the begin and the one at the end of a straight move may be rounded."""
+        """Return whether the corners at the start and at the end of a straight move may be rounded."""
         if not self.free[row]:
             return False, False
         at = int(np.searchsorted(self.moving, row))

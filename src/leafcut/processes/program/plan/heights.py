@@ -1,4 +1,4 @@
-"""How low a program may go between its cuts: retracts, R planes and cycles just above what stands under the way."""
+"""Lower the retracts, R planes and cycle returns of a program to just above the material under each move."""
 
 from __future__ import annotations
 
@@ -16,30 +16,40 @@ from leafcut.model.toolpath import MOTIONS, Kind
 from leafcut.processes.program.plan.corners import longest_rounding, rounds_freely
 from leafcut.processes.program.plan.plain_blocks import block_of_row, is_plain, words_of_row
 
-#: What is lowered by less is left as it is, mm.
+#: Smallest reduction worth a change, mm.
 _WORTH = 0.25
 _SAME = 1e-6
 _LETTERS = frozenset("NGXYZF")
 _CODES = frozenset((0, 1, 17, 18, 19, 40, 90, 94))
-#: What may stand beside the height that cycles come up to: a tool length offset, a work offset, coolant and spindle.
+#: Words allowed in the block that states an initial height: length offset, work offset, coolant, spindle.
 _BESIDE_LETTERS = frozenset("HMS")
 _BESIDE_CODES = frozenset((43, 54, 55, 56, 57, 58, 59))
-#: Rows that leave the tool where it is.
+#: Rows that do not move the tool.
 _STILL = (Kind.SPINDLE, Kind.DWELL)
-#: What goes from one cut to the next: a rapid, or at feed through the air.
+#: Kinds of travel moves between cuts: rapids, or feed moves through air.
 _WAYS = (Kind.RAPID, Kind.FEED)
-#: Cycles whose R plane has to do with the pitch of a thread, or with a tool that turns to one side.
+#: Cycles whose R plane depends on the thread pitch or on an oriented spindle stop.
 _KEEP_R = ("G74", "G76", "G84", "G87", "G88")
-#: Cycles that an operator, or a turned tool, comes out of at the initial height.
+#: Cycles that must retract to the initial height: manual retract, or oriented spindle stop.
 _KEEP_INITIAL = ("G76", "G87", "G88")
 
 
 @dataclass
 class _AtHeight:
-    """What is done at one height, mm.
+    """Rows and limits of one height, mm.
 
-    Rows that state it, rows of ways at it, where those would touch the material, what it stays above, and whether a
-    cycle comes up to it.
+    Attributes
+    ----------
+    stated
+        Rows that state the height.
+    ways
+        Rows of the travel moves at this height.
+    contacts
+        Heights at which these moves would touch the material.
+    planes
+        Lower limits of the height, such as R planes.
+    returns
+        Whether a cycle retracts to this height.
     """
 
     stated: list[int]
@@ -50,18 +60,18 @@ class _AtHeight:
 
 
 class LowWays:
-    """What of a program may be lower, so that every way keeps a clearance from what stands under it.
+    """Heights in a program that can be lowered while every move keeps its clearance from the material.
 
-    Where a controller may round corners as far as it likes, a retract is as much higher as it may begin to go across
-    too early. A way over a named obstacle stays as high as it is.
+    If the controller rounds corners without a limit, retracts keep an extra height, since the sideways move may start
+    early. Moves over a named obstacle keep their height.
 
     Parameters
     ----------
     top
-        Nothing stands higher, mm: what holds for rapids whose way is not straight.
+        Highest point of the material, mm; the limit for rapids that are not straight.
     """
 
-    #: Lines of ways over named obstacles that would be lower without these.
+    #: Lines of moves that keep their height only because of a named obstacle.
     kept: set[int]
 
     def __init__(
@@ -84,13 +94,13 @@ class LowWays:
         )  # fmt: skip
 
     def heights(self) -> list[Lowered]:
-        """Return the heights of retracts and R planes that may be lower."""
+        """Return the retracts and R planes that can be lowered."""
         return [*self.retracts(), *self.r_planes()]
 
     def returns(self) -> list[CycleReturn]:
-        """Return where series of holes that come up to their initial height (G98) may stay at their R plane (G99).
+        """Return the changes from G98 to G99: series of holes that can stay at the R plane in between.
 
-        The last hole of a series comes up as before, so that what is behind it begins at the same height.
+        The last hole of a series still retracts to the initial height, so that the next move starts there as before.
         """
         found: list[CycleReturn] = []
         series: list[int] = []
@@ -119,17 +129,17 @@ class LowWays:
         return found if any(one.code == 99 for one in found) else []
 
     def _drills_alone(self, row: int) -> bool:
-        """Return whether a hole is all that its block does, so that another word may be put into it."""
+        """Return whether the block only drills its hole, so that G98 or G99 can be added."""
         return is_plain(self.program, row) and not self.program.modal(self._block(row) + 1).incremental
 
     def _stays(self, row: int, behind: int, plane: float) -> bool:
-        """Return whether the way from one hole to the next may be at the R plane."""
+        """Return whether the tool can move to the next hole at the R plane."""
         if not self.path.end[row, 2] > plane + _WORTH:
             return False
         return self._across(behind) + self.clearance <= plane + _SAME and not self._over_obstacle([behind], plane)
 
     def _across(self, row: int) -> float:
-        """Return the height at which the tool would touch the material on its way to a hole, mm."""
+        """Return the height at which the tool would touch the material while it moves to a hole, mm."""
         which = slice(int(self.first_piece[row]), int(self.first_piece[row + 1]))
         ends, over = self.loads.moves.ends[which], self.loads.removed.over[which]
         across = self.loads.moves.rapid[which] & ~self.loads.upright[which]
@@ -137,7 +147,7 @@ class LowWays:
         return self._of_way(row, float((low + over)[across].max(initial=-math.inf)))
 
     def _over_obstacle(self, ways: list[int], height: float) -> bool:
-        """Return whether a way that is to be lower goes over a named obstacle, and keep its line in mind."""
+        """Return whether a lowered move would hit a named obstacle; record its line in `kept`."""
         if self.obstacles is None or height >= self.obstacles.height:
             return False
         over = [row for row in ways if height < self._least_height(row)]
@@ -145,20 +155,20 @@ class LowWays:
         return bool(over)
 
     def _least_height(self, row: int) -> float:
-        """Return the height at or above which a way crosses all obstacles under it, mm; −∞ where there is none."""
+        """Return the lowest height at which a move clears all obstacles below it, mm; −∞ if there are none."""
         assert self.obstacles is not None
         (x0, y0), (x1, y1) = self.path.before[row, :2].tolist(), self.path.end[row, :2].tolist()
         return self.obstacles.between((x0, y0), (x1, y1), int(self.path.tool[row]))
 
     def next(self, row: int) -> int:
-        """Return the next row that does anything, or the number of rows."""
+        """Return the next row with an effect on the machine, or the number of rows."""
         row += 1
         while row < len(self.path) and not self.does[row]:
             row += 1
         return row
 
     def contact(self, row: int) -> float:
-        """Return the height at which the tool would touch the material on the level way of a row, mm."""
+        """Return the height at which the tool would touch the material on a level move, mm."""
         which = slice(int(self.first_piece[row]), int(self.first_piece[row + 1]))
         ends, over = self.loads.moves.ends[which], self.loads.removed.over[which]
         if not len(over):
@@ -172,7 +182,7 @@ class LowWays:
         return max(contact, self.top) if bent else contact
 
     def retracts(self) -> list[Lowered]:
-        """Return retracts straight up, with rapids across behind them and a way straight down at their end."""
+        """Return the retracts that can be lowered: straight up, travel moves at that height, straight down."""
         found: list[Lowered] = []
         path = self.path
         rises = np.isin(path.kind, _WAYS) & (np.abs(path.end - path.before)[:, :2] < _SAME).all(axis=1)
@@ -248,9 +258,9 @@ class LowWays:
         return [Lowered(self._block(one), "Z", lowest) for one in series.stated]
 
     def _at_height(self, first: int) -> _AtHeight | None:
-        """Return what is done at the height that a row states; None where that must stay.
+        """Collect the cycles and travel moves at the height stated by a row, or return None if it must stay.
 
-        There are cycles that come up to it, and ways at it, up to a way straight up or down.
+        The collection ends at the next vertical move.
         """
         path, high = self.path, float(self.path.end[first, 2])
         there = _AtHeight([first], [], [], [])
@@ -269,14 +279,14 @@ class LowWays:
         return there if ended and there.returns else None
 
     def _add_hole(self, row: int, high: float, here: bool, there: _AtHeight) -> bool | None:
-        """Add a hole of a series that began at a height, to which it comes from there or from its R plane.
+        """Add a hole that the tool reaches from the initial height or from the R plane.
 
-        Return whether more may follow; None: the height must stay.
+        Return whether more rows may follow, or None if the height must stay.
         """
         path = self.path
         cycle = path.cycles[int(path.ref[row])]
         incremental = self.program.modal(self._block(row) + 1).incremental
-        # From an R plane up to the height over the next hole: another way, that keeps clear where it begins.
+        # The tool slants from an R plane up to the height over the next hole: the start must be clear already.
         slants = cycle.approach == "slant" and not here
         if cycle.name in _KEEP_INITIAL or incremental or cycle.r_plane > high:
             return None
@@ -292,7 +302,7 @@ class LowWays:
         return True
 
     def _add_way(self, row: int, high: float, there: _AtHeight) -> bool | None:
-        """Add what is done at a height between holes and behind them; see `_add_hole`."""
+        """Add a row between or after the holes; see `_add_hole`."""
         path, kind = self.path, self.path.kind[row]
         if kind in _STILL:
             return True
@@ -314,7 +324,7 @@ class LowWays:
         return bool((np.abs(self.path.end[row] - self.path.before[row])[:2] > _SAME).any())
 
     def _states_height(self, row: int) -> bool:
-        """Return whether another height may be put into the block of a way, whatever else that says of the tool."""
+        """Return whether Z can be replaced in the block of a move, even beside offset, coolant or spindle words."""
         if self._plain(row):
             return True
         program, block = self.program, self._block(row)
@@ -333,7 +343,7 @@ class LowWays:
         )
 
     def r_planes(self) -> list[Lowered]:
-        """Return R planes of cycles, by the block that states each."""
+        """Return the R planes that can be lowered, by the block that states each."""
         found: list[Lowered] = []
         drills = np.flatnonzero(self.path.kind == Kind.DRILL)
         stated: list[list[int]] = []
@@ -354,7 +364,7 @@ class LowWays:
             return []
         contacts = [self._at_plane(row, plane) for row in rows]
         ways = [row for row in rows if self._begins_at(row, plane)]
-        # What comes behind the last hole at this height: the way to the next place, straight up, or nothing known.
+        # Moves at this height after the last hole: to the next position, straight up, or unknown.
         after = self.next(rows[-1])
         while after < len(path) and abs(float(path.before[after, 2]) - plane) < _SAME:
             if path.kind[after] == Kind.DRILL:
@@ -367,7 +377,7 @@ class LowWays:
             if path.kind[after] not in (Kind.RAPID, Kind.TOOL, Kind.MACHINE, Kind.END, Kind.PAUSE, Kind.SPINDLE):
                 return []
             if path.kind[after] == Kind.MACHINE and np.isfinite(path.end[after, :2]).any():
-                return []  # where it goes across is not known here
+                return []  # the path of this sideways move is unknown
             if path.kind[after] == Kind.RAPID:
                 level = abs(float(path.end[after, 2]) - plane) < _SAME
                 upright = bool((np.abs(path.end[after] - path.before[after])[:2] < _SAME).all())
@@ -387,28 +397,28 @@ class LowWays:
         return [Lowered(self._block(rows[0]), "R", lowest)]
 
     def _plane_may_change(self, rows: list[int]) -> bool:
-        """Return whether the R plane that the first of some holes states may be another one."""
+        """Return whether the R plane stated at the first of these holes can be changed."""
         cycles = [self.path.cycles[int(self.path.ref[row])] for row in rows]
         plane = cycles[0].r_plane
         if not is_plain(self.program, rows[0]) or "R" not in self._letters(rows[0]):
             return False
         if any(one.r_plane != plane or one.name in _KEEP_R for one in cycles):
             return False
-        # A slant from another height than the plane gets another way where the plane is lower.
+        # A slant that starts at a different height would follow a different path to a lower plane.
         slants = [row for one, row in zip(cycles, rows, strict=True) if one.approach == "slant"]
         if not all(self._begins_at(row, plane) for row in slants):
             return False
         return not any(self.program.modal(self._block(row) + 1).incremental for row in rows)
 
     def _at_plane(self, row: int, plane: float) -> float:
-        """Return the highest contact of those rapids of a cycle that end at its R plane, mm."""
+        """Return the highest contact of the rapids in a cycle that end at its R plane, mm."""
         which = slice(int(self.first_piece[row]), int(self.first_piece[row + 1]))
         moves, over = self.loads.moves, self.loads.removed.over[which]
         ends = moves.ends[which]
         low = np.minimum(ends[:, 2], ends[:, 5])
         goes = (ends[:, 5] <= ends[:, 2] + _SAME) | ~self.loads.upright[which]
         mine = moves.rapid[which] & (np.abs(low - plane) < _SAME) & goes
-        # Pecking cycles come down again into their own hole: that is above what is left of it.
+        # Pecking cycles rapid back into their own hole, but stay above the remaining material.
         contact = float((low + over)[mine].max(initial=-math.inf))
         if self._begins_at(row, plane):
             contact = self._of_way(row, contact)
@@ -424,7 +434,7 @@ class LowWays:
         return {word.letter for word in words_of_row(self.program, row)}
 
     def _plain(self, row: int) -> bool:
-        """Return whether a way may end at another height."""
+        """Return whether the end height of a move can be changed."""
         return is_plain(self.program, row) and self._letters(row) <= _LETTERS and self._codes(row) <= _CODES
 
     def _codes(self, row: int) -> set[float]:

@@ -1,7 +1,7 @@
-"""A stroke written the other way round, in the words and the numbers of its own lines.
+"""Write an open cut in reverse, with the words and numbers of its own lines.
 
-Where the cut ended, the tool now arrives, goes down and begins; every block of the cut goes back to where it came
-from, arcs turn the other way about the same centre. Places are the very texts by which the original named them.
+The tool now plunges where the cut ended. Every block runs back to its start, and arcs change direction about the same
+centre. Coordinates are copied as text from the original.
 """
 
 from __future__ import annotations
@@ -24,30 +24,30 @@ from leafcut.processes.program.post.insertion import (
     with_words,
 )
 
-#: The G words of motions the other way.
+#: G word of the reversed motion, by kind.
 _BACK = {int(Kind.FEED): 1, int(Kind.ARC_CW): 3, int(Kind.ARC_CCW): 2}
 
-#: Finds the text of a letter's number as the program last wrote it before a block: (letter, number, block) → word.
+#: Returns the word as the program last wrote it before a block: (letter, number, block) → word.
 Spelled = Callable[[str, float, int], str]
 
 
 def reverse_stroke(
     program: Program, reader: BlockReader, stroke: ReversibleCut, lines: list[str], offset: int, spelled: Spelled
 ) -> tuple[list[str], Modal]:
-    """Return the lines of a stroke the other way round, and what they leave active.
+    """Return the lines of the reversed cut, and the modal state after them.
 
     Parameters
     ----------
     lines
-        All lines of the piece that the stroke is, comments included.
+        All lines of the cut, including comments.
     offset
-        The number of lines of the program before them.
+        Number of program lines before them.
     spelled
-        How the program writes a feed or a speed.
+        Function that writes a feed or a speed as the program does.
     """
     writer = _BlockWriter(program, reader, stroke, lines, offset, spelled)
     new = [*writer.lead(), *writer.body(), *writer.tail()]
-    # The last line of a file may have no end; it need not be the last one now.
+    # The last line of a file may lack a line ending; after reversal it may no longer be last.
     end = line_end(program.lines)
     new = [line if line.endswith(("\n", "\r")) else line + end for line in new]
     return new, writer.leaves()
@@ -66,7 +66,7 @@ class _BlockWriter:
         self.program, self.reader, self.stroke, self.spelled = program, reader, stroke, spelled
         self.lines, self.offset = lines, offset
         self.unit = program.modal(stroke.body).unit
-        #: What the new lines have active; None where nothing before them says it.
+        #: Modal values active in the new lines; None if no earlier word sets them.
         modal = program.modal(stroke.body)
         known = reader.reliance(stroke.begin, stroke.body).sets | reader.reliance(stroke.begin, stroke.end).relies
         self.motion = modal.motion if "motion" in known else None
@@ -74,21 +74,21 @@ class _BlockWriter:
         self.rpm = modal.rpm if "speed" in known else None
 
     def _upto(self, block: int) -> int:
-        """Return how many of the lines end with that of a block."""
+        """Return the number of lines up to and including the line of a block."""
         return int(self.program.line[block]) - self.offset
 
     def _own(self, block: int) -> int:
         return self._upto(block) - 1
 
     def lead(self) -> list[str]:
-        """Return the lines up to the cut, which lead to its end now."""
+        """Return the lines before the cut, which now lead to its former end."""
         lines = self.lines[: self._upto(self.stroke.body - 1)]
         for block in range(self.stroke.begin, self.stroke.body):
             lines[self._own(block)] = replace_words(lines[self._own(block)], self._axes(len(self.stroke.rows)))
         return lines
 
     def body(self) -> list[str]:
-        """Return the lines of the cut, the last first; remarks above a block go with it."""
+        """Return the lines of the cut, last block first; comments above a block move with it."""
         stroke = self.stroke
         found: list[str] = []
         for block in range(stroke.tail - 1, stroke.body - 1, -1):
@@ -97,7 +97,7 @@ class _BlockWriter:
         return found
 
     def tail(self) -> list[str]:
-        """Return the lines behind the cut, which come up where it began."""
+        """Return the lines after the cut, which now retract at its former start."""
         lines = self.lines[self._upto(self.stroke.tail - 1) :]
         begin = self._upto(self.stroke.tail - 1)
         for block in range(self.stroke.tail, self.stroke.end):
@@ -118,7 +118,7 @@ class _BlockWriter:
         return lines
 
     def leaves(self) -> Modal:
-        """Return what is active behind the new lines."""
+        """Return the modal state after the new lines."""
         end = self.program.modal(self.stroke.end)
         feed, rpm = (b if a is None else a for a, b in ((self.feed, end.feed), (self.rpm, end.rpm)))
         return replace(end, motion=self.motion, feed=feed, rpm=rpm)
@@ -126,9 +126,9 @@ class _BlockWriter:
     # -- words -------------------------------------------------------------------------------------------------------
 
     def _axes(self, place: int) -> dict[str, str]:
-        """Return the texts of X and Y of a place of the cut, by letter."""
+        """Return the texts of X and Y at a point of the cut, by letter."""
         said = self.stroke.places[place]
-        # An axis without text does not move in its block, so its place before the block is that behind it.
+        # An axis without text does not move in its block: its position is the same before and after.
         at = position_before(self.program.path, self.stroke.rows[max(place - 1, 0)])
         return {
             letter: format_length(float(value), self.unit) if text is None else text
@@ -136,17 +136,17 @@ class _BlockWriter:
         }
 
     def _cut(self, block: int) -> str:
-        """Return the line of a block of the cut, the way back."""
+        """Return the line of a block of the cut, reversed."""
         number = block - self.stroke.body
         line, row = self.lines[self._own(block)], self.stroke.rows[number]
         words = self.reader.words(block)
-        assert words is not None  # a stroke has plain words only
+        assert words is not None  # reversible cuts have only plain words
         letters, need = words.letters, self.program.modal(block + 1)
         motion = _BACK[int(self.program.path.kind[row])]
         said = []
         if "motion" in words.states or motion != self.motion:
             said.append(self._motion_word(line, motion))
-        # An axis that the line does not name stays where it is, there and back.
+        # An axis missing from the line does not move, in either direction.
         back = self._axes(number)
         said += [letter + back[letter] for letter in "XY" if letter in letters]
         said += [f"Z{letters['Z']}"] if "Z" in letters else []
@@ -160,11 +160,11 @@ class _BlockWriter:
         return with_words(line, said)
 
     def _motion_word(self, line: str, motion: int) -> str:
-        """Return G1, G2 or G3, with a zero before it where the line has one."""
+        """Return G1, G2 or G3, written with a leading zero if the line does so."""
         return f"G0{motion}" if re.search(r"[Gg]0[123](?![0-9])", code_of(line)) else f"G{motion}"
 
     def _centre(self, letters: dict[str, str], number: int, need: Modal) -> list[str]:
-        """Return the words for the centre of an arc, from where it begins now."""
+        """Return the words for the centre of an arc, relative to its new start."""
         if "R" in letters:
             return [f"R{letters['R']}"]
         if need.absolute_centres:
@@ -179,7 +179,7 @@ class _BlockWriter:
 
 
 def _decimal(value: Decimal) -> str:
-    """Return a number with a decimal point and without an exponent; nothing is rounded."""
+    """Format a number with a decimal point, without exponent or rounding."""
     text = f"{value:f}"
     if "." not in text:
         return text + ".0"

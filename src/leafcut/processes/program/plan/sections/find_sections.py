@@ -1,4 +1,4 @@
-"""Finding the pieces of a foreign program: where each begins, how high the tool crosses, and what stays."""
+"""Divide a foreign program into pieces of work: their starts, the travel heights, and the blocks that stay."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from leafcut.processes.program.plan.sections.program_rows import (
     read_rows,
 )
 
-#: Why blocks stay that hold pieces of work alone, which say themselves why (`Sequence.stays`).
+#: Reason for blocks that hold only fixed pieces of work; each piece has its own reason in `Sequence.stays`.
 STAYING = "the work in it stays"
 
 _MOTIONS = frozenset(int(k) for k in MOTIONS)
@@ -34,7 +34,7 @@ _MOTIONS = frozenset(int(k) for k in MOTIONS)
 
 @dataclass(frozen=True, slots=True)
 class _Start:
-    """A block at which a piece may begin: its row that first moves sideways, and the height of that crossing."""
+    """A block at which a piece may start: its first row that moves sideways, and the height of that move."""
 
     block: int
     row: int
@@ -51,10 +51,10 @@ class Finder:
         self.reader = BlockReader(program)
         self.beam = process in BEAMS
         self.entries: set[int] = set()
-        #: By the block of a way across: why no piece begins there, and why a piece that could begin there stays.
+        #: By the block of a travel move: why no piece starts there, and why a piece that could start there stays.
         self.refused: dict[int, str] = {}
         self.why: dict[int, tuple[str, int]] = {}
-        #: By block, where the call ends that it is run from; of the call itself, none.
+        #: End of the call that runs each block of a subprogram; the calling block itself is not included.
         self.called = {block: end for begin, end in program.calls for block in range(begin + 1, end)}
         self.compensates = bool((program.path.kind == Kind.RADIUS).any())
         self.blind = self._blind()
@@ -63,12 +63,12 @@ class Finder:
         travels = np.unique(self.rows.block[self.rows.travel])
         self.travels = travels
         across = self.rows.travel & np.isfinite(path.end[:, 2])
-        # Below the zero of the part there is material, unless the program has its zero above everything.
+        # There is material below the part zero, unless the zero lies above all moves of the program.
         self.floor = 0.0 if (path.end[across, 2] > 0).any() and not self.beam else -math.inf
         self.first = first
 
     def sections(self) -> list[Section]:
-        """Return every section, in the order of the program."""
+        """Return all sections in program order."""
         found: list[Section] = []
         for section in reversed(list(self._candidates())):
             if (found and found[-1].pieces[0].begin == section.pieces[-1].end) or self._may_end(section):
@@ -92,7 +92,7 @@ class Finder:
             yield from self._of_run(starts, begin, end)
 
     def _blind(self) -> set[int]:
-        """Return the blocks from a change of length offset to the first that states Z: the height is not known."""
+        """Return the blocks with unknown height: from a change of length offset to the next block that states Z."""
         found: set[int] = set()
         offsets = np.flatnonzero(self.program.path.kind == Kind.OFFSET)
         for block in self.rows.block[offsets].tolist():
@@ -106,10 +106,10 @@ class Finder:
     # -- where pieces begin ------------------------------------------------------------------------------------------
 
     def _starts(self, begin: int, end: int) -> list[_Start]:
-        """Return the places in a run where the tool, up and done with the work before, goes across."""
+        """Return the starts of pieces in a run: retracted travel moves after the previous work is finished."""
         low_block, high = np.searchsorted(self.travels, [begin, end])
         top = self._top(begin, end)
-        # A beam may work at a height that nobody states; but where one is, it is for all.
+        # Beam programs need not state a height; but once stated, it applies to all pieces.
         level = (
             not math.isnan(self._place_after(int(self.first[end]) - 1)[2]) if self.beam and self.first[end] else False
         )
@@ -122,7 +122,7 @@ class Finder:
             start = self._start(block)
             up = self._may_begin(start, top, level)
             if starts and cuts == done:
-                # Where the tool waits before the first piece of work is no part of that.
+                # The waiting position before the first piece does not belong to that piece.
                 if len(starts) == 1 and up and self._says_where(block):
                     starts = [start]
                 elif not self._arrives_alike(start, starts[-1]):
@@ -130,7 +130,7 @@ class Finder:
             elif not up:
                 low = cuts if starts else -1
             elif cuts != low:
-                # Else the tool left the work before it on a way that is not up.
+                # Otherwise the tool left the previous work without retracting.
                 starts.append(start)
                 self.entries.add(block)
                 done = cuts
@@ -144,7 +144,7 @@ class Finder:
         return not why
 
     def _why_not(self, start: _Start, top: float) -> str:
-        """Return why no piece may begin with a way across, "" where one may (`plan.precedence.staying.PHRASES`)."""
+        """Return why no piece may start with this travel move (`plan.precedence.staying.PHRASES`), or ""."""
         modal = self.program.modal(start.block)
         if start.block in self.blind or math.isinf(start.height):
             return "unknown-height"
@@ -157,9 +157,9 @@ class Finder:
         return ""
 
     def _arrives_alike(self, start: _Start, first: _Start) -> bool:
-        """Return whether a second way to a piece of work is made like the first: no lower, and with the beam as it was.
+        """Return whether the second travel move to a piece matches the first: no lower, and the same beam state.
 
-        Where another piece ends at the place between the two, the tool would leave that in a way it never did.
+        If another piece ended at the point between the two moves, the tool would leave it by an untested move.
         """
         if start.height < first.height - TOLERANCE:
             return False
@@ -182,7 +182,10 @@ class Finder:
         return _Start(block, row, height if not math.isnan(height) else -math.inf)
 
     def _top(self, begin: int, end: int) -> float:
-        """Return the height of the highest cut across in a run, below the rapids: who crosses lower is not up."""
+        """Return the height of the highest sideways cut in a run, below the rapids.
+
+        A travel move below this height is not retracted.
+        """
         if self.beam:
             return -math.inf
         rows = slice(int(self.first[begin]), int(self.first[end]))
@@ -199,11 +202,11 @@ class Finder:
         return modal.radius == 40 and not modal.incremental
 
     def _key(self, modal: Modal) -> tuple[int, float]:
-        """Return what must be the same before and after a piece."""
+        """Return the spindle state that must be equal before and after a piece."""
         return modal.spindle, modal.rpm if modal.spindle and not self.beam else 0.0
 
     def _switches(self, starts: list[_Start]) -> list[int]:
-        """Return the blocks of a run that switch the spindle for what comes after them."""
+        """Return the blocks of a run that switch the spindle for the following work."""
         found = []
         free = self._speeds_recur(starts)
         for one, other in pairwise(starts):
@@ -217,9 +220,9 @@ class Finder:
         return found
 
     def _speeds_recur(self, starts: list[_Start]) -> bool:
-        """Return whether a run goes back to speeds that it had, by S alone, so that fewer changes of speed may do.
+        """Return whether a run returns to earlier speeds by S words alone, so that reordering can save speed changes.
 
-        What M3 or M4 starts anew stays, and so does an S for a hole of a cycle that stands in a block of its own.
+        Speeds set by M3 or M4 stay; so does an S in a block of its own before a hole of a drilling cycle.
         """
         path, first = self.program.path, self.first
         speeds = [self._key(self.program.modal(s.block)) for s in starts]
@@ -233,7 +236,7 @@ class Finder:
         return alone and not cycles
 
     def _only_speed(self, block: int) -> bool:
-        """Return whether a block says S and does nothing else."""
+        """Return whether a block only sets the spindle speed."""
         words, rows = self.reader.words(block), range(int(self.first[block]), int(self.first[block + 1]))
         path = self.program.path
         alone = [r for r in rows if path.kind[r] == Kind.SPINDLE and path.ref[r] == SPEED_ALONE]
@@ -246,7 +249,7 @@ class Finder:
         """Yield the sections of the run of blocks begin … end - 1."""
         edges = [begin - 1, end]
         if starts and self.cuts[self.first[end]] == self.cuts[starts[-1].row]:
-            # The last way leads to no work: home.
+            # The last travel move leads home, not to work.
             end = starts[-1].block
             starts = starts[:-1]
         for start in starts:
@@ -257,7 +260,7 @@ class Finder:
         places = [(float(path.end[s.row, 0]), float(path.end[s.row, 1])) for s in starts]
         for members, stop, clearance in group_by_height([s.height for s in starts[1:]], places):
             chosen = [starts[m] for m in members]
-            # What lies between two members moves with the first of them.
+            # Blocks between two members move with the first of them.
             self.entries -= {s.block for s in starts[members[0] : stop]} - {s.block for s in chosen}
             pieces = [self._piece(a, b.block, b.row) for a, b in pairwise([*chosen, *starts[stop:][:1]])]
             last = self._up_again(chosen[-1], end, clearance) if stop == len(starts) else None
@@ -273,7 +276,7 @@ class Finder:
             self.why.update((start.block, (why, end if why == "goes-on" else -1)) for start in chosen)
 
     def _alone(self, before: int, after: int) -> tuple[str, int]:
-        """Return why a piece stays that is alone between two blocks, and which of them has work on its other side."""
+        """Return why a piece alone between two barriers stays, and the barrier that separates it from other work."""
         last = int(self.cuts[-1])
         if after < self.program.n_blocks and self.cuts[self.first[after]] < last:
             return "alone", after
@@ -286,7 +289,7 @@ class Finder:
             self.why.update((b, (why, block)) for b in range(piece.begin, piece.end) if b in self.entries)
 
     def _up_again(self, start: _Start, end: int, clearance: float) -> int | None:
-        """Return the end of the last piece of a run: after the block with which the tool is up; None if it is not."""
+        """Return the end of the last piece of a run, after the block that retracts the tool; None if none does."""
         turning = self.program.modal(start.block).spindle
         low, high = int(self.first[start.block]), int(self.first[end])
         cuts = np.flatnonzero(self.rows.cut[low:high])
@@ -304,9 +307,9 @@ class Finder:
         return None
 
     def _retracted(self, block: int, end: int) -> int:
-        """Return the end of the rise that follows work if the tool goes on to other work from there.
+        """Return the end of the retract after the work, if the tool continues to other work from there.
 
-        Before a change of tool or the end it rises for that, not because of the place.
+        A retract before a tool change or the program end does not belong to the piece.
         """
         row = int(self.first[end])
         while block < end and self._rises(block) and not stops_before_work(self.program, self.rows, row):
@@ -320,7 +323,7 @@ class Finder:
         )
 
     def _dwells_end(self, block: int, end: int, last_cut: int) -> int:
-        """Return the end of the dwells that follow a cut at once: they are part of it, unless it rose in between."""
+        """Return the end of the dwells right after a cut; they belong to it unless the tool retracted in between."""
         if np.isin(self.program.path.kind[last_cut : int(self.first[block])], [Kind.RAPID, Kind.DRILL]).any():
             return block
         while block < end and set(self.reader.kinds(block)) == {int(Kind.DWELL)}:
@@ -328,7 +331,7 @@ class Finder:
         return block
 
     def _place_after(self, row: int) -> tuple[float, float, float]:
-        """Return where the tool is after a row; a program may end without a word for that."""
+        """Return the position of the tool after a row, which may be the last row of the program."""
         path, before = self.program.path, self.rows.before
         if row + 1 < len(path):
             x, y, z = before[row + 1].tolist()
@@ -348,7 +351,7 @@ class Finder:
             cycles = path.ref[rows][self.rows.cut[rows]][drills]
             depths = depths.copy()
             depths[drills] = [path.cycles[c].bottom for c in cycles.tolist()]
-        # A full circle ends where it begins, and goes sideways all the same.
+        # A full circle ends at its start, but still moves sideways.
         aside = self.rows.sideways[rows] | np.isin(path.kind[rows], [Kind.ARC_CW, Kind.ARC_CCW])
         upright = not (self.rows.cut[rows] & aside & (path.kind[rows] != Kind.DRILL)).any()
         drill = path.kind[start.row] == Kind.DRILL
@@ -365,7 +368,7 @@ class Finder:
         )
 
     def _with_prefixes(self, pieces: list[PieceOfWork], clearance: float) -> list[PieceOfWork]:
-        """Let pieces after the first begin with the rapids to the height where the tool is, if there are such."""
+        """Extend every piece after the first by the preceding rapids that stay at the clearance height."""
         result = pieces[:1]
         for piece in pieces[1:]:
             begin = piece.begin
@@ -379,7 +382,7 @@ class Finder:
         return result
 
     def _stays_up(self, block: int, clearance: float) -> bool:
-        """Return whether a block is a rapid to where the tool is already, at the clearance height."""
+        """Return whether a block is a rapid to the current position at the clearance height."""
         rows = range(int(self.first[block]), int(self.first[block + 1]))
         path, before = self.program.path, self.rows.before
         return len(rows) > 0 and all(
@@ -391,9 +394,9 @@ class Finder:
         )
 
     def _may_end(self, section: Section) -> bool:
-        """Return whether what stays behind the section can follow any of its pieces.
+        """Return whether the block after the section can follow any of its pieces.
 
-        A hole that goes on with the cycle of the one before needs the same cycle and height after every piece.
+        A hole that continues a cycle needs the same cycle and height after every piece.
         """
         program, end = self.program, section.pieces[-1].end
         follower = next((b for b in range(end, program.n_blocks) if self._acts(b)), None)
@@ -410,7 +413,7 @@ class Finder:
         return len(states) == 1 and not here
 
     def _acts(self, block: int) -> bool:
-        """Return whether a block moves something, or may do anything."""
+        """Return whether a block moves an axis, or may have an unknown effect."""
         words = self.reader.words(block)
         hidden = block in self.program.fixed and (words is None or not words.empty)
         return hidden or not _MOTIONS.isdisjoint(self.reader.kinds(block))
@@ -435,7 +438,7 @@ class Finder:
     # -- what stays --------------------------------------------------------------------------------------------------
 
     def items(self) -> list[Kept | Section]:
-        """Return the sections, and what stays before, between and behind them."""
+        """Return the sections, and the fixed blocks before, between and after them."""
         items: list[Kept | Section] = []
         sections = self.sections()
         done = 0
@@ -461,16 +464,16 @@ class Finder:
         return Kept(begin, end, tuple(reasons))
 
     def line_of(self, kept: Kept, reason: str) -> int:
-        """Return the line of the block that stays for a reason."""
+        """Return the line of the first block that stays for this reason."""
         blocks = range(kept.begin, kept.end)
         block = next((b for b in blocks if self.barriers.get(b) == reason), kept.begin)
         return int(self.program.line[block])
 
     def stays(self, kept: Kept) -> Iterator[Stay]:
-        """Yield for every piece of work among blocks that stay why it does.
+        """Yield the reason for every piece of work in blocks that stay.
 
-        A piece is what is made from one way across to the next, but for such ways as no piece may begin with, between
-        which nothing stays for another reason: those join what they lie between.
+        A piece extends from one travel move to the next. Travel moves that cannot start a piece are skipped, unless a
+        barrier lies in between.
         """
         begin = way = -1
         worked = False
@@ -492,7 +495,7 @@ class Finder:
         return any(block in self.barriers for block in range(begin, end + 1))
 
     def _why_stays(self, begin: int, end: int) -> Stay:
-        """Return why the piece of work stays that blocks begin … end - 1 hold."""
+        """Return why the piece of work in blocks begin … end - 1 stays."""
         program = self.program
         cuts = [b for b in range(begin, end) if self.cuts[self.first[b + 1]] > self.cuts[self.first[b]]]
         holds = next((b for b in range(begin, cuts[-1] + 1) if b in self.barriers), None)
@@ -507,22 +510,27 @@ class Finder:
         return Stay(reason, line, word_at(program, line), cause)
 
     def _amid(self, block: int) -> bool:
-        """Return whether there is work both before and behind a block."""
+        """Return whether there is work both before and after a block."""
         return bool(self.cuts[self.first[block]] > 0 and self.cuts[self.first[block + 1]] < self.cuts[-1])
 
 
-#: More different heights than this are no plan of a person or a CAM: then only the highest counts.
+#: Maximum depth of grouping by height: no person and no CAM uses more heights on purpose.
 _MOST_HEIGHTS = 40
 
 
 def group_by_height(
     heights: Sequence[float], places: Sequence[tuple[float, float]]
 ) -> list[tuple[list[int], int, float]]:
-    """Return groups of two or more that may change places: (first pieces of what moves as one, end, clearance).
+    """Return groups of at least two members that can be reordered: (first piece of each member, end, clearance).
 
-    `heights[i]` is that of the crossing from piece i to i + 1, `places` where the pieces begin. Each group lists the
-    numbers of the pieces with which its members begin; what follows, up to the next member or to the piece `end`,
-    belongs to that member.
+    A member extends to the next member, or to the piece `end`, and moves as a whole.
+
+    Parameters
+    ----------
+    heights
+        `heights[i]` is the travel height from piece i to i + 1, mm.
+    places
+        Start points of the pieces, mm.
     """
     groups: list[tuple[list[int], int, float]] = []
     waiting = [(0, len(places), 0)]
@@ -543,5 +551,5 @@ def group_by_height(
 
 
 def _freedom(places: Sequence[tuple[float, float]]) -> int:
-    """Return how many pieces could go elsewhere: passes that begin at one place hardly can."""
+    """Return how many pieces can be reordered; passes with the same start point count once."""
     return len({(round(x, 1), round(y, 1)) for x, y in places}) - 1
