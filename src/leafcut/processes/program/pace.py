@@ -1,4 +1,4 @@
-"""New speeds for a program: rapids in the air and feeds by the chips, written, read back and proved."""
+"""Choose new speeds and heights for a program: rapids through air, feeds by chip load; write and prove them."""
 
 from __future__ import annotations
 
@@ -42,25 +42,25 @@ if TYPE_CHECKING:
     from leafcut.geometry.arrays import Floats
     from leafcut.timing.toolpath import PathTimes
 
-#: A line that a switch of the machine may skip.
+#: A line with block delete (/).
 _SKIPPED = re.compile(r"[ \t]*(?:[Nn][ \t]*[0-9]+[ \t]*)?/")
-#: Heights of what two programs leave differ by less than this, mm.
+#: Largest height difference between the stock that both programs leave, mm.
 _TOLERANCE = 0.01
-#: What is above a limit by less than this part is within it.
+#: Relative tolerance of limits.
 _ROUNDED = 1e-4
-#: Heights that differ by less are the same, mm.
+#: Smallest difference of heights, mm.
 _SAME = 1e-6
-#: A cut this wide, as a share of the diameter, is a full slot: the cells of the model leave a little at its sides.
+#: Minimum width of a full slot, as a share of the diameter; the grid of the model leaves a little at its sides.
 _SLOT = 0.95
-#: So often what makes the machine slower is taken out; two motions before and behind are looked at with it.
+#: Rounds in which changes that cost time are removed, and number of adjacent motions timed together on each side.
 _TRIALS, _NEAR = 3, 2
-#: A rapid that is cut anew from the new text is found at another height on a slope: it keeps this share at least.
+#: Minimum share of the clearance in the simulation of the new text: heights on a slope depend on the division.
 _KEPT = 0.5
 
 
 @dataclass(frozen=True, eq=False)
 class Paced:
-    """A program with other speeds and heights: its text, what it does, what was changed, and what has to be said."""
+    """A program with new speeds and heights: its text, its interpretation, the changes and the issues."""
 
     text: str
     program: Program
@@ -69,18 +69,18 @@ class Paced:
 
 
 def wants_pace(run: Job) -> bool:
-    """Return whether new speeds or heights are asked for."""
+    """Return whether the options ask for new speeds or heights."""
     options = run.settings.of(ResequenceOptions)
     return options.air or run.settings.of(FeedOptions).feeds or options.low_retracts
 
 
 def check_library(run: Job, program: Program, source: str, process: str) -> list[Issue]:
-    """Return each tool that the library of ``--tools`` has with another diameter than the program names.
+    """Return an issue for each tool whose diameter in the ``--tools`` library differs from the program.
 
     Raises
     ------
     OptionError
-        There is one, and new speeds or heights are asked for, which follow from the shapes of the tools.
+        A diameter differs, and the options ask for new speeds or heights, which depend on the tool shapes.
     """
     others = [] if process in BEAMS else other_tools(program, run.settings, run.machine)
     if wants_pace(run) and others:
@@ -89,7 +89,7 @@ def check_library(run: Job, program: Program, source: str, process: str) -> list
 
 
 def _asked(run: Job) -> list[str]:
-    """Return the flags that ask for new speeds or heights."""
+    """Return the given flags for new speeds or heights."""
     options, feeds = run.settings.of(ResequenceOptions), run.settings.of(FeedOptions).feeds
     wanted = {"air": options.air, "feeds": feeds, "low_retracts": options.low_retracts}
     return [flag_name(name) for name, wants in wanted.items() if wants]
@@ -99,16 +99,16 @@ def with_new_pace(
     run: Job, words: Dialect, original: Program, program: Program, source: str, process: str,
     obstacles: Obstacles | None,
 ) -> Paced:  # fmt: skip
-    """Return a program with the heights and speeds that its options ask for, as far as they save time and are proved.
+    """Return a program with the requested heights and speeds, as far as they save time and can be proved.
 
-    `original` is the program in its own order: what is written leaves the same of the stock as that does.
+    `original` is the program in its original order; the new program has to leave the same stock.
 
     Raises
     ------
     OptionError
-        The shape of a tool is not known; what is asked for needs ``--workpiece``; the program drives a beam.
+        A tool shape is unknown, an option needs ``--workpiece``, or the program drives a beam.
     PlanError
-        There are too many cells or pieces.
+        The simulation has too many cells or pieces.
     """
     options, feeds = run.settings.of(ResequenceOptions), run.settings.of(FeedOptions).feeds
     asked = _asked(run)
@@ -144,7 +144,7 @@ def with_new_pace(
 
 @dataclass(frozen=True, eq=False)
 class _Job:
-    """What every step needs; `stock` is the material before the first cut."""
+    """Shared data of all steps; `stock` is the material before the first cut."""
 
     run: Job
     words: Dialect
@@ -172,27 +172,27 @@ class _Job:
         return cls(run, words, original, tools, cutters, stock, rules, obstacles)
 
     def loads(self, program: Program, what: str, stock: StockBefore | None = None) -> Loads:
-        """Return what every piece of a program meets."""
+        """Return the loads of all pieces of a program."""
         look = self.run.start_step(what)
         return loads_of(program.path, self.cutters, stock or self.stock, self.rules.clearance, _threads(), look)
 
     @cached_property
     def left(self) -> HeightField:
-        """What the original leaves."""
+        """The stock that the original leaves."""
         return _left(self.original, self.cutters, self.stock)
 
     @property
     def held(self) -> StockBefore:
-        """The stock in what holds it: nobody has said what stands beside it, so that no way there is lower than it."""
+        """The stock with surroundings as high as its top, since the fixtures are unknown."""
         return replace(self.stock, beside=self.top)
 
     @property
     def top(self) -> float:
-        """Nothing stands higher, mm."""
+        """Highest point of the stock, mm; infinite if the stock is unknown."""
         return float(self.stock.field.heights.max()) if self.stock.known else math.inf
 
     def assumed(self) -> Iterator[Issue]:
-        """Yield what was assumed of the stock."""
+        """Yield a note if the stock is not given."""
         if not self.stock.known:
             message = (
                 "the stock is not given: a cut counts as in the air only where a rapid or a cut of the program was "
@@ -201,12 +201,12 @@ class _Job:
             yield Issue("L510", message, severity=Severity.NOTE)
 
     def read(self, text: str) -> Program:
-        """Return a new program as it is understood.
+        """Interpret a new program.
 
         Raises
         ------
         VerifyError
-            It is not.
+            The program cannot be interpreted.
         """
         from leafcut.processes.program.reading import read_new
 
@@ -224,10 +224,9 @@ class _Job:
     # -- heights -----------------------------------------------------------------------------------------------------
 
     def lowered(self, found: Paced) -> Paced:
-        """Return a program with lower retracts, cycles and R planes; as it is where none can be proved.
+        """Return a program with lower retracts, cycle returns and R planes, or unchanged if none can be proved.
 
-        Cycles first stay at their R planes, which then get lower where all ways at them allow that; at last the heights
-        that cycles still come up to.
+        First, cycles stay at their R planes; then R planes and retracts are lowered; last, the initial heights.
         """
         from leafcut.processes.program.plan.heights import LowWays
         from leafcut.processes.program.post.pace_writer import with_heights, with_returns
@@ -269,12 +268,12 @@ class _Job:
         return found
 
     def check_heights(self, program: Program, new: Program) -> None:
-        """Check that a program differs from another one by lower ways alone, which keep clear of the material.
+        """Check that the new program differs only in lower moves, and that these stay clear of the material.
 
         Raises
         ------
         VerifyError
-            It does not.
+            The program differs in other respects, or a move comes too close.
         """
         from leafcut.processes.program.proof.paced import check_lowered
 
@@ -283,12 +282,12 @@ class _Job:
         self.check_rest(new)
 
     def check_rest(self, new: Program) -> None:
-        """Check that a program leaves the same of the stock as the original does, and meets no obstacle.
+        """Check that a program leaves the same stock as the original, and hits no obstacle.
 
         Raises
         ------
         VerifyError
-            It does not.
+            The stock differs, or a move hits an obstacle.
         """
         if differences := stock_differences(self.left, _left(new, self.cutters, self.stock), _TOLERANCE):
             first = differences[0]
@@ -299,7 +298,7 @@ class _Job:
     # -- speeds ------------------------------------------------------------------------------------------------------
 
     def faster(self, found: Paced, loads: Loads) -> Paced:
-        """Return a program with other speeds; as it is where none can be proved, or the machine would be no faster."""
+        """Return a program with new speeds, or unchanged if they cannot be proved or save no time."""
         program, rules = found.program, self.rules
         pace = self.pace(program, loads, rules)
         issues = (*found.issues, *self.told(pace, loads))
@@ -311,7 +310,7 @@ class _Job:
             said = Issue("L513", f"the speeds stay: {problem}")
             return replace(none, issues=(*issues, said, *_above(none.change)))
         before, after = self.seconds(program), self.seconds(new)
-        # A feed that was above its tool's goes down whatever that costs.
+        # A feed above the limit of its tool is reduced even if that costs time.
         own = program.path.value
         slowed = any(part.speed < own[row] for row, parts in stretches.items() for part in parts)
         if after >= before and not slowed:
@@ -335,13 +334,13 @@ class _Job:
         return Paced(text, new, change, (*issues, *kept, *_above(change)))
 
     def pace(self, program: Program, loads: Loads, rules: PaceRules) -> Pace:
-        """Return how fast each stretch may go."""
+        """Return the speed of each stretch."""
         look = self.run.start_step("choosing speeds")
         chords = self.chords(program, loads) if rules.air else ()
         return plan_pace(program, loads, self.tools, self.cutters, rules, self.run.machine, self.top, look, chords)
 
     def chords(self, program: Program, loads: Loads) -> Collection[int]:
-        """Return the rows of arcs in the air whose chords are in the air, too, and over no obstacle."""
+        """Return the rows of arcs through air whose chords are clear of material and obstacles."""
         from leafcut.processes.program.plan.pace import arcs_in_air
 
         path = program.path
@@ -361,16 +360,16 @@ class _Job:
         return set(rows) - set(tried.source[met].tolist())
 
     def written(self, program: Program, pace: Pace) -> tuple[str, Program]:
-        """Return a program with a pace: its text, and what it does."""
+        """Write a program with new speeds; return its text and its interpretation."""
         from leafcut.processes.program.post.pace_writer import with_pace
 
         text = signed(with_pace(program, pace, self.words.max_line, self.run.start_step("writing")))
         return text, self.read(text) if pace.stretches else program
 
     def without_losses(self, program: Program, pace: Pace) -> tuple[Pace, str, Program]:
-        """Return a pace without what the machine is slower with: a divided cut is joined to its corners otherwise.
+        """Remove raised speeds that cost time, since a divided cut changes the look-ahead at its corners.
 
-        With it come the text and what it does.
+        Return the remaining pace, the text of the program and its interpretation.
         """
         from leafcut.processes.program.proof.paced import stretches_of
         from leafcut.timing.toolpath import clock
@@ -383,7 +382,7 @@ class _Job:
             counts = np.ones(len(path), dtype=np.int64)
             counts[list(found)] = [len(parts) for parts in found.values()]
             saved = own - _by_row(clock(new.path, machine), np.repeat(np.arange(len(counts)), counts))
-            # What comes before and behind is joined otherwise, too.
+            # The look-ahead changes for adjacent motions as well.
             sums = np.concatenate([[0.0], np.cumsum(saved)])
             last = len(saved) - 1
             slower = {
@@ -405,29 +404,29 @@ class _Job:
     def proved(
         self, program: Program, new: Program, loads: Loads, pace: Pace
     ) -> tuple[Floats, dict[int, tuple[PaceStretch, ...]], float]:
-        """Return the speed of every piece in the new program, stretches that are others, how near rapids come, mm.
+        """Prove new speeds; return the speed of every piece, the changed stretches and the least clearance, mm.
 
-        It goes the same way; no speed asks more than is allowed; and cut from its own text it leaves the same, and
-        keeps clear of the material where it is rapid now.
+        The new program follows the same path within all limits. Simulated from its text, it leaves the same stock, and
+        its new rapids stay clear of the material.
 
         Raises
         ------
         VerifyError
-            It does not.
+            One of these conditions is violated.
         """
         from leafcut.processes.program.proof.paced import check_limits, made_rapid, stretches_of
 
         found = stretches_of(program.path, new.path)
         speed = check_limits(loads, found, pace.limits, self.rules, self.cutters)
         fast, chords = made_rapid(program.path, found)
-        # What is rapid now is looked at in pieces, as a cut is.
+        # Check the new rapids in pieces, like cuts.
         kind = new.path.kind.copy()
         kind[fast] = Kind.FEED
         again = self.loads(replace(new, path=replace(new.path, kind=kind)), "verifying")
         ends = again.moves.ends
-        # What goes straight up goes where the tool has just been.
+        # Straight retracts pass only where the tool has just been.
         mine = np.isin(again.source, fast) & ~(again.upright & (ends[:, 5] > ends[:, 2]))
-        # A chord is another way than its arc: nothing vouches for it but this.
+        # A chord is a new path that only this check covers, so it needs the full clearance.
         keeps = np.where(np.isin(again.source, chords), 1.0 - 1e-6, _KEPT)
         near = mine & (again.removed.cuts | (again.removed.over > -keeps * self.rules.clearance))
         if near.any():
@@ -439,10 +438,10 @@ class _Job:
     def change(
         self, found: Paced, loads: Loads, pace: Pace, speed: Floats, stretches: Mapping[int, tuple[PaceStretch, ...]]
     ) -> PaceChange:
-        """Return what other speeds did, but for the time that they save."""
+        """Return the effect of new speeds, except the time saved."""
         every = [part.speed for parts in stretches.values() for part in parts]
         chip = loads.chip
-        # Of a way straight down the last stretch is the one in the material.
+        # In a plunge, the last stretch is in the material.
         into = speed.copy()
         for at in np.flatnonzero(loads.plunges).tolist():
             if parts := stretches.get(int(loads.source[at])):
@@ -450,7 +449,7 @@ class _Job:
         by_tool = []
         for number, limit in sorted(pace.limits.items()):
             mine = loads.cuts_of(number) & np.isfinite(speed)
-            if not mine.any():  # all its moves are rapid now, but for plunges
+            if not mine.any():  # all its moves except plunges are now rapids
                 continue
             feed, after = loads.feed[mine], speed[mine]
             ratio = after / feed
@@ -473,7 +472,7 @@ class _Job:
         )
 
     def limits(self, number: int, loads: Loads, speed: Floats, limit: ToolLimits) -> Iterator[FeedLimit]:
-        """Yield what a tool's cuts ask of the other limits at most, before and after."""
+        """Yield the maximum power, torque and plunge feed of a tool before and after, with the limits."""
         diameter = 2.0 * self.cutters[number].radius
         of_tool = (loads.moves.tool == number) & np.isfinite(speed)
         ratio = np.divide(speed, loads.feed, out=np.ones_like(speed), where=of_tool & (loads.feed > 0))
@@ -498,7 +497,7 @@ class _Job:
             yield FeedLimit("plunge", *most(loads.down, loads.sinks | loads.plunges), limit.plunge)
 
     def told(self, pace: Pace, loads: Loads) -> Iterator[Issue]:
-        """Yield which tools keep their feeds, and which limits are not known."""
+        """Yield notes on tools that keep their feeds, and on unknown limits."""
         for number, tool in self.tools.items() if self.rules.feeds else ():
             if number in pace.limits:
                 continue
@@ -511,7 +510,7 @@ class _Job:
                 yield Issue("L514", message, severity=Severity.NOTE)
 
     def kept(self, program: Program, loads: Loads, pace: Pace, change: PaceChange, speed: Floats) -> list[Issue]:
-        """Return why tools keep the feeds of all their cuts, one note for each such tool that is above no limit."""
+        """Return a note for each tool whose feeds all stay, with the reason; tools above a limit are left out."""
         issues, above = list[Issue](), {tool.number for tool in change.tools if _exceeded(tool)}
         for number, limit in sorted(pace.limits.items()) if self.rules.feeds else ():
             mine = loads.cuts_of(number) & np.isfinite(speed)
@@ -524,7 +523,7 @@ class _Job:
         return issues
 
     def unlimited(self, pace: Pace) -> Iterator[str]:
-        """Yield which limits of feeds are not applied for want of a figure, and what to give."""
+        """Yield the feed limits that are not applied because a value is missing, with the remedy."""
 
         def named(numbers: Iterable[int]) -> str:
             return ", ".join(f"T{number}" for number in numbers)
@@ -543,7 +542,7 @@ class _Job:
             yield f"entries into the material keep their feeds with {named(unknown)}: give a plunge feed with --tools"
 
 
-#: Why a tool keeps its feed, by the reason of a `KeptFeed`; a chip by the tool's own feed (`stated`) or by a `slot`.
+#: Messages by the reason of a `KeptFeed`; "chip" has variants for a library feed (`stated`) and for a full `slot`.
 _KEPT_WORDS = {
     "stated": "the chip of its library's feed and speed is the limit in {share:.0f} % of its cutting time, first at "
     "line {line}",
@@ -564,7 +563,7 @@ _KEPT_WORDS = {
 
 
 def _kept_words(why: KeptFeed, limit: ToolLimits, diameter: float) -> str:
-    """Return why a tool keeps its feed, for people."""
+    """Format the reason why a tool keeps its feed."""
     reason = why.reason
     if reason == "chip":
         reason = "stated" if limit.stated else "slot" if why.width >= _SLOT * diameter else "chip"
@@ -572,12 +571,12 @@ def _kept_words(why: KeptFeed, limit: ToolLimits, diameter: float) -> str:
 
 
 def _spindle(run: Job) -> SpindleLoad | None:
-    """Return what limits power and torque; None where nobody said what is cut.
+    """Return the limits of power and torque, or None without ``--material``.
 
     Raises
     ------
     OptionError
-        The material is not known.
+        The material is unknown.
     """
     from leafcut.read.work_materials import load_material
 
@@ -589,7 +588,7 @@ def _spindle(run: Job) -> SpindleLoad | None:
 
 
 def _skippable(program: Program) -> int:
-    """Return the first line with moves that a switch of the machine may skip, 0 without one."""
+    """Return the first line with moves under block delete (/), or 0."""
     moves = np.isin(program.path.kind, [int(kind) for kind in MOTIONS])
     blocks = np.searchsorted(program.first, np.flatnonzero(moves), side="right") - 1
     lines = np.unique(program.line[blocks]).tolist()
@@ -605,7 +604,7 @@ def _threads() -> int:
 
 
 def _above(change: PaceChange) -> Iterator[Issue]:
-    """Yield which tools stay above a limit: where a line cannot be changed, or new speeds cannot be proved."""
+    """Yield an issue for each tool that stays above a limit."""
     for tool in change.tools:
         if over := _exceeded(tool):
             message = f"{tool.label} stays above its limit ({', '.join(over)}) in cuts whose lines cannot be changed"
@@ -613,13 +612,13 @@ def _above(change: PaceChange) -> Iterator[Issue]:
 
 
 def _exceeded(tool: ToolPace) -> list[str]:
-    """Return the names of the limits that a tool is above."""
+    """Return the names of the limits that a tool exceeds."""
     over = [one.name for one in tool.limits if one.after > one.limit * (1.0 + _ROUNDED)]
     return over + (["chip"] if tool.limit_stated and tool.chip_after > tool.chip_limit * (1.0 + _ROUNDED) else [])
 
 
 def _no_faster(parts: tuple[PaceStretch, ...], own: float) -> tuple[PaceStretch, ...]:
-    """Return the stretches of a cut that are slower than its own feed, with that between them; nothing without any."""
+    """Return the stretches of a cut with speeds capped at its own feed; empty if none is slower."""
     kept: list[PaceStretch] = []
     for part in parts:
         speed = min(part.speed, own)
@@ -630,13 +629,13 @@ def _no_faster(parts: tuple[PaceStretch, ...], own: float) -> tuple[PaceStretch,
 
 
 def _by_row(times: PathTimes, source: NDArray[np.int64]) -> Floats:
-    """Return the seconds of a path by the rows that its own rows come from."""
+    """Return the time of a path by source row, s."""
     count = int(source.max(initial=-1)) + 1
     return np.bincount(source[times.source], weights=times.seconds, minlength=count).astype(np.float64)
 
 
 def _left(program: Program, cutters: Mapping[int, Cutter], stock: StockBefore) -> HeightField:
-    """Return what a program leaves of its stock."""
+    """Return the stock that a program leaves."""
     from leafcut.material.cutting import cut
     from leafcut.material.straight_moves import straight_moves
 

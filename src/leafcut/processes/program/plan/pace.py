@@ -1,4 +1,4 @@
-"""How fast each stretch of a program may go: rapid in the air, and in the material as fast as its worst cut allows."""
+"""Plan the speed of each stretch of a program: rapids through air, and feeds up to the load of the worst cut."""
 
 from __future__ import annotations
 
@@ -25,27 +25,27 @@ from leafcut.processes.program.plan.corners import RapidCorners, rounds_freely
 from leafcut.processes.program.plan.plain_blocks import block_of_row, is_plain, words_of_row
 from leafcut.timing.profile import move_time
 
-#: Words of a line that may change its feed, and G words beside its motion that change nothing about how it is divided.
+#: Words allowed in a line whose feed is changed, and G words that do not prevent its division.
 _LETTERS = frozenset("NGXYZIJKRF")
 _MOTION_CODES = frozenset((1, 2, 3))
 _BESIDE = frozenset((17, 18, 19, 90, 94))
-#: A stretch is made faster only where that saves so much, s.
+#: Minimum time saved by a faster stretch, s.
 _WORTH = 0.03
-#: Slower stretches whose speeds differ by less than this part are one.
+#: Slowed stretches are merged if their speeds differ by less than this ratio.
 _ALIKE = 0.02
 #: Feeds are raised in steps of this factor.
 _STEP = 1.1
-#: What is narrower than this share of the tool's diameter finishes a wall: it keeps its feed.
+#: Maximum width of a finishing cut, as a share of the tool diameter; such cuts keep their feed.
 FINISH = 0.05
-#: A stretch is no faster than what comes within this share of the tool's diameter before and behind it.
+#: The speed of a piece is limited by the pieces within this share of the tool diameter before and after it.
 _AROUND = 0.5
-#: Tools that come out of their hole as slowly as they went in.
+#: Tools that leave their hole at the plunge feed.
 _FED_OUT = (ToolKind.TAP, ToolKind.REAMER)
-#: As far from a corner that the controller may round the tool is slow, mm.
+#: Slow distance next to a corner that the controller may round, mm.
 _SLOWLY = 0.5
-#: Stretches that are too short for their speed are looked for so often.
+#: Maximum number of passes that reduce speeds of short stretches.
 _PASSES = 100
-#: Motions that are shorter go nowhere, mm.
+#: Minimum length of a motion, mm.
 _SAME = 1e-6
 
 
@@ -60,12 +60,17 @@ def plan_pace(
     look: Heartbeat = unseen,
     chords: Collection[int] = (),
 ) -> Pace:
-    """Return how fast each stretch of a program's cuts goes, where that is another speed than its own.
+    """Return the changed speeds of a program by stretch.
 
-    Nothing stands higher than `top`, mm. `chords` are rows of arcs whose chords are in the air, too (`arcs_in_air`).
+    Straight cuts are divided where their speed changes; an arc has one speed. Plunges into the material and finishing
+    cuts are not raised; ramps are raised only if the tool library states a plunge feed.
 
-    Straight cuts are divided where their speed changes, arcs have one speed. What goes straight down into the material,
-    and what finishes a wall, is not made faster; ramps only as far as their library's speed downwards is known.
+    Parameters
+    ----------
+    top
+        Highest point of the material, mm.
+    chords
+        Rows of arcs that may be replaced by a rapid along their chord (`arcs_in_air`).
     """
     limits = limits_of(loads, tools, rules) if rules.feeds else {}
     speed = _in_material(loads, limits, cutters, rules, machine)
@@ -121,9 +126,9 @@ def plan_pace(
 
 
 def arcs_in_air(program: Program, loads: Loads, rules: PaceRules, machine: Machine) -> list[int]:
-    """Return the rows of arcs in the air in whose place a rapid along their chord may go, if that is in the air, too.
+    """Return the rows of arcs through air that a rapid along the chord could replace, if the chord is clear.
 
-    Where rapids are not straight none is.
+    Arcs whose chord moves several axes are left out if rapids are not straight.
     """
     path = program.path
     free = rounds_freely(path, machine, rules.clearance)
@@ -148,7 +153,7 @@ def _in_material(
     rules: PaceRules,
     machine: Machine,
 ) -> Floats:
-    """Return the speed of every piece by the limits of its tool, mm/s: its own where nothing is to be said."""
+    """Return the speed of every piece by the limits of its tool, mm/s; unchanged for tools without limits."""
     speed = loads.feed.copy()
     chip = loads.chip
     for number, limit in limits.items():
@@ -157,7 +162,7 @@ def _in_material(
         mine = (loads.mills | loads.sinks) & of_tool & (chip > 0)
         bounds = _bounds(loads, limit, diameter, mine, rules)
         factor = np.minimum.reduce(list(bounds.values()))
-        # In steps, so that the speed does not change all the time; a feed that is too high goes down all the way.
+        # Raise in steps, so that the speed changes less often; reduce excessive feeds fully.
         factor = np.where(factor > 1.0, np.minimum(_stepped(factor), factor), factor)
         factor = least_around(np.where(mine, factor, np.inf), loads.length, _AROUND * diameter)
         speed[mine] *= factor[mine]
@@ -171,7 +176,7 @@ def _in_material(
 def _bounds(
     loads: Loads, limit: ToolLimits, diameter: float, mine: NDArray[np.bool_], rules: PaceRules
 ) -> dict[str, Floats]:
-    """Return by which factor each limit of a tool lets the feed of every piece grow, float64[m]; less than 1: fall.
+    """Return the feed factor that each limit allows for every piece, float64[m]; below 1 the feed has to drop.
 
     `mine` are the cuts of the tool.
     """
@@ -180,10 +185,10 @@ def _bounds(
     by_rate = np.divide(limit.rate, loads.rate, out=none.copy(), where=loads.rate > 0)
     down = _downwards(loads, limit)
     return {
-        # Of several that are equal the first is the reason that is named.
+        # If several limits are equal, the first is reported as the reason.
         "ramp": np.where(loads.sinks, np.minimum(down, 1.0) if math.isinf(limit.plunge) else down, np.inf),
         "finish": np.where(~loads.sinks & (loads.width <= FINISH * diameter), 1.0, np.inf),
-        # Of a tool in no library the worst chip is that of its level cuts: its ramps stay as they are.
+        # Without library data, the worst chip is that of the level cuts, so ramps with thicker chips are not slowed.
         "chip": by_chip if limit.stated else np.maximum(by_chip, 1.0),
         "rate": np.maximum(by_rate, 1.0),
         "increase": np.full_like(by_chip, FEED_INCREASE),
@@ -192,7 +197,7 @@ def _bounds(
 
 
 def _downwards(loads: Loads, limit: ToolLimits) -> Floats:
-    """Return by which factor the speed downwards may grow in every piece."""
+    """Return the factor by which the plunge speed of every piece may grow."""
     return np.divide(limit.plunge, loads.down, out=np.full_like(loads.feed, np.inf), where=loads.down > 0)
 
 
@@ -202,14 +207,14 @@ class KeptFeed(NamedTuple):
     Attributes
     ----------
     reason
-        The limit that holds for most of its cutting time, as in `_bounds`; ``machine``: its greatest feed; ``lines``:
-        they cannot be changed; ``short``: a higher feed saves no time.
+        Limit with the largest share of the cutting time, as in `_bounds`. Further values: ``machine`` (maximum feed),
+        ``lines`` (lines cannot be changed), ``short`` (a higher feed saves no time).
     line
-        The first line with it; of a chip without a stated limit that of the worst cut.
+        First line with this reason; the line of the worst cut for a chip limit not stated in the library.
     share
-        Of the cutting time of the tool.
+        Share of the cutting time of the tool.
     width
-        How wide the cut at that line is, mm.
+        Width of the cut at that line, mm.
     """
 
     reason: str
@@ -221,7 +226,7 @@ class KeptFeed(NamedTuple):
 def why_kept(
     program: Program, loads: Loads, number: int, limit: ToolLimits, diameter: float, rules: PaceRules, machine: Machine
 ) -> KeptFeed | None:
-    """Return why no cut of a tool is faster; None where it goes straight down only."""
+    """Return the reason why no cut of a tool is faster, or None if the tool only plunges."""
     mine = loads.cuts_of(number) & (loads.mills | loads.sinks) & (loads.chip > 0)
     at = np.flatnonzero(mine)
     if not len(at):
@@ -250,23 +255,23 @@ def why_kept(
 
 
 def _least_by_row(factor: Floats, source: NDArray[np.int64], which: NDArray[np.bool_]) -> Floats:
-    """Return of each chosen piece the least factor of its motion: that goes straight down at one speed."""
+    """Return the smallest factor of the motion of each chosen piece, since a plunge has one speed."""
     least = np.full(int(source.max(initial=-1)) + 1, np.inf)
     np.minimum.at(least, source[which], factor[which])
     return np.asarray(least[source[which]])
 
 
 def _stepped(factor: Floats) -> Floats:
-    """Return factors of at least 1 rounded down to a power of the step of feeds."""
+    """Round factors down to a power of `_STEP`, at least 1."""
     return np.asarray(_STEP ** np.floor(np.log(np.maximum(factor, 1.0)) / math.log(_STEP) + 1e-9))
 
 
 def _reached(speed: Floats, own: Floats, length: Floats, acceleration: float) -> Floats:
-    """Return speeds that a machine reaches on every raised stretch, so that they change as it can follow.
+    """Reduce raised speeds that the machine cannot reach within their stretch.
 
-    How fast it may be at the ends of the pieces: v² changes by 2as at most, forwards and backwards. A raised stretch
-    that does not come to its speed in between is raised less, in steps. What is slower than the program's own feed
-    is left alone: a limit goes before what is smooth.
+    The speeds at the ends of pieces follow from v² changing by at most 2as, forwards and backwards. Raised stretches
+    that do not reach their speed are lowered in steps. Speeds below the feed of the program stay, since limits take
+    priority.
     """
     speed = speed.copy()
     gains = 2.0 * acceleration * length
@@ -289,7 +294,7 @@ def _reached(speed: Floats, own: Floats, length: Floats, acceleration: float) ->
 
 
 def _may_change(program: Program, row: int) -> bool | None:
-    """Return whether a motion may be divided; None where even its feed must stay as it is."""
+    """Return whether a motion may be divided, or None if even its feed must stay."""
     kind = int(program.path.kind[row])
     if kind not in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW):
         return None
@@ -307,15 +312,15 @@ def _may_change(program: Program, row: int) -> bool | None:
 
 
 def _runs(speeds: Floats) -> list[PaceStretch]:
-    """Return pieces of equal length in stretches of one speed each."""
+    """Group pieces of equal length into stretches of constant speed."""
     changes = np.append(np.flatnonzero(np.diff(speeds)), len(speeds) - 1)
     return [PaceStretch((k + 1) / len(speeds), float(speeds[k])) for k in changes.tolist()]
 
 
 def _worth_dividing(found: list[PaceStretch], length: float, own: float) -> list[PaceStretch]:
-    """Return stretches of a cut without those that are faster than its own feed and save next to nothing.
+    """Reset raised stretches that save almost no time, and merge slowed stretches of similar speed.
 
-    Slower ones that are almost as slow as their neighbours are one, as slow as the slowest.
+    A merged stretch takes the lowest of its speeds.
     """
     if len(found) == 1:
         return found
@@ -336,19 +341,19 @@ def _worth_dividing(found: list[PaceStretch], length: float, own: float) -> list
 
 
 def _together(clear: NDArray[np.bool_]) -> list[tuple[float, float]]:
-    """Return from where to where, as shares, pieces of equal length are clear."""
+    """Return the clear intervals of a motion as shares of its length; the pieces have equal length."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], clear, [False]]).astype(np.int8)))
     return [(first / len(clear), last / len(clear)) for first, last in edges.reshape(-1, 2).tolist()]
 
 
 def _leaves_freely(pieces: StraightMoves, tools: Mapping[int, Tool]) -> NDArray[np.bool_]:
-    """Return of which pieces the tool may come straight up at any speed, as every drilling cycle does."""
+    """Return the mask of pieces whose tool may retract at any speed, as drilling cycles do."""
     slow = [number for number, tool in tools.items() if tool.kind in _FED_OUT]
     return ~np.isin(pieces.tool, slow)
 
 
 def _with_speed(found: list[PaceStretch], free: list[tuple[float, float]], speed: float) -> list[PaceStretch]:
-    """Return stretches with another speed on parts of the way."""
+    """Return the stretches with a new speed in the intervals `free`."""
     for low, high in free:
         cut_up: list[PaceStretch] = []
         before = 0.0
@@ -365,14 +370,14 @@ def _with_speed(found: list[PaceStretch], free: list[tuple[float, float]], speed
 
 
 class _Way(NamedTuple):
-    """A straight cut: from where to where, mm, and its feed, mm/s."""
+    """A straight cut: start and end, mm, and feed, mm/s."""
 
     begin: Floats
     end: Floats
     feed: float
 
     def over_all(self, over: Floats, rules: PaceRules) -> list[tuple[float, float]]:
-        """Return which part of a way straight down or up is over all material."""
+        """Return the interval of a vertical move above all material and the clearance."""
         z0, z1 = float(self.begin[2]), float(self.end[2])
         low, high = min(z0, z1), max(z0, z1)
         height = low + float(over.max()) + rules.clearance
@@ -384,18 +389,18 @@ class _Way(NamedTuple):
         return [(0.0, share)] if z1 < z0 else [(share, 1.0)]
 
     def trimmed(self, free: list[tuple[float, float]], rounds: tuple[bool, bool]) -> list[tuple[float, float]]:
-        """Return the free parts without those at a corner that the controller may round."""
+        """Return the free intervals shortened next to corners that the controller may round."""
         keeps = _SLOWLY / float(np.linalg.norm(self.end - self.begin))
         low, high = (keeps if rounds[0] else 0.0), (1.0 - keeps if rounds[1] else 1.0)
         return [(max(a, low), min(b, high)) for a, b in free if max(a, low) < min(b, high)]
 
     def fastest(self, machine: Machine) -> float:
-        """Return how fast it goes through the air, mm/s: as a rapid, infinite, where rapids are straight."""
+        """Return the speed through air, mm/s: infinite (a rapid), or the maximum feed if the rapid is not straight."""
         axes = np.count_nonzero(np.abs(self.end - self.begin) > _SAME)
         return max(machine.max_feed, self.feed) if machine.rapid_style == "dogleg" and axes > 1 else math.inf
 
     def worth_it(self, free: list[tuple[float, float]], machine: Machine) -> list[tuple[float, float]]:
-        """Return the free parts on which a rapid, from rest to rest, is faster."""
+        """Return the free intervals on which a rapid from rest to rest saves time."""
         found = []
         for low, high in free:
             delta = (high - low) * (self.end - self.begin)

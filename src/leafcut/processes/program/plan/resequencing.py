@@ -1,12 +1,12 @@
-"""Resequencing: what of a foreign program may be put into another order, and what must stay.
+"""Find the parts of a foreign program that can be reordered, and those that must stay.
 
     find_sequence(program) -> Sequence          pieces
     build_problem(section, metric, start, end)  the routing problem of one section
-    piece_order(section, nodes)                 what its solution says
+    piece_order(section, nodes)                 order of pieces from its solution
 
-A piece of work is everything from the rapid that brings the tool over a place to the next such rapid. Within one tool,
-one offset, one spindle speed, one clearance height, the order of pieces is taken to be free, but for those whose cuts
-touch, and for what an outer cut would set free. Whatever else stands in the program stays where it is, word for word.
+A piece of work extends from the rapid to its start point to the next such rapid. Pieces with the same tool, offset,
+spindle speed and clearance height can be reordered. Exceptions are pieces whose cuts touch, and pieces inside a contour
+that would detach them. All other blocks keep their place and their text.
 """
 
 from __future__ import annotations
@@ -40,25 +40,25 @@ def find_sequence(
     mix_operations: bool = False,
     look: Heartbeat = unseen,
 ) -> Sequence:
-    """Return the program as sections whose pieces of work can be reordered, and all that stays.
+    """Divide the program into sections of pieces that can be reordered, and blocks that stay.
 
     Parameters
     ----------
     process
-        ``drill``, ``mill``, ``laser`` or ``plasma``; ``auto`` takes what the program tells.
+        ``drill``, ``mill``, ``laser`` or ``plasma``; ``auto`` detects the process from the program.
     merge_tools
-        Join sections of one tool where nothing between them forbids it, which saves changes of tool.
+        Merge sections with the same tool if nothing between them forbids it, to save tool changes.
     allow_reverse
-        Let open cuts at one depth be made from either end (`reversing`).
+        Allow open cuts at one depth to start at either end (`reversing`).
     mix_operations
-        Let the work of several operations of the CAM be mixed (`sections.operations`).
+        Allow work of different CAM operations to be mixed (`sections.operations`).
     look
-        Called as it goes on.
+        Callback for progress and cancellation.
 
     Raises
     ------
     PlanError
-        There is no such process.
+        The process is unknown.
     """
     if process != "auto" and process not in tuple(ProgramKind):
         raise PlanError(f"unknown process '{process}'{nearest(process, ['auto', *ProgramKind])}")
@@ -80,7 +80,7 @@ def find_sequence(
 
 
 def all_stay(program: Program, process: str, reason: str) -> Sequence:
-    """Return the program as one piece that stays, for one reason (`precedence.staying.PHRASES`)."""
+    """Return a sequence in which the whole program stays, for one reason (`precedence.staying.PHRASES`)."""
     rows = read_rows(program, process)
     ways, cuts = np.cumsum(rows.travel), np.flatnonzero(rows.cut)
     begins = cuts[np.flatnonzero(np.diff(ways[cuts], prepend=-1))]
@@ -89,10 +89,10 @@ def all_stay(program: Program, process: str, reason: str) -> Sequence:
 
 
 def build_problem(section: Section, metric: Metric, start: Point | None, end: Point | None) -> RoutingProblem:
-    """Return the routing problem of a section: every piece is a cluster.
+    """Return the routing problem of a section, with one cluster per piece.
 
-    Its first node goes from the piece's entry to its exit. Those pieces that may be made from the other end have a
-    second one; these nodes stand behind all first ones, in the order of the pieces.
+    The first node of a piece runs from its entry to its exit. Reversible pieces have a second node for the other
+    direction; these come after all first nodes, in the order of the pieces.
     """
     entry = np.array([c.entry for c in section.pieces], dtype=np.float64).reshape(-1, 2).round(6)
     leave = np.array([c.exit for c in section.pieces], dtype=np.float64).reshape(-1, 2).round(6)
@@ -113,14 +113,14 @@ def build_problem(section: Section, metric: Metric, start: Point | None, end: Po
 
 
 def piece_order(section: Section, nodes: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return the pieces int32[n] in the order of the nodes of `build_problem`; ~k is piece k from its other end."""
+    """Return the pieces in the order of the nodes of `build_problem`, int32[n]; ~k is piece k reversed."""
     piece = np.concatenate([np.arange(len(section.pieces), dtype=np.int32), ~_reversible(section)])
     order: NDArray[np.int32] = piece[nodes]
     return order
 
 
 def nodes_in_order(section: Section, order: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return the nodes int32[n] of `build_problem` that give an order of pieces: the inverse of `piece_order`."""
+    """Return the nodes of `build_problem` for an order of pieces, int32[n]: the inverse of `piece_order`."""
     reversible = _reversible(section)
     turned = len(section.pieces) + np.searchsorted(reversible, ~order)
     nodes: NDArray[np.int32] = np.where(order < 0, turned, order).astype(np.int32)
@@ -128,13 +128,13 @@ def nodes_in_order(section: Section, order: NDArray[np.int32]) -> NDArray[np.int
 
 
 def speeds_of(program: Program, section: Section) -> NDArray[np.float64]:
-    """Return with how many revolutions per minute each piece of a section begins its work, float64[n]."""
+    """Return the spindle speed at the first cut of each piece of a section, rpm, float64[n]."""
     kind, first = program.path.kind, program.first
     ends = np.array([(piece.begin, piece.end) for piece in section.pieces], dtype=np.intp).reshape(-1, 2)
     begin, end = first[ends].T
     low, high = int(begin.min(initial=len(kind))), int(end.max(initial=0))
     works = low + np.flatnonzero((kind[low:high] >= Kind.FEED) & (kind[low:high] <= Kind.DRILL))
-    # All at once: a search for one row of the whole program would look through a copy of it.
+    # Search for all rows at once: a search per row would copy the whole column each time.
     work = np.append(works, len(kind))[np.searchsorted(works, begin)]
     blocks = np.searchsorted(first, np.where(work < end, work, begin), side="right")
     return np.array([program.modal(block).rpm for block in blocks.tolist()], dtype=np.float64)
@@ -145,7 +145,7 @@ def _reversible(section: Section) -> NDArray[np.int32]:
 
 
 def _issues(finder: Finder, items: list[Kept | Section]) -> list[Issue]:
-    """Return one note for every reason for which work stays, or one that says why all of it does."""
+    """Return one note for every reason why blocks stay, and one if nothing can be reordered."""
     where: dict[str, list[int]] = {}
     for item in items:
         if isinstance(item, Kept):
@@ -155,7 +155,7 @@ def _issues(finder: Finder, items: list[Kept | Section]) -> list[Issue]:
                 where.setdefault(reason, []).append(finder.line_of(item, reason))
     issues = []
     if not any(isinstance(item, Section) for item in items):
-        # Work that stays for the way it is reached, not for a line of its own, is told piece by piece (`Finder.stays`).
+        # Work that stays because of the move that leads to it is reported piece by piece (`Finder.stays`).
         told = where or any(isinstance(item, Kept) and item.reasons for item in items)
         why = "" if told else ": " + next(iter(finder.program.fixed.values()), "it contains no work")
         issues.append(Issue("L502", f"nothing in the program can be reordered{why}", severity=Severity.NOTE))

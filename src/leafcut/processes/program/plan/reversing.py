@@ -1,9 +1,9 @@
-"""Which cuts can be reversed: open ones at one depth, all of them alike from end to end.
+"""Find reversible cuts: open cuts at one depth, uniform from start to end.
 
-A program does not say where climb milling is wanted, nor what a lead-in is for, so a person has to allow this; and what
-shows a direction stays: a piece that begins or ends with another feed or another kind of move than it is made of, that
-goes round something or meets itself, that waits, switches or rises amid its cut. Where a mill waits at an end, it waits
-at the other one: behind the plunge, or before it rises. Where a beam waits it pierces, and stays.
+A program does not state where climb milling is required or why a lead-in exists, so the user has to permit reversal.
+Cuts with a recognizable direction are not reversed. These have a different feed or kind of move at an end, are closed
+or cross themselves, or dwell, switch or retract within the cut. A dwell of a mill at one end moves to the other end.
+A dwell of a beam is a pierce, so the cut stays.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ from leafcut.model.toolpath import Kind, arc_sweep
 from leafcut.processes.program.plan.sections.program_rows import TOLERANCE, Rows
 from leafcut.processes.program.proof.outlines import TOUCHING
 
-#: Ends nearer to each other than this part of the cut, or than `TOUCHING`, are those of a closed one.
+#: Maximum gap between the ends of a closed cut, as a part of its length; `TOUCHING` is the minimum.
 _CLOSED_PART = 0.1
-#: Chords in an arc, by which it is seen where a cut meets itself; they miss it where an arc goes back so nearly along
-#: the piece before it (the cosine of 150 degrees).
+#: Number of chords per arc to detect self-intersection, and the cosine (150°) of a turn at an arc beyond which the
+#: chords could miss one.
 _CHORDS = 24
 _BACK = -0.866
 
 
 def with_reversible(program: Program, sequence: Sequence, rows: Rows) -> Sequence:
-    """Return the sequence with those pieces marked that can be reversed, and a note of how many."""
+    """Mark the reversible pieces of a sequence, and add a note with their number."""
     finder = _Finder(program, rows, sequence.process)
     items = tuple(
         replace(item, pieces=tuple(map(finder.marked, item.pieces))) if isinstance(item, Section) else item
@@ -59,17 +59,17 @@ class _Finder:
             return False
         part = slice(int(self.program.first[piece.begin]), int(self.program.first[piece.end]))
         if self.beam and (self.program.path.kind[part] == Kind.DWELL).any():
-            # It pierces where the program chose to.
+            # The dwell is a pierce delay at a position chosen by the program.
             return False
         return self._fits(piece, stroke) and self._alike(stroke) and self._is_open(stroke)
 
     def _same_height(self, piece: PieceOfWork) -> bool:
-        """Return whether the tool comes to the cut as high as it leaves it: each end is as free as the other."""
+        """Return whether arrival and departure have the same height, so that both ends are equally clear."""
         height = [piece.arrive_z, piece.leave_z]
         return bool(np.isnan(height).all() and self.beam) or abs(height[0] - height[1]) < TOLERANCE
 
     def _fits(self, piece: PieceOfWork, stroke: ReversibleCut) -> bool:
-        """Return whether the piece goes from end to end of the cut."""
+        """Return whether the piece starts and ends at the ends of the cut."""
         path, before = self.program.path, self.rows.before
         ends = before[stroke.rows[0], :2], path.end[stroke.rows[-1], :2]
         return bool(
@@ -78,7 +78,7 @@ class _Finder:
         )
 
     def _alike(self, stroke: ReversibleCut) -> bool:
-        """Return whether the cut begins and ends with what it is made of: no way in or out of its own."""
+        """Return whether the first and last moves have the usual kind and feed of the cut (no lead-in or lead-out)."""
         rows = np.array(stroke.rows)
         arc = (self.program.path.kind[rows] != Kind.FEED).tolist()
         feed = self.program.path.value[rows].tolist()
@@ -88,24 +88,24 @@ class _Finder:
         return arc[0] in arc[1:] and arc[-1] in arc[:-1] and feed[0] == feed[-1] == usual
 
     def _is_open(self, stroke: ReversibleCut) -> bool:
-        """Return whether the cut neither closes nor meets itself."""
+        """Return whether the cut is neither closed nor self-intersecting."""
         path = np.concatenate([self.rows.before[stroke.rows[:1], :2], *map(self._points, stroke.rows)])
         path = path[np.concatenate([[True], (np.diff(path, axis=0) != 0.0).any(axis=1)])]
         length = float(np.hypot(*np.diff(path, axis=0).T).sum())
         gap = float(np.hypot(*(path[-1] - path[0])))
-        # What goes straight back over itself is not simple either.
+        # A path that runs straight back over itself is not simple either.
         is_open = gap > max(TOUCHING, _CLOSED_PART * length) and not self._goes_back(stroke)
         return is_open and bool(shapely.is_simple(shapely.linestrings(path)))
 
     def _goes_back(self, stroke: ReversibleCut) -> bool:
-        """Return whether the cut turns nearly back where one of two pieces is an arc: soon it may cross itself."""
+        """Return whether the cut nearly reverses at a joint with an arc, where it may cross itself."""
         ends = [self._directions(row) for row in stroke.rows]
         arc = [self.program.path.kind[row] != Kind.FEED for row in stroke.rows]
         joints = zip(ends, ends[1:], arc, arc[1:], strict=False)
         return any((a or b) and float(one[1] @ other[0]) < _BACK for one, other, a, b in joints)
 
     def _directions(self, row: int) -> NDArray[np.float64]:
-        """Return float64[2, 2], the unit vectors along which a row begins and ends."""
+        """Return the unit tangents at the start and at the end of a row, float64[2, 2]."""
         path = self.program.path
         if path.kind[row] == Kind.FEED:
             way = path.end[row, :2] - self.rows.before[row, :2]
@@ -116,7 +116,7 @@ class _Finder:
         return along
 
     def _points(self, row: int) -> NDArray[np.float64]:
-        """Return float64[k, 2], the places through which a row goes to its end, arcs as chords."""
+        """Return the points of a row after its start, float64[k, 2]; arcs as chords."""
         path = self.program.path
         end: NDArray[np.float64] = path.end[row : row + 1, :2]
         if path.kind[row] == Kind.FEED:

@@ -1,4 +1,4 @@
-"""The proof of new speeds and heights: the same way, faster only where that is allowed, lower only in the air."""
+"""Prove new speeds and heights: the same path, higher speeds only within limits, lower moves only through air."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from leafcut.model.feed_limits import FEED_INCREASE
 from leafcut.model.pace import PaceRules, PaceStretch, ToolLimits
 from leafcut.model.toolpath import Kind, Toolpath
 
-#: Places at which a cut is divided are rounded: they lie so far off it at most, mm.
+#: Maximum distance of a rounded division point from its cut, mm.
 _OFF = 2e-4
-#: Ends that are nearer are the same, mm.
+#: Tolerance of equal points, mm.
 _SAME = 1e-6
-#: Feeds are the same, or within a limit, to this part of themselves.
+#: Relative tolerance of feeds and limits.
 _PART = 1e-6
 #: Straight motions.
 _ALONG = (Kind.RAPID, Kind.FEED)
@@ -28,12 +28,12 @@ _ARCS = (Kind.ARC_CW, Kind.ARC_CCW)
 
 
 def stretches_of(before: Toolpath, after: Toolpath) -> dict[int, tuple[PaceStretch, ...]]:
-    """Return at what speeds a program goes the way of another one, by the row of that, where they are others.
+    """Return the changed speeds of a program, by row of the original.
 
     Raises
     ------
     VerifyError
-        It goes another way, or does anything else in between.
+        The program follows a different path or does different work.
     """
     found: dict[int, tuple[PaceStretch, ...]] = {}
     at = 0
@@ -47,7 +47,7 @@ def stretches_of(before: Toolpath, after: Toolpath) -> dict[int, tuple[PaceStret
                 found[row] = parts
             continue
         if kind in _ARCS and at < count and after.kind[at] == Kind.RAPID and _ends_alike(before, after, row, at):
-            # Along its chord: that this keeps clear is seen where rapids are.
+            # A rapid along the chord; its clearance is checked together with the other rapids.
             found[row] = (PaceStretch(1.0, math.inf),)
             at += 1
             continue
@@ -62,7 +62,7 @@ def stretches_of(before: Toolpath, after: Toolpath) -> dict[int, tuple[PaceStret
 
 
 def _along(before: Toolpath, after: Toolpath, row: int, at: int) -> tuple[tuple[PaceStretch, ...], int]:
-    """Return the stretches of a straight cut, and the row of the new program behind it."""
+    """Return the stretches of a straight cut, and the row after it in the new program."""
     begin, end = before.before[row], before.end[row]
     way = end - begin
     known = bool(np.isfinite(way).all())
@@ -100,7 +100,7 @@ def _same_row(before: Toolpath, after: Toolpath, row: int, at: int) -> bool:
         return False
     if kind is Kind.DRILL:
         return before.cycles[int(before.ref[row])] == after.cycles[int(after.ref[at])]
-    # Each program counts the shifts of its origin for itself.
+    # The number of an origin shift may differ between the programs.
     return kind is Kind.SHIFT or bool(before.ref[row] == after.ref[at])
 
 
@@ -114,7 +114,7 @@ def _differs(before: Toolpath, after: Toolpath, row: int, at: int) -> VerifyErro
 
 
 def speeds_on(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]]) -> Floats:
-    """Return the highest speed on every piece of a program with other speeds, mm/s; infinite: a rapid."""
+    """Return the highest new speed on every piece of a program, mm/s; infinite for a rapid."""
     speed = loads.feed.copy()
     every = np.arange(int(loads.source.max(initial=-1)) + 2)
     first = np.searchsorted(loads.source, every, side="left")
@@ -126,7 +126,7 @@ def speeds_on(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]]) -> Fl
         speed[low:high] = 0.0
         begin = 0.0
         for until, value in parts:
-            # A piece that a rounded place of division touches by its edge alone is not part of that stretch.
+            # A piece touched only at its edge, because of a rounded division point, is not part of the stretch.
             a, b = math.floor(begin * count + 1e-3), math.ceil(until * count - 1e-3)
             mine = slice(low + a, low + max(b, a))
             speed[mine] = np.maximum(speed[mine], value)
@@ -138,22 +138,22 @@ def check_limits(
     loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]], limits: dict[int, ToolLimits], rules: PaceRules,
     cutters: Mapping[int, Cutter],
 ) -> Floats:  # fmt: skip
-    """Check new speeds against what each piece meets, and return the speed of every piece, mm/s.
+    """Check new speeds against the loads, and return the speed of every piece, mm/s.
 
     Raises
     ------
     VerifyError
-        A rapid comes nearer to material than it may, or a feed asks more of a tool than is allowed.
+        A rapid comes too close to the material, or a feed exceeds a limit of its tool.
     """
     speed = speeds_on(loads, stretches)
     cuts, chip = loads.mills | loads.sinks, loads.chip
     faster = np.isfinite(speed) & (speed > loads.feed * (1.0 + _PART))
     ratio = np.divide(speed, loads.feed, out=np.ones_like(speed), where=np.isfinite(speed) & (loads.feed > 0))
-    # A little less, so that a speed may be all that a limit allows.
+    # Slightly less, so that a speed may equal its limit.
     ratio /= 1.0 + _PART
     upright = loads.upright
     clear = ~loads.removed.cuts & (loads.removed.over <= -rules.clearance * (1.0 - _PART))
-    # In the air, too, speeds up to a rapid's are no matter of chips.
+    # In air, speeds up to that of a rapid have no chip load.
     faster &= ~(clear & rules.air) & ~upright
     wrong = faster & (ratio > FEED_INCREASE)
     for number, limit in limits.items():
@@ -162,7 +162,7 @@ def check_limits(
         wrong |= mine & faster & (chip * ratio > limit.chip)
         wrong |= mine & faster & (loads.rate * ratio > limit.rate)
         wrong |= mine & faster & (ratio > loads.spindle_ratio(limit, diameter))
-        # A ramp is made faster only where it is known how fast the tool may go down.
+        # Ramps may be faster only if the plunge feed is known.
         known = limit.plunge if math.isfinite(limit.plunge) else 0.0
         wrong |= mine & faster & loads.sinks & (loads.down * ratio > known)
     wrong |= faster & ~np.isin(loads.moves.tool, list(limits))
@@ -178,7 +178,7 @@ def check_limits(
 
 
 def _plunges_too_fast(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]], rules: PaceRules) -> list[int]:
-    """Return pieces straight down that are faster than they were lower than all material and the clearance."""
+    """Return the plunges with a raised speed below the clearance above the material."""
     wrong = []
     for at in np.flatnonzero(loads.upright & ~loads.moves.rapid).tolist():
         parts = stretches.get(int(loads.source[at]), ())
@@ -195,7 +195,7 @@ def _plunges_too_fast(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]
 def made_rapid(
     before: Toolpath, stretches: dict[int, tuple[PaceStretch, ...]]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the rows of a program with new speeds that are rapids and were cuts, and of these the chords of arcs."""
+    """Return the rows of the new program that changed from cuts to rapids, and those of them that replace arcs."""
     rows: list[int] = []
     chords: list[int] = []
     at = 0
@@ -214,29 +214,29 @@ def made_rapid(
 def check_lowered(
     before: Toolpath, after: Toolpath, loads: Loads, rules: PaceRules, bent_above: float = -math.inf
 ) -> None:
-    """Check that a program differs from another one by lower ways alone, and that these keep clear of the material.
+    """Check that a program differs only in lower moves, and that these stay clear of the material.
 
     Parameters
     ----------
     loads
-        Of the program with lower heights.
+        Loads of the program with lower heights.
     bent_above
-        A lower rapid that moves both X and Y is as high as this and the clearance, mm: where its way is not straight.
+        Lowered rapids in both X and Y must stay above this height plus the clearance, mm, if rapids are not straight.
 
     Raises
     ------
     VerifyError
-        It differs otherwise, or a way comes too near.
+        The program differs in other respects, or a move comes too close.
     """
     lowered = _lowered_rows(before, after)
     if lowered is None:
         raise VerifyError("the program with lower heights does different work")
-    # A way that begins lower is another way, too.
+    # A move with a lower start is a changed move as well.
     starts = np.abs(before.before[:, 2] - after.before[:, 2]) > _SAME
     rows = np.union1d(lowered, np.flatnonzero(starts & np.isin(after.kind, (*_ALONG, Kind.DRILL))))
     ends, over = loads.moves.ends, loads.removed.over
     rises = loads.upright & (ends[:, 5] > ends[:, 2])
-    # A cut straight down that begins lower, and pecks into the own hole, meet material; what comes across does not.
+    # Plunges with a lower start, and pecks into their own hole, may meet material; sideways moves may not.
     digs = loads.upright & ~loads.moves.rapid
     drills = after.kind[loads.source] == Kind.DRILL
     cycle = after.ref[loads.source[drills]]
@@ -244,7 +244,7 @@ def check_lowered(
     planes[drills] = np.array([one.r_plane for one in after.cycles])[cycle] if len(cycle) else 0.0
     pecks = drills & (np.minimum(ends[:, 2], ends[:, 5]) < planes - _SAME)
     mine = np.isin(loads.source, rows) & ~rises & ~digs & ~pecks
-    # Straight down to an R plane that is the old one, the way only begins lower.
+    # A vertical approach to an unchanged R plane only starts lower.
     alike = np.zeros(len(after), dtype=np.bool_)
     for row in np.flatnonzero(after.kind == Kind.DRILL).tolist():
         one, other = before.cycles[int(before.ref[row])], after.cycles[int(after.ref[row])]
@@ -259,7 +259,7 @@ def check_lowered(
 
 
 def _lowered_rows(before: Toolpath, after: Toolpath) -> list[int] | None:
-    """Return the rows whose heights are lower in another toolpath; None where anything else differs."""
+    """Return the rows with lower heights in the new toolpath, or None if anything else differs."""
     if len(before) != len(after) or (before.kind != after.kind).any():
         return None
     lowered = []
@@ -274,7 +274,7 @@ def _lowered_rows(before: Toolpath, after: Toolpath) -> list[int] | None:
                 continue
             if (one.name, one.bottom, one.peck, one.dwell) != (other.name, other.bottom, other.peck, other.dwell):
                 return None
-            # A hole may stay at its R plane where it came up to the initial height; no height is higher.
+            # A hole may now retract to the R plane instead of the initial height, but never higher than before.
             rises = (other.to_initial and not one.to_initial) or other.r_plane > one.r_plane
             if rises or not after.end[row, 2] <= before.end[row, 2] + _SAME:
                 return None

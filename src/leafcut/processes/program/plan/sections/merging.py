@@ -1,4 +1,4 @@
-"""Joining sections of one tool, so that the tool is changed less often."""
+"""Merge sections with the same tool to save tool changes."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from leafcut.model.toolpath import Kind
 from leafcut.processes.program.plan.precedence.precedence import are_related, with_precedence
 from leafcut.processes.program.plan.sections.program_rows import TOLERANCE, Rows
 
-#: What must be the same for the work of both sections. Tool, speed, coolant and the rest of it.
+#: Modal values that must be equal in both sections.
 _SAME = (
     "unit", "feed_mode", "tool", "length", "radius", "frame", "shift", "rpm", "spindle", "coolant", "blending",
     "tolerance", "joining", "incremental",
 )  # fmt: skip
-#: What may be between the sections, and what a dropped change of tool may consist of.
+#: Kinds of rows allowed between the sections, and in a removed tool change.
 _BETWEEN = frozenset({Kind.RAPID, Kind.DWELL, Kind.TOOL, Kind.OFFSET, Kind.SPINDLE, Kind.COOLANT, Kind.MACHINE})
-#: Rows that state anew what the change of tool before left.
+#: Kinds of rows that restore a modal value after a removed tool change.
 _STATED_BY = {
     "length": Kind.OFFSET,
     "spindle": Kind.SPINDLE,
@@ -34,10 +34,10 @@ _STATED_BY = {
 
 
 def merge_sections(program: Program, sequence: Sequence, rows: Rows, look: Heartbeat = unseen) -> Sequence:
-    """Return the sequence with later sections joined to earlier ones of the same tool, where nothing forbids it.
+    """Merge later sections into earlier sections with the same tool, and drop the tool change before them.
 
-    Forbidden is to pass a stop, a change of offset, anything that is not understood, work that stays, and work of
-    another tool that touches. The change of tool before the later section is dropped.
+    A section must not move past a stop, a change of offset, an unknown block, fixed work, or touching work of another
+    tool.
     """
     merger = _Merger(program, sequence, rows, look)
     merger.join_all()
@@ -54,7 +54,7 @@ def merge_sections(program: Program, sequence: Sequence, rows: Rows, look: Heart
 
 
 def changes_saved(program: Program, sequence: Sequence, rows: Rows, look: Heartbeat = unseen) -> int:
-    """Return how many changes of tool `merge_sections` would save."""
+    """Return the number of tool changes that `merge_sections` would save."""
     tools = program.path.ref[program.path.kind == Kind.TOOL]
     if len(np.unique(tools)) == len(tools):
         return 0
@@ -75,13 +75,13 @@ class _Merger:
         self.reader = BlockReader(program)
 
     def join_all(self) -> None:
-        """Join every section that can be joined to an earlier one."""
+        """Merge every section that can be merged into an earlier one."""
         at = 1
         while at < len(self.items):
             at += not self.join(at)
 
     def join(self, at: int) -> bool:
-        """Join the section at a place in the list to an earlier one; return whether that was possible."""
+        """Merge the section at this index into an earlier one; return whether that was possible."""
         later, change = self.items[at], self.items[at - 1]
         if not isinstance(later, Section) or not isinstance(change, Kept) or at < 2:
             return False
@@ -96,7 +96,7 @@ class _Merger:
                 self._do_join(place, at)
                 return True
             elif any(piece.may_free for piece in later.pieces):
-                # A part would come free before the work in between.
+                # A part would be detached before the work in between.
                 return False
             elif are_related(self.program, self.rows, (item.pieces, later.pieces), self.process, self.look):
                 return False
@@ -119,7 +119,7 @@ class _Merger:
         return [Kind(k) for k in self.program.path.kind[rows].tolist()]
 
     def _passable(self, kept: Kept) -> bool:
-        """Return whether work may be done before a kept piece instead of behind it."""
+        """Return whether work may move from after the kept blocks to before them."""
         if not _BETWEEN.issuperset(self._kinds(kept)):
             return False
         for block in range(kept.begin, kept.end):
@@ -138,9 +138,9 @@ class _Merger:
         return same and one.tool is not None and abs(one.clearance - other.clearance) < TOLERANCE
 
     def _may_follow(self, at: int) -> bool:
-        """Return whether what is behind a section can follow what is before the change of tool that goes with it.
+        """Return whether the blocks after a section can follow the blocks before its tool change.
 
-        It must be the end, or another change of tool that states all that differs.
+        They must be the program end, or another tool change that restores all differing values.
         """
         change = self.items[at - 1]
         follower = self.items[at + 1] if at + 1 < len(self.items) else None

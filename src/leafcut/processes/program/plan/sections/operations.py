@@ -1,7 +1,7 @@
-"""Finds the operations of the CAM by the comments of a program, and divides sections by them.
+"""Find the CAM operations in a program by its comments, and divide sections at them.
 
-A comment on lines of its own between two pieces of work begins an operation, unless it names a single piece: a text
-that recurs (without its numbers) with one or two pieces each, or one of several consecutive comments with a piece each.
+A comment line between two pieces of work starts an operation unless it labels a single piece. A label recurs (apart
+from its numbers) with one or two pieces each, or is one of several consecutive comments with one piece each.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from leafcut.processes.program.plan.precedence.precedence import freeing_stages
 from leafcut.processes.program.plan.precedence.staying import why_pieces_stay
 from leafcut.processes.program.plan.sections.program_rows import Rows
 
-#: A text with at least this many occurrences and at most this median number of pieces names pieces.
+#: Minimum number of occurrences and maximum median number of pieces of a comment that labels pieces.
 _OFTEN, _FEW = 3, 2
 
 _NUMBERS = re.compile(r"[-+]?[0-9]*\.?[0-9]+")
@@ -32,11 +32,11 @@ _WORD = re.compile(r"[^\W\d_]{2}")
 
 
 def keep_apart(program: Program, sequence: Sequence, rows: Rows, mix_operations: bool) -> Sequence:
-    """Return the sequence with its sections divided at operations of the CAM, and where parts come free.
+    """Divide the sections at CAM operations, and before the cuts that detach parts.
 
-    What frees parts and has no other work behind it is a section of its own: all else comes before it anyway. Of a
-    laser or a torch, and with `mix_operations`, operations are not looked for. Each piece that can then stand nowhere
-    else says why (`leafcut.processes.program.plan.precedence.staying`).
+    Cuts that detach parts and have no other work after them form a section of their own. Operations are ignored for
+    lasers and torches, and with `mix_operations`. Each piece that can no longer move gets a reason
+    (`leafcut.processes.program.plan.precedence.staying`).
     """
     items: list[Kept | Section] = []
     for item in sequence.items:
@@ -51,7 +51,7 @@ def keep_apart(program: Program, sequence: Sequence, rows: Rows, mix_operations:
 
 
 def _part(section: Section, low: int, high: int) -> Section:
-    """Return the pieces low … high - 1 of a section as a section."""
+    """Return a section of the pieces low … high - 1."""
     if high - low == len(section.pieces):
         return section
     pairs = section.precedence
@@ -67,7 +67,7 @@ def _part(section: Section, low: int, high: int) -> Section:
 
 
 def _operations(program: Program, section: Section, rows: Rows) -> list[int]:
-    """Return the first piece of each operation but the first one."""
+    """Return the first piece of each operation after the first operation."""
     pieces = section.pieces
     last_cut = np.concatenate([[-1], last_rows(rows.cut)])
     texts = {k: text for k in range(len(pieces)) if (text := _remark(program, section, rows, k, last_cut))}
@@ -83,10 +83,9 @@ def _operations(program: Program, section: Section, rows: Rows) -> list[int]:
 
 
 def _remark(program: Program, section: Section, rows: Rows, number: int, last_cut: NDArray[np.int64]) -> str:
-    """Return the comments on lines of their own between the last work and the first rapid of a piece.
+    """Return the comment lines between the previous work and the first rapid of a piece.
 
-    Numbers are left out, so that names of pieces in a row are one text. `last_cut` is the row of the last cut before
-    every row, -1 where there is none.
+    Numbers are replaced, so that numbered labels give the same text. `last_cut` is the last cut before each row, or -1.
     """
     piece, line = section.pieces[number], program.text_line
     first, last = int(program.first[piece.begin]), int(program.first[piece.end])

@@ -1,4 +1,4 @@
-"""The rows of a foreign program seen as work and ways between: where a piece of work may begin, and what divides."""
+"""Classify the rows of a foreign program as cuts or travel moves, and find the barriers between pieces of work."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from leafcut.model.kinds import BEAMS, ProgramKind
 from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, Toolpath, last_rows
 from leafcut.processes.program.proof.features import Features, States, features_of
 
-#: Why a block stays, by the kind of its row.
+#: Reason why a block stays, by the kind of its row.
 _BARRIERS = {
     Kind.TOOL: "a tool change",
     Kind.OFFSET: "a change of length offset",
@@ -30,7 +30,7 @@ _BARRIERS = {
     Kind.BLENDING: "a change of path control (G61, G64)",
     Kind.FOREIGN: "it is not understood",
 }
-#: The same by what it changes.
+#: Reason why a block stays, by the modal value that it changes.
 _CHANGES = {
     "unit": "a change of units",
     "feed_mode": "a change of feed mode",
@@ -44,37 +44,35 @@ _CHANGES = {
     "tolerance": "a change of path control (G61, G64)",
     "joining": "a change of path control (G61, G64)",
 }
-#: The reason where the program states no units: the first length takes the assumed ones.
+#: Reason if the program states no units: the first length then sets the assumed units.
 _ASSUMED_UNITS = "its units are assumed: G20 or G21 is missing"
 _TORCH = re.compile(r"plasma|torch|pierce|\bTHC\b", re.IGNORECASE)
 
 TOLERANCE = 1e-6
-#: A plunge may drift by rounding, mm: it is no deepest cut sideways.
-_DRIFT = 0.01
-#: How much of what switches on must do so where it cuts to be a beam.
+#: Minimum share of switch-on events right before a cut that identifies a beam.
 _MOSTLY = 0.9
 
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """What every row of a program is to the process.
+    """Role of every row of a program in the process.
 
     Attributes
     ----------
     path
         The rows.
     before
-        float64[n, 3]: where the tool is before the row, mm.
+        float64[n, 3]: tool position before the row, mm.
     block
-        int32[n]: the block that the row belongs to.
+        int32[n]: block of the row.
     cut, travel
-        bool[n]: it works on the part; it moves across the part without working (a canned cycle does both).
+        bool[n]: the row cuts; the row moves sideways without cutting (a canned cycle does both).
     sideways
-        bool[n]: it moves in X or Y.
+        bool[n]: the row moves in X or Y.
     beam
-        bool[n]: there is a beam, and it is on in the row.
+        bool[n]: the process has a beam, and it is on.
     deepest
-        float64[m]: how deep cuts go sideways under the work offset of each of `Program.modals`, mm; NaN without any.
+        float64[m]: Z of the deepest sideways cut in the work offset of each of `Program.modals`, mm; NaN if none.
     """
 
     path: Toolpath
@@ -90,16 +88,16 @@ class Rows:
     def features(self) -> Features:
         """The cuts, holes and dwells of the program."""
         kind = self.path.kind
-        # A beam without power that was not switched off may cut.
+        # A beam at zero power that was not switched off may still cut.
         dim = (kind >= Kind.FEED) & (kind <= Kind.ARC_CCW) & self.sideways & ~self.travel
         states = States(np.zeros(len(self.path), dtype=np.int32), {"plane": np.zeros(1, dtype=np.int64)})
         return features_of(self.path, states, self.cut | dim | (kind == Kind.DWELL), self.before)
 
 
 def read_rows(program: Program, process: str) -> Rows:
-    """Return what the rows are to the process.
+    """Classify the rows of a program for a process.
 
-    With a beam that is on or off, "up" means off: a feed with the beam switched off by M5 is a way like a rapid.
+    For a beam, "retracted" means off: a feed move after M5 is a travel move like a rapid.
     """
     path = program.path
     before = path.before
@@ -107,27 +105,25 @@ def read_rows(program: Program, process: str) -> Rows:
     feed = np.isin(path.kind, [Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW])
     rapid, drill = path.kind == Kind.RAPID, path.kind == Kind.DRILL
     with np.errstate(invalid="ignore"):
-        # An axis that nothing has moved yet stands still.
+        # An axis of unknown position has not moved yet.
         same = (np.abs(path.end[:, :2] - before[:, :2]) < TOLERANCE) | np.isnan(path.end[:, :2])
     sideways = (rapid | drill | feed) & ~same.all(axis=1)
     if process not in BEAMS:
         dark = np.zeros(len(path), dtype=bool)
-        with np.errstate(invalid="ignore"):
-            aside = np.hypot(*(path.end[:, :2] - before[:, :2]).T) > _DRIFT
-        deepest = _deepest(program, block, feed & (aside | (path.kind != Kind.FEED)))
+        deepest = _deepest(program, block, feed & (sideways | (path.kind != Kind.FEED)))
         return Rows(path, before, block, feed | drill, (rapid | drill) & sideways, sideways, dark, deepest)
     beam = _beam(program)
     off = np.array([program.modals[k].spindle == 0 for k in program.before.tolist()], dtype=bool)[block]
     off &= ~beam & (np.bincount(block[path.kind == Kind.SPINDLE], minlength=program.n_blocks) == 0)[block]
     cut = (feed & beam) | drill | ((path.kind == Kind.DWELL) & beam)
-    # An arc is said from where it begins, so it stays with what brings the tool there.
+    # An arc depends on its start point, so it stays with the move that leads there.
     off &= path.kind == Kind.FEED
     across = (rapid & ~beam) | off if process == ProgramKind.PLASMA else rapid | off
     return Rows(path, before, block, cut, across & sideways, sideways, beam, np.full(len(program.modals), np.nan))
 
 
 def _deepest(program: Program, block: NDArray[np.int32], aside: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Return `Rows.deepest`; rows that are `aside` cut sideways."""
+    """Return `Rows.deepest`; `aside` is the mask of rows that cut sideways."""
     keys = [(m.frame, m.shift) for m in program.modals]
     number = {key: k for k, key in enumerate(dict.fromkeys(keys))}
     of_modal = np.array([number[key] for key in keys], dtype=np.int64)
@@ -138,13 +134,13 @@ def _deepest(program: Program, block: NDArray[np.int32], aside: NDArray[np.bool_
 
 
 def dark_rows(program: Program, process: str) -> NDArray[np.bool_]:
-    """Return the rows that are made at feed with the beam of the process off, bool[n]; of a tool there are none."""
+    """Return the mask of feed moves with the beam off, bool[n]; always False for a cutting tool."""
     dark: NDArray[np.bool_] = (program.path.kind == Kind.FEED) & (process in BEAMS)
     return dark & ~_beam(program) if dark.any() else dark
 
 
 def _beam(program: Program) -> NDArray[np.bool_]:
-    """Return for every row whether the spindle words have the beam on, with power if the program states any."""
+    """Return the mask of rows with the beam on; with power above zero if the program states power."""
     path = program.path
     switched = path.kind == Kind.SPINDLE
     on = path.value != 0.0
@@ -157,9 +153,9 @@ def _beam(program: Program) -> NDArray[np.bool_]:
 
 
 def known_process(program: Program) -> str:
-    """Return the process that the program itself tells: what switches on and off, and where Z goes.
+    """Detect the process from the spindle words and the Z moves of the program.
 
-    A beam is switched on where it cuts, again and again; a spindle is on before the tool goes anywhere.
+    A beam is switched on before each cut; a spindle is on before the first move.
     """
     path = program.path
     feed = np.isin(path.kind, [Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW])
@@ -167,7 +163,7 @@ def known_process(program: Program) -> str:
     with np.errstate(invalid="ignore"):
         still = (np.abs(path.end - before) < TOLERANCE) | np.isnan(path.end)
     steady = still[:, :2].all(axis=1)
-    # A full circle ends where it begins, and goes sideways all the same.
+    # A full circle ends at its start, but still moves sideways.
     sideways = feed & (~steady | (path.kind != Kind.FEED))
     if not sideways.any():
         return "drill"
@@ -182,7 +178,7 @@ def known_process(program: Program) -> str:
     crossing = np.flatnonzero(ways | sideways)
     follower = np.searchsorted(crossing, on)
     on_place = sideways[crossing[follower[follower < len(crossing)]]]
-    # Cuts are told apart by the rapids between them.
+    # Cuts are separated by rapids.
     cuts = len(np.unique(np.cumsum(ways)[sideways]))
     if level or (len(on) >= 2 and on_place.mean() >= _MOSTLY and 2 * len(on) >= cuts):
         return ProgramKind.PLASMA if _is_torch(program, spindle) else ProgramKind.LASER
@@ -190,7 +186,7 @@ def known_process(program: Program) -> str:
 
 
 def _is_torch(program: Program, spindle: NDArray[np.bool_]) -> bool:
-    """Return whether a beam is a torch: it says so, or it rises between cuts."""
+    """Return whether a beam is a torch: the text names one, or Z changes between the rapids."""
     if any(_TORCH.search(line) for line in program.lines[:400]):
         return True
     z = program.path.end[program.path.kind == Kind.RAPID, 2]
@@ -201,7 +197,7 @@ def _is_torch(program: Program, spindle: NDArray[np.bool_]) -> bool:
 
 
 def find_barriers(program: Program, rows: Rows) -> dict[int, str]:
-    """Return the blocks that stay where they are whatever they stand between, and why."""
+    """Return the blocks that always stay in place, and the reason of each."""
     barriers: dict[int, str] = {}
     path = program.path
     hard = np.isin(path.kind, [int(k) for k in _BARRIERS])
@@ -226,10 +222,10 @@ def find_barriers(program: Program, rows: Rows) -> dict[int, str]:
 
 
 def _hold_calls(program: Program, barriers: dict[int, str]) -> None:
-    """Add the blocks that stay as they are to those that do for another reason, but for calls that may move as a whole.
+    """Add fixed blocks and repeated lines to the barriers, except calls that can move as a whole.
 
-    Those are calls by M98 or M97 of text that is plain words throughout, parameters left out, and leaves the spindle as
-    it was; where it takes its modes and the place of the tool from, a piece of work takes with it.
+    These are M98 or M97 calls of plain words without parameters that leave the spindle state unchanged. The piece of
+    work provides the modes and the tool position that they rely on.
     """
     free: set[int] = set()
     held: dict[int, str] = {}
@@ -248,7 +244,7 @@ def _hold_calls(program: Program, barriers: dict[int, str]) -> None:
 
 
 def _why_called_stays(program: Program, barriers: dict[int, str], begin: int, end: int) -> str:
-    """Return why a call and what it runs cannot move as a whole, "" where they can."""
+    """Return why a call and its subprogram cannot move as a whole, or ""."""
     for block in range(begin, end):
         fixed = program.fixed.get(block, "")
         inner = barriers.get(block) or ("" if fixed in CALLED else fixed)
@@ -266,10 +262,10 @@ def _why_called_stays(program: Program, barriers: dict[int, str], begin: int, en
 
 
 def _idle(program: Program, rows: Rows) -> list[int]:
-    """Return the rows that dwell or switch the spindle where no work is: nobody knows what the tool waits for there.
+    """Return the rows that dwell or switch the spindle between pieces of work, for an unknown purpose.
 
-    That is after work and a rise at rapid, before the tool goes elsewhere; and a dwell at a place where the tool goes
-    and does not work. A beam is switched where it is.
+    Such rows come after work and a retract, before the next travel move. Dwells at positions without work count too. A
+    beam is switched on and off during work, so its switching does not count.
     """
     kind = program.path.kind
     n = len(kind)
@@ -283,11 +279,11 @@ def _idle(program: Program, rows: Rows) -> list[int]:
     ways = rows.travel & ~rows.cut
     cut, rapid, travel = last_rows(rows.cut), last_rows(kind == Kind.RAPID), last_rows(ways)
     dwells = kind == Kind.DWELL
-    # A speed by S alone is for the work that comes (`find_sections`).
+    # A speed set by S alone belongs to the following work (`find_sections`).
     switches = (kind == Kind.SPINDLE) & (program.path.ref != SPEED_ALONE) & (not rows.beam.any())
     after_work = (cut >= 0) & (rapid > cut)
     leads_away = ((dwells | switches) & (travel < cut)) | (dwells & (next_(ways) < next_(rows.cut)))
-    # A canned cycle ends with its own rise.
+    # A canned cycle ends with its own retract.
     idle = ~rows.cut & ((after_work & leads_away) | (dwells & (cut >= 0) & (cut > rapid) & (kind[cut] == Kind.DRILL)))
     found: list[int] = np.flatnonzero(idle).tolist()
     return found
@@ -301,13 +297,13 @@ def _change(one: Modal, other: Modal) -> str:
 
 
 def free_runs(program: Program, barriers: dict[int, str]) -> list[tuple[int, int]]:
-    """Return the runs of blocks (begin, end) without barriers, whose lines follow each other with comments between."""
+    """Return the runs of blocks (begin, end) without barriers, on consecutive lines apart from comments."""
     edges = {0, program.n_blocks}
     for block in barriers:
         edges |= {block, block + 1}
     step = np.diff(program.text_line)
     for begin, end in program.calls:
-        # What is called is one with its call.
+        # A subprogram stays together with its call.
         step[begin : end - 1] = 1
     edges |= {int(b) + 1 for b in np.flatnonzero(step < 1)}
     for block in np.flatnonzero(step > 1).tolist():
@@ -320,7 +316,7 @@ def free_runs(program: Program, barriers: dict[int, str]) -> list[tuple[int, int
 
 
 def _is_plain(line: str) -> bool:
-    """Return whether a line has words with numbers, and nothing else that does anything."""
+    """Return whether a line consists only of words with numbers, and comments."""
     try:
         return tokenise(line.rstrip("\r\n")).percent is None
     except BlockError:
