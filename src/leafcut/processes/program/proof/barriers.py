@@ -1,4 +1,4 @@
-"""Stages: what must not change places at all (pauses, tool changes, work offsets …), and the work in between."""
+"""Barriers that must keep their order (pauses, tool changes, work offsets …), and the work between them."""
 
 from __future__ import annotations
 
@@ -21,18 +21,17 @@ from leafcut.processes.program.proof.matching import change_of_state
 from leafcut.proof.clearance import at_machine_height
 from leafcut.proof.difference import describe, place
 
-#: A block that a switch of the machine may skip is a barrier whatever it does, and so is a message or a record, and a
-#: comment or a setting that the controller obeys beside the G-code.
+#: Further kinds of barriers: block delete (/), comments or settings that the controller obeys, and messages.
 SKIPPED, OBEYED, MESSAGE = -1, -2, -3
-#: Such barriers have no place.
+#: Barriers without a tool position.
 PLACELESS = (SKIPPED, OBEYED, MESSAGE, Kind.DWELL)
 
 _HARD = (Kind.PAUSE, Kind.TOOL, Kind.SHIFT, Kind.MACHINE, Kind.END, Kind.FOREIGN)
-#: What a tool change may consist of, so that it can be left out as a whole when the tool is not changed.
+#: Kinds that a tool change may consist of; it can be omitted as a whole if the tool stays the same.
 _PART_OF_CHANGE = (Kind.TOOL, Kind.MACHINE, Kind.PAUSE, Kind.DWELL)
-#: Barriers of which all that they say counts, since nothing else tells what they do.
+#: Barriers compared by their full text, since their effect is not modelled.
 _SAYING = (Kind.FOREIGN, Kind.SHIFT)
-#: Blocks that set the origin by where the tool is: G92, G10 L20, and what stores a place.
+#: Blocks that set an offset from the tool position: G92, G10 L10, L11 and L20.
 _FROM_HERE = re.compile(r"\bG92(?![.0-9][0-9])|\bL(?:10|11|20)\b")
 
 
@@ -42,21 +41,21 @@ class Mark(NamedTuple):
     Attributes
     ----------
     what
-        All that must be equal.
+        All values that must be equal in both programs.
     kind
         A `Kind`, `SKIPPED`, `OBEYED` or `MESSAGE`.
     key
-        Where it stands: the number of its row, a half less for what stands before a row.
+        Row number; minus 0.5 for barriers before a row.
     line
-        Its line.
+        Line number.
     place
-        Where the tool is then, mm.
+        Position of the tool at the barrier, mm.
     exactly
-        The tool must be at the very same place, since the block may begin from there.
+        Whether the tool must be at the same position, since the block may move from there.
     said
-        For messages.
+        Text for messages.
     unsure
-        How high the tool is then is not known, and it is not at machine zero.
+        Whether the height of the tool is unknown and not at machine zero.
     """
 
     what: tuple[object, ...]
@@ -71,14 +70,14 @@ class Mark(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Wall:
-    """Marks with no work between them, and how much work there is before them."""
+    """Marks with no work between them, and the number of features before them (`after`)."""
 
     marks: tuple[Mark, ...]
     after: int
 
     @property
     def what(self) -> tuple[object, ...]:
-        """All that must be equal."""
+        """All values that must be equal in both programs."""
         return tuple(mark.what for mark in self.marks)
 
     @property
@@ -91,7 +90,7 @@ class Wall:
 def barriers_of(program: Program, path: Toolpath, source: Indices, states: States, before: Floats) -> list[Mark]:
     """Return the barriers of a program in order.
 
-    `path` may have its cycles written out; `source` says of which row of the program each of its rows is part.
+    `path` may have expanded cycles; `source` gives the program row of each of its rows.
     """
     kind = path.kind
     frame = (kind == Kind.FRAME) & (np.diff(states.of("frame"), prepend=540) != 0)
@@ -111,7 +110,7 @@ def barriers_of(program: Program, path: Toolpath, source: Indices, states: State
         at = (before[row, 0], before[row, 1], before[row, 2])
         exactly = motion.kind is Kind.FOREIGN or (motion.kind is Kind.SHIFT and bool(_FROM_HERE.search(said)))
         state = (*(int(states.of(name, row)) for name in ("direction", "coolant", "radius")),)
-        # The next program may rely on that a length offset is off.
+        # The next program may rely on the length offset being off.
         left_on = motion.kind is Kind.END and int(states.of("length", row)) % TAKEN != 0
         shown = without_digests(said)
         words = _shown(text, shown) if text else f"{describe(motion)} {shown}".rstrip()
@@ -124,9 +123,9 @@ def barriers_of(program: Program, path: Toolpath, source: Indices, states: State
 
 
 def _context(program: Program, block: int, kind: Kind, said: str, register: float) -> tuple[object, ...]:
-    """Return what the meaning of a block may depend on beside its words, when nothing tells what it does: everything.
+    """Return the modal state that a barrier block may depend on: all of it if the block is not understood.
 
-    What moves the origin reads no more than the units, G91, and which offsets are active.
+    A shift of the origin depends only on the units, G91, the tool and the active offsets.
     """
     m = program.modal(block)
     if kind is Kind.SHIFT:
@@ -139,14 +138,14 @@ def _context(program: Program, block: int, kind: Kind, said: str, register: floa
     return (*rest, register)
 
 
-#: Letters of M words and their arguments: unless a macro runs, they read nothing else.
+#: Letters of M words and their arguments; blocks of these alone depend on no modal state unless a macro runs.
 _PLAIN = frozenset("MPQTELR$")
-#: What a block may read that is not understood: all that is active, but the count of shifts, which are barriers.
+#: Modal values that an unknown block may read: all except the count of shifts, which are barriers themselves.
 _READ = tuple(field.name for field in fields(Modal) if field.name != "shift")
 
 
 def _placeless(program: Program, source: Indices) -> Iterator[Mark]:
-    """Yield the blocks that begin with a slash, and messages beside the motions of their blocks."""
+    """Yield the blocks with block delete (/), and messages in blocks that are no other barrier."""
     nowhere = (np.nan, np.nan, np.nan)
     kinds = program.path.kind
     for block, said in program.said.items():
@@ -161,14 +160,14 @@ def _placeless(program: Program, source: Indices) -> Iterator[Mark]:
 
 
 def _shown(text: str, said: str) -> str:
-    """Return a block for a message: its text, and its evaluated values if they differ from the text."""
+    """Format a block for a message: its text, and its evaluated values if they differ."""
     values = said.replace(" ", "").replace(".", "")
     computed = "".join(text.split()) != "".join(said.split()) and ("#" in text or "[" in values)
     return f"{text} = {said}" if said and text and computed else text
 
 
 def _obeyed(program: Program, source: Indices) -> Iterator[Mark]:
-    """Yield the comments and settings that the controller obeys, where they stand in what is run."""
+    """Yield the comments and settings that the controller obeys, in the order of execution."""
     said = {one.line: one for one in program.obeyed}
     nowhere = (np.nan, np.nan, np.nan)
     for block in np.flatnonzero(np.isin(program.line, list(said))).tolist():
@@ -179,7 +178,7 @@ def _obeyed(program: Program, source: Indices) -> Iterator[Mark]:
 
 
 def compare_unrun(before: Program, after: Program) -> Iterator[Difference]:
-    """Yield what the controller obeys in lines that are never run (a subprogram not called, behind the end)."""
+    """Yield differences between settings in lines that never run (an uncalled subprogram, or after the end)."""
     run = [set(p.line.tolist()) if p.obeyed else set() for p in (before, after)]
     one, other = (
         [said for said in p.obeyed if said.line not in lines] for p, lines in zip((before, after), run, strict=True)
@@ -192,21 +191,20 @@ def compare_unrun(before: Program, after: Program) -> Iterator[Difference]:
 
 
 def _plain(program: Program, line: int) -> str:
-    """Return the text of a line as far as it means anything."""
+    """Return the normalized text of a line."""
     return normalized(program.lines[line - 1]) if 0 < line <= len(program.lines) else ""
 
 
 def with_dwells(
     marks: list[Mark], features: Features, travel: Indices, across: Indices, states: States
 ) -> tuple[list[Mark], Mask]:
-    """Return the marks with the dwells that belong to them, and which features these dwells are.
+    """Return the marks including dwells that belong to barriers, and the mask of the features that are such dwells.
 
-    Where the tool is at a dwell counts only if the work of the stage has brought it there. A dwell that comes before
-    any of it (a spindle that runs up after a tool change), or after the last of it and a rapid (a drilling cycle ends
-    with one), belongs to the barrier; but one that goes on to a cut without a rapid, as a torch pierces, belongs to
-    that.
+    A dwell before the first work of a stage belongs to the barrier, as for spindle run-up after a tool change. So does
+    a dwell after the last work and a rapid (drilling cycles end with one). A dwell that leads into a cut without a
+    rapid, such as a pierce delay, belongs to that cut.
 
-    `travel` and `across` are the rows of all rapids, and of those in x or y, int64[k].
+    `travel` and `across` are the rows of all rapids, and of rapids in x or y, int64[k].
     """
     keys = np.array([-1.0, *(mark.key for mark in marks), np.inf])
     dwell = features.kind == Kind.DWELL
@@ -215,7 +213,7 @@ def with_dwells(
     begin, end = keys[at - 1], keys[at]
     last_work = np.maximum(_last_before(work, rows), begin)
     head = (last_work == begin) & (_last_before(across, rows) <= begin)
-    # What is not understood may have cut: whether the tool waits before or after the rapid away from there counts.
+    # An unknown block may have cut, so it matters whether the dwell comes before or after the rapid away from there.
     foreign = np.array([False, *(mark.kind == Kind.FOREIGN for mark in marks), False])[at - 1]
     waits_there = foreign & (_last_before(travel, rows) <= begin)
     coming = np.append(work, np.inf)[np.searchsorted(work, rows)]
@@ -238,12 +236,12 @@ def with_dwells(
 
 
 def _last_before(among: Indices, rows: Indices | Floats) -> Floats:
-    """Return for every row the last one before it of those in `among`, -1 where there is none."""
+    """Return the last row in `among` before each row, or -1."""
     return np.concatenate([[-1.0], among])[np.searchsorted(among, rows)]
 
 
 def walls_of(marks: list[Mark], work: Ints) -> list[Wall]:
-    """Return the marks in walls; `work` are the rows of the features, int32[n], in order."""
+    """Group the marks into walls; `work` are the rows of the features, int32[n], in order."""
     walls: list[Wall] = []
     ranks = np.searchsorted(work, [mark.key for mark in marks]).tolist()
     together: list[Mark] = []
@@ -256,20 +254,20 @@ def walls_of(marks: list[Mark], work: Ints) -> list[Wall]:
 
 
 class ComparisonGroups(NamedTuple):
-    """Which work may be compared with which.
+    """Groups of work between matching barriers, and the differences of the barriers.
 
     Attributes
     ----------
     before, after
-        For each program: how much work there is before the end of every group, in order, but for the last.
+        Number of features up to the end of each group except the last, for each program.
     mark_of
-        The new mark for an original one, by their keys, where both are the same.
+        New mark by the key of the equal original mark.
     differences
-        Barriers that are not the same.
+        Barriers that differ.
     states
-        Barriers at which only the state of the machine is another, and in what, in the words of `matching.changes`.
+        Barriers that differ only in the machine state, with the changes in the words of `matching.changes`.
     implied
-        Patterns of what `matching.changes` says of work behind such barriers: that follows from them.
+        Patterns of messages of `matching.changes` that follow from tool changes and work offsets gone or new.
     """
 
     before: list[int]
@@ -281,10 +279,10 @@ class ComparisonGroups(NamedTuple):
 
 
 def compare_walls(before: list[Wall], after: list[Wall]) -> ComparisonGroups:
-    """Return which work lies between the same barriers, and where the barriers differ.
+    """Match the barriers of both programs; return the groups of work between them, and the differences.
 
-    The marks of both programs must be the same, in the same order. Only when the new program changes the tool less
-    often, whole tool changes may be missing; what they parted is then compared together.
+    Both programs must have the same marks in the same order. If the new program has fewer tool changes, whole tool
+    changes may be missing; the work on both sides of them then forms one group.
     """
     if _tool_changes(after) >= _tool_changes(before):
         return _aligned(before, after)
@@ -303,7 +301,7 @@ def compare_walls(before: list[Wall], after: list[Wall]) -> ComparisonGroups:
 
 
 def _other_tool_change(wall: Wall, others: list[Wall]) -> Difference:
-    """Return that a tool change is not in the original; beside it the change to that tool that is."""
+    """Report a tool change that is not in the original, with the original change to the same tool if there is one."""
     said, tools = ", ".join(mark.said for mark in wall.marks), _tools(wall)
     for other in others:
         was = ", ".join(mark.said for mark in other.marks)
@@ -329,7 +327,7 @@ def _soft(walls: list[Wall]) -> list[Wall]:
 
 
 def _aligned(before: list[Wall], after: list[Wall]) -> ComparisonGroups:
-    """Match marks from both ends; what is left in the middle differs, and the work there is one group."""
+    """Match marks from both ends; unmatched marks in the middle differ, and the work there forms one group."""
     one, other = ([(mark, wall.after) for wall in walls for mark in wall.marks] for walls in (before, after))
     shorter = min(len(one), len(other))
     head = next((i for i in range(shorter) if one[i][0].what != other[i][0].what), shorter)
@@ -377,7 +375,7 @@ def _differing(
     return found, states, [*_implied(gone, "gone"), *_implied(new, "new")]
 
 
-#: Barriers as a machinist calls them.
+#: Names of barriers in messages.
 _NOUNS: dict[int, str] = {
     Kind.PAUSE: "stop",
     Kind.TOOL: "tool",
@@ -397,7 +395,7 @@ def _noun(mark: Mark) -> str:
 
 
 def _state_changes(one: Mark, other: Mark) -> list[str]:
-    """Return in what the machine's state is another at two barriers that are the same but for that."""
+    """Return the changes of machine state at two barriers that are otherwise equal; else an empty list."""
     if one.kind != other.kind or one.kind in (SKIPPED, OBEYED, MESSAGE):
         return []
     names = ("direction", "coolant") if one.kind == Kind.DWELL else ("direction", "coolant", "radius")
@@ -414,7 +412,7 @@ def _state_changes(one: Mark, other: Mark) -> list[str]:
 
 
 def _implied(marks: list[Mark], which: str) -> Iterator[str]:
-    """Yield what follows for work from tool changes and work offsets that are gone, or new: its tool, its offset."""
+    """Yield patterns of the messages that removed or added tool changes and work offsets cause for the work."""
     for mark in marks:
         if mark.kind in (Kind.TOOL, Kind.FRAME) and isinstance(ref := mark.what[1], int):
             name, shown = ("tool", str(ref)) if mark.kind == Kind.TOOL else ("work offset", f"G{ref / 10:g}")
@@ -423,7 +421,7 @@ def _implied(marks: list[Mark], which: str) -> Iterator[str]:
 
 
 def misplaced(marks: list[Mark], mark_of: dict[float, Mark], tolerance: float) -> Iterator[Difference]:
-    """Yield the barriers at which the tool is elsewhere, where that counts, or lower than before."""
+    """Yield the barriers at which the tool is lower, at unknown height, or not at the required position."""
     for mark in marks:
         new = mark_of.get(mark.key)
         if new is None or mark.kind in PLACELESS:

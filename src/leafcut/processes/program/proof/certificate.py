@@ -1,6 +1,6 @@
-"""The proof of a rewritten program: `certify` compares what two programs do and returns a `Certificate`.
+"""The proof of a rewritten program: `certify` compares the work of two programs and returns a `Certificate`.
 
-It sees only the two programs, not how one was made from the other.
+It knows only the two programs, not how the second was derived from the first.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ COMPARED = (
     "rapids: heights at every place and across, no cut torn apart",
     "envelope",
 )
-#: Compared too, where cuts may be reversed.
+#: Additional check if cuts may be reversed.
 _EITHER_WAY = "open cuts at one level without lead-in or lead-out, in either direction"
 
 #: Lowest and highest x, y, z, mm.
@@ -73,26 +73,26 @@ def certify(
 ) -> Certificate:
     """Return the proof that two programs do the same work, or the differences between them.
 
-    - Barriers (`barriers`): the same, in the same order, with the tool no lower. A block that is not understood begins
-      at the same place. Only whole tool changes may be missing.
+    - Barriers (`barriers`): the same, in the same order, with the tool no lower. The tool is at the same position at an
+      unknown block. Only whole tool changes may be missing.
     - Between two barriers (`matching`): the same holes, cuts and dwells, in any order, with these exceptions.
     - Cuts that touch each other keep their order (`touching_order`).
-    - What lies inside a closed cut, or inside an outline with tabs, stays before or after it (`outlines`).
-      With a laser or torch only what came before it must stay before it.
+    - Work inside a closed cut, or inside an outline with tabs, stays before or after it (`outlines`).
+      With a laser or torch, only work before the cut must stay before it.
     - Passes of a mill at two levels or side by side, and rows, keep their order (`order_rules`).
-    - Work that came before a mill freed a part still comes before it (`order_rules`).
-    - Rapids leave, cross and arrive nowhere lower than the original did at that place (`rapids`).
-    - The new program reaches no farther than the original. Where the machine's work offset is known, it stays within
+    - Work before a mill detaches a part stays before it (`order_rules`).
+    - Rapids depart, cross and arrive no lower than in the original at the same point (`rapids`).
+    - The new program reaches no farther than the original. If the work offset of the machine is known, it stays within
       the travel.
 
     Feeds above the work count as cuts; feeds of a laser or torch that is off do not. When only one of the two uses
     drilling cycles, both are compared as single moves. Coordinates agree within `tolerance_mm` on every axis. A line
-    may be divided into other feeds, if the places between lie within half of `tolerance_mm` of it; moves of no length
-    do not count.
+    may be divided into different feed moves if the points between lie within half of `tolerance_mm` of it; moves of no
+    length do not count.
 
-    With `allow_reverse`, open cuts at one level may be reversed (`reversed_cuts`). `look` is called during the work.
-    With `notes`, the certificate also tells which parts come free before which. For parts that lie beside each other
-    that is no difference.
+    With `allow_reverse`, open cuts at one level may be reversed (`reversed_cuts`). `look` is the callback for progress
+    and cancellation. With `notes`, the certificate also notes a changed order in which adjacent parts are detached,
+    which is not a difference.
 
     Raises
     ------
@@ -172,7 +172,7 @@ def _digest(program: Program) -> str:
 
 
 class _Found:
-    """The differences found so far: the first ones of each kind, their number in all, and notes if asked for."""
+    """Differences found so far: the first of each check, their total number, and notes if requested."""
 
     def __init__(self, look: Heartbeat, noting: bool) -> None:
         self.look, self.noting = look, noting
@@ -197,7 +197,7 @@ def _compare_work(
     either_way: bool,
     found: _Found,
 ) -> tuple[Pairing, int]:
-    """Add the differences of the work between the barriers; return what is which, and how many cuts are reversed."""
+    """Add the differences of the work between barriers; return the matched features and the number of reversed cuts."""
     both = [one_way(work) if either_way else as_it_is(work) for work in (before, after)]
     features = [
         replace(
@@ -227,7 +227,7 @@ def _compare_work(
 
 
 def _other_units(programs: tuple[Program, Program]) -> Iterator[Difference]:
-    """Yield that two programs are in different units: then all that differs may differ by that alone."""
+    """Yield a difference if the programs state different units, which may explain all other differences."""
     units = [{m.unit for m in program.modals if m.unit} for program in programs]
     stated = [first_with_units(program) for program in programs]
     written = all(block < program.n_blocks for block, program in zip(stated, programs, strict=True))
@@ -238,7 +238,7 @@ def _other_units(programs: tuple[Program, Program]) -> Iterator[Difference]:
 
 
 def _reach(features: list[Feature]) -> Bounds | None:
-    """Return how far work goes that is told of already: with its ends, starts, R planes and retracts."""
+    """Return the bounds of features that are already reported, including R planes and retracts."""
     places = [f.place[k : k + 3] for f in features for k in (0, 3) if k == 0 or f.exact[0] < FIRST_CYCLE]
     places += [(*f.place[:2], height) for f in features if f.exact[0] >= FIRST_CYCLE for height in f.height]
     if not places:
@@ -249,7 +249,7 @@ def _reach(features: list[Feature]) -> Bounds | None:
 
 
 def _larger(before: Toolpath, after: Toolpath, tolerance: float, beyond: list[Bounds | None]) -> Iterator[Difference]:
-    """Yield the axes on which the new program goes farther. Cuts are the same, so the ends of moves tell it."""
+    """Yield the axes on which the new program reaches farther; the cuts are equal, so the ends of moves suffice."""
     bounds = [one for one in beyond if one is not None]
     lowest = np.fmin.reduce([(math.inf,) * 3, *(low for low, _ in bounds)])
     highest = np.fmax.reduce([(-math.inf,) * 3, *(high for _, high in bounds)])
@@ -264,7 +264,7 @@ def _larger(before: Toolpath, after: Toolpath, tolerance: float, beyond: list[Bo
 
 
 def _farthest(path: Toolpath, axis: int, sign: float) -> tuple[int, float]:
-    """Return the move that ends farthest along an axis (sign 1) or against it, -1 without moves, and how far."""
+    """Return the move that ends farthest along an axis (sign 1) or against it, or -1, and its signed coordinate."""
     moves = path.kind <= Kind.DRILL
     ends = np.where(moves, path.end[:, axis], np.nan)
     np.multiply(ends, sign, out=ends)
@@ -274,7 +274,7 @@ def _farthest(path: Toolpath, axis: int, sign: float) -> tuple[int, float]:
 
 
 def _outside(path: Toolpath, machine: Machine | None) -> list[Difference]:
-    """Return what lies outside the travel, up to the first shift of the origin: after it the position is unknown."""
+    """Return the moves outside the travel up to the first shift of the origin, after which the position is unknown."""
     if machine is None or machine.work_offset is None:
         return []
     moved = (path.kind == Kind.SHIFT) | ((path.kind == Kind.FRAME) & (path.ref != 540))

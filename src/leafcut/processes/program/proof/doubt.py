@@ -1,4 +1,4 @@
-"""Thresholds of the order rules: in doubt the order of two pieces of work is kept, or it is free."""
+"""Thresholds of the order rules, for both policies in doubt: keep the order of two pieces, or leave it free."""
 
 from __future__ import annotations
 
@@ -7,38 +7,36 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Doubt:
-    """The thresholds of the rules.
+    """Thresholds of the order rules.
 
     Attributes
     ----------
     keep
-        In doubt the order is kept. A line of very many points then encloses its convex hull, and several lines need not
-        form a ring to enclose an area.
+        Whether the order is kept in doubt. A line of very many points then encloses its convex hull, and several lines
+        need not form a ring to enclose an area.
     sagitta
-        Largest distance of an arc from its chords, mm.
+        Maximum distance of an arc from its chords, mm.
     gap, open_part
-        A line is closed if the distance of its ends is within `gap`, mm, or within this part of its length.
+        A line is closed if the gap between its ends is within `gap`, mm, or within this part of its length.
     alone
-        A line with a smaller gap, mm, is closed for certain.
-    still
-        Shorter moves are not sideways, mm: a plunge may drift by rounding.
+        Maximum gap of a line that is closed for certain, mm.
     width
-        Of a tool whose width is unknown, mm: passes at different depths keep their order within it.
+        Assumed width of an unknown tool, mm: passes at different depths keep their order within it.
     beside, beside_part
         Passes at one depth run side by side if this part of the shorter one is within this distance of the other, mm.
     lean, widening
-        Rows are parallel within this part of their length; each is at most this factor farther than the one before.
+        Rows are parallel within this part of their length; their spacing grows by at most this factor.
     through, surely_through, around_through
-        A cut within these distances of the deepest one, mm, may be through the material, is through for certain, and
-        is an outline in which a piece of scrap may lie.
+        Distances from the deepest cut, mm. Within them, a cut may go through the material, goes through for certain,
+        or is an outline that may contain scrap.
     area, sure_area
-        Smallest area of a part, mm²: of one that may be cut free, and of one that is for certain.
+        Minimum area of a part that may be detached, and of a part that is detached for certain, mm².
     tab
-        Height of a tab, mm: lower rises belong to the lowest level.
+        Minimum height of a tab, mm; lower rises belong to the lowest level.
     smaller
-        An area within another one is smaller than this part of it; otherwise both are passes of one outline.
+        An inner area is smaller than this part of the outer area; otherwise both are passes of one outline.
     same_depth
-        Parts whose outlines differ in depth by no more, mm, may come free in any order.
+        Parts whose outlines differ in depth by at most this distance, mm, may be detached in any order.
     """
 
     keep: bool
@@ -46,7 +44,6 @@ class Doubt:
     gap: float
     open_part: float
     alone: float
-    still: float
     width: float
     beside: float
     beside_part: float
@@ -62,15 +59,16 @@ class Doubt:
     same_depth: float
 
 
-#: 12.7 mm (half an inch) is wider than the tools of desktop machines and of most routers.
+#: Keeps the order in doubt. 12.7 mm (half an inch) exceeds the tools of desktop machines and most routers.
 KEEP = Doubt(
-    keep=True, sagitta=0.02, gap=0.05, open_part=0.1, alone=0.005, still=1e-6,
+    keep=True, sagitta=0.02, gap=0.05, open_part=0.1, alone=0.005,
     width=12.7, beside=1.0, beside_part=0.45, lean=0.02, widening=1.05,
     through=1.0, surely_through=1.0, around_through=0.6, area=1.0, sure_area=1.0, tab=0.2, smaller=0.95,
     same_depth=0.01,
 )  # fmt: skip
+#: Leaves the order free in doubt.
 FREE = Doubt(
-    keep=False, sagitta=0.002, gap=0.01, open_part=0.0, alone=0.01, still=0.01,
+    keep=False, sagitta=0.002, gap=0.01, open_part=0.0, alone=0.01,
     width=6.0, beside=0.99, beside_part=0.55, lean=0.015, widening=1.01,
     through=1.1, surely_through=0.9, around_through=0.4, area=0.5, sure_area=1.5, tab=0.15, smaller=0.94,
     same_depth=0.02,

@@ -1,7 +1,7 @@
-"""Features: the holes, cuts and dwells of a toolpath in columns, with all that makes them what they are.
+"""Features: the holes, cuts and dwells of a toolpath as columns, with all values that the proof compares.
 
-A million of them must stay small, so that what few places change (`States`), what only arcs have and what only cycles
-have stand in tables, which the features point into.
+A million features must fit into memory. Rarely changing states (`States`) and the data of arcs and cycles are therefore
+kept in tables, and features store row numbers of these tables.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from leafcut.model.toolpath import SPEED_ALONE, DrillCycle, Kind, Toolpath, last
 
 Selection = Indices | Mask | slice | int
 
-#: What must be equal or not; all but the first three are `States`, and the plane is, too, where no arc has one.
+#: Values that must be equal. All but the first three are `States`; so is the plane, except for arcs.
 EXACT = (
     "kind", "plane", "turns", "tool", "coolant",
     "length", "frame", "radius", "blending", "feed_mode", "direction", "stated", "obeyed",
 )  # fmt: skip
-#: mm: the end of a cut or the bottom of a hole, its start, an arc's centre.
+#: Points, mm: end of a cut or bottom of a hole, start, centre of an arc.
 PLACE = ("x", "y", "depth", "start x", "start y", "start z", "centre x", "centre y", "centre z")
-#: mm/s, rpm (< 0 backwards), mm, s, D as written, mm, mm.
+#: Amounts: mm/s, rpm (negative if anticlockwise), mm, s, D as written, mm, mm.
 AMOUNT = ("feed", "speed", "peck", "dwell", "register", "corner", "joining")
-#: mm; these may rise.
+#: Heights that may be higher in the new program, mm.
 HEIGHT = ("r_plane", "retract")
 
-#: Kinds of cuts and what people call them.
+#: Names of the kinds of cuts in messages.
 CUTS = {
     Kind.RAPID: "rapid under radius compensation",
     Kind.FEED: "cut",
@@ -44,15 +44,15 @@ _ALL = slice(None)
 
 
 class States:
-    """What is active at every row of a toolpath.
+    """Modal state at every row of a toolpath.
 
     Attributes
     ----------
     number
-        int32[n]: the row of `table` that holds.
+        int32[n]: row of `table` for each row of the toolpath.
     table
-        By name, see `EXACT` and `AMOUNT`: one value for every different state. `plane` is that of the radius
-        compensation: 0 where there is none.
+        Column by name (see `EXACT` and `AMOUNT`), with one value per distinct state. `plane` is the plane of radius
+        compensation, or 0 without compensation.
     """
 
     def __init__(self, number: Ints, table: dict[str, NDArray]) -> None:
@@ -61,7 +61,7 @@ class States:
 
     @classmethod
     def of_columns(cls, columns: Iterable[tuple[str, NDArray]], n: int) -> States:
-        """Return the states of columns, which are taken one after the other."""
+        """Build the states from columns, taken one after the other to save memory."""
         number, table = np.zeros(n, dtype=np.int64), dict[str, NDArray]()
         for name, column in columns:
             values, which = _numbered(column)
@@ -76,17 +76,20 @@ class States:
         return cls(number.astype(np.int32), table)
 
     def of(self, name: str, rows: Selection = _ALL) -> NDArray:
-        """Return a column, or some rows of it."""
+        """Return a column, optionally only the given rows."""
         column: NDArray = self.table[name][self.number[rows]]
         return column
 
     def take(self, rows: Indices) -> States:
-        """Return the states at some rows."""
+        """Return the states at the given rows."""
         return States(self.number[rows], self.table)
 
 
 def _numbered(column: NDArray) -> tuple[NDArray, Indices]:
-    """Return the different values of a column, and the number of each row's; few rows differ from the one before."""
+    """Return the distinct values of a column, and the index of the value of each row.
+
+    Fast if few rows differ from the previous row.
+    """
     if not len(column):
         return np.zeros(1, dtype=column.dtype), np.zeros(0, dtype=np.int64)
     begins = np.concatenate([[0], np.flatnonzero(column[1:] != column[:-1]) + 1])
@@ -95,14 +98,14 @@ def _numbered(column: NDArray) -> tuple[NDArray, Indices]:
 
 
 class Tables(NamedTuple):
-    """What few features have, a row for each arc or cycle; in the first one, for all others, every number is 0.
+    """Data of arcs and cycles, one row each; the first row of each table is all zeros, for other features.
 
     Attributes
     ----------
     center, plane, turns
-        float64[a, 3] in mm, int64[a], int64[a]: of arcs.
+        Arcs: float64[a, 3] in mm, int64[a], int64[a].
     r_plane, peck
-        float64[c], mm: of cycles.
+        Cycles: float64[c], mm.
     """
 
     center: Floats
@@ -114,22 +117,22 @@ class Tables(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Features:
-    """Holes, cuts and dwells in the order of the program; `of` returns what `EXACT`, `PLACE` … name.
+    """Holes, cuts and dwells in program order; `of` returns the columns named in `EXACT`, `PLACE` …
 
     Attributes
     ----------
     row, line
-        int32[n]: the row of the toolpath, the line of the text.
+        int32[n]: row of the toolpath, line of the text.
     kind
-        int64[n]: the `Kind` of every cut; a cycle is the number of its name, above all of them.
+        int64[n]: `Kind` of a cut; for a cycle, its name as a number from `FIRST_CYCLE` up.
     end, start
-        float64[n, 3], mm: of a cut; the bottom of a hole, and as its start the height to which the tool comes back.
+        float64[n, 3], mm. The end of a hole is its bottom, and its start is at the retract height.
     feed, dwell
         float64[n]: mm/s, s.
     state, arc, cycle
-        int32[n]: the row of the states' table, and of `tables`.
+        int32[n]: rows in `states` and in `tables`.
     states, tables
-        What these point into.
+        Tables of states, arcs and cycles.
     group
         int64[n]: features of different groups are never equal.
     """
@@ -152,7 +155,7 @@ class Features:
         return len(self.row)
 
     def of(self, name: str, rows: Selection = _ALL) -> NDArray:
-        """Return what has this name, of all features or of some."""
+        """Return the column with this name, optionally only the given rows."""
         column: NDArray
         match name:
             case "x" | "y" | "depth":
@@ -179,7 +182,7 @@ class Features:
         return column
 
     def several(self, names: Iterable[str], rows: Selection = _ALL) -> NDArray:
-        """Return several of these side by side, [n, names]."""
+        """Return several columns side by side, [n, names]."""
         return np.column_stack([self.of(name, rows) for name in names])
 
     def pick(self, which: Mask | Indices) -> Features:
@@ -191,11 +194,11 @@ _BY_FEATURE = ("row", "line", "kind", "end", "start", "feed", "dwell", "state", 
 
 
 def name_of(kind: int) -> str:
-    """Return what people call a kind of feature: ``cut``, ``G83`` …"""
+    """Return the name of a kind of feature, such as ``cut`` or ``G83``."""
     return CUTS[Kind(kind)] if kind < FIRST_CYCLE else kind.to_bytes(7, "big").lstrip(b"\0").decode("ascii", "replace")
 
 
-#: Names of cycles are numbers far above all kinds: their letters, read as a number.
+#: Lowest number of a cycle: the bytes of its name, read as an integer above all kinds.
 FIRST_CYCLE = 256
 
 
@@ -204,7 +207,7 @@ def _number_of(cycle: DrillCycle) -> int:
 
 
 def states_of_path(path: Toolpath) -> States:
-    """Return what the rows of a toolpath themselves set."""
+    """Return the states set by the rows of a toolpath."""
     return States.of_columns(_columns_of_path(path), len(path))
 
 
@@ -228,11 +231,11 @@ def _columns_of_path(path: Toolpath) -> Iterator[tuple[str, NDArray]]:
 
 
 def states_of_program(program: Program) -> States:
-    """Return what is active at every row of a program: what its rows set, and what only its words say.
+    """Return the states at every row of a program, from its rows and from its modal words.
 
-    A block's own words count for its motions. Whether the spindle turns is taken from M3, M4 and M5, since a torch
-    needs no S. Where the work's units are stated, no machine can take them for others. What the controller obeys
-    beside the G-code it obeys in the order of the text.
+    The words of a block apply to its own motions. The spindle direction comes from M3, M4 and M5, since a torch needs
+    no S. `stated` records whether the units are stated, so that no machine assumes others. `obeyed` counts the comments
+    and settings that the controller obeys before the row.
     """
     path = program.path
     if not len(program.modals):
@@ -272,20 +275,20 @@ def states_of_program(program: Program) -> States:
     return States.of_columns(columns(), len(path))
 
 
-#: A length offset is its register and this many times the number of blocks before it that may have changed the table.
+#: Factor of the number of possible changes of the tool table before a length offset; its register is added to it.
 TAKEN = 1 << 20
 
 
 def _table_of(path: Toolpath) -> Indices:
-    """Return for every row how many blocks that are not understood came before its length offset was taken."""
+    """Return the number of unknown blocks before the length offset of each row was activated."""
     count = np.cumsum(path.kind == Kind.FOREIGN)
     return path.latest(Kind.OFFSET, count)
 
 
 def _started(path: Toolpath, direction: Indices) -> Indices:
-    """Return for every row 1, or 0 where the spindle turns and was not started since the last tool change.
+    """Return 0 for rows where the spindle turns without a start since the last tool change, else 1.
 
-    M6 stops it in LinuxCNC and Haas; elsewhere that differs.
+    M6 stops the spindle in LinuxCNC and on Haas machines; other controllers differ.
     """
     starts = (path.kind == Kind.SPINDLE) & (path.ref != SPEED_ALONE)
     last = [last_rows(which) for which in (starts, path.kind == Kind.TOOL)]
@@ -294,7 +297,7 @@ def _started(path: Toolpath, direction: Indices) -> Indices:
 
 
 def compensated_moves(path: Toolpath, states: States) -> Mask:
-    """Return which rows move under radius compensation, or come next after such a move, where it takes effect yet."""
+    """Return the mask of moves under radius compensation, and of the first move after it, which is still affected."""
     moving = np.flatnonzero(path.kind <= Kind.DRILL)
     on = states.of("radius", moving) != 40
     mask = np.zeros(len(path), dtype=bool)
@@ -303,9 +306,9 @@ def compensated_moves(path: Toolpath, states: States) -> Mask:
 
 
 def _length_taken(path: Toolpath) -> Indices:
-    """Return for every row 1, or 0 where a length offset is active that was not taken again since it may be lost.
+    """Return 0 for rows whose length offset may have been cancelled since its activation, else 1.
 
-    A tool change and a move to a machine position (G28, G53) cancel it in some controllers, such as Fanuc and Haas.
+    A tool change or a move to a machine position (G28, G53) cancels it in some controllers, such as Fanuc and Haas.
     """
     offset = path.kind == Kind.OFFSET
     taken, lost = last_rows(offset), last_rows(np.isin(path.kind, [int(Kind.TOOL), int(Kind.MACHINE)]))
@@ -315,7 +318,7 @@ def _length_taken(path: Toolpath) -> Indices:
 
 
 def first_with_units(program: Program) -> int:
-    """Return the first block that states the units."""
+    """Return the first block that states the units, or the number of blocks."""
     for block, line in enumerate(program.line.tolist()):
         text = program.lines[line - 1]
         if ("2" in text or "7" in text) and _UNITS.search(_COMMENT.sub("", text)):
@@ -328,9 +331,9 @@ _COMMENT = re.compile(r"\([^()]*\)|;.*")
 
 
 def features_of(path: Toolpath, states: States, which: Mask, before: Floats | None = None) -> Features:
-    """Return the features that the rows `which` are: cuts, cycles, dwells, and rapids (under radius compensation).
+    """Return the features of the rows `which`: cuts, cycles, dwells, and rapids under radius compensation.
 
-    `before` is where the tool is before every row (`Toolpath.before`), where that is known already.
+    `before` is the position before every row (`Toolpath.before`), if it is already computed.
     """
     rows = np.flatnonzero(which)
     kind = path.kind[rows].astype(np.int64)
@@ -342,7 +345,7 @@ def features_of(path: Toolpath, states: States, which: Mask, before: Floats | No
     curved = (kind == Kind.ARC_CW) | (kind == Kind.ARC_CCW)
     if drill.any():
         kind[drill] = np.array([_number_of(c) for c in path.cycles], dtype=np.int64)[ref[drill]]
-        # A hole begins over its place; the height to which the tool comes back stands there.
+        # The start of a hole is above it, at the retract height.
         start[drill] = end[drill]
         end[drill, 2] = np.array([c.bottom for c in path.cycles])[ref[drill]]
     waits = np.where(dwell, value, 0.0)

@@ -1,4 +1,4 @@
-"""Which feature of one program is which of another: each once, and what became of those that have no equal."""
+"""Match the features of two programs one to one, and describe the changes of features without a match."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from leafcut.proof.difference import place
 from leafcut.proof.read_back import DWELL_ROUNDING, FEED_PART, FEED_ROUNDING, SPEED_ROUNDING
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: Features that agree to this, in mm, mm/s, rpm and s, are paired all at once; the others one by one.
+#: Features that agree to this (mm, mm/s, rpm, s) are matched in bulk; the others one by one.
 _QUANTUM = 1e-6
-#: Pairs looked at one by one before the rest counts as different: only programs that have little in common need more.
+#: Maximum number of single comparisons; the rest counts as different. Only programs with little in common need more.
 _MOST_LOOKS = 3_000_000
 
 
 class Room(NamedTuple):
-    """By how much two features may differ: mm, part of the feed, mm/s, s, rpm, part of the speed, mm.
+    """Tolerances of the comparison: mm, part of the feed, mm/s, s, rpm, part of the speed, mm.
 
-    `rise` is how much higher the R plane of a cycle may be; a retract may be higher by any height. With a `beam`, S is
-    its power.
+    `rise` is the allowed increase of the R plane of a cycle; a retract may be higher without limit. With a `beam`, S
+    is its power.
     """
 
     place: float
@@ -41,7 +41,7 @@ class Room(NamedTuple):
 
 
 class Feature(NamedTuple):
-    """One row of `Features`, for messages and for loops that need not be fast."""
+    """One row of `Features`, for messages and for single comparisons."""
 
     number: int
     line: int
@@ -53,16 +53,16 @@ class Feature(NamedTuple):
 
 
 class Pairing(NamedTuple):
-    """Which feature is which.
+    """Matched features of two programs.
 
     Attributes
     ----------
     new_of
-        int64[n]: the new feature of every original one, -1 where there is none.
+        int64[n]: new feature for each original feature, or -1.
     missing, extra
-        The features of either side that have no equal on the other.
+        Unmatched features of the original and of the new program.
     before, after
-        All features of either side.
+        All features of the original and of the new program.
     """
 
     new_of: Indices
@@ -73,7 +73,7 @@ class Pairing(NamedTuple):
 
 
 def pair(before: Features, after: Features, room: Room) -> Pairing:
-    """Return which feature is which, within `room`; of those that are alike, the first is paired with the first."""
+    """Match features within the tolerances `room`; equal features are matched in order."""
     new_of = np.full(len(before), -1, dtype=np.int64)
     old, new = _paired_at_once(before, after, room.place)
     new_of[old] = new
@@ -87,7 +87,7 @@ def pair(before: Features, after: Features, room: Room) -> Pairing:
 
 
 def _paired_at_once(before: Features, after: Features, tolerance: float) -> tuple[Indices, Indices]:
-    """Return rows of either side that agree in everything, but for noise far below what can be written."""
+    """Return the matching rows of both programs that agree up to rounding noise."""
     hashed = np.concatenate([_hashed(side) for side in (before, after)])
     _, number = np.unique(hashed, return_inverse=True)
     old, new = _alike(number[: len(before)], number[len(before) :])
@@ -102,9 +102,9 @@ def _paired_at_once(before: Features, after: Features, tolerance: float) -> tupl
 
 
 def _alike(one: Indices, other: Indices) -> tuple[Indices, Indices]:
-    """Return which of the equal numbers is which: from both ends as long as they agree, then first with first.
+    """Match equal numbers: from both ends while they agree, then first with first.
 
-    Where something is missing, what lies before and behind it then stays what it was.
+    If a feature is missing, the features before and after it are still matched with themselves.
     """
     n, m = len(one), len(other)
     differs = np.flatnonzero(one[: min(n, m)] != other[: min(n, m)])
@@ -122,7 +122,7 @@ def _alike(one: Indices, other: Indices) -> tuple[Indices, Indices]:
 
 
 def _rounded(features: Features) -> Iterator[Indices]:
-    """Yield all that a feature is as whole numbers, a column at a time: of a million, all at once fill the memory."""
+    """Yield the values of all features as integers, one column at a time to save memory."""
     yield features.group
     yield from (features.of(name) for name in EXACT)
     for name in (*PLACE, *AMOUNT, *HEIGHT):
@@ -132,7 +132,7 @@ def _rounded(features: Features) -> Iterator[Indices]:
 
 
 def _hashed(features: Features) -> NDArray[np.uint64]:
-    """Return one number for every feature; what it says is checked afterwards."""
+    """Return a hash of each feature; the caller checks matches for collisions."""
     mixed = np.zeros(len(features), dtype=np.uint64)
     for column in _rounded(features):
         mixed = (mixed ^ column.astype(np.uint64)) * np.uint64(0x9E3779B97F4A7C15)
@@ -141,7 +141,7 @@ def _hashed(features: Features) -> NDArray[np.uint64]:
 
 
 def _counted(number: Indices) -> Indices:
-    """Return a key for every row: its number, and how many with this number came before it."""
+    """Return a key for each row: its number, combined with the count of earlier rows with this number."""
     order = np.argsort(number, kind="stable")
     ordered = number[order]
     begins = np.flatnonzero(np.diff(ordered, prepend=-1))
@@ -167,8 +167,8 @@ Pairs = list[tuple[Feature, Feature]]
 def paired_one_by_one(
     before: list[Feature], after: list[Feature], room: Room
 ) -> tuple[Pairs, list[Feature], list[Feature]]:
-    """Return the features that are equal within `room`, and those that are left on either side."""
-    # Backwards, so that the first is at the end of its cell, where taking it away is cheap however many lie there.
+    """Return the pairs of features equal within `room`, and the unmatched features of both programs."""
+    # Backwards, so that the first feature is at the end of its cell, where removing it is cheap.
     cells = sorted_into_cells(after[::-1], room.place, 3)
     pairs, missing, looks = [], [], 0
     for feature in before:
@@ -192,7 +192,7 @@ def _equal(a: Feature, b: Feature, room: Room) -> bool:
 
 
 def sorted_into_cells(features: list[Feature], tolerance: float, axes: int) -> dict[CellKey, list[Feature]]:
-    """Return the features by the cells of `cells_around`, in their order."""
+    """Group features by the cells of `cells_around`, in order."""
     cells: dict[CellKey, list[Feature]] = defaultdict(list)
     for feature in features:
         cells[next(cells_around(feature, tolerance, axes))].append(feature)
@@ -200,9 +200,9 @@ def sorted_into_cells(features: list[Feature], tolerance: float, axes: int) -> d
 
 
 def cells_around(feature: Feature, tolerance: float, axes: int) -> Iterator[CellKey]:
-    """Yield the cells of a grid over x, y (and depth) within `tolerance` of a feature, the one that it lies in first.
+    """Yield the grid cells in x, y (and z) within `tolerance` of a feature, starting with its own cell.
 
-    What is not known lies in a row of cells far away.
+    Unknown coordinates get a cell index far away.
     """
     size, room = 4.0 * max(tolerance, 1e-6), tolerance + 1e-9
     at = feature.place[:axes]
@@ -234,10 +234,10 @@ def _stated_changes(was: int, now: int) -> Iterator[str]:
             yield gone if was & bit else new
 
 
-#: So begins what `changes` says of where a cut begins.
+#: First word of the messages of `changes` about the start of a cut.
 START = "start "
 
-#: The words for what must be equal, and how its numbers are shown. The kind and arcs have texts of their own.
+#: Name and number format of the values that must be equal. Kind and arcs have separate messages.
 _EXACT_WORDS: dict[str, tuple[str, Callable[[int], object]]] = {
     "plane": ("plane", lambda v: f"G{v}"),
     "tool": ("tool", str),
@@ -253,13 +253,13 @@ _EXACT_WORDS: dict[str, tuple[str, Callable[[int], object]]] = {
 
 
 def change_of_state(name: str, was: int, now: int) -> str:
-    """Return in words that what `EXACT` calls `name` has changed."""
+    """Describe the change of a value in `EXACT`."""
     what, shown = _EXACT_WORDS[name]
     return f"{what} {shown(was)} became {shown(now)}"
 
 
 def changes(a: Feature, b: Feature, room: Room) -> list[str]:
-    """Return in what `b` is not the work of `a`, in words; an empty list when it is."""
+    """Describe the differences of feature `b` from `a` beyond the tolerances; an empty list if there are none."""
     near = room.place + 1e-9
     found = []
     if a.exact[0] != b.exact[0]:
@@ -301,7 +301,7 @@ def changes(a: Feature, b: Feature, room: Room) -> list[str]:
 
 
 def _changes_of_way(a: Feature, b: Feature, near: float) -> Iterator[str]:
-    """Yield what is another about an arc, and where a cut begins: its centre goes with that, as I and J do."""
+    """Describe changes of arc and start point; a centre that moves with the start is not reported separately."""
     if a.exact[2] != b.exact[2]:
         yield f"turns of the arc {a.exact[2]} became {b.exact[2]}"
     begun = not _near(a.place[3:6], b.place[3:6], near)

@@ -1,8 +1,8 @@
-"""Order rules: the work of a program whose order has a meaning, for the planner and for the proof.
+"""Order rules: find the pieces of work whose order matters, for the planner and for the proof.
 
-A rule that depends on unknown facts, such as the width of the tool or the thickness of the material, has two answers.
-The planner asks in doubt `KEEP`: every pair whose order may matter. The proof asks in doubt `FREE`: the pairs whose
-order matters for certain, since the author of the new program may know more.
+Rules that depend on unknown facts, such as tool width or material thickness, have two sets of thresholds. The planner
+uses `KEEP` and gets every pair whose order may matter. The proof uses `FREE` and gets the pairs whose order matters for
+certain, since the author of the new program may know more.
 """
 
 from __future__ import annotations
@@ -24,42 +24,44 @@ from leafcut.processes.program.proof.features import FIRST_CYCLE, Features
 from leafcut.processes.program.proof.outlines import Line, Outline
 from leafcut.processes.program.proof.traces import Traces
 
-#: Depths that differ by less are one level, mm.
+#: Maximum depth difference within one level, mm.
 LEVEL = 0.01
-#: A cut with a smaller part of its length at its lowest level follows a surface.
+#: Minimum part of the length at the lowest level; otherwise the cut follows a surface.
 _LEVEL_PART = 0.25
-#: A cut is closed if its ends are closer, mm.
+#: Maximum gap between the ends of a closed cut, mm.
 _CLOSED = 1.0
-#: Places along a cut at which its distance from another one is measured.
+#: Minimum length of a sideways move, mm.
+_STILL = 1e-6
+#: Number of points along a cut at which its distance to another cut is measured.
 _PLACES = 40
-#: Segments of a line in the index, so that its box is small; pairs of lines compared at once.
+#: Segments per line in the index, which keeps bounding boxes small; pairs of lines compared at once.
 _SEGMENTS, _PAIRS = 32, 2000
-#: A straight row is longer than the distance of its ends by at most this factor.
+#: Maximum ratio of the length of a straight row to the distance between its ends.
 _STRAIGHT = 1.01
-#: Rows of a surface: largest distance, mm, and smallest number.
+#: Rows of a surface: maximum spacing, mm, and minimum number.
 _WIDEST_ROW, _LEAST_ROWS = 100.0, 3
 
 
 @dataclass(frozen=True, eq=False)
 class Visits:
-    """The work between two moves across, a row for each.
+    """Work between two travel moves, one row per visit.
 
     Attributes
     ----------
     first, last
-        int64[n]: its features.
+        int64[n]: first and last feature.
     start
-        float64[n, 2]: the place where it begins, mm.
+        float64[n, 2]: start point, mm.
     bottom, floor
-        float64[n]: the lowest place, and the lowest one of cuts that go sideways, mm; infinite where there is none.
+        float64[n]: lowest Z of all cuts, and of sideways cuts, mm; infinite if there are none.
     cuts, level, closed
-        bool[n]: it goes sideways; an essential part of it at its lowest level; and back to its start.
+        bool[n]: the visit cuts sideways; much of its length is at its lowest level; it ends at its start.
     ends
-        float64[n, 2, 2]: where its sideways cuts begin and end, NaN without any.
+        float64[n, 2, 2]: start and end of the sideways cuts, mm; NaN if there are none.
     length
-        float64[n]: of its sideways cuts, seen from above, mm.
+        float64[n]: XY length of the sideways cuts, mm.
     sideways
-        bool[m]: the feature goes sideways.
+        bool[m]: the feature cuts sideways.
     """
 
     first: Indices
@@ -75,8 +77,8 @@ class Visits:
     sideways: Mask
 
 
-def visits_of(features: Features, traces: Traces, visit: Indices, n: int, doubt: Doubt) -> Visits:
-    """Return the visits 0 … n - 1; `visit` is the number of each feature, rising, each at least once."""
+def visits_of(features: Features, traces: Traces, visit: Indices, n: int) -> Visits:
+    """Return n visits; `visit` is the ascending visit number of each feature, and every number occurs."""
     kind, z, start = features.kind, features.end[:, 2], features.of("start z")
     made = kind != Kind.DWELL
     bottom, floor = np.full((2, n), np.inf)
@@ -86,7 +88,7 @@ def visits_of(features: Features, traces: Traces, visit: Indices, n: int, doubt:
     turn = np.abs(arcs.sweep) * (arcs.radius + 0.5 * arcs.grows) * np.all(arcs.axes[:, :2] == (0, 1), axis=1)
     step[curved] = np.maximum(step[curved], turn[traces.arc[curved]] * (traces.high - traces.low)[curved])
     of_feature = np.bincount(traces.feature, step, minlength=len(features))
-    sideways = made & (kind < FIRST_CYCLE) & (of_feature > doubt.still)
+    sideways = made & (kind < FIRST_CYCLE) & (of_feature > _STILL)
     np.fmin.at(floor, visit[sideways], z[sideways])
     length = np.bincount(visit, np.where(sideways, of_feature, 0.0), minlength=n).astype(np.float64)
     lowest = bottom[visit] + LEVEL
@@ -115,7 +117,7 @@ def visits_of(features: Features, traces: Traces, visit: Indices, n: int, doubt:
 
 
 def near_lines(lines: Sequence[Line]) -> tuple[NearLines, Indices]:
-    """Return an index of lines in short parts, and the piece of work of each part."""
+    """Return a spatial index of the lines, split into short parts, and the piece of work of each part."""
     coordinates: list[Floats] = []
     owner: list[int] = []
     for line in lines:
@@ -125,22 +127,22 @@ def near_lines(lines: Sequence[Line]) -> tuple[NearLines, Indices]:
     shapes: Any = shapely.linestrings(
         np.concatenate(coordinates), indices=np.repeat(np.arange(len(owner)), [len(part) for part in coordinates])
     )
-    # GEOS finds nothing near to a line without length.
+    # GEOS does not find lines of zero length.
     still = np.flatnonzero([(part == part[0]).all() for part in coordinates])
     shapes[still] = shapely.points(np.array([coordinates[k][0] for k in still]).reshape(-1, 2))
     return NearLines(shapes), np.array(owner, dtype=np.int64)
 
 
-#: bool[k] of pairs (int64[k], int64[k]) of visits: the pairs that are asked for.
+#: Filter of visit pairs: (int64[k], int64[k]) → bool[k].
 PairFilter = Callable[[Indices, Indices], Mask]
 
 
 def passes_at_levels(
     visits: Visits, near: NearLines, owner: Indices, doubt: Doubt, width: float, wanted: PairFilter
 ) -> Iterator[Indices]:
-    """Yield int64[k, 2], pairs of cuts at different depths that are closer than the tool is wide.
+    """Yield pairs of cuts at different depths that are closer than the tool width, int64[k, 2].
 
-    Cuts that follow a surface, and holes, are free: in doubt keep only from their like.
+    Cuts that follow a surface, and holes, are exempt; with `KEEP`, only from each other.
     """
     both = np.logical_and if doubt.keep else np.logical_or
     follows, still = visits.cuts & ~visits.level, ~visits.cuts
@@ -161,9 +163,9 @@ def passes_at_levels(
 def passes_side_by_side(
     visits: Visits, near: NearLines, owner: Indices, doubt: Doubt, width: float, wanted: PairFilter
 ) -> Iterator[Indices]:
-    """Yield int64[k, 2], pairs of cuts at one depth that run side by side closer than a finishing allowance.
+    """Yield pairs of cuts at one depth that run side by side within a finishing allowance, int64[k, 2].
 
-    Two closed cuts are free, as they are of two parts.
+    Pairs of closed cuts are exempt, since they belong to different parts.
     """
     both = np.logical_and if doubt.keep else np.logical_or
     follows, reach = visits.cuts & ~visits.level, min(doubt.beside, width)
@@ -182,7 +184,7 @@ def passes_side_by_side(
 
 
 def _apart(visits: Visits, a: Indices, b: Indices) -> Mask:
-    """Return whether visits lie at different depths; not if a depth is unknown."""
+    """Return the mask of pairs at different depths; False if a depth is unknown."""
     with np.errstate(invalid="ignore"):
         gap = np.abs(visits.bottom[a] - visits.bottom[b])
     different: Mask = (gap > LEVEL) & np.isfinite(gap)
@@ -190,7 +192,7 @@ def _apart(visits: Visits, a: Indices, b: Indices) -> Mask:
 
 
 def _beside(lines: NDArray[np.object_], owner: Indices, pairs: Indices, reach: float) -> Floats:
-    """Return the part of the shorter one of two cuts that is within reach of the other, float64[k]."""
+    """Return the share of the shorter cut of each pair that is within `reach` of the longer cut, float64[k]."""
     used, number = np.unique(pairs, return_inverse=True)
     mine = np.flatnonzero(np.isin(owner, used) & (shapely.get_type_id(lines) == 1))
     whole = np.full(len(used), shapely.MultiLineString(), dtype=object)
@@ -208,7 +210,7 @@ def _beside(lines: NDArray[np.object_], owner: Indices, pairs: Indices, reach: f
 
 
 def rows_in_order(visits: Visits, doubt: Doubt, width: float = math.inf) -> Indices:
-    """Return int64[k, 2], the visits that follow each other as rows of a surface: each farther to the same side."""
+    """Return the pairs of consecutive rows of a surface, int64[k, 2]; the rows advance to one side."""
     found: list[tuple[int, int]] = []
     run: list[tuple[int, int]] = []
     last = 0.0
@@ -230,7 +232,10 @@ def rows_in_order(visits: Visits, doubt: Doubt, width: float = math.inf) -> Indi
 
 
 def _step(row: Floats, follower: Floats, lean: float, widest: float) -> float:
-    """Return how far a row lies to the left of the one before it, mm, seen along +x or +y; NaN if they are no rows."""
+    """Return the signed offset of a row to the left of the previous row, mm, seen along +x or +y.
+
+    NaN if the two cuts are not parallel rows.
+    """
     along, other = row[1] - row[0], follower[1] - follower[0]
     length, other_length = float(np.hypot(*along)), float(np.hypot(*other))
     along = along / length
@@ -246,9 +251,9 @@ def _step(row: Floats, follower: Floats, lean: float, widest: float) -> float:
 
 
 def lowest_level(features: Features, visits: Visits, visit: Indices, doubt: Doubt) -> Mask:
-    """Return the features that cut sideways at the lowest level of their visit: a tab lies higher.
+    """Return the mask of features that cut sideways at the lowest level of their visit; tabs are higher.
 
-    A cut that never rises has no tabs and belongs to it as a whole.
+    A cut that never rises has no tabs, so all of it belongs to the lowest level.
     """
     z, start = features.end[:, 2], features.start[:, 2]
     aside = np.flatnonzero(visits.sideways)
@@ -265,19 +270,19 @@ def lowest_level(features: Features, visits: Visits, visit: Indices, doubt: Doub
 
 
 def freed_parts(visits: Visits, outlines: Sequence[Outline], above: Floats, doubt: Doubt) -> tuple[Mask, Mask]:
-    """Return the visits that may cut a part free, and those that do so for certain, bool[n] each.
+    """Return the masks of visits that may detach a part, and that detach one for certain, bool[n] each.
 
-    An outline within another one through the material is scrap, unless other work begins inside it.
+    An outline inside another outline through the material is scrap, unless other work starts inside it.
 
     Parameters
     ----------
     outlines
-        Of the lowest level of the visits that may be through.
+        Outlines at the lowest level of the visits that may cut through.
     above
         float64[n]: distance of each visit from the deepest cut, mm.
     """
     n = len(visits.first)
-    # Any of the cuts that close an outline together may be the last.
+    # If several cuts form an outline, any of them may be the last.
     parts = [(outline, owner) for outline in outlines for owner in outline.owners if outline.area.area >= doubt.area]
     if not parts:
         return np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)

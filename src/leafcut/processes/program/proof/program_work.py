@@ -1,4 +1,4 @@
-"""`ProgramWork`: a program as the proof sees it: what it makes, the rapids between, and the barriers."""
+"""`ProgramWork`: the features, the travel moves and the barriers of a program, for the proof."""
 
 from __future__ import annotations
 
@@ -19,31 +19,30 @@ from leafcut.processes.program.proof.features import (
     states_of_program,
 )
 
-#: Moves shorter than this are none, mm.
+#: Maximum length of a move that counts as no move, mm.
 STILL = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class ProgramWork:
-    """One of the two programs.
+    """One of the two compared programs.
 
     Attributes
     ----------
     path, states
-        Its rows, with cycles written out if the other program has none; what is active at them.
+        Rows, with expanded cycles if the other program has none, and their modal states.
     source
-        int64[n]: of which row of the program each of them is part.
+        int64[n]: program row of each row of `path`.
     features
-        What is made, without the dwells that belong to barriers.
+        Features, without the dwells that belong to barriers.
     travel
-        Rows of the moves that make nothing, int64[k]: rapids, and feeds of a program that cuts with a beam while the
-        beam is off.
+        int64[k]: rows of moves without cutting: rapids, and feed moves of a beam that is off.
     travel_from, drill_from
-        Where the tool is before the rows of `travel`, and before its drilling cycles, float64[k, 3], float64[d, 3].
+        float64[k, 3], float64[d, 3]: positions before the rows of `travel`, and before the drilling cycles, mm.
     marks, walls
-        What stays where it is.
+        Barriers, single and grouped.
     dark_rapids
-        As of `Program`.
+        See `Program`.
     """
 
     path: Toolpath
@@ -59,14 +58,21 @@ class ProgramWork:
 
 
 def read_work(program: Program, *, written_out: bool, beam: bool, straight: float | None = None) -> ProgramWork:
-    """Return what a program makes, cycles `written_out` or not; feeds with a `beam` that is off are travel.
+    """Return the work of a program.
 
-    With `straight`, a tolerance in mm, every straight cut is a single feature, however many feeds it consists of.
+    Parameters
+    ----------
+    written_out
+        Expand drilling cycles into single moves.
+    beam
+        Count feed moves with the beam off as travel.
+    straight
+        Tolerance in mm for merging the feed moves of a straight cut into one feature; None: do not merge.
 
     Raises
     ------
     PlanError
-        The pecks are so many that no machine would drill so.
+        A cycle has an absurd number of pecks.
     """
     program = _with_end(program)
     path = replace(program.path, line=np.arange(len(program.path), dtype=np.int32))
@@ -110,15 +116,15 @@ def only_moves(path: Toolpath) -> bool:
 
 
 def goes_across(begin: Floats, end: Floats) -> Mask:
-    """Return which moves change x or y; placing an axis for the first time counts as a move."""
+    """Return the mask of moves that change x or y; the first position of an axis counts as a move."""
     moved: Mask = np.isfinite(end[:, :2]) & ~(np.abs(end[:, :2] - begin[:, :2]) <= STILL)
     return moved[:, 0] | moved[:, 1]
 
 
 def cuts_with_beam(program: Program) -> bool:
-    """Return whether a program switches its spindle off between two cuts without a barrier: a laser or a torch.
+    """Return whether a program switches its spindle off between two cuts without a barrier, as for a beam.
 
-    Moves with the beam off are travel then.
+    Feed moves with the beam off then count as travel.
     """
     path, direction = program.path, program.spindle_directions
     stage = np.cumsum(np.isin(path.kind, (Kind.PAUSE, Kind.TOOL, Kind.FRAME, Kind.SHIFT, Kind.MACHINE)))
@@ -137,7 +143,7 @@ def has_no_mill(program: Program) -> bool:
 
 
 def _with_end(program: Program) -> Program:
-    """Return the program with a row for its end, also where M2 or M30 is missing: there, too, the tool is somewhere."""
+    """Return the program with a row for its end even if M2 and M30 are missing, to check the position there."""
     path = program.path
     if len(path) and path.kind[-1] == Kind.END:
         return program
@@ -146,16 +152,16 @@ def _with_end(program: Program) -> Program:
         kind=np.append(path.kind, np.int8(Kind.END)),
         end=np.concatenate([path.end, np.full((1, 3), np.nan)]),
         value=np.append(path.value, 0.0),
-        # The end of the text is not the word for the end: one cannot stand for the other.
+        # The end of the text must not match M2 or M30.
         ref=np.append(path.ref, np.int32(-1)),
         line=np.append(path.line, np.int32(program.last_line)),
     )
     return replace(program, path=closed)
 
 
-#: The work of finding a line grows with the square of its rows.
+#: Maximum number of rows in a line, since the effort grows with its square.
 _MOST_ROWS = 1000
-#: G61 and G61.1: the tool may stop at the end of every move.
+#: G61 and G61.1, in tenths: the tool may stop at the end of every move.
 _STOPPING = (610, 611)
 
 
@@ -163,8 +169,8 @@ def needed_rows(path: Toolpath, states: States, *, still: float, tolerance: floa
     """Return the rows of a toolpath that remain if every straight cut is a single row.
 
     Feeds of no length are left out. Consecutive feeds with the same feed rate and in the same state become one, the
-    last, if every place between its ends is within `tolerance` of it and none goes backwards. Feeds under or directly
-    after radius compensation, in inverse time or with exact stops remain as they are.
+    last, if all points between its ends are within `tolerance` and in order. Feeds under or directly after radius
+    compensation, in inverse time or with exact stops are unchanged.
 
     Parameters
     ----------
@@ -173,9 +179,9 @@ def needed_rows(path: Toolpath, states: States, *, still: float, tolerance: floa
     """
     before, end = path.before, path.end
     feeds = (path.kind == Kind.FEED) & np.isfinite(before).all(axis=1) & np.isfinite(end).all(axis=1)
-    # Under radius compensation the place of the tool also depends on the moves beside it, and the first move after it
-    # takes it off along its length; in inverse time (G93) each move has its own time; in exact stop (G61) the tool
-    # stands at the end of each.
+    # Under radius compensation the tool position also depends on adjacent moves, and the first move after it removes
+    # the compensation along its length. In inverse time (G93) each move has its own time. In exact stop (G61) the tool
+    # stops at the end of each move.
     feeds &= ~compensated_moves(path, states) & (states.of("feed_mode") != 93)
     feeds &= ~np.isin(states.of("blending"), _STOPPING)
     moves = np.flatnonzero(~(feeds & (np.abs(end - before) <= still).all(axis=1)))
@@ -184,7 +190,7 @@ def needed_rows(path: Toolpath, states: States, *, still: float, tolerance: floa
     needed = np.ones(len(moves), dtype=bool)
     bounds = np.flatnonzero(np.diff(goes_on, prepend=False, append=False))
     for first, last in bounds.reshape(-1, 2).tolist():
-        # Rows first - 1 to last - 1 are feeds, each of which goes on where the one before it ended.
+        # Rows first - 1 to last - 1 are consecutive feed moves.
         begin = first - 1
         while begin < last:
             stop = _end_of_line(path, moves[begin:last], tolerance)
@@ -194,7 +200,7 @@ def needed_rows(path: Toolpath, states: States, *, still: float, tolerance: floa
 
 
 def _alike(path: Toolpath, states: States, feeds: Mask, rows: Indices) -> Mask:
-    """Return which rows but the first are feeds in the same state as the feed before them."""
+    """Return the mask of rows after the first that are feeds in the same state as the previous row."""
     both = feeds[rows[1:]] & feeds[rows[:-1]]
     same_state = states.number[rows[1:]] == states.number[rows[:-1]]
     alike: Mask = both & same_state & (path.value[rows[1:]] == path.value[rows[:-1]])
@@ -202,7 +208,7 @@ def _alike(path: Toolpath, states: States, feeds: Mask, rows: Indices) -> Mask:
 
 
 def _end_of_line(path: Toolpath, rows: Indices, tolerance: float) -> int:
-    """Return how many of these feeds, from the first, lie on one line: at least one."""
+    """Return the number of feeds from the first that lie on one line, at least 1."""
     start = path.before[rows[0]]
     count = 1
     while count < min(len(rows), _MOST_ROWS):

@@ -1,9 +1,8 @@
-"""Cuts made from their other end: both programs as they would be if every open cut at one level ran one way.
+"""Compare programs with reversed cuts: normalize the direction of every open cut at one level.
 
-Where a person allows it, an open cut may begin where it ended. To compare two programs then, every run of cuts that may
-be turned is seen in one direction, whichever it has. What it takes to turn one is judged here once more, by what the
-program does: it lies at one level, opens nothing and meets itself nowhere, has no way in or out of its own, and the
-tool comes to it and leaves it by rapids.
+With permission of the user, an open cut may start at its former end. Before the comparison, every reversible run of
+cuts is brought into one direction. The conditions are checked again here, from the motion alone. The cut lies at one
+level, does not close or cross itself, has no lead-in or lead-out, and the tool arrives and leaves by rapids.
 """
 
 from __future__ import annotations
@@ -23,27 +22,27 @@ from leafcut.processes.program.proof.program_work import STILL, ProgramWork
 from leafcut.processes.program.proof.rapids import RapidGaps, gaps_of
 from leafcut.processes.program.proof.traces import traces_of
 
-#: Ends nearer than this are one place, mm.
+#: Largest gap between the ends of a closed cut, mm.
 _CLOSED = 0.01
 #: Largest distance of an arc from its chords, mm.
 _SAGITTA = 0.001
-#: A cut runs towards here as it is compared. It is along no line that anybody draws.
+#: Reference direction of cuts in the comparison; it is parallel to no line in a usual drawing.
 _ONWARD = np.array([0.8386705679, 0.5446390350])
-#: What is the same in all of a run that can be turned; a dwell has no feed, but a time of its own.
+#: Values that are constant in a reversible run; feed and time are excluded because of dwells.
 _STEADY = tuple(name for name in (*EXACT, *AMOUNT) if name not in ("kind", "plane", "turns", "feed", "dwell"))
 
 
 class Turned(NamedTuple):
-    """The work with its open cuts in one direction.
+    """The work with its open cuts in the reference direction.
 
     Attributes
     ----------
     work
-        Its features, run by run; those of a turned one stand in the places that the run had.
+        Features run by run; a reversed run keeps its place in the order.
     run
-        int64[n]: by feature, the number of its run if that can be turned, else -1.
+        int64[n]: number of the run of each feature if it is reversible, else -1.
     turned
-        bool[n]: the run is seen from its other end.
+        bool[n]: whether the run is reversed.
     """
 
     work: ProgramWork
@@ -52,13 +51,13 @@ class Turned(NamedTuple):
 
 
 def as_it_is(work: ProgramWork) -> Turned:
-    """Return the work with no cut turned."""
+    """Return the work with all cuts unchanged."""
     n = len(work.features)
     return Turned(work, np.full(n, -1), np.zeros(n, dtype=bool))
 
 
 def one_way(work: ProgramWork) -> Turned:
-    """Return the work with every open cut in one direction, whichever it has in the program."""
+    """Return the work with every reversible cut in the reference direction."""
     features, gaps = work.features, gaps_of(work)
     n = len(features)
     begins = np.flatnonzero(gaps.rows[gaps.gap_of] | ~gaps.opened_by_feature[gaps.gap_of])
@@ -76,13 +75,13 @@ def one_way(work: ProgramWork) -> Turned:
             _turn(new, features, first, end, body)
     if turned.any():
         picked = new.pick(order)
-        # Where a cut stands among the rapids is the place of its run, not its own.
+        # The row gives the place among the rapids, which belongs to the run and not to the cut.
         new = replace(picked, row=features.row)
     return Turned(replace(work, features=new), run, turned)
 
 
 def _body(features: Features, gaps: RapidGaps, first: int, end: int) -> Indices | None:
-    """Return the cuts of a run without those that go down to it and up from it, or None where it cannot be turned."""
+    """Return the cuts of a run without plunge and retract, or None if the run is not reversible."""
     rows = np.arange(first, end)
     upright = _upright(features, rows)
     level = rows[~upright]
@@ -100,14 +99,14 @@ def _body(features: Features, gaps: RapidGaps, first: int, end: int) -> Indices 
 
 
 def _upright(features: Features, rows: Indices) -> Mask:
-    """Return which cuts go straight up or down, or nowhere, and where the tool waits."""
+    """Return the mask of cuts without sideways movement, and of dwells."""
     moved = np.abs(features.end[rows, :2] - features.start[rows, :2]) > STILL
     upright: Mask = ((features.kind[rows] == Kind.FEED) & ~moved.any(axis=1)) | (features.kind[rows] == Kind.DWELL)
     return upright
 
 
 def _steady(features: Features, rows: Indices, body: Indices) -> bool:
-    """Return whether all of a run is one kind of work, and its body lies at one level."""
+    """Return whether the machine state is constant in a run, and its body lies at one level."""
     steady = features.several(_STEADY, rows)
     kinds = np.isin(features.kind[rows], [int(k) for k in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.DWELL)])
     arcs = body[features.kind[body] != Kind.FEED]
@@ -121,7 +120,7 @@ def _steady(features: Features, rows: Indices, body: Indices) -> bool:
 
 
 def _alike(features: Features, body: Indices) -> bool:
-    """Return whether a cut begins and ends with the kind of move and the feed that it is made of."""
+    """Return whether the first and last moves have the usual kind and feed of the cut (no lead-in or lead-out)."""
     if len(body) == 1:
         return True
     arc = (features.kind[body] != Kind.FEED).tolist()
@@ -131,7 +130,7 @@ def _alike(features: Features, body: Indices) -> bool:
 
 
 def _is_simple(cuts: Features) -> bool:
-    """Return whether cuts, one after the other, meet nowhere but where one goes on from the other."""
+    """Return whether consecutive cuts form a path that does not cross or touch itself."""
     if len(cuts) == 1:
         return True
 
@@ -147,7 +146,7 @@ def _is_simple(cuts: Features) -> bool:
 
 
 def _turn(new: Features, old: Features, first: int, end: int, body: Indices) -> None:
-    """Write the cuts of a run the other way round, each where it is: from end to start, plunge and rise exchanged.
+    """Reverse each cut of a run in place, and move plunge and retract to the other end.
 
     Changes: kind, start and end of `new`.
     """
@@ -161,7 +160,7 @@ def _turn(new: Features, old: Features, first: int, end: int, body: Indices) -> 
 
 
 def runs_turned(one: Turned, other: Turned, new_of: Indices) -> Indices:
-    """Return of every feature of one program its run, if that is made the other way round in the other, else -1."""
+    """Return the run of each feature if the other program reverses that run, else -1."""
     paired = np.flatnonzero((new_of >= 0) & (one.run >= 0))
     differs = paired[one.turned[paired] != other.turned[new_of[paired]]]
     turned = np.isin(one.run, one.run[differs]) & (one.run >= 0)

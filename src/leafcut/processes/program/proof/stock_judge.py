@@ -1,7 +1,7 @@
-"""The second proof of a program in a new order: it leaves the same of the stock, seen from above.
+"""The second proof of a reordered program: it leaves the same stock, as a height field.
 
-It shares nothing with the first one (`certificate`) but the reading of the programs: that one compares their cuts, this
-one what these leave, and whether a rapid, a shank or a holder meets more than it did.
+It shares only the interpretation of the programs with the first proof (`certificate`), which compares the cuts. This
+proof compares the remaining stock, and the collisions of rapids, shanks and holders.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.tool import Tool
 from leafcut.units import fixed
 
-#: Heights that differ by less are the same, mm: cuts in another order are rounded otherwise.
+#: Tolerance of heights, mm: rounding depends on the order of the cuts.
 TOLERANCE = 0.01
-#: Chords of arcs lie so many cells off at most.
+#: Maximum distance of chords from their arcs, in cells.
 _STRAYS = 0.05
-#: What may be in the material and should not: what it is called, and the code of its issue.
+#: Issue codes by kind of collision with the material.
 _KINDS = {"rapid": "L802", "shank": "L809", "holder": "L809"}
 
 
 @dataclass(frozen=True)
 class _Met:
-    """What of a tool is in the material and should not: the deepest, mm, the line of the first, and how many moves."""
+    """Collisions of a tool with the material: greatest depth, mm, line of the first, and number of moves."""
 
     deepest: float
     line: int
@@ -43,18 +43,18 @@ class _Met:
 
 @dataclass(frozen=True, eq=False)
 class StockJudge:
-    """Judges programs by what they leave of a stock.
+    """Compares the stock that programs leave, and their collisions, with the original.
 
     Attributes
     ----------
     tools
-        Of the original, by number: those whose shape is known, or is taken to be flat.
+        Tools of the original by number, if their shape is known or assumed to be flat.
     stock
-        The material before the first cut.
+        Material before the first cut.
     given
-        Whether somebody described it; else it is a block around the cuts.
+        Whether the user described the stock; otherwise it is a block around the cuts.
     left, met
-        What the original leaves, and what of it meets material and should not, by tool and kind.
+        Stock that the original leaves, and its collisions by tool and kind.
     """
 
     tools: Mapping[int, Tool]
@@ -77,23 +77,23 @@ class StockJudge:
         given: bool,
         look: Heartbeat = unseen,
     ) -> StockJudge:  # fmt: skip
-        """Return the judge that knows what a program leaves.
+        """Simulate the original and return its judge.
 
         Raises
         ------
         PlanError
-            The program comes to too many pieces.
+            The program has too many pieces.
         """
         left, met, touched = _cut(original, cutters, bodies, stock, look)
         return cls(tools, cutters, bodies, stock, given, left, met, touched)
 
     def check(self, new: Program, look: Heartbeat = unseen) -> None:
-        """Check that a program leaves the same, and that nothing of it meets more than in the original.
+        """Check that a program leaves the same stock, without deeper collisions than in the original.
 
         Raises
         ------
         VerifyError
-            It does not.
+            The stock differs, or a collision is deeper.
         """
         left, met, _ = _cut(new, self.cutters, self.bodies, self.stock, look)
         differences = stock_differences(self.left, left, TOLERANCE)
@@ -113,7 +113,7 @@ class StockJudge:
                 )
 
     def issues(self) -> Iterator[Issue]:
-        """Yield what of the original is in the material and should not, each kind of each tool once."""
+        """Yield the collisions of the original, one issue per tool and kind."""
         for (tool, kind), found in self.met.items():
             deep = f"up to {found.deepest:.2f} mm deep"
             if kind == "rapid":
@@ -133,7 +133,7 @@ def _cut(
     stock: HeightField,
     look: Heartbeat,
 ) -> tuple[HeightField, dict[tuple[int, str], _Met], bool]:
-    """Return what a program leaves, what of it meets material and should not, and whether it cuts anything."""
+    """Return the stock that a program leaves, its collisions, and whether it cuts at all."""
     field = stock.copy()
     moves = straight_moves(program.path, _STRAYS * field.cell, np.inf).of_tools(cutters)
     removed = cut(field, moves, cutters, os.cpu_count() or 1, look, bodies=bodies)

@@ -1,4 +1,4 @@
-"""Order: cuts that touch each other keep it, and what lies inside a closed cut stays before it."""
+"""Find touching cuts whose order has changed."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from leafcut.geometry.arrays import Indices, Mask
 from leafcut.processes.program.proof.traces import Traces, touching
 from leafcut.proof.difference import MOST_LISTED
 
-#: So few pieces are compared each with each.
+#: Maximum number of pieces in a cell that are all compared with each other.
 _FEW = 16
-#: Pairs that are compared before the order counts as not proved.
+#: Maximum number of compared pairs; beyond it, the order counts as unproved.
 _MOST_PAIRS = 60_000_000
 _MOST_LEVELS = 64
 _CHUNK = 200_000
 
-#: How far pieces reach along some directions, mm.
+#: Lower or upper bounds of pieces along several directions, mm.
 Reach = NDArray[np.float32]
 
 
 def inverted(traces: Traces, rank: Indices, tolerance: float) -> tuple[Indices, bool]:
-    """Return the features that touch and have changed places, int64[k, 2], the earlier one first; and whether all.
+    """Return the pairs of touching features in changed order, int64[k, 2], and whether the search is complete.
 
-    It is not all if so many cuts lie on top of each other that they cannot be compared.
+    The originally earlier feature comes first. The search is incomplete if too many cuts overlap.
 
-    Pieces touch if they come within `tolerance`. `rank` is the place of each feature in the new program, int64[n], -1
-    if it is missing. Lines split the pieces into smaller and smaller cells; a cell whose pieces have kept their order
-    needs no comparison, so an unchanged program costs nothing.
+    Pieces touch if they come within `tolerance`. `rank` is the position of each feature in the new program, int64[n],
+    -1 if it is missing. The pieces are split into smaller and smaller cells. A cell whose pieces keep their order needs
+    no comparison, so an unchanged program costs almost nothing.
     """
     kept = rank[traces.feature] >= 0
     if not kept.all():
@@ -64,9 +64,9 @@ def _unique(found: list[Indices]) -> Indices:
 
 
 def _extents(traces: Traces, tolerance: float) -> tuple[Reach, Reach]:
-    """Return from where to where every piece reaches along four directions, float32[k, 4] each.
+    """Return the lower and upper bounds of every piece along four directions, float32[k, 4] each.
 
-    Two are x and y, the others along and across the direction that most of the length has: hatching is told apart.
+    These are x, y, and the directions along and across the prevailing direction, to separate hatch lines.
     """
     along = traces.end - traces.begin
     angle = np.arctan2(along[:, 1], along[:, 0]) % math.pi
@@ -79,7 +79,7 @@ def _extents(traces: Traces, tolerance: float) -> tuple[Reach, Reach]:
     turned = (0.0, math.pi / 2, main, main + math.pi / 2)
     directions = np.array([(math.cos(a), math.sin(a)) for a in turned]).T
     room = traces.bow + 0.5 * tolerance + 1e-9
-    # Half as exact is enough to part them by, where it makes none smaller.
+    # Single precision is enough if the bounds are rounded outwards.
     low, high = (np.empty((len(room), directions.shape[1]), dtype=np.float32) for _ in range(2))
     for k, direction in enumerate(directions.T):
         ends = traces.begin @ direction, traces.end @ direction
@@ -89,7 +89,7 @@ def _extents(traces: Traces, tolerance: float) -> tuple[Reach, Reach]:
 
 
 def _with_inversions(entry: Indices, cell: Indices, place: Indices) -> tuple[Indices, Indices]:
-    """Return the entries of the cells in which something comes later that came before; cells are numbered anew."""
+    """Return the entries of the cells that contain a changed order, with renumbered cells."""
     order = np.argsort(cell, kind="stable")
     entry, cell = entry[order], cell[order]
     together = cell[1:] == cell[:-1]
@@ -102,9 +102,9 @@ def _with_inversions(entry: Indices, cell: Indices, place: Indices) -> tuple[Ind
 
 
 def _split(entry: Indices, cell: Indices, low: Reach, high: Reach) -> tuple[Mask, Mask, tuple[Indices, Indices]]:
-    """Return which entries are in cells of few, which in cells that cannot be split, and the others in halves.
+    """Return the masks of entries in small cells and in cells that cannot be split, and the other cells in halves.
 
-    Every cell is split along the direction that puts the fewest on both sides.
+    Every cell is split along the direction that puts the fewest pieces on both sides.
     """
     begins = np.flatnonzero(np.diff(cell, prepend=-1))
     size = np.diff(np.append(begins, len(cell)))
@@ -131,14 +131,14 @@ IndexPair = tuple[Indices, Indices]
 
 
 def _near_pairs(entry: Indices, cell: Indices, place: Indices) -> Iterator[IndexPair]:
-    """Yield the inverted pairs within cells of few."""
+    """Yield the inverted pairs within small cells."""
     for apart in range(1, _FEW):
         rows = np.flatnonzero(cell[apart:] == cell[:-apart]) if len(cell) > apart else np.zeros(0, dtype=np.int64)
         yield from _inverted(entry[rows], entry[rows + apart], place)
 
 
 def _all_pairs(entry: Indices, cell: Indices, place: Indices) -> Iterator[IndexPair]:
-    """Yield the inverted pairs within cells of many."""
+    """Yield the inverted pairs within large cells."""
     if not len(entry):
         return
     begins = np.flatnonzero(np.diff(cell, prepend=-1))

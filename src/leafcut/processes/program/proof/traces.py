@@ -1,4 +1,4 @@
-"""Traces: what features cut as seen from above, as straight pieces and arcs of at most an eighth of a turn."""
+"""Traces: cuts projected to the XY plane, as straight pieces and arcs of at most an eighth of a turn."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from leafcut.model.toolpath import Kind, plane_axes
 from leafcut.processes.program.proof.features import Features
 
 _PIECE = math.pi / 4
-#: Pieces of one arc, if it has many turns; they are then longer.
+#: Maximum number of pieces of one arc; with many turns the pieces get longer.
 _MOST_PIECES = 1024
-#: Radii that differ by less are those of one circle, mm.
+#: Largest difference of radius within one circle, mm.
 _SAME_RADIUS = 0.01
-#: Chords of one piece of an arc.
+#: Maximum number of chords per piece of an arc.
 _MOST_CHORDS = 360
-#: Halvings after which two arcs that are not apart yet count as touching.
+#: Number of bisections after which undecided arcs count as touching.
 _MOST_HALVINGS = 40
-#: Halves looked at together; beyond, the two touch along so much of their length that they count as touching.
+#: Maximum number of pairs of halves; beyond it, arcs that run close for a long stretch count as touching.
 _MOST_HALVES = 2_000_000
 
 
@@ -30,7 +30,7 @@ _COLUMNS = ("feature", "begin", "end", "bow", "arc", "low", "high")
 
 @dataclass(frozen=True, eq=False)
 class Arcs:
-    """Arcs as curves over s = 0 … 1, one row each.
+    """Arcs as curves with parameter s = 0 … 1, one row each.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class Arcs:
     axes
         int64[m, 3]: first, second and normal axis of the plane.
     start, sweep, radius, grows, level, rises
-        float64[m]: angle and radius at the start and how they change; the same of the normal axis.
+        float64[m]: angle (rad) and radius (mm) at the start and their changes; the same for the normal axis (mm).
     """
 
     center: Floats
@@ -52,7 +52,7 @@ class Arcs:
     rises: Floats
 
     def at(self, which: Indices, s: Floats) -> Floats:
-        """Return the places seen from above, float64[k, 2], of arcs `which` at `s`."""
+        """Return the XY points of arcs `which` at parameters `s`, float64[k, 2]."""
         angle = self.start[which] + s * self.sweep[which]
         radius = self.radius[which] + s * self.grows[which]
         places = np.empty((len(which), 3))
@@ -64,7 +64,7 @@ class Arcs:
         return places[:, :2]
 
     def bow(self, which: Indices, length: Floats) -> Floats:
-        """Return how far a piece of `length` (in s) may be from its chord: the error of linear interpolation."""
+        """Return the maximum distance of a piece of `length` (in s) from its chord (error of linear interpolation)."""
         radius = self.radius[which] + np.abs(self.grows[which])
         angle = np.abs(self.sweep[which]) * length
         bow: Floats = np.minimum(radius * angle**2 / 8.0, 2.0 * radius) + np.abs(self.grows[which]) * length
@@ -82,9 +82,9 @@ class Traces:
     begin, end
         float64[k, 2], mm.
     bow
-        float64[k]: how far the piece may be from the straight line between them, mm.
+        float64[k]: maximum distance of the piece from the straight line between them, mm.
     arc, low, high
-        int64[k]: the row of `arcs`, or -1; float64[k]: the part of it, in s.
+        int64[k]: row of `arcs`, or -1; float64[k]: parameter range of the arc.
     arcs
         All arcs.
     """
@@ -99,11 +99,11 @@ class Traces:
     arcs: Arcs
 
     def pick(self, which: Indices | Mask) -> Traces:
-        """Return some of the pieces."""
+        """Return the pieces selected by `which`."""
         return replace(self, **{name: getattr(self, name)[which] for name in _COLUMNS})
 
     def halved(self) -> Traces:
-        """Return both halves of every piece, one after the other; a straight piece comes twice as it is."""
+        """Return both halves of every arc, one after the other; straight pieces are repeated unchanged."""
         twice = self.pick(np.repeat(np.arange(len(self.feature)), 2))
         curved = twice.arc >= 0
         middle = 0.5 * (twice.low + twice.high)
@@ -116,8 +116,8 @@ class Traces:
         return Traces(twice.feature, begin, end, bow, twice.arc, low, high, self.arcs)
 
     def flattened(self, sagitta: float) -> Traces:
-        """Return the pieces with every arc as chords that are no farther than `sagitta` from it, mm."""
-        # The distance of a circle from its chord falls with the square of the angle, that of a spiral with the angle.
+        """Return the pieces with each arc divided into chords within `sagitta` (mm) of it."""
+        # The chord error is proportional to the square of the angle for a circle, and to the angle for a spiral.
         spiral = (self.arc >= 0) & (np.abs(self.arcs.grows[self.arc]) > _SAME_RADIUS) if len(self.arcs.grows) else False
         ratio = self.bow / sagitta
         count = np.ceil(np.where(spiral, ratio, np.sqrt(ratio)) - 1e-9).clip(1, _MOST_CHORDS).astype(np.int64)
@@ -135,14 +135,17 @@ class Traces:
 
 
 def traces_of(features: Features) -> Traces:
-    """Return the traces of features; one whose end is not known has none, one whose start is not known is a point."""
+    """Return the traces of features.
+
+    A feature with unknown end has no trace; with unknown start, its trace is a point.
+    """
     x_y, start = features.end[:, :2], features.start[:, :2]
     pointed = (features.kind != Kind.FEED) & (features.kind != Kind.RAPID)
     start = np.where(np.isnan(start) | pointed[:, None], x_y, start)
     known = np.isfinite(x_y).all(axis=1)
     curved = (features.kind == Kind.ARC_CW) | (features.kind == Kind.ARC_CCW)
     curved &= np.isfinite(features.end[:, :2]).all(axis=1) & np.isfinite(features.start[:, :2]).all(axis=1)
-    # A laser's program may state no Z at all; seen from above, an arc in the XY plane needs none.
+    # A laser program may state no Z at all; an arc in the XY plane does not need it.
     curved &= (features.of("plane") == 17) | (np.isfinite(features.end[:, 2]) & np.isfinite(features.start[:, 2]))
     straight = np.flatnonzero(known & ~curved)
     rows = np.flatnonzero(curved)
@@ -168,7 +171,7 @@ def traces_of(features: Features) -> Traces:
 
 
 def _arcs(features: Features) -> Arcs:
-    """Return arcs as curves; seen from above, turns on top of each other are one."""
+    """Return arcs as curves; the turns of a helix count as one turn in the XY plane."""
     plane, turns = features.of("plane"), features.of("turns")
     axes = np.array([plane_axes(p) if p in (17, 18, 19) else (0, 1, 2) for p in plane.tolist()], dtype=np.int64)
     axes = axes.reshape(-1, 3)
@@ -187,7 +190,7 @@ def _arcs(features: Features) -> Arcs:
 
 
 def distances(begin: Floats, end: Floats, other_begin: Floats, other_end: Floats) -> Floats:
-    """Return how far straight lines are apart, pair by pair, float64[k]; 0 where they cross."""
+    """Return the distances between pairs of line segments, float64[k]; 0 if they cross."""
     along, other_along = end - begin, other_end - other_begin
     sides = _cross(along, other_begin - begin) * _cross(along, other_end - begin)
     other_sides = _cross(other_along, begin - other_begin) * _cross(other_along, end - other_begin)
@@ -217,9 +220,9 @@ def _from_line(point: Floats, begin: Floats, end: Floats) -> Floats:
 
 
 def touching(one: Traces, other: Traces, tolerance: float) -> NDArray[np.bool_]:
-    """Return which pairs of pieces of the same traces come as near as `tolerance`, bool[k].
+    """Return the mask of pairs of pieces within `tolerance` of each other, bool[k].
 
-    Arcs are halved until that is certain.
+    Arcs are bisected until the result is certain.
     """
     touches = np.zeros(len(one.feature), dtype=bool)
     pair = np.arange(len(touches))
