@@ -1,4 +1,4 @@
-"""After the order: new heights and feeds, a comment on newly crossed areas, and the report of a reordered program."""
+"""Finish a reordered program: new heights and feeds, a comment on newly crossed areas, and the report."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 
 def finished(plan: Plan, best: Candidate) -> Candidate:
-    """Return a proved program with new heights and feeds, if requested.
+    """Return the proved program with new heights and feeds, if requested.
 
-    A comment names new moves across areas that the original avoided.
+    A comment warns of new moves across areas that the original avoided.
 
     Raises
     ------
@@ -50,7 +50,7 @@ def _with_avoided(plan: Plan, best: Candidate) -> Candidate:
         return best
     areas = avoided_areas(plan.work.program, best.detail.program, plan.job.machine.safe_z or 0.0)
     if areas.moves and plan.job.settings.post.header:
-        # The comments move all lines down.
+        # The comments shift all line numbers.
         areas = replace(areas, line=areas.line + len(with_comments("", _comments(areas), plan.dialect).splitlines()))
         best = with_text(plan, best, signed(with_comments(best.text, _comments(areas), plan.dialect)))
     return replace(best, detail=replace(best.detail, avoided=areas))
@@ -61,7 +61,7 @@ def _comments(areas: AvoidedAreas) -> list[str]:
 
 
 def _new_dangers(work: ForeignWork, program: Program) -> tuple[Issue, ...]:
-    """Return kinds of danger that the original does not have; there are none, or the proof has missed something."""
+    """Return the kinds of danger that the original does not have; any of them means that the proof has a gap."""
     if program is work.program:
         return ()
     dangers = replace(work.read, program=program).find_dangers()
@@ -79,7 +79,7 @@ def issues_of(plan: Plan, best: Candidate) -> list[Issue]:
     if detail.avoided.moves:
         severity = Severity.WARNING if work.obstacles is None else Severity.NOTE
         issues.append(Issue("L515", detail.avoided.text, severity=severity))
-    # Tool changes are saved only in a program that was written anew.
+    # Tool changes are saved only if the program was rewritten.
     issues += [issue for issue in work.after if not (issue.code == "L503" and best.order.unchanged)]
     issues += kept_issues(work, best.order)
     return [*issues, *(detail.paced.issues if detail.paced else ())]

@@ -1,4 +1,4 @@
-"""What putting a program in order alone finds out: the proof, and what keeps its place."""
+"""Results specific to reordered programs: the proof, and the work that keeps its place."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from leafcut.model.shown_stock import ShownStock
 
 @dataclass(frozen=True)
 class StockProof:
-    """How a program in a new order was judged by what it leaves of the stock.
+    """Comparison of the stock that both programs leave.
 
     Attributes
     ----------
     cells, cell
-        How many cells were compared, and their side, mm; 0 where none were.
+        Number of compared cells and their side, mm; 0 without a comparison.
     given
-        Whether the stock was described; else it is a block around the cuts.
+        Whether the user described the stock; otherwise it is a block around the cuts.
     flat, unknown
-        Tools that count as flat mills, and those that were left out, as nothing is known of their shape.
+        Tools treated as flat end mills, and tools left out because their shape is unknown.
     reason
-        Why nothing was compared, in words.
+        Why no stock was compared, in words.
     """
 
     cells: int = 0
@@ -36,16 +36,16 @@ class StockProof:
 
 @dataclass(frozen=True)
 class AvoidedAreas:
-    """The new moves across areas that the original avoided at their height.
+    """New moves across areas that the original avoided at their height.
 
     Attributes
     ----------
     moves
-        How many there are.
+        Number of these moves.
     line
-        The line of the first, in the new program; 0 without any.
+        Line of the first in the new program; 0 if there are none.
     below
-        The greatest height at which the original crosses, mm, if all of these moves are lower; None otherwise.
+        Greatest height at which the original crosses, mm, if all of these moves are lower; None otherwise.
     """
 
     moves: int = 0
@@ -54,7 +54,7 @@ class AvoidedAreas:
 
     @property
     def crossings(self) -> str:
-        """How many moves cross such areas, for people; "" without any."""
+        """Message with the number of these moves; "" if there are none."""
         if not self.moves:
             return ""
         height = "" if self.below is None else f" below Z{self.below:g}"
@@ -63,7 +63,7 @@ class AvoidedAreas:
 
     @property
     def text(self) -> str:
-        """One line for people, with the first line and what to do."""
+        """Message with the number of moves, the line of the first, and the remedy."""
         return f"{self.crossings}; name clamps with --keep-out (first: line {self.line})"
 
 
@@ -74,19 +74,19 @@ class ProgramDetail:
     Attributes
     ----------
     certificate
-        The proof that the new program does the same work, and what was counted.
+        Proof that the new program does the same work.
     barriers
-        How many pieces of the program stay where they are, and nothing is carried past them.
+        Number of parts of the program that stay in place and that no work may pass.
     pieces, staying
-        How many pieces of work it has (holes, cuts, strokes …), and why some of them keep their place.
+        Number of pieces of work (holes, cuts …), and the reasons why some keep their place.
     pace
-        What new speeds did, where they were asked for.
+        Effect of the new speeds, if requested.
     stock
-        How it was judged by what it leaves of the stock; None of what a beam does.
+        Comparison of the stock that both programs leave; None for a beam.
     shown
-        What of its stock and its tools is known.
+        Known stock and tools, for display.
     avoided
-        The new moves across areas that the original avoided.
+        New moves across areas that the original avoided.
     """
 
     certificate: Certificate

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 
 def operations_of(work: ForeignWork, order: Order) -> tuple[OperationOutcome, ...]:
-    """Return the ordered sections, with tool, feed and holes; none if no section was ordered.
+    """Return the ordered sections with tool, feed and holes; empty if no section was ordered.
 
-    A hole that stays, such as the first one of a cycle, belongs to the next section of its tool, else to the last one.
+    A fixed hole, such as the first of a cycle, is assigned to the next section with its tool, or else to the last.
     """
     program, sequence = work.program, work.sequence
     first, found = 0, list[OperationOutcome]()
@@ -40,7 +40,7 @@ def operations_of(work: ForeignWork, order: Order) -> tuple[OperationOutcome, ..
 
 
 def _staying(path: Toolpath, rows: NDArray[np.intp], tools: list[int], starts: list[int]) -> list[list[int]]:
-    """Return the numbers of the staying holes that belong to each operation, by its tool and its first row."""
+    """Return the numbers of the fixed holes of each operation, by its tool and its first row."""
     changes = np.flatnonzero(path.kind == Kind.TOOL)
     last = np.searchsorted(changes, rows) - 1
     tool = np.where(last >= 0, path.ref[changes[last]], 0) if len(changes) else np.zeros(len(rows))
@@ -56,7 +56,7 @@ def _staying(path: Toolpath, rows: NDArray[np.intp], tools: list[int], starts: l
 
 
 def _feed(path: Toolpath, works: NDArray[np.intp]) -> float:
-    """Return the feed of most of the length of a cut in x and y; of a hole, the feed of its first row."""
+    """Return the feed with the largest share of the XY length of a cut; for a hole, the feed of its first row."""
     if not len(works):
         return 0.0
     places = np.concatenate([[position_before(path, int(works[0]))], path.end[works]])
@@ -70,7 +70,7 @@ def _feed(path: Toolpath, works: NDArray[np.intp]) -> float:
 
 
 def _operation(program: Program, section: Section, process: str, first: int, solution: Solution) -> OperationOutcome:
-    """Return the operation of a section; feed, speed and cycle are those of its first piece of work."""
+    """Return the operation of a section; feed, speed and cycle are taken from its first hole, or else first piece."""
     path, holes = program.path, [k for k, c in enumerate(section.pieces) if c.kind == "hole"]
     piece = section.pieces[holes[0] if holes else 0]
     rows = np.arange(program.first[piece.begin], program.first[piece.end])

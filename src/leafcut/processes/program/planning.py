@@ -1,4 +1,4 @@
-"""A foreign program as tasks: sections of it are stages, pieces of work their tasks."""
+"""Plan the reordering of a foreign program: its sections become stages, its pieces of work tasks."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ if TYPE_CHECKING:
     from leafcut.processes.program.model import StockProof
     from leafcut.processes.program.proof.stock_judge import StockJudge
 
-#: Steps after which planning gives up; the order of the program is then kept.
+#: Maximum number of planning steps; beyond it, the order of the program is kept.
 MOST_STEPS = 1_000_000
-#: Assumed cost of a path around an obstacle, as the height of a rise, mm.
+#: Assumed cost of a path around an obstacle, as a retract height, mm.
 _AROUND = 50.0
 #: Rows with a position, in coordinates of the program or of the machine.
 _PLACES = [int(k) for k in (*PLACES, Kind.MACHINE)]
@@ -56,11 +56,11 @@ class ForeignWork:
     obstacles
         Keep-out zones, or None.
     judge, stock
-        The judge of the remaining stock, or None; and the resolution, or the reason why there is none.
+        Judge of the remaining stock, or None; and its resolution, or the reason why there is no judge.
     stands
         Position of the tool before its first move, if the user states it.
     dangers, codes
-        Dangers of the program as it is, and the codes of those that need no stock.
+        Dangers of the original program, and the codes of those found without the stock.
     before, after
         Other issues, reported before and after the dangers.
     """
@@ -79,7 +79,7 @@ class ForeignWork:
 
     @property
     def program(self) -> Program:
-        """The program as it runs."""
+        """The interpreted program."""
         return self.read.program
 
     @property
@@ -96,12 +96,12 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
     source, data
         Name and bytes of the program.
     process
-        ``drill``, ``mill``, ``laser``, ``plasma``, or ``auto`` to read it from the program.
+        ``drill``, ``mill``, ``laser``, ``plasma``, or ``auto`` to detect it from the program.
 
     Raises
     ------
     ReadError, OptionError, PlanError, VerifyError
-        One line: what is wrong, where, and what to do.
+        The program cannot be read or planned with these options, or ``--strict`` refuses its dangers.
     """
     from leafcut.gcode.dialects import dialect
 
@@ -163,7 +163,7 @@ def _refuse_dangers(job: Job, source: str, dangers: tuple[Issue, ...]) -> None:
 
 
 def _unknown_materials(job: Job, read: ProgramRead) -> list[Issue]:
-    """Return a warning about materials that cuts use and the program does not define."""
+    """Return a warning about materials that the program uses but does not define."""
     from leafcut.processes.program.simulate import run_of_controller
 
     return run_of_controller(read.program, read.words, job.settings.job.clearance_height)[1]
@@ -174,7 +174,7 @@ class _TooManySteps(Exception):
 
 
 def _sections(job: Job, original: Program, process: str) -> Sequence:
-    """Return the sections of the program; all of it stays if finding them takes too many steps."""
+    """Return the sections of the program; the whole program stays if the search takes too many steps."""
     from leafcut.processes.program.plan.resequencing import all_stay, find_sequence
     from leafcut.processes.program.plan.sections.program_rows import known_process
 
@@ -206,8 +206,8 @@ def _sections(job: Job, original: Program, process: str) -> Sequence:
 def _stages(job: Job, sequence: Sequence, obstacles: Obstacles | None, start: Point | None) -> tuple[Stage, ...]:
     """Return a stage for each section.
 
-    A section follows the one before it if no move in between has a known position. `start` is the position of the tool
-    before the first section, or None.
+    A section follows the previous section directly if no move in between has a known position. `start` is the position
+    of the tool before the first section, or None.
     """
     from leafcut.processes.program.plan.resequencing import build_problem
 
@@ -224,7 +224,7 @@ def _stages(job: Job, sequence: Sequence, obstacles: Obstacles | None, start: Po
 
 
 def _metric(job: Job, section: Section, obstacles: Obstacles | None) -> Metric:
-    """Return the cost of travel in a section; a move across an obstacle rises above it, or goes around it."""
+    """Return the cost of travel in a section; moves across an obstacle rise above it or pass around it."""
     from leafcut.timing.travel import travel_metric
 
     objective = job.settings.solve.objective
@@ -252,7 +252,7 @@ def _stands(job: Job, original: Program, sequence: Sequence) -> tuple[Point | No
 
 
 def _offers(job: Job, sequence: Sequence) -> list[Issue]:
-    """Return a note on what another option would save."""
+    """Return a note on the tool changes that ``--merge-tools`` would save."""
     changes = sequence.mergeable
     if not changes or job.settings.job.keep_order:
         return []
@@ -262,7 +262,7 @@ def _offers(job: Job, sequence: Sequence) -> list[Issue]:
 
 
 def with_few_speed_changes(plan: Plan, order: Order) -> Order:
-    """Return the order with no more changes of spindle speed in a section than the program has."""
+    """Return the order with no more spindle speed changes per section than the original."""
     sections = plan.work.sequence.sections
     solutions = tuple(
         _few_speed_changes(plan.work.program, section, solution)
@@ -272,7 +272,7 @@ def with_few_speed_changes(plan: Plan, order: Order) -> Order:
 
 
 def _few_speed_changes(program: Program, section: Section, solution: Solution) -> Solution:
-    """Return the solution; if it changes the speed too often, all ready work of a speed is done before the next one."""
+    """Return the solution; if it changes the speed too often, group all ready work by spindle speed."""
     from leafcut.processes.program.plan.resequencing import piece_order, speeds_of
 
     speeds = speeds_of(program, section)
@@ -306,7 +306,7 @@ def _few_speed_changes(program: Program, section: Section, solution: Solution) -
 
 
 def part_of(source: str, program: Program, sequence: Sequence) -> Part:
-    """Return the holes of a program as a part: those of its sections, then those that stay."""
+    """Return the holes of a program as a part: first the holes in sections, then the fixed holes."""
     holes = [Hole(*piece.entry, 0.0) for s in sequence.sections for piece in s.pieces if piece.kind == "hole"]
     holes += [Hole(x, y, 0.0) for x, y in program.path.end[staying_rows(program, sequence), :2].tolist()]
     return Part(name=Path(source).stem, source=source, format="gcode", holes=tuple(holes))

@@ -1,4 +1,4 @@
-"""Putting a program in order as a process: what it takes, how it is run, what its form shows."""
+"""The process that reorders a program: its options, its steps, and the fields of its form."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from leafcut.read.format import Source
 
 
-#: Solids are read for the stock alone.
+#: Options of solids apply only to the stock.
 _OF_STOCK = (given("workpiece"),)
 
 
@@ -117,25 +117,25 @@ class ForeignProgram(Process):
 
     @property
     def passes(self) -> Sequence[Pass]:
-        """No more changes of the spindle speed than in the input."""
+        """The pass that limits spindle speed changes to those of the input."""
         from leafcut.processes.program.planning import with_few_speed_changes
 
         return (with_few_speed_changes,)
 
     def given(self, plan: Plan) -> Candidate:
-        """Return the program as it is."""
+        """Return the unchanged program."""
         from leafcut.processes.program.proving import rewritten
 
         return rewritten(plan, replace(plan.given, unchanged=True))
 
     def generate(self, plan: Plan, order: Order) -> Candidate:
-        """Return the program in an order."""
+        """Return the program in the given order."""
         from leafcut.processes.program.proving import rewritten
 
         return rewritten(plan, order)
 
     def fastest(self, plan: Plan, best: Candidate, given: Candidate, nearest: Candidate | None) -> Candidate:
-        """Return the program in its own order if the new order takes more time than the original."""
+        """Return the program in its original order if the new order costs more than the original."""
         import numpy as np
 
         from leafcut.processes.plan import OrderRefused
@@ -149,7 +149,7 @@ class ForeignProgram(Process):
             own = self.generate(plan, replace(best.order, choices=plan.given.choices))
         except OrderRefused:
             return best
-        # A program that crosses obstacles is compared once it avoids them.
+        # With obstacles, the costs are comparable only after both programs avoid them.
         return own if plan.work.obstacles is None or own.cost(objective) <= best.cost(objective) else best
 
     def prove(self, plan: Plan, given: Candidate, best: Candidate) -> Candidate:
@@ -159,7 +159,7 @@ class ForeignProgram(Process):
         return proved(plan, best)
 
     def keep(self, plan: Plan, order: Order, refused: OrderRefused, trial: int) -> Order:
-        """Return the order with faulty pieces in their own place."""
+        """Return the order with faulty pieces at their original place."""
         from leafcut.processes.program.proving import with_pieces_kept
 
         return with_pieces_kept(plan, order, refused, trial)
@@ -195,7 +195,7 @@ class ForeignProgram(Process):
         return ProgramReport(outcome)
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
-        """Refuse: a program has motions, and no drawing."""
+        """Refuse to preview a program, which has no drawing."""
         from leafcut.read import read
 
         return read(source, settings.read)

@@ -1,4 +1,4 @@
-"""A program of another CAM as a run reads it: what it is, on which machine it runs, in what units, at what feeds."""
+"""Read a program of another CAM: detect its process, machine, units and feeds."""
 
 from __future__ import annotations
 
@@ -26,27 +26,27 @@ if TYPE_CHECKING:
     from leafcut.model.machine import Machine
     from leafcut.processes.job import Job
 
-#: What says the feed that a program leaves to the controller's materials.
+#: Options that set the feed if the program takes it from the material table of the controller.
 _OF_MATERIALS = ("cut_speed", "cut_process", "material", "thickness", "amps", "nozzle", "chart")
-#: Where the thickness of a sheet is not given, the feed of its material is taken to be that of so much, mm.
+#: Assumed thickness for the feed of the cut chart if none is given, mm.
 _USUAL_THICKNESS = 3.0
 
 
-#: Extensions of drawings that somebody may give in place of the program that was made of them.
+#: File extensions of drawings that a user may give instead of the program.
 DRAWINGS = (".dxf", ".svg", ".step", ".stp", ".stl")
 
-#: Codes of rapids that are dangers if the surface of the part is Z0 everywhere.
+#: Issue codes of rapids that are dangerous only if the part surface is at Z0 everywhere.
 BELOW_SURFACE = ("L801", "L802")
 
 
 @dataclass(frozen=True)
 class ProgramRead:
-    """A program, the dialect and the machine that it was read for, and what has to be said about that.
+    """A program with the dialect and machine that it was read for, and the issues.
 
     Attributes
     ----------
     limits
-        The machine whose limits are checked, where an assumed one only times the program.
+        Machine whose limits are checked, if `machine` is assumed and only used for times.
     """
 
     program: Program
@@ -62,37 +62,37 @@ class ProgramRead:
         return self.limits or self.machine
 
     def find_dangers(self, simulated: Mapping[str, Mask] = MappingProxyType({})) -> list[Issue]:
-        """Return the dangers of the program, the worst first, one issue for each kind.
+        """Return the dangers of the program, worst first, one issue per kind.
 
-        In a program of leafcut for a solid or a surface, a rapid below Z0 is a warning.
+        In a leafcut program for a solid or a surface, a rapid below Z0 is only a warning.
 
         Parameters
         ----------
         simulated
-            Code of a danger → rows of the path that a simulation of the stock has checked.
+            Code of a danger → rows of the path checked by a stock simulation.
         """
         from leafcut.processes.program.made_for import stated_part
         from leafcut.proof.dangers import RANK, find_dangers
         from leafcut.proof.doubts import find_doubts
 
-        # A laser drives a beam by S, whatever else a program looks like.
+        # On a laser, S is the beam power, whatever the program looks like.
         process = ProgramKind.LASER if self.machine.head is Head.LASER else self.process
         found = find_dangers(self.program, self.checked, process, self.words.states_z, simulated)
         found += find_doubts(self.program, self.words, process)
         found.sort(key=lambda issue: (RANK[issue.severity], issue.code))
         if stated_part(self.program) is None:
             return found
-        # The surface of a solid is not Z0 everywhere: over its lower steps the tool runs below that.
+        # The surface of a solid is not at Z0 everywhere: over lower steps, rapids run below Z0.
         return [replace(i, severity=Severity.WARNING) if i.code in BELOW_SURFACE else i for i in found]
 
 
 def read_new(run: Job, words: Dialect, text: str) -> Program:
-    """Return a program that was written just now, as the machine of the run understands it.
+    """Interpret a newly written program for the machine of the run.
 
     Raises
     ------
     ReadError
-        It does not.
+        The program cannot be read.
     """
     look = run.start_step("verifying")
     return read_foreign(
@@ -101,14 +101,14 @@ def read_new(run: Job, words: Dialect, text: str) -> Program:
 
 
 def refuse_other_languages(text: str, source: str) -> None:
-    """Refuse what is no program of leafcut's, by its name.
+    """Refuse drawings and unsupported languages, with the name of the format.
 
     Raises
     ------
     ReadError
-        It is for a lathe or a printer, or in the language of Heidenhain or Siemens.
+        The program is for a lathe or a printer, or in the language of Heidenhain or Siemens.
     OptionError
-        It is a drawing.
+        The file is a drawing.
     """
     from leafcut.gcode.languages import other_language
     from leafcut.read.registry import format_name
@@ -131,19 +131,19 @@ def read_foreign(
     choose: bool = True,
     router: bool = True,
 ) -> ProgramRead:
-    """Return a program as it runs on a machine.
+    """Read a program for a machine.
 
-    Where nobody has named a machine, and `choose`, a laser's program is read for a laser, and one of QtPlasmaC for a
-    plasma table; with `router`, a router's program is timed on a router. That is not for those who change speeds or
-    heights: what is safe depends on how far the controller rounds corners, and the machine may be the default one. A
-    program that drives a beam on a machine with a spindle is timed as one.
+    If the user named no machine and `choose` is set, laser programs are read for a laser, and QtPlasmaC programs for a
+    plasma table. With `router`, router programs are timed on a router; do not use this to change speeds or heights,
+    since their safety depends on the corner rounding of the real controller. A beam program on a spindle machine is
+    timed without spindle start.
 
     Raises
     ------
     ReadError
-        It is in another language, or what stands there cannot be meant.
+        The program is in another language, or is invalid.
     OptionError
-        ``--units`` are none of a program.
+        ``--units`` is invalid, or the program states its own units.
     """
     if words.language != "g-code":
         return _own(text, source, settings, machine, words)
@@ -161,7 +161,7 @@ def read_foreign(
         raise ReadError(source, f"{error.reason}; {hint}", error.line) from None
     read = replace(read, process=_process(read, process))
     if free and read.process in _BEAMS and (read.program.obeyed or _OF_QTPLASMAC.search(text)):
-        # Any other reader would take its materials for remarks, and carry cuts past them.
+        # Other dialects would treat its material comments as plain comments and move cuts past them.
         return _of_plasma_table(text, source, settings, look, process)
     if free and read.process == ProgramKind.LASER and machine.head is Head.SPINDLE:
         chosen = _other_machine(settings, _laser_for(read.program))
@@ -178,22 +178,22 @@ def read_foreign(
     return read
 
 
-#: What the program does: the head of its machine, and what it drives.
+#: Machine head and its name in messages, by beam process.
 _BEAMS: dict[str, tuple[Head, str]] = {
     ProgramKind.LASER: (Head.LASER, "a laser"),
     ProgramKind.PLASMA: (Head.TORCH, "a torch"),
 }
-#: The machine whose words most machining centres share, where the default one does not understand a program.
+#: Machine to suggest if the default one rejects a program: most machining centres share its dialect.
 _HAAS = "haas-vf2"
 _QTPLASMAC = "#<_hal[plasmac."
-#: Words that QtPlasmaC alone has: which torch or scribe, the number of a material.
+#: Words only used by QtPlasmaC: the choice of torch or scribe, and the material number.
 _OF_QTPLASMAC = re.compile(r"^[^(;\n]*M0*(?:[35]\s*\$[0-2]|190\s*P)", re.IGNORECASE | re.MULTILINE)
-#: By the speed that they reach: which takes a program is the first that is as fast as its cuts, and as large.
+#: Laser profiles by rising speed; the first that is fast and large enough is chosen.
 _LASERS = ("grbl-laser-5w", "grbl-laser-20w", "grbl-laser-co2")
 
 
 def _reads(text: str, source: str, settings: Settings, machine: str, look: Heartbeat) -> bool:
-    """Return whether another machine understands a program."""
+    """Return whether a program can be read for another machine."""
     try:
         _read(text, source, settings, *_other_machine(settings, machine), look)
     except ReadError:
@@ -208,7 +208,7 @@ def _of_plasma_table(text: str, source: str, settings: Settings, look: Heartbeat
 
 
 def _timed_on_router(read: ProgramRead) -> ProgramRead:
-    """Return a program with the times of the router that it is probably for; all checks stay those of the default."""
+    """Return the program timed on the router that it is probably for; limits are still those of the default machine."""
     from leafcut.processes.program.routers import router_for, timed_as
     from leafcut.read.machine import load_machine
 
@@ -231,7 +231,7 @@ def _process(read: ProgramRead, process: str) -> str:
 
 
 def _other_machine(settings: Settings, name: str) -> tuple[Machine, Dialect]:
-    """Return another machine than the one that nobody has named, and its dialect."""
+    """Return the named machine with the other settings unchanged, and its dialect."""
     from leafcut.gcode.dialects import dialect
 
     machine = machine_of(settings.but(replace(settings.machine, machine=name)))
@@ -245,7 +245,7 @@ def _chosen(machine: Machine, what: str) -> Issue:
 
 
 def _laser_for(program: Program) -> str:
-    """Return the slowest of the lasers that is as fast as the program's cuts and as large as they are."""
+    """Return the slowest laser profile that is fast and large enough for the program."""
     import numpy as np
 
     from leafcut.model.toolpath import Kind
@@ -264,7 +264,7 @@ def _laser_for(program: Program) -> str:
 
 
 def _own(text: str, source: str, settings: Settings, machine: Machine, words: Dialect) -> ProgramRead:
-    """Return a program in another language than G-code, of which only what leafcut writes is read."""
+    """Read a program in a language other than G-code; only output of leafcut is supported."""
     import numpy as np
 
     from leafcut.gcode.interpreter import interpret
@@ -288,7 +288,7 @@ def _own(text: str, source: str, settings: Settings, machine: Machine, words: Di
 
 
 def _read(text: str, source: str, settings: Settings, machine: Machine, words: Dialect, look: Heartbeat) -> ProgramRead:
-    """Return a program as it is read for a machine, in its units and with its feeds."""
+    """Read a G-code program for a machine, with notes on assumed units and feeds."""
     from leafcut.gcode.program_interpreter import interpret_program
     from leafcut.gcode.tool_comments import sizes_in_other_unit
 
@@ -322,7 +322,7 @@ _UNIT_WORDS = {"mm": "mm", "in": "inches"}
 
 
 def _material_feed(text: str, settings: Settings, words: Dialect) -> tuple[float | None, list[Issue]]:
-    """Return the feed of materials that a program does not define, mm/s; None where no feed comes from a material."""
+    """Return the feed for materials that the program does not define, mm/s, or None if it uses no material feed."""
     word = "" if words.torch is None else words.torch.material_feed
     if not word or word not in text:
         for name in _OF_MATERIALS:
@@ -340,7 +340,7 @@ def _material_feed(text: str, settings: Settings, words: Dialect) -> tuple[float
 
 
 def _chart_feed(settings: Settings) -> tuple[float, str]:
-    """Return the speed of the cut chart, mm/s, and of what it is."""
+    """Return the feed of the cut chart, mm/s, and a text that names its source."""
     from leafcut.read.cutchart import find_cut_data, load_chart
 
     options, job = settings.cut_data, settings.job

@@ -1,4 +1,4 @@
-"""The router that times a program for which nobody has named a machine."""
+"""Choose the router for the cycle time of a program if the user named no machine."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ if TYPE_CHECKING:
     from leafcut.gcode.program import Program
     from leafcut.model.machine import Machine
 
-#: Lines at the top of a program in whose comments a CAM names the machine.
+#: Number of lines at the top of a program whose comments may name the machine.
 _TOP = 200
 _COMMENT = re.compile(r"\([^()]*\)|;.*")
-#: Software and controllers of routers in comments, and the profile; the maker comes before the firmware.
-#: "Carbide" alone is the material of a tool.
+#: Router software and controllers in comments, with the profile; makers come before firmware.
+#: "Carbide" alone would match the material of a tool.
 _NAMED = (
     (re.compile(r"open\s?builds", re.IGNORECASE), "openbuilds-router"),
     (re.compile(r"shapeoko|carbide\s?(?:3d|create|motion)", re.IGNORECASE), "shapeoko-router"),
     (re.compile(r"\bgrbl", re.IGNORECASE), "shapeoko-router"),
 )
-#: Controllers of routers and of mills: with the speed of a router they are a router's.
+#: Controllers of both routers and mills; the spindle speed of a router decides.
 _WITH_SPEED = (
     (re.compile(r"\bmach\s?4\b", re.IGNORECASE), "mach4-router"),
     (re.compile(r"\bmach\s?[23]\b", re.IGNORECASE), "mach3-router"),
@@ -32,19 +32,19 @@ _WITH_SPEED = (
     (re.compile(r"\bmasso\b", re.IGNORECASE), "masso-router"),
     (re.compile(r"\beding\s?cnc\b", re.IGNORECASE), "edingcnc-router"),
 )
-#: Machining centres and high-speed mills in comments: they, too, turn as fast as a router.
+#: Machining centres and high-speed mills in comments; their spindles are as fast as those of routers.
 _CENTRE = re.compile(
     r"\b(?:haas|fanuc|mazak|okuma|doosan|hurco|brother|mori|makino|datron|tormach|fadal|sinumerik|heidenhain|fagor|"
     r"centroid|syil)\b",
     re.IGNORECASE,
 )
-#: Speeds of routers, rpm: a frequency drive turns up to 24000, a trim router up to 30000. Mills with a belt and most
+#: Range of router spindle speeds, rpm: VFD spindles reach 24000, trim routers 30000. Belt-driven mills and most
 #: machining centres stay below.
 _ROUTER_RPM = (12_000.0, 30_000.0)
 
 
 def router_for(program: Program) -> tuple[str, str] | None:
-    """Return the profile of the router that a program indicates, and the word that does; None without one."""
+    """Return the router profile that a program indicates, and the indicating word; or None."""
     top = " ".join(text for line in program.lines[:_TOP] for text in _COMMENT.findall(line))
     for name, machine in _NAMED:
         if named := name.search(top):
@@ -58,9 +58,9 @@ def router_for(program: Program) -> tuple[str, str] | None:
 
 
 def timed_as(machine: Machine, router: Machine) -> Machine:
-    """Return a machine with the times of a router and its own limits.
+    """Return a machine with the motion and times of a router, and its own limits.
 
-    Nobody has named the router: the highest feed is the lower of the two, and units, travel, heights and spindle stay.
+    Since the router is only assumed, the maximum feed is the lower of both. Units, travel, heights and spindle stay.
     """
     return replace(
         machine,

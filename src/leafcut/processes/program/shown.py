@@ -1,4 +1,4 @@
-"""The stock of a program as it can be shown: its tools and its block, or why they are not known."""
+"""The stock of a program for display: its tools and its block, or the reason why they are unknown."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ if TYPE_CHECKING:
 def shown_stock(
     program: Program, source: str, settings: Settings, machine: Machine, process: str, *, by_options: bool = True
 ) -> ShownStock:
-    """Return what of a program's stock is known; `process` is what it does, `by_options` as `tools_of` has it.
+    """Return the known stock and tools of a program; for `by_options` see `tools_of`.
 
     Raises
     ------
     ReadError, OptionError
-        The library of tools cannot be read; ``--workpiece`` is no block.
+        The tool library cannot be read, or ``--workpiece`` is not a block.
     """
     if process in BEAMS:
         return CUT_THROUGH
@@ -44,7 +44,7 @@ def shown_stock(
 
 
 def stock_of_file(program: Input, settings: Settings, *, by_options: bool = True) -> ShownStock:
-    """Return what of the stock of a program in a file is known; `by_options` as `tools_of` has it."""
+    """Return the known stock and tools of a program file; for `by_options` see `tools_of`."""
     from leafcut.gcode import dialects
     from leafcut.processes.program.reading import read_foreign
 

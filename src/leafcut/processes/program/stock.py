@@ -48,18 +48,18 @@ if TYPE_CHECKING:
 
 #: Maximum distance of the chords of arcs from the arcs, cells.
 _STRAYS = 0.05
-#: Cuts are looked at in pieces of this share of the smallest tool's diameter, and of some cells.
+#: Minimum length of the simulated pieces of a cut: as a share of the smallest tool diameter, and in cells.
 _PIECE, _PIECE_CELLS = 0.5, 2.0
 #: Number of rapids in the material that are reported one by one.
 _MOST_TOLD = 10
 
 
-#: Heights that differ by less are the same, mm: cuts in another order are rounded otherwise.
+#: Tolerance of heights, mm: rounding depends on the order of the cuts.
 TOLERANCE = 0.01
 
 
 class _Cuts(NamedTuple):
-    """A program, its tools and their shapes, and its moves with the cuts in one piece each."""
+    """A program, its tools and their shapes, and its moves with undivided cuts."""
 
     source: str
     read: ProgramRead
@@ -82,14 +82,14 @@ def cut_stock(
     *,
     same_as: Input | None = None,
 ) -> StockCut:
-    """Return what a program takes off its stock; with `same_as`, where another one leaves something else of it.
+    """Simulate the material removal of a program; with `same_as`, compare the remaining stock with another program.
 
     Raises
     ------
     ReadError, OptionError
-        A program cannot be read; the stock is no block; the shape of a tool is not known.
+        A program cannot be read, the stock is not a block, or a tool shape is unknown.
     PlanError
-        It is for a beam; it stays out of the stock; there are too many cells or moves.
+        The program is for a beam or never touches the stock, or there are too many cells or moves.
     """
     from leafcut.gcode import dialects
 
@@ -150,10 +150,10 @@ def cut_stock(
 
 
 def _dangers(one: _Cuts, assumed: StockBlock | None, in_part: bool) -> list[Issue]:
-    """Return the dangers of a program beside those that the simulation finds.
+    """Return the dangers of a program that the simulation does not check.
 
-    A block that was assumed ends at its cuts: what rapids meet beside it is unknown, and so is how far they stay above.
-    The simulation knows one origin of the coordinates.
+    An assumed block ends at the cuts, so the simulation cannot check rapids beside it or their clearance. It supports
+    only one origin of the coordinates.
     """
     path = one.read.program.path
     if any(
@@ -195,7 +195,7 @@ def _read(program: Input, settings: Settings, machine: Machine, words: Dialect, 
 
 
 def _cut(one: _Cuts, field: HeightField, look: Heartbeat) -> tuple[HeightField, StraightMoves, Removed]:
-    """Cut a stock by a program; return it, the program's moves in pieces, and what each takes off."""
+    """Simulate a program in a stock; return the stock, the moves in pieces, and the removal of each piece."""
     from leafcut.material.cutting import cut
 
     moves = _pieces(one, field.cell)
@@ -203,7 +203,7 @@ def _cut(one: _Cuts, field: HeightField, look: Heartbeat) -> tuple[HeightField, 
 
 
 def _pieces(one: _Cuts, cell: float) -> StraightMoves:
-    """Return a program's moves in pieces, for cells of a side, mm."""
+    """Divide the moves of a program into pieces for a cell size, mm."""
     from leafcut.material.straight_moves import straight_moves
 
     longest = max(_PIECE * one.smallest, _PIECE_CELLS * cell)
@@ -211,7 +211,7 @@ def _pieces(one: _Cuts, cell: float) -> StraightMoves:
 
 
 def _assumed_block(stated: StatedPart | None) -> list[Issue]:
-    """Return a warning that a full block is assumed, with the option to give."""
+    """Return an issue that a full block is assumed, and names the option that describes the stock."""
     words = "the stock was assumed: a full block around the cuts, with its top at Z0"
     if stated is None:
         return [Issue("L510", f"{words}; give it with --workpiece", severity=Severity.NOTE)]
@@ -223,12 +223,12 @@ def _assumed_block(stated: StatedPart | None) -> list[Issue]:
 
 
 def _around(programs: Sequence[_Cuts]) -> StockBlock:
-    """Return a block just around the cuts of all programs below Z0.
+    """Return the smallest block around the cuts of all programs below Z0.
 
     Raises
     ------
     PlanError
-        There is none: where the stock's top is cannot be known.
+        A program cuts nothing below Z0, so the top of the stock is unknown.
     """
     blocks = []
     for one in programs:
@@ -252,7 +252,7 @@ def _rapids(moves: StraightMoves, removed: Removed) -> tuple[RapidCut, ...]:
 
 
 def _told_of_stock(one: _Cuts, settings: Settings, block: StockBlock, cell: float) -> list[Issue]:
-    """Return what has to be said of the stock, and that its cells are coarse for a tool."""
+    """Return the issues about the stock, and about cells too coarse for a tool."""
     found = told_of(settings.stock, one.read.program, one.cutters, block, ChosenSolid.of(settings.read))
     if cell > COARSEST * one.smallest * (1.0 + 1e-9):
         message = f"cells of {cell:g} mm are coarse for a tool of {one.smallest:g} mm; give a smaller stock or --cell"
@@ -270,9 +270,9 @@ def _collisions(moves: StraightMoves, removed: Removed) -> tuple[BodyCut, ...]:
 
 
 def _bodies_told(collisions: tuple[BodyCut, ...]) -> list[Issue]:
-    """Return shanks and holders in the material as dangers: of each tool and each of these the first line, how often.
+    """Return one danger per tool for its shank or holder in the material, with the first line and the count.
 
-    A pocket too deep for its tool has a line for each of its cuts.
+    A pocket too deep for its tool would otherwise give one issue per cut.
     """
     groups: dict[tuple[int, Body], list[BodyCut]] = {}
     for one in collisions:
@@ -290,7 +290,7 @@ def _bodies_told(collisions: tuple[BodyCut, ...]) -> list[Issue]:
 
 
 def _told(rapids: tuple[RapidCut, ...], doubtful: bool) -> list[Issue]:
-    """Return rapids in the material as dangers, or as warnings in an uncertain stock; the first ones one by one."""
+    """Return rapids in the material as dangers, or as warnings if the stock is uncertain; only the first are listed."""
     severity = Severity.WARNING if doubtful else Severity.DANGER
     issues = [
         Issue("L802", f"rapid in the stock, {one.depth_mm:.2f} mm deep", f"line {one.line}", severity)
@@ -304,7 +304,7 @@ def _told(rapids: tuple[RapidCut, ...], doubtful: bool) -> list[Issue]:
 
 
 def _not_known(moves: StraightMoves) -> list[Issue]:
-    """Return a note about cuts with an unknown start: only their ends are checked."""
+    """Return an issue about cuts with unknown start, of which only the end is simulated."""
     fed = moves.unknown[moves.path.kind[moves.unknown] != Kind.RAPID]
     if not len(fed):
         return []

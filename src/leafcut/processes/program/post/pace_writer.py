@@ -1,4 +1,4 @@
-"""A program with other speeds and heights, in its own words: cuts are divided where their speed changes."""
+"""Write new speeds and heights into the text of a program; cuts are divided where their speed changes."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ _CENTRE_WORD = re.compile(r"[ \t]*[IJKRijkr][ \t]*[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9
 _MOTION_WORD = re.compile(r"[Gg][ \t]*0*[0-3](?![0-9.])")
 _RETURN_WORD = re.compile(r"([Gg][ \t]*)9[89](?![0-9.])")
 _FEED_WORD = re.compile(r"[Ff][ \t]*[-+]?[0-9.]")
-#: Digits of a feed that is not the program's own.
+#: Significant digits of a new feed.
 _DIGITS = 3
-#: Places at which a cut is divided are rounded to so many digits behind the point: millimetres, inches.
+#: Decimals of division points, in millimetres and in inches.
 _DECIMALS, _DECIMALS_INCH = 4, 5
-#: … and heights, upwards.
+#: Decimals of heights, which are rounded up.
 _HEIGHTS, _HEIGHTS_INCH = 3, 4
 
 
 def with_pace(program: Program, pace: Pace, longest: int = 255, look: Heartbeat = unseen) -> str:
-    """Return the text of a program with the speeds of a pace.
+    """Return the text of a program with new speeds.
 
     Raises
     ------
@@ -48,7 +48,7 @@ def with_pace(program: Program, pace: Pace, longest: int = 255, look: Heartbeat 
 
 
 def with_heights(program: Program, lowered: Sequence[Lowered]) -> str:
-    """Return the text of a program with other heights, rounded up."""
+    """Return the text of a program with lowered heights, rounded up."""
     lines = list(program.lines)
     for block, letter, height in lowered:
         unit = program.modal(block + 1).unit or 1.0
@@ -59,7 +59,7 @@ def with_heights(program: Program, lowered: Sequence[Lowered]) -> str:
 
 
 def with_returns(program: Program, returns: Sequence[CycleReturn], longest: int = 255) -> str:
-    """Return the text of a program whose cycles come up to other heights: G98 or G99 in some of their blocks.
+    """Return the text of a program with changed cycle returns (G98, G99).
 
     Raises
     ------
@@ -85,7 +85,7 @@ class _PaceWriter:
         self.end = line_end(program.lines)
 
     def text(self, look: Heartbeat) -> str:
-        """Return the whole program."""
+        """Return the text of the whole program."""
         program = self.program
         rows = np.array(sorted(self.pace.stretches), dtype=np.int64)
         edited = dict(
@@ -111,7 +111,7 @@ class _PaceWriter:
         return "".join(lines)
 
     def _restored(self, line: str, block: int) -> str:
-        """Return a line that stays, with what it takes from the lines before where they are others now."""
+        """Return an unchanged line, with the motion and feed words that it no longer inherits from earlier lines."""
         need, after = self.program.modal(block), self.program.modal(block + 1)
         reliance = self.reader.reliance(block, block + 1)
         front, back = [], []
@@ -126,7 +126,7 @@ class _PaceWriter:
         if not front and not back:
             return line
         if block in self.program.fixed or self.reader.words(block) is None:
-            # Only a block of its own can say it; G2 and G3 cannot stand alone, and what is fixed states them itself.
+            # The words need a separate block. G2 and G3 cannot stand alone; fixed blocks state them anyway.
             said = [word for word in (*front, *back) if word not in ("G2", "G3")]
             return " ".join(said) + self.end + line if said else line
         return "".join(insert_words_within(line, front, back, self.longest, len(line.rstrip("\r\n"))))
@@ -154,7 +154,7 @@ class _PaceWriter:
         return "".join(written) + self._last(line, block, row, last, own, unit)
 
     def _last(self, line: str, block: int, row: int, last: PaceStretch, own: float, unit: float | None) -> str:
-        """Return the program's own line with the speed of the last stretch."""
+        """Return the original line with the speed of the last stretch."""
         was = len(line.rstrip("\r\n"))
         code = code_of(line)
         states_feed = _FEED_WORD.search(code) is not None
@@ -190,7 +190,7 @@ class _PaceWriter:
         return ["F" + format_value(value)]
 
     def _value(self, stretch: PaceStretch, row: int, own: float, unit: float | None) -> float:
-        """Return a speed in the program's units per minute, rounded down; its own feed as it is."""
+        """Return a speed in program units per minute, rounded down; the original feed is unchanged."""
         if abs(stretch.speed - float(self.program.path.value[row])) <= 1e-9 * stretch.speed:
             return own
         value = stretch.speed * SECONDS_PER_MINUTE / (unit or 1.0)
@@ -199,7 +199,7 @@ class _PaceWriter:
 
 
 def _without_centre(line: str) -> str:
-    """Return a line without the words of an arc's centre and radius.
+    """Remove the words for centre and radius of an arc from a line.
 
     >>> _without_centre("N5 G0 X5 Y2 I-3. J0 (J2)")
     'N5 G0 X5 Y2 (J2)'
@@ -210,7 +210,7 @@ def _without_centre(line: str) -> str:
 
 
 def _in_code(line: str, pattern: re.Pattern[str], text: str) -> tuple[str, int]:
-    """Return a line with what a pattern finds first outside of comments replaced, and how often that was."""
+    """Replace the first match of a pattern outside comments; return the line and the number of replacements."""
     match = pattern.search(code_of(line))
     if match is None:
         return line, 0

@@ -1,4 +1,4 @@
-"""Where the tool is in a foreign program before and after its blocks: what the rewriter measures its own text by."""
+"""Tool positions in the original program, by which the rewriter checks its own output."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ _STOPS = (Kind.TOOL, Kind.PAUSE, Kind.MACHINE, Kind.END, Kind.FRAME, Kind.SHIFT,
 
 
 class Original:
-    """A program with the place of the tool before every row, `before`: float64[n, 3], mm."""
+    """A program with the tool position before every row, `before`: float64[n, 3], mm."""
 
     def __init__(self, program: Program) -> None:
         self.program = program
         self.before = program.path.before
 
     def place_before(self, block: int) -> list[float]:
-        """Return where the tool is before a block, or at the end."""
+        """Return the tool position before a block, or at the end of the program."""
         row = int(self.program.first[block])
         if row < len(self.program.path):
             place: list[float] = self.before[row].tolist()
@@ -33,7 +33,7 @@ class Original:
         return last
 
     def initial_before(self, block: int) -> float:
-        """Return the height before the series of cycles that runs before a block, or there if none does."""
+        """Return the initial height of the cycle series active before a block, or the current height if none is."""
         if self.program.modal(block).cycle is None:
             return self.place_before(block)[2]
         row = int(self.program.first[block])
@@ -43,9 +43,9 @@ class Original:
         return float(self.before[row, 2]) if row < len(kinds) else math.nan
 
     def follows_work(self, block: int) -> bool:
-        """Return whether there is work before a block since the program last stopped or changed a tool.
+        """Return whether there is work between the last stop or tool change and a block.
 
-        A dwell somewhere is work, too.
+        A dwell followed by a sideways rapid counts as work.
         """
         kinds = self.program.path.kind
         row = int(self.program.first[block]) - 1
@@ -58,9 +58,9 @@ class Original:
         return False
 
     def departure(self, piece: PieceOfWork) -> float:
-        """Return the height, mm, at which the original went across after a piece; minus infinity where it did not.
+        """Return the height of the travel move after a piece in the original, mm; minus infinity if there is none.
 
-        Where it rose there for a stop, it is as high as it came, but no higher than it had come to that place.
+        If the tool retracts for a stop there, the height is limited to that of the approach to the piece.
         """
         path, first = self.program.path, self.program.first
         row = int(first[piece.end])
@@ -76,14 +76,14 @@ class Original:
         return min(top, float(path.end[ways[-1], 2])) if ways else -math.inf
 
     def crossing(self, piece: PieceOfWork) -> float:
-        """Return how low the original comes over the first place of a piece."""
+        """Return the lowest height at which the original moves to the start of a piece, mm."""
         row = self.arrival(piece)[1]
         z0, z1 = float(self.before[row, 2]), float(self.program.path.end[row, 2])
         path = self.program.path
         return max(z0, path.cycles[int(path.ref[row])].r_plane) if path.kind[row] == Kind.DRILL else min(z0, z1)
 
     def arrival(self, piece: PieceOfWork) -> tuple[int, int]:
-        """Return the block and the row that bring the tool over the first place of a piece."""
+        """Return the block and the row of the move to the start of a piece."""
         path, first = self.program.path, self.program.first
         for block in range(piece.begin, piece.end):
             for row in range(int(first[block]), int(first[block + 1])):
@@ -93,11 +93,11 @@ class Original:
         raise PostError(f"line {piece.line}: the piece of work there never arrives at its place")
 
     def idle(self, row: int) -> bool:
-        """Return whether a row leaves X and Y where they are."""
+        """Return whether a row does not move X and Y."""
         return bool((np.abs(self.program.path.end[row, :2] - self.before[row, :2]) < _TOLERANCE).all())
 
     def risen(self, rows: range) -> tuple[float, float] | None:
-        """Return the height to which the first hole with G98 of a series rises, and its R plane, if there is one."""
+        """Return the initial height and the R plane of the first hole with G98 in a series, or None."""
         path = self.program.path
         for row in rows:
             if path.kind[row] == Kind.DRILL:

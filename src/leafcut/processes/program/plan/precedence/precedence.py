@@ -1,4 +1,4 @@
-"""Precedence of pieces of work: the pairs whose order is kept, by the order rules in doubt `KEEP`."""
+"""Precedence of pieces of work: the pairs whose order is kept, by the order rules with thresholds `KEEP`."""
 
 from __future__ import annotations
 
@@ -42,16 +42,16 @@ from leafcut.processes.program.proof.outlines import (
 from leafcut.processes.program.proof.program_work import has_no_mill
 from leafcut.processes.program.proof.traces import Traces, traces_of
 
-#: Pieces reduced together, as the bits of one number.
+#: Number of pieces reduced together, as the bits of one integer.
 _BITS = 8192
-#: More pairs of work and a later piece that frees a part are too many for a search.
+#: Maximum number of pairs of work and a later piece that detaches a part; beyond it, the search takes too long.
 _MOST_PAIRS = 50_000
-#: Why an order is kept: cuts touch, passes of a mill of unknown width, one is inside the other, a part may come free.
+#: Reasons to keep an order: touching cuts, passes of a mill of unknown width, nesting, a part that may be detached.
 TOUCHES, PASSES, INSIDE, FREES = "touches", "passes", "inside", "frees"
 
 
 class Precedence(NamedTuple):
-    """Pieces, those that free a part marked; the pairs in which their order is kept; and `Section.ties`."""
+    """Pieces with marks on those that detach a part; the pairs whose order is kept; and `Section.ties`."""
 
     pieces: tuple[PieceOfWork, ...]
     pairs: NDArray[np.int32]
@@ -59,14 +59,14 @@ class Precedence(NamedTuple):
 
 
 class _Work:
-    """Pieces of work as the order rules see them; the pieces of several sections follow each other.
+    """Input of the order rules for pieces of work; the pieces of several sections are concatenated.
 
     Attributes
     ----------
     owner
-        int64[m]: the piece of each feature.
+        int64[m]: piece of each feature.
     section
-        int64[n]: the number of the section of each piece.
+        int64[n]: section number of each piece.
     """
 
     def __init__(self, program: Program, rows: Rows, sections: Sequence[Sequence[PieceOfWork]]) -> None:
@@ -84,7 +84,7 @@ class _Work:
         self.traces: Traces = traces_of(self.features)
 
     def lines(self) -> list[Line]:
-        """Return the lines of all pieces; the place where it begins of a piece without any."""
+        """Return the lines of all pieces; a piece without lines is represented by its start point."""
         lines = lines_of(self.features, self.traces, self.owner, KEEP.sagitta)
         without = set(range(len(self.pieces))) - {line.owner for line in lines}
         return lines + [Line(number, np.array([self.pieces[number].entry] * 2)) for number in sorted(without)]
@@ -99,15 +99,15 @@ class _Work:
 def with_precedence(
     program: Program, rows: Rows, pieces: Sequence[PieceOfWork], process: str, look: Heartbeat = unseen
 ) -> Precedence:
-    """Return the pieces, those that free a part marked, and the pairs in which the order of the program is kept.
+    """Mark the pieces that detach a part, and return the pairs whose order is kept.
 
-    - Cuts closer than the tool is wide (as a comment states it; otherwise than `TOUCHING`) keep their order: passes at
-      one place, a finishing pass, a hole drilled again.
-    - A closed cut stays after the work inside it that came before it. With a mill, work inside it also stays after it,
-      as it may be the roughing pass.
-    - A piece that frees a part stays after all other work that came before it.
+    - Cuts closer than the tool width stated in a comment, or else than `TOUCHING`, keep their order: repeated passes,
+      finishing passes, holes drilled twice.
+    - A closed cut stays after the earlier work inside it. With a mill, later work inside it also stays after it, since
+      the closed cut may be a roughing pass.
+    - A piece that detaches a part stays after all earlier work.
 
-    Pairs that follow from others are left out.
+    Implied pairs are left out.
     """
     n = len(pieces)
     work = _Work(program, rows, [pieces])
@@ -124,12 +124,12 @@ def with_precedence(
 def are_related(
     program: Program, rows: Rows, sections: Sequence[Sequence[PieceOfWork]], process: str, look: Heartbeat = unseen
 ) -> bool:
-    """Return whether the order of any piece of a section and any one of another section has a meaning."""
+    """Return whether the order of any two pieces of different sections matters."""
     return any(map(len, _related(_Work(program, rows, sections), process, look).values()))
 
 
 def _related(work: _Work, process: str, look: Heartbeat) -> dict[str, NDArray[np.int64]]:
-    """Return int64[k, 2], pairs whose order has a meaning, by cause; of several sections, only pairs across them."""
+    """Return the pairs whose order matters by cause, int64[k, 2]; for several sections, only pairs across them."""
     across = len(work.sections) > 1
     widths = [tool_width(work.program, pieces[0].begin) for pieces in work.sections]
     lines = work.lines()
@@ -153,7 +153,7 @@ def _related(work: _Work, process: str, look: Heartbeat) -> dict[str, NDArray[np
         if not across:
             pairs[PASSES].append(rows_in_order(visits, KEEP))
     tab = BEAM_TAB if process in BEAMS else MILL_TAB
-    # With a beam, work inside a part that was cut out before it is free.
+    # With a beam, work inside a part that was already cut out can be reordered.
     both_ways = process not in BEAMS or not has_no_mill(work.program)
     for number in range(len(work.sections)):
         mine = [line for line in lines if work.section[line.owner] == number]
@@ -171,9 +171,9 @@ def _each_once(pairs: list[NDArray[np.int64]]) -> NDArray[np.int64]:
 
 
 def _freeing(work: _Work, process: str, look: Heartbeat) -> tuple[PieceOfWork, ...]:
-    """Return the pieces, those that free a part marked.
+    """Return the pieces with marks on those that detach a part.
 
-    The deepest place to which the mill goes sideways counts as the underside of the material.
+    The deepest sideways cut of the mill counts as the underside of the material.
     """
     pieces = tuple(work.pieces)
     if process in BEAMS or has_no_mill(work.program):
@@ -195,15 +195,15 @@ def _freeing(work: _Work, process: str, look: Heartbeat) -> tuple[PieceOfWork, .
 
 
 def freeing_stages(pieces: Sequence[PieceOfWork]) -> list[int]:
-    """Return the pieces from which on all pieces free parts that no earlier piece waits for, rising.
+    """Return the ascending first pieces of the final stages, in which every piece detaches a part.
 
-    All work before such a piece comes before all work after it, so each stage is a section of its own.
+    All work before such a piece precedes all work after it, so each stage becomes a section of its own.
     """
     may, frees, bottoms = _freed_by(pieces)
     if not may.any():
         return []
     only = np.logical_and.accumulate(may[::-1])[::-1]
-    # A piece that frees a part for certain may change places with its like.
+    # Pieces that detach parts for certain may be reordered among each other.
     lowest = np.minimum.accumulate(np.where(frees, bottoms, np.inf))[:-1]
     highest = np.maximum.accumulate(bottoms[::-1])[::-1][1:]
     found: list[int] = (1 + np.flatnonzero(only[1:] & (lowest > highest + LEVEL))).tolist()
@@ -211,10 +211,10 @@ def freeing_stages(pieces: Sequence[PieceOfWork]) -> list[int]:
 
 
 def work_before_freeing(pieces: Sequence[PieceOfWork]) -> NDArray[np.int64]:
-    """Return int64[k, 2], pairs (before, after): all work before every later piece that frees a part.
+    """Return the pairs (before, after) of all work and every later piece that detaches a part, int64[k, 2].
 
-    Pieces that free parts at one depth may change places. Pairs of different stages are left out. With too many pairs,
-    parts come free in their old order.
+    Pieces that detach parts at one depth may be reordered. Pairs of different stages are left out. With too many pairs,
+    parts are detached in their original order.
     """
     may, frees, bottoms = _freed_by(pieces)
     found = []
@@ -234,7 +234,7 @@ def _freed_by(pieces: Sequence[PieceOfWork]) -> tuple[NDArray[np.bool_], NDArray
 
 
 def ties_of(pairs: NDArray[np.int64], n: int) -> NDArray[np.int32]:
-    """Return `Section.ties` of pairs (before, after), int64[k, 2], of n pieces."""
+    """Return `Section.ties` of n pieces from the pairs (before, after), int64[k, 2]."""
     ties = no_ties(n)
     np.minimum.at(ties[:, 0], pairs[:, 0], pairs[:, 1].astype(np.int32))
     np.maximum.at(ties[:, 1], pairs[:, 1], pairs[:, 0].astype(np.int32))
@@ -247,14 +247,14 @@ def no_ties(n: int) -> NDArray[np.int32]:
 
 
 def nearer(one: NDArray[np.int32] | None, other: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return the ties of pieces that two causes hold."""
+    """Combine the ties of two causes."""
     if one is None:
         return other
     return np.stack([np.minimum(one[:, 0], other[:, 0]), np.maximum(one[:, 1], other[:, 1])], axis=1)
 
 
 def divided_at(edges: Sequence[int], n: int) -> NDArray[np.int32] | None:
-    """Return `Section.ties` of n pieces that stay on their side of every edge; None without edges."""
+    """Return `Section.ties` of n pieces that stay on their side of every edge, or None without edges."""
     inner = [edge for edge in edges if 0 < edge < n]
     if not inner:
         return None
@@ -264,14 +264,14 @@ def divided_at(edges: Sequence[int], n: int) -> NDArray[np.int32] | None:
 
 
 def _without_implied(pairs: NDArray[np.int64], n: int, look: Heartbeat = unseen) -> NDArray[np.int32]:
-    """Return the pairs (before, after), all from a lower to a higher number, without those that others imply.
+    """Remove implied pairs (transitive reduction); every pair goes from a lower to a higher number.
 
-    What hangs together is looked at by itself, and of that so many pieces at a time: memory grows with n alone.
+    Connected groups are reduced separately, in blocks of `_BITS` pieces, so that memory grows only linearly with n.
     """
     if not len(pairs):
         return np.zeros((0, 2), dtype=np.int32)
     group = linked(n, pairs[:, 0], pairs[:, 1])
-    # Pieces in the order of their groups: the numbers of what hangs together are near to each other.
+    # Sort pieces by group, so that connected pieces have nearby numbers.
     order = np.argsort(group, kind="stable")
     rank = np.empty(n, dtype=np.int64)
     rank[order] = np.arange(n)
@@ -289,9 +289,9 @@ def _without_implied(pairs: NDArray[np.int64], n: int, look: Heartbeat = unseen)
 
 
 def _kept_from(pairs: list[list[int]], low: int, high: int) -> list[tuple[int, int]]:
-    """Return which pairs that begin at low ≤ before < high no others imply.
+    """Return the pairs with low ≤ before < high that are not implied by others.
 
-    `pairs` are sorted by their ends, those of one end with the highest beginning first.
+    `pairs` are sorted by ascending `after`, then by descending `before`.
     """
     # Bit k of `ancestors[i]`: piece low + k must come before piece i.
     ancestors: dict[int, int] = {}

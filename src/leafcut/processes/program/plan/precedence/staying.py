@@ -1,7 +1,7 @@
-"""Why pieces of work keep their place in a program: each by what alone holds it, with the line where that stands.
+"""Find the reasons why pieces of work keep their place, with the line of each.
 
-A piece of a section can stand nowhere else where all others come before it or behind it. What holds it is the cause
-without which that would not be so; where every single one can go and it would still be held, it is several together.
+A piece cannot move if every other piece has to come before or after it. The reason is the rule without which it could
+move; if no single rule suffices, a combination of rules is the reason.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from leafcut.gcode.words import split_line
 from leafcut.model.sequence import Section, Sequence, Stay, Staying
 from leafcut.processes.program.plan.precedence.precedence import divided_at
 
-#: Why pieces stay, by name: the words for one or more of them. What stands in the text is `{word}`, why `{cause}`.
+#: Messages by reason; `{cause}` is the cause, such as the kind of barrier.
 PHRASES: dict[str, str] = {
     "frees": "because each may free a part (it closes, as deep as the mill goes)",
     "touches": "because cuts that touch keep their order",
@@ -40,15 +40,15 @@ PHRASES: dict[str, str] = {
     "too-large": "because the program is too large to plan",
 }
 OPERATION = "operation"
-#: Longer texts of blocks are cut.
+#: Maximum length of a block in a message, characters.
 _MOST_LETTERS = 40
 _NUMBER = re.compile(r"^[/ \t]*N[ \t]*[0-9]+(?:\.[0-9]+)?[ \t]*", re.IGNORECASE)
 
 
 def why_pieces_stay(section: Section, apart: Iterable[int]) -> tuple[Stay | None, ...]:
-    """Return for every piece of a section why it can stand nowhere else, None where it can.
+    """Return the reason why each piece of a section cannot move, or None if it can.
 
-    `apart` are the pieces with which operations begin that are not mixed.
+    `apart` are the first pieces of operations that are not mixed.
     """
     n = len(section.pieces)
     ties = dict(section.ties)
@@ -70,9 +70,9 @@ def why_pieces_stay(section: Section, apart: Iterable[int]) -> tuple[Stay | None
 
 
 def _held(ties: list[NDArray[np.int32]], n: int) -> NDArray[np.bool_]:
-    """Return which of n pieces all others come before or behind, bool[n].
+    """Return the mask of pieces that cannot move relative to any other, bool[n].
 
-    A piece is behind all that stand before it if each of those has to be before one that is no farther than it.
+    All earlier pieces precede a piece if each of them must come before some piece no later than it.
     """
     if not ties or n < 2:
         return np.zeros(n, dtype=bool)
@@ -86,7 +86,7 @@ def _held(ties: list[NDArray[np.int32]], n: int) -> NDArray[np.bool_]:
 
 
 def word_at(program: Program, line: int) -> str:
-    """Return what a line says without its number and its comments, cut short."""
+    """Return the text of a line without line number and comments, shortened."""
     text = program.lines[line - 1].strip() if 0 < line <= len(program.lines) else ""
     body, comments = split_line(text, nested=True) if text.count("(") == text.count(")") else (text, ())
     body = " ".join(_NUMBER.sub("", body).split())
@@ -95,19 +95,19 @@ def word_at(program: Program, line: int) -> str:
 
 
 def count_pieces(sequence: Sequence) -> int:
-    """Return how many pieces of work a program has."""
+    """Return the number of pieces of work in a program."""
     return len(sequence.stays) + sum(len(section.pieces) for section in sequence.sections)
 
 
 def grouped(sequence: Sequence, refused: Mapping[tuple[int, int], str], keep_order: bool) -> tuple[Staying, ...]:
-    """Return why pieces stay, grouped, the most first.
+    """Return the reasons why pieces stay, grouped, most frequent first.
 
     Parameters
     ----------
     refused
-        By the numbers of a section and of a piece of it: why the piece was not written in another order.
+        Reason why a piece could not be written in a new order, by section and piece number.
     keep_order
-        No other order was asked for.
+        Whether the user asked to keep the order.
     """
     stays = list(sequence.stays)
     for number, section in enumerate(sequence.sections):
