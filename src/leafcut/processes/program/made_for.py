@@ -1,4 +1,4 @@
-"""The part that a program states it was made for, and the material before the program's own cuts."""
+"""The part named in the header of a program, and the material before its cuts."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from leafcut.material.straight_moves import StraightMoves
     from leafcut.model.heartbeat import Heartbeat
 
-#: The statement stands in the comments of so many lines at the top.
+#: Number of lines at the top that may contain the header.
 _FIRST_LINES = 60
 _STATED = re.compile(
     r"\bpart: (?P<name>.+?)(?:, (?P<up>-?[xyz]) up)?(?:, Z0 at Z(?P<z>-?[\d.]+) mm)?"
@@ -30,15 +30,15 @@ _STATED = re.compile(
     r"(?:, turned (?P<turn>-?[\d.]+) deg)?\s*\)?\s*$",
     re.IGNORECASE,
 )
-#: The two lines of leafcut's header before it.
+#: The two lines of the leafcut header before the line that names the part.
 _OURS, _SOURCE = re.compile(r"\bleafcut \d", re.IGNORECASE), re.compile(r"\bsource: ", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
 class StatedPart:
-    """The file of a part as a program's header names it, and its place in the program.
+    """The file of the part in the header of a program, and its placement.
 
-    The part is turned with `up` up, its height `z`, mm, becomes Z0, and `placing` follows.
+    The part is turned so that axis `up` points up, its height `z` (mm) becomes Z0, and then `placing` is applied.
     """
 
     name: str
@@ -48,9 +48,9 @@ class StatedPart:
 
 
 def stated_part(program: Program) -> StatedPart | None:
-    """Return the part that leafcut's header of a program states; None where it states none.
+    """Return the part named in the leafcut header of a program, or None.
 
-    Comments of other CAM name parts as well; what they say has no place here.
+    Part names in the comments of other CAM programs are ignored.
     """
     header = list(program.lines[:_FIRST_LINES])
     for before, source, line in zip(header, header[1:], header[2:], strict=False):
@@ -65,7 +65,7 @@ def stated_part(program: Program) -> StatedPart | None:
 
 
 def part_as_placed(mesh: Mesh, stated: StatedPart | None) -> Mesh:
-    """Return a part in the coordinates of a program, as that states it; unchanged where it states nothing."""
+    """Return the part in program coordinates, or unchanged if the program states no placement."""
     from leafcut.processes.placing import placed_mesh, turned_mesh
 
     if stated is None:
@@ -76,15 +76,15 @@ def part_as_placed(mesh: Mesh, stated: StatedPart | None) -> Mesh:
 def before_its_cuts(
     mesh: Mesh, cell: float, moves: StraightMoves, cutters: Mapping[int, Cutter], look: Heartbeat
 ) -> HeightField:
-    """Return the material of a part before a program's own cuts, as cells of a side, mm.
+    """Return the material before the cuts of a program, derived from the finished part; `cell` is in mm.
 
-    The part is the finished one. Where a tool only goes straight down, its hole is full up to the surface around it.
-    What a tool mills sideways is full up to the highest place of the part, which the tool has to pass.
+    Drilled holes are filled up to the surrounding surface. Areas milled sideways are filled up to the highest point of
+    the part.
 
     Raises
     ------
     PlanError
-        There would be too many cells.
+        The field would have too many cells.
     """
     from leafcut.material.cutting import cut
     from leafcut.material.height_field import HeightField
@@ -108,7 +108,7 @@ def before_its_cuts(
 
 
 def _fill(field: HeightField, x: float, y: float, radius: float) -> None:
-    """Fill a round hole up to the surface around it: half of the rim stands as high at least."""
+    """Fill a round hole up to the median height of its rim."""
     reach = radius + 2.0 * field.cell
     columns, rows = (
         slice(max(round((at - reach - first) / field.cell), 0), max(round((at + reach - first) / field.cell) + 1, 0))

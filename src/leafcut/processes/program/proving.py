@@ -1,4 +1,4 @@
-"""The text of a reordered program, and its proof; pieces that a proof names keep their place."""
+"""Write and prove a reordered program; pieces that fail the proof keep their place."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ if TYPE_CHECKING:
     from leafcut.processes.program.pace import Paced
     from leafcut.processes.program.planning import ForeignWork
 
-#: After this many trials all pieces keep their place: each trial takes as long as a proof.
+#: Maximum number of trials before all pieces keep their place; each trial takes a full proof.
 _MOST_TRIALS = 6
 
 
 @dataclass(frozen=True, eq=False)
 class Rewritten:
-    """A program in a new order: as it runs, its proof, new heights and feeds, new dangers and moves."""
+    """A reordered program: its interpretation, its proof, new heights and feeds, new dangers, newly crossed areas."""
 
     program: Program
     certificate: Certificate | None = None
@@ -45,7 +45,10 @@ class Rewritten:
 
 
 def measured(plan: Plan, program: Program) -> Measure:
-    """Return time and lengths of a program; a beam that is off travels. The time of GRBL depends on the sent lines."""
+    """Return the time and lengths of a program; moves with the beam off count as travel.
+
+    The time on GRBL depends on the sent lines.
+    """
     from leafcut.processes.program.plan.sections.program_rows import dark_rows
     from leafcut.timing.grbl import sent_lines
     from leafcut.timing.toolpath import corner_style, measure
@@ -56,12 +59,12 @@ def measured(plan: Plan, program: Program) -> Measure:
 
 
 def rewritten(plan: Plan, order: Order) -> Candidate:
-    """Return the program with its sections in an order, without a proof.
+    """Return the program with its sections in the given order, without a proof.
 
     Raises
     ------
     PostError
-        The program cannot be written in its own order either.
+        The program cannot be written in its original order either.
     OrderRefused
         A section cannot be written in this order.
     """
@@ -74,9 +77,9 @@ def rewritten(plan: Plan, order: Order) -> Candidate:
 
 
 def proved(plan: Plan, best: Candidate) -> Candidate:
-    """Return a program with its proof, which its comments state.
+    """Prove a program, and add comments that state the proof.
 
-    It does the same work as the original, none of its moves meets an obstacle, and it leaves the same stock.
+    It must do the same work as the original, hit no obstacle, and leave the same stock.
 
     Raises
     ------
@@ -116,21 +119,21 @@ def proved(plan: Plan, best: Candidate) -> Candidate:
 
 
 def with_text(plan: Plan, best: Candidate, text: str) -> Candidate:
-    """Return a candidate with the same motion in another text."""
+    """Return a candidate with a new text for the same motion."""
     program = read_new(plan.job, plan.dialect, text)
     timed = best.measure if best.measure.lines is None else measured(plan, program)
     return replace(best, text=text, path=program.path, measure=timed, detail=replace(best.detail, program=program))
 
 
 def with_pieces_kept(plan: Plan, order: Order, refused: OrderRefused, trial: int) -> Order:
-    """Return the order with more pieces in their own place; no other piece passes them.
+    """Return the order with more pieces at their original place; no other piece passes them.
 
-    These are the pieces at fault, else their sections, else all. The last resort is the program as it is.
+    These are the pieces at fault, or else their sections, or else all. The last resort is the unchanged program.
 
     Raises
     ------
     VerifyError
-        The program as it is cannot be proved.
+        The unchanged program cannot be proved.
     """
     from leafcut.processes.program.plan.resequencing import nodes_in_order, piece_order
 
@@ -152,7 +155,7 @@ def with_pieces_kept(plan: Plan, order: Order, refused: OrderRefused, trial: int
 
 
 def kept_issues(work: ForeignWork, order: Order) -> Iterator[Issue]:
-    """Yield why pieces keep their place although another order was found, each reason once."""
+    """Yield one issue per reason why pieces keep their place although a better order was found."""
     by_reason: dict[str, list[tuple[int, int]]] = {}
     for place, reason in sorted(order.kept.items()):
         by_reason.setdefault(reason, []).append(place)
@@ -166,7 +169,7 @@ def kept_issues(work: ForeignWork, order: Order) -> Iterator[Issue]:
 
 
 def _in_order(plan: Plan, order: Order) -> str:
-    """Return the text with the sections in their orders."""
+    """Return the text with the sections in the given order."""
     from leafcut.processes.program.plan.resequencing import piece_order
     from leafcut.processes.program.post.rewriter import rewrite
 
@@ -198,9 +201,9 @@ def _read_back(plan: Plan, text: str) -> Program:
 
 
 def _kept_in_place(order: NDArray[np.int32], kept: set[int]) -> NDArray[np.int32]:
-    """Return the order with some pieces in their own place; no other piece passes them.
+    """Return the order with the pieces `kept` at their original place; no other piece passes them.
 
-    It keeps each precedence that the order and the original keep.
+    Precedence is preserved, since both the order and the original obey it.
     """
     fixed = np.array(sorted(kept), dtype=np.int32)
     piece = np.where(order < 0, ~order, order)
@@ -223,7 +226,7 @@ def _pieces_at(work: ForeignWork, lines: set[int]) -> set[tuple[int, int]]:
 
 
 def _section_at(work: ForeignWork, line: int) -> int:
-    """Return the section that has a line of the original, or the last one before it; -1 for none."""
+    """Return the section that contains a line of the original, or the last section before it; -1 for none."""
     last, text_line = -1, work.program.text_line
     for number, section in enumerate(work.sequence.sections):
         first, final = int(text_line[section.pieces[0].begin]), int(text_line[section.pieces[-1].end - 1])
@@ -235,9 +238,9 @@ def _section_at(work: ForeignWork, line: int) -> int:
 
 
 def with_comments(text: str, comments: Iterable[str], words: Dialect) -> str:
-    """Return a program with comments near its top: below the percent sign and the program's number.
+    """Insert comments near the top of a program, below the percent sign and the program number.
 
-    They get the line ends of the program.
+    They use the line ending of the program.
     """
     from leafcut.post.comments import comment_lines
 

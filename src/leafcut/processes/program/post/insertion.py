@@ -1,4 +1,4 @@
-"""Words put into lines of a program that somebody else wrote, in the manner of that line; and new N-numbers."""
+"""Insert words into lines of a foreign program in the style of each line, and renumber lines."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ _NUMBER = re.compile(r"([ \t]*+/?[ \t]*+[Nn][ \t]*+)([0-9]+)(?![0-9.])")
 _LETTER = re.compile(r"[A-Za-z]")
 _WORD = re.compile(r"([A-Za-z])[ \t]*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))")
 _JUMP = re.compile(r"GOTO|M\s*97(?![0-9])|M\s*99\s*P", re.IGNORECASE)
-#: Words that say how the next motions are meant, and make none.
+#: Modal words that may stand in a block of their own without causing a motion.
 _STANDS_ALONE = frozenset(("G17", "G18", "G19", "G90", "G91", "G90.1", "G91.1", "G98", "G99"))
-#: The largest N-number of RS274/NGC.
+#: Largest N-number in RS274/NGC.
 _LAST_NUMBER = 99_999
 
 
 def line_end(lines: Sequence[str]) -> str:
-    """Return how the lines of a program end."""
+    """Return the line ending of a program."""
     first = lines[0] if len(lines) else ""
     return first[len(first.rstrip("\r\n")) :] or "\n"
 
 
 def code_of(line: str) -> str:
-    """Return a line without its end, its comments replaced by as many spaces."""
+    """Return a line without its line ending, with comments replaced by spaces."""
     return _COMMENT.sub(lambda m: " " * len(m.group()), line.rstrip("\r\n"))
 
 
 def insert_words(line: str, front: Sequence[str], back: Sequence[str]) -> str:
-    """Return a line with G words before its first word and other words behind its last one.
+    """Insert G words before the first word of a line and other words after the last.
 
     >>> insert_words("N10 X5 (here)", ["G81"], ["Z-3.0"])
     'N10 G81 X5 Z-3.0 (here)'
@@ -49,19 +49,19 @@ def insert_words(line: str, front: Sequence[str], back: Sequence[str]) -> str:
 
 
 def insert_words_within(line: str, front: Sequence[str], back: Sequence[str], longest: int, was: int) -> list[str]:
-    """Return a line with words inserted, after a block of their own where it would be too long for the controller.
+    """Insert words into a line; if it gets too long for the controller, write modal words in a block before it.
 
     Parameters
     ----------
     longest
-        Characters that a line may have, its end not counted.
+        Maximum length of a line without its line ending, characters.
     was
-        How many the line of the original has: that many it may have anyway.
+        Length of the original line, which is always permitted.
 
     Raises
     ------
     PostError
-        It is too long even so: words of a motion cannot stand alone.
+        The line is still too long, since motion words cannot stand alone.
 
     >>> insert_words_within("X5 (a hole)", ["G99", "G81"], ["Z-3.0", "F100"], 24, 11)
     ['G99 F100', 'G81 X5 Z-3.0 (a hole)']
@@ -81,7 +81,7 @@ def insert_words_within(line: str, front: Sequence[str], back: Sequence[str], lo
 
 
 def replace_words(line: str, texts: Mapping[str, str]) -> str:
-    """Return a line with other numbers behind the letters that `texts` names, where it has them.
+    """Replace the numbers after the letters in `texts`; letters that the line lacks are ignored.
 
     >>> replace_words("G0 X5.Y-2 (X5)", {"X": "7.5", "Z": "1"})
     'G0 X7.5Y-2 (X5)'
@@ -95,7 +95,7 @@ def replace_words(line: str, texts: Mapping[str, str]) -> str:
 
 
 def with_words(line: str, words: Sequence[str]) -> str:
-    """Return a line with other words; its number, its comments and its manner stay.
+    """Replace all words of a line, but keep its number, its comments and its style.
 
     >>> with_words("N10 G1X5Y2 (here)", ["G1", "X0", "Y1"])
     'N10 G1X0Y1 (here)'
@@ -113,13 +113,13 @@ def with_words(line: str, words: Sequence[str]) -> str:
 
 
 def format_value(value: float) -> str:
-    """Return a length in the program's unit as every controller reads it: with a decimal point, without an exponent."""
+    """Format a number for any controller: with a decimal point, without an exponent."""
     text = f"{round(value, 6) + 0.0:.6f}".rstrip("0")
     return text + "0" if text.endswith(".") else text
 
 
 def format_length(mm: float, unit: float | None) -> str:
-    """Return the text of a length given in mm, in a unit of so many millimetres (None: 1).
+    """Format a length in mm in program units of `unit` mm (None: 1).
 
     >>> format_length(-25.4, 25.4)
     '-1.0'
@@ -128,15 +128,14 @@ def format_length(mm: float, unit: float | None) -> str:
 
 
 def renumbered(lines: Sequence[tuple[str, bool]], longest: int = 255) -> list[str]:
-    """Return lines with new N-numbers, counting as the program does; `lines` are (text, whether it is a new line).
+    """Renumber lines with the start and step of the program; `lines` are (text, whether the line is new).
 
-    A line without a number gets none, but for a new one.
+    Original lines without a number stay without; new lines get a number.
 
     Raises
     ------
     PostError
-        The program jumps to a number, has more lines than there are numbers, or a line would have more than `longest`
-        characters.
+        The program jumps to a number or has too many lines, or a line would be longer than `longest` characters.
     """
     found = [m for m in (_NUMBER.match(text) for text, _ in lines) if m]
     if not found:

@@ -1,10 +1,10 @@
-"""Writes a foreign program with its pieces of work in another order.
+"""Write a foreign program with its pieces of work in a new order.
 
     rewrite(program, sequence, orders) -> str
 
-Blocks that stay are copied byte for byte. A piece that moves keeps its text. Its first block gains the modal words that
-its old predecessor left active and its new one does not; if the heights differ, a rapid is written before it. Between
-pieces the tool is nowhere lower than the clearance of the section.
+Blocks that stay are copied byte for byte. A moved piece keeps its text. Its first block gains the modal words that its
+old predecessor left active and its new predecessor does not; if the heights differ, a rapid is inserted before it.
+Between pieces, the tool is never lower than the clearance height of the section.
 """
 
 from __future__ import annotations
@@ -40,11 +40,11 @@ from leafcut.processes.program.post.reversing import reverse_stroke
 from leafcut.processes.program.post.source_positions import Original
 
 _TOLERANCE = 1e-6
-#: Arcs without a centre are an error: rs274 ("R i j k words all missing for arc"), GRBL (error 26).
+#: An arc without a centre is an error: rs274 ("R i j k words all missing for arc"), GRBL (error 26).
 _ARCS = frozenset({"G2", "G3"})
 #: A number; an expression does not match.
 _NUMBER = re.compile(r"[-+]?[0-9.]+")
-#: Modes that the first piece of a section may state again.
+#: Modal groups that the first piece of a section may state again.
 _ANEW = frozenset({"plane", "distance", "feed_mode", "feed", "speed"})
 #: Fields of `Modal` by the modal group on which a block relies.
 _FIELDS: dict[str, tuple[str, ...]] = {
@@ -71,15 +71,17 @@ def rewrite(
         A permutation of the pieces of each section, integers; ~k is piece k, reversed.
     renumber
         Write new N-numbers.
-    longest, look
-        Maximum length of a line with inserted words, unless it was longer before; called during the work.
+    longest
+        Maximum length of a line with inserted words, unless the original line is longer.
+    look
+        Callback for progress and cancellation.
     obstacles
-        All rapids go over them, or around them if the tool cannot be lifted.
+        Rapids pass over these, or around them if the tool cannot be lifted.
 
     Raises
     ------
     PostError
-        An order is not a permutation, or breaks a precedence. Blocks after a section rely on a state of its last piece
+        An order is not a permutation or breaks a precedence. Blocks after a section rely on a state of its last piece
         that no word restores. The program jumps to N-numbers that would change. A line would be longer than `longest`.
         No rapid leads over or around an obstacle.
     """
@@ -98,7 +100,7 @@ def rewrite(
 
 @contextmanager
 def _of_section(number: int) -> Iterator[None]:
-    """Add the number of the section to each `PostError`."""
+    """Add the section number to each `PostError`."""
     try:
         yield
     except PostError as problem:
@@ -106,7 +108,7 @@ def _of_section(number: int) -> Iterator[None]:
 
 
 class _Rewriter:
-    """Writes one piece after the other, and keeps the modal state and the place of the tool."""
+    """Writes the pieces in order, and tracks the modal state and the position of the tool."""
 
     def __init__(
         self, program: Program, sequence: Sequence, longest: int, look: Heartbeat, obstacles: Obstacles | None = None
@@ -121,13 +123,13 @@ class _Rewriter:
         self.end = line_end(program.lines)
         self.have = Modal()
         self.place = [math.nan] * 3
-        #: The height before the running series of cycles.
+        #: Initial height of the active series of cycles, mm.
         self.initial = math.nan
-        #: The modal groups that the new program has stated; the others are the initial state of the machine.
+        #: Modal groups that the new program has stated; the others have the initial state of the machine.
         self.said: set[str] = set()
 
     def lines(self, orders: Many[NDArray[np.int64]]) -> list[tuple[str, bool]]:
-        """Return the lines of the new program, and whether each is new."""
+        """Return the lines of the new program, each with a flag for inserted lines."""
         done = 0
         self._copy(self.territory.head)
         for item in self.sequence.items:
@@ -146,7 +148,7 @@ class _Rewriter:
         return self.out
 
     def _copy(self, lines: Many[str]) -> None:
-        """Write lines unchanged; a last line without a line end gets one."""
+        """Write lines unchanged; a missing line ending before them is added."""
         if lines and self.out and not self.out[-1][0].endswith(("\n", "\r")):
             self.out[-1] = self.out[-1][0] + self.end, self.out[-1][1]
         self.out.extend((line, False) for line in lines)
@@ -158,7 +160,7 @@ class _Rewriter:
         self.out.append((" ".join(words) + self.end, True))
 
     def _rapid(self, x: float | None = None, y: float | None = None, z: float | None = None) -> None:
-        """Write a new rapid, after the end of a running cycle."""
+        """Write a new rapid, preceded by G80 if a cycle is active."""
         if self.have.cycle is not None:
             self._own("G80")
         axes = [(letter, v) for letter, v in zip("XYZ", (x, y, z), strict=True) if v is not None]
@@ -168,7 +170,7 @@ class _Rewriter:
         self.have = replace(self.have, motion=0, cycle=None, cycle_words=())
 
     def _stand(self, block: int) -> None:
-        """Set state and place to those of the original before a block."""
+        """Set modal state and position to those of the original before a block."""
         self.have = self.program.modal(block)
         self.said = self.reader.states(0, block)
         self.place = self.original.place_before(block)
@@ -177,10 +179,10 @@ class _Rewriter:
     # -- pieces that move --------------------------------------------------------------------------------------------
 
     def _section(self, section: Section, order: NDArray[np.int64]) -> None:
-        """Write the pieces of a section in their order.
+        """Write the pieces of a section in the given order.
 
-        The tool arrives at the new first place no lower than the original at its first place. The same holds for the
-        original first place if other work comes before the section.
+        The tool arrives at the new first piece no lower than the original at its first piece. The same applies to the
+        original first piece if other work precedes the section.
         """
         pieces = section.pieces
         entry = self.original.crossing(pieces[0])
@@ -192,21 +194,24 @@ class _Rewriter:
             index, turned = (~number, True) if number < 0 else (number, False)
             height = max(floor, entry) if index == 0 and follows else floor
             self._piece(pieces[index], height, turned, anew if not place else frozenset())
-            # The original may have risen before it left its last place.
+            # The original may have retracted before it left its last piece.
             floor = section.clearance
             if index == len(pieces) - 1:
                 floor = max(floor, self.original.departure(pieces[-1]))
 
     def _anew(self, section: Section) -> frozenset[str]:
-        """Return the modal groups that a new first piece of a section states itself if it relies on them.
+        """Return the modal groups that a new first piece of a section has to state if it relies on them.
 
-        These are the feed, and all groups that the section states.
+        These are the feed, and all groups in `_ANEW` that the section states.
         """
         pieces = section.pieces
         return frozenset({"feed"} | (_ANEW & self.reader.states(pieces[0].begin, pieces[-1].end)))
 
     def _piece(self, piece: PieceOfWork, floor: float, turned: bool, anew: frozenset[str]) -> None:
-        """Write a piece, reversed if `turned`; the tool arrives no lower than `floor`, the piece states `anew`."""
+        """Write a piece, reversed if `turned`.
+
+        The tool arrives no lower than `floor`. The piece states the modal groups `anew` even if they are active.
+        """
         self.look()
         program = self.program
         block, row = self.original.arrival(piece)
@@ -240,7 +245,10 @@ class _Rewriter:
         self.place[:2] = piece.entry if turned else self.place[:2]
 
     def _past(self, to: tuple[float, float], floor: float, tool: int | None) -> float:
-        """Return the height, mm, at which a rapid to a place crosses all obstacles; go around them without one."""
+        """Return the height at which a rapid to `to` clears all obstacles, mm.
+
+        If no height does, write rapids around them and return `floor`.
+        """
         obstacles, here = self.obstacles, (self.place[0], self.place[1])
         over = -math.inf if obstacles is None else obstacles.between(here, to, tool)
         if obstacles is None or over < math.inf:
@@ -253,7 +261,7 @@ class _Rewriter:
         return floor
 
     def _turned(self, piece: PieceOfWork, lines: list[str]) -> tuple[list[str], Modal]:
-        """Return the lines of a reversed piece, and the state that they leave."""
+        """Return the lines of a reversed piece, and the modal state after them."""
         stroke = find_stroke(self.program, piece.begin, piece.end)
         if stroke is None:
             raise PostError(f"line {piece.line}: the piece of work there cannot be reversed")
@@ -265,7 +273,7 @@ class _Rewriter:
         return {} if words is None else words.letters
 
     def _arrive(self, piece: PieceOfWork, arrival: int, floor: float, entry: tuple[float, float]) -> None:
-        """Bring the tool to the height at which a piece that begins with a rapid across needs it."""
+        """Move the tool to the height that a piece starting with a sideways rapid needs."""
         z, original = self.place[2], self.original.place_before(piece.begin)[2]
         matters = height_matters(self.reader, range(piece.begin, piece.end))
         level = max(floor, original) if matters and not math.isnan(original) else floor
@@ -279,13 +287,13 @@ class _Rewriter:
             self._rapid(z=original)
 
     def _stated_z(self, block: int) -> float | None:
-        """Return the height, mm, that a block before the cut states; None without one."""
+        """Return the height stated in a block before the cut, mm, or None."""
         if "Z" not in self._letters(block):
             return None
         return float(self.program.path.end[int(self.program.first[block + 1]) - 1, 2])
 
     def _arrive_drilling(self, piece: PieceOfWork, row: int, floor: float) -> None:
-        """Bring the tool to the height at which a canned cycle crosses, and to which it rises afterwards."""
+        """Move the tool to the height that a canned cycle needs for its sideways move and its retract."""
         path = self.program.path
         if max(self.place[2], path.cycles[int(path.ref[row])].r_plane) < floor - _TOLERANCE:
             self._rapid(z=floor)
@@ -302,7 +310,7 @@ class _Rewriter:
             self.initial = self.place[2]
 
     def _after_piece(self, piece: PieceOfWork) -> None:
-        """Update place, height and stated groups after a piece."""
+        """Update position, height and stated groups after a piece."""
         program, path = self.program, self.program.path
         height = self.place[2]
         for block in range(piece.begin, piece.end):
@@ -326,14 +334,14 @@ class _Rewriter:
     def _missing(
         self, reliance: Reliance, need: Modal, block: int, anew: frozenset[str] = frozenset()
     ) -> tuple[list[str], list[str]]:
-        """Return the words for the front and the back of a block that set the state on which it relies.
+        """Return the words for the start and the end of a block that set the modal state on which it relies.
 
         Groups in `anew` are stated even if they are active.
         """
         have, relies = self.have, reliance.relies
         front: list[str] = []
         back: list[str] = []
-        # A group that the original has stated up to here is stated, even if it is the initial state of the machine.
+        # State every group that the original has stated before, even if it has the initial state of the machine.
         known = {g for g in relies if self.reader.first_stated.get(g, block) < block}
         unsaid = known - self.said
         again = known & anew
@@ -361,13 +369,13 @@ class _Rewriter:
                 front.append(f"G{need.motion}")
         if "feed" in relies and need.feed and (have.feed != need.feed or "feed" in again):
             back.append(self._text("F", need.feed, block))
-        # A beam states its power where it is switched on.
+        # Beam programs state the power where the beam is switched on.
         if "speed" in relies and (have.rpm != need.rpm or ("speed" in again and not self.beam)):
             back.append(self._text("S", need.rpm, block))
         return front, back
 
     def _text(self, letter: str, value: float, block: int) -> str:
-        """Return a word as the program last wrote it before a block, otherwise from its value."""
+        """Return a word as the program last wrote it before a block, or else formatted from its value."""
         if letter == "F" and value in self.program.feed_words:
             return self.program.feed_words[value]
         blocks, texts = self.reader.stated.get(letter, ([], []))
@@ -379,7 +387,7 @@ class _Rewriter:
     # -- what stays --------------------------------------------------------------------------------------------------
 
     def _stay(self, kept: Kept) -> None:
-        """Write blocks that stay; before a rapid across an obstacle, write rapids over it or around it."""
+        """Write blocks that stay; insert rapids over or around an obstacle before a rapid that would hit it."""
         lines, done = self.territory.of(kept.begin, kept.end), 0
         if self.obstacles is None:
             self._copy(lines)
@@ -400,9 +408,9 @@ class _Rewriter:
         self._copy(lines[done:])
 
     def _crosses(self, block: int, row: int) -> bool:
-        """Return whether a block that stays crosses an obstacle too low in a rapid from the current place.
+        """Return whether a fixed block crosses an obstacle too low with a rapid from the current position.
 
-        Not in a running series of cycles or with incremental places: another rapid before it would change them.
+        Always False in an active series of cycles or with incremental coordinates: an inserted rapid would change them.
         """
         obstacles, path, modal = self.obstacles, self.program.path, self.program.modal(block)
         if obstacles is None or path.kind[row] not in (Kind.RAPID, Kind.DRILL) or modal.cycle or modal.incremental:
@@ -412,12 +420,12 @@ class _Rewriter:
             return False
         drills = path.kind[row] == Kind.DRILL
         level = max(self.place[2], path.cycles[int(path.ref[row])].r_plane) if drills else min(self.place[2], z)
-        # An unknown height follows a move in machine coordinates: the tool is up. A laser has no height.
+        # An unknown height follows a move in machine coordinates, where the tool is retracted. A laser has no height.
         over = obstacles.between((self.place[0], self.place[1]), (x, y), modal.tool)
         return level < over - _TOLERANCE or over == math.inf
 
     def _go_past(self, x: float, y: float, *, down: bool) -> None:
-        """Go to a place over or around all obstacles, and `down` again to the height before."""
+        """Move to a point over or around all obstacles; with `down`, return to the previous height."""
         height = self.place[2]
         level = self._past((x, y), -math.inf, self.have.tool)
         if level > height:
@@ -427,7 +435,7 @@ class _Rewriter:
             self._rapid(z=height)
 
     def _go_on(self, kept: Kept) -> None:
-        """Restore the state on which blocks that stay rely, and update it to the state that they leave."""
+        """Restore the state on which fixed blocks rely, and update it to the state after them."""
         program, blocks = self.program, range(kept.begin, kept.end)
         original = self.original.place_before(kept.begin)
         if self.place[2] < original[2] - _TOLERANCE:
@@ -443,7 +451,7 @@ class _Rewriter:
         risen = self.original.risen(range(int(program.first[kept.begin]), int(program.first[kept.end])))
         initial = self.initial if self.have.cycle is not None else self.place[2]
         if risen is not None and max(initial, risen[1]) < risen[0] - _TOLERANCE:
-            # The cycles of the original rise to this initial height.
+            # The cycles of the original retract to this initial height.
             self._rapid_to(z=risen[0])
         reliance = self.reader.reliance(kept.begin, kept.end)
         need = program.modal(kept.begin)
@@ -473,13 +481,13 @@ class _Rewriter:
             self._rapid(*(None if math.isnan(v) else v for v in (x, y, z)))
 
     def _ends_cycle(self, reliance: Reliance, need: Modal, kept: Kept) -> bool:
-        """Return whether a running series of cycles must end before blocks that stay."""
+        """Return whether an active series of cycles must end before fixed blocks."""
         kinds = {kind for block in range(kept.begin, kept.end) for kind in self.reader.kinds(block)}
         alone = {Kind.MACHINE, Kind.SHIFT, Kind.FOREIGN}
         return not kinds.isdisjoint(alone) or ("motion" in reliance.relies and need.motion is None)
 
     def _same_series(self, need: Modal, block: int) -> bool:
-        """Return whether the running series of cycles is the one that the block continues."""
+        """Return whether the block continues the active series of cycles."""
         have = self.have
         same = have.cycle == need.cycle and dict(have.cycle_words) == dict(need.cycle_words)
         initial = self.original.initial_before(block)
@@ -521,7 +529,7 @@ class Territory:
 
     @property
     def head(self) -> tuple[str, ...]:
-        """The lines above the first piece."""
+        """The lines before the first piece."""
         return self._lines[: self._at(0)]
 
     @property
@@ -534,7 +542,7 @@ class Territory:
         return self._lines[self._at(begin) : self._at(end)]
 
     def first_block_in(self, begin: int, block: int) -> int:
-        """Return the index of the line of `block` among the lines of a piece that begins with block `begin`."""
+        """Return the index of the line of `block` among the lines of the piece that starts with block `begin`."""
         return int(self._line[block]) - 1 - self._at(begin)
 
     def _at(self, block: int) -> int:
@@ -558,7 +566,7 @@ class Territory:
             self._cut[piece.begin] = max(low, high - above)
 
     def _between(self, block: int) -> int:
-        """Return the first line of a piece that directly follows another one."""
+        """Return the first line of a piece that directly follows another piece."""
         low, high = int(self._line[block - 1]), int(self._line[block]) - 1
         blank = [n for n in range(low, high) if not self._lines[n].strip()]
         if blank and any(self._lines[n].strip() for n in range(blank[0], high)):

@@ -45,7 +45,7 @@ class Original:
     def follows_work(self, block: int) -> bool:
         """Return whether there is work between the last stop or tool change and a block.
 
-        A dwell followed by a sideways rapid counts as work.
+        A dwell after a sideways rapid counts as work.
         """
         kinds = self.program.path.kind
         row = int(self.program.first[block]) - 1

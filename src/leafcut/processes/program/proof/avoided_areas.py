@@ -1,7 +1,7 @@
-"""New moves across areas that the original avoided: what may stand there, such as a clamp, no program states.
+"""Find new moves across areas that the original avoided, where an unknown obstacle such as a clamp may stand.
 
-Where the tool of the original was at a height, nothing stands higher. Nothing vouches for a rapid of the new program
-that goes elsewhere, or lower.
+A point that the original tool reached is clear down to that height. Rapids of the new program that pass elsewhere, or
+lower, may hit an obstacle.
 """
 
 from __future__ import annotations
@@ -19,24 +19,24 @@ from leafcut.model.toolpath import Kind, Toolpath, arc_sweep
 from leafcut.processes.program.model import AvoidedAreas
 from leafcut.proof.clearance import at_machine_height
 
-#: An area this near to a move of the original is not avoided, mm: half the width of a narrow clamp.
+#: Distance from a move of the original within which an area is not avoided, mm (half the width of a narrow clamp).
 NEAR = 5.0
-#: Heights that differ by less are the same, mm (0.0001 inch is 0.00254 mm).
+#: Tolerance of heights, mm (0.0001 inch is 0.00254 mm).
 _ROOM = 0.003
 #: Distance between the points of a move that are examined, mm.
 _STEP = 1.0
-#: So many moves are examined at once.
+#: Number of moves examined at once.
 _MOVES = 200
-#: Moves under different work offsets are kept apart by this distance, mm.
+#: Shift between moves under different work offsets, so that they do not overlap, mm.
 _APART = 1e7
 #: Arcs are divided into chords of at most this angle, rad.
 _ANGLE = 0.05
 
 
 class _Ways(NamedTuple):
-    """Straight moves: both ends, float64[n, 2], the height at or above which they are, float64[n], mm, and their rows.
+    """Straight moves: both ends, float64[n, 2], one height, float64[n], mm, and their rows.
 
-    For a move of the original the height is its highest, for a new one its lowest.
+    The height is the highest of an original move, and the lowest of a new move.
     """
 
     begin: NDArray[np.float64]
@@ -48,7 +48,7 @@ class _Ways(NamedTuple):
 def avoided_areas(original: Program, new: Program, safe_z: float = 0.0) -> AvoidedAreas:
     """Return the rapids of a new program across areas where the original never was at that height or lower.
 
-    `safe_z` is the height of the machine, mm, at or above which a tool is up after a move in machine coordinates.
+    `safe_z` is the machine height, mm, at or above which a tool is retracted after a move in machine coordinates.
     """
     number: dict[object, int] = {}
     level = not any(np.isfinite(p.path.end[p.path.kind <= Kind.DRILL, 2]).any() for p in (original, new))
@@ -69,13 +69,13 @@ def avoided_areas(original: Program, new: Program, safe_z: float = 0.0) -> Avoid
 
 
 def _visited(program: Program, number: dict[object, int], level: bool) -> _Ways:
-    """Return where the tool of a program was, plunges included, with the highest z of each move."""
+    """Return all moves of a program, including plunges, with the highest z of each."""
     path, before = program.path, _before(program.path, level)
     end = _leveled(path.end, level)
     moves = np.flatnonzero((path.kind <= Kind.ARC_CCW) & np.isfinite(end[:, :2]).all(axis=1))
     straight = moves[path.kind[moves] < Kind.ARC_CW]
     ways = [_of_rows(straight, before, end, np.maximum(before[straight, 2], end[straight, 2]))]
-    # Where the tool came down, it was as low as it went.
+    # A vertical move proves its whole height range.
     down = straight[(np.abs(before[straight, :2] - end[straight, :2]) <= _ROOM).all(axis=1)]
     ways.append(_of_rows(down, before, end, np.minimum(before[down, 2], end[down, 2])))
     drills = np.flatnonzero(path.kind == Kind.DRILL)
@@ -89,7 +89,7 @@ def _visited(program: Program, number: dict[object, int], level: bool) -> _Ways:
 
 
 def _rapids(program: Program, number: dict[object, int], level: bool, safe_z: float) -> _Ways:
-    """Return the rapids of a program that go sideways at a known height, with the lowest z of each."""
+    """Return the sideways rapids of a program at known heights, with the lowest z of each."""
     path, before = program.path, _before(program.path, level)
     end = _leveled(path.end, level)
     rapid = np.flatnonzero((path.kind == Kind.RAPID) & ~at_machine_height(path, safe_z))
@@ -108,20 +108,20 @@ def _before(path: Toolpath, level: bool) -> NDArray[np.float64]:
 
 
 def _leveled(places: NDArray[np.float64], level: bool) -> NDArray[np.float64]:
-    """Return places with z = 0 in a program that never states Z."""
+    """Return the points, with z = 0 for programs that never state Z."""
     return np.column_stack([places[:, :2], np.zeros(len(places))]) if level else places
 
 
 def _of_rows(
     rows: NDArray[np.int64], before: NDArray[np.float64], end: NDArray[np.float64], z: NDArray[np.float64]
 ) -> _Ways:
-    """Return moves that are straight; one from an unknown place counts at its end."""
+    """Return straight moves; a move with unknown start is reduced to its end."""
     begin = np.where(np.isfinite(before[rows, :2]).all(axis=1, keepdims=True), before[rows, :2], end[rows, :2])
     return _Ways(begin, end[rows, :2], np.asarray(z, dtype=np.float64), rows)
 
 
 def _of_arc(path: Toolpath, before: NDArray[np.float64], row: int) -> _Ways:
-    """Return the chords of an arc in the XY plane; nothing else vouches for the area under it."""
+    """Return the chords of an arc in the XY plane; for other arcs, no moves."""
     arc = path.arcs[int(path.ref[row])]
     if arc.plane != 17 or not np.isfinite(before[row, :2]).all():
         return _of_rows(np.zeros(0, dtype=np.int64), before, path.end, np.zeros(0))
@@ -138,7 +138,7 @@ def _joined(ways: Sequence[_Ways]) -> _Ways:
 
 
 def _apart(ways: _Ways, program: Program, number: dict[object, int]) -> _Ways:
-    """Return moves shifted by a distance of their own for each work offset: places under two have nothing in common."""
+    """Shift the moves of each work offset by a separate distance, since their coordinates are not comparable."""
     block = np.searchsorted(program.first, ways.row, side="right") - 1
     modals = program.before[block]
     of_modal = {}
@@ -151,13 +151,13 @@ def _apart(ways: _Ways, program: Program, number: dict[object, int]) -> _Ways:
 
 
 def _from_to(program: Program, ways: _Ways, level: bool) -> list[tuple[float, ...]]:
-    """Return begin and end of each move in X, Y and Z, rounded, mm."""
+    """Return the rounded start and end of each move in X, Y and Z, mm."""
     z = np.column_stack([_before(program.path, level)[ways.row, 2], _leveled(program.path.end, level)[ways.row, 2]])
     return [tuple(move) for move in (np.column_stack([ways.begin, ways.end, z]).round(3) + 0.0).tolist()]
 
 
 def _unvouched(was: _Ways, now: _Ways) -> NDArray[np.bool_]:
-    """Return which new moves have a point that no move of the original, at its height or lower, is `NEAR`."""
+    """Return the mask of new moves with a point that is not `NEAR` any original move at its height or lower."""
     found = np.zeros(len(now.row), dtype=bool)
     usable = np.isfinite(was.z) & np.isfinite(was.begin).all(axis=1) & np.isfinite(was.end).all(axis=1)
     lines: NDArray[Any] = np.asarray(shapely.linestrings(np.stack([was.begin[usable], was.end[usable]], axis=1)))

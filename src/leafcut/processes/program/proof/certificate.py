@@ -121,7 +121,7 @@ def _compared(
     look: Heartbeat,
     notes: bool,
 ) -> Certificate:
-    """Return the certificate of two programs, as they are or with every `straight` cut as one."""
+    """Compare two programs; `straight` is the tolerance for merging straight cuts, mm, or None."""
     written_out, beam = only_moves(original.path) != only_moves(new.path), cuts_with_beam(original)
     before, after = (
         read_work(program, written_out=written_out, beam=beam, straight=straight) for program in (original, new)

@@ -1,4 +1,4 @@
-"""Work whose order has a meaning and has changed, by the order rules in doubt `FREE`."""
+"""Find changed orders that matter, by the order rules with thresholds `FREE`."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ _Pair = tuple[int, int, str]
 
 
 class ChangedOrder:
-    """The work of a program that another one does in a different order.
+    """Checks of the order of the work in a new program.
 
     Parameters
     ----------
     new_of
-        int64[n]: the place of each feature in the new program, -1 if it is missing.
+        int64[n]: index of each feature in the new program, -1 if it is missing.
     flat
-        There is no mill: a beam or a pen does no roughing.
+        Whether the tool is a beam or a pen, which does no roughing.
     """
 
     def __init__(
@@ -58,12 +58,12 @@ class ChangedOrder:
         self.features, self.new_of, self.flat, self.look = before.features, new_of, flat, look
         self.unchanged = bool((np.diff(new_of[new_of >= 0]) > 0).all())
         self.traces = traces_of(self.features)
-        # No move across lies within a run: the tool goes on without a rapid.
+        # A run has no rapids between its features.
         run = np.cumsum(heights_of(before, gaps).follows == 0)
         self.run: Indices = np.subtract(run, run[:1], dtype=np.int64)
 
     def touching(self, tolerance: float) -> Iterator[Difference]:
-        """Yield features at unknown places that have moved, and cuts that touch and have changed places."""
+        """Yield features with unknown position that moved in the order, and touching cuts in changed order."""
         if self.unchanged:
             return
         known = np.isfinite(self.features.end[:, :2]).all(axis=1)
@@ -77,9 +77,9 @@ class ChangedOrder:
             yield Difference("order", 0, 0, "so many cuts lie on top of each other that their order cannot be proved")
 
     def inside(self) -> Iterator[Difference]:
-        """Yield work inside a closed cut, or inside an outline with tabs, that has changed places with it.
+        """Yield work whose order relative to a closed cut or an outline with tabs around it has changed.
 
-        A beam may only cut it earlier than the original.
+        With a beam, inner work may be cut earlier than in the original, but not later.
         """
         if self.unchanged or not len(self.traces.feature):
             return
@@ -112,7 +112,7 @@ class ChangedOrder:
                 yield self._difference(f"inner {now} outer", int(first[k]), int(last[closes]), text)
 
     def passes(self, width: float) -> Iterator[Difference]:
-        """Yield the passes of a mill of this width that do not touch, and the parts that come free too early."""
+        """Yield nearby passes of a mill of this width in changed order, and parts that are detached too early."""
         if self.unchanged or not len(self.features):
             return
         first = ~self.gaps.opened_by_feature[self.gaps.gap_of]
@@ -153,9 +153,9 @@ class ChangedOrder:
                 yield int(visits.first[one]), int(visits.first[other]), text
 
     def _freed_too_early(self, visit: Indices) -> Iterator[tuple[int, int]]:
-        """Yield (feature, last feature of an outline): work that was made before a part came free, and now after it.
+        """Yield (feature, last feature of an outline) if the feature is now cut after the outline detaches its part.
 
-        Two parts may come free in either order.
+        Another part at the same depth or deeper may be detached in either order.
         """
         features = self.features
         visits = visits_of(features, self.traces, visit, int(visit[-1]) + 1, FREE)
@@ -183,7 +183,7 @@ class ChangedOrder:
                 yield int(visits.first[np.argmax(later)]), int(visits.last[outline])
 
     def parts_note(self) -> list[str]:
-        """Return a note if outlines of parts are cut in another order, otherwise nothing."""
+        """Return a note if outlines of parts are cut in a different order."""
         features, run = self.features, self.run
         n = int(run[-1]) + 1 if len(run) else 0
         last = np.searchsorted(run, np.arange(n), side="right") - 1
@@ -210,7 +210,7 @@ class ChangedOrder:
         ]
 
     def _part_outlines(self) -> Indices:
-        """Return the runs that are outlines of parts: closed, and inside no other run, or inside a hole of a part."""
+        """Return the runs that are outlines of parts: closed, and nested at an even depth."""
         lines = lines_of(self.features, self.traces, self.run, FREE.sagitta)
         outlines = list(outlines_of(lines, None, FREE, self.look))
         if not outlines:
@@ -226,7 +226,7 @@ class ChangedOrder:
         return parts
 
     def _difference(self, what: str, one: int, other: int, text: str) -> Difference:
-        """Return a difference between two features, at the lines of the first one in both programs."""
+        """Return a difference between two features, at the lines of the first feature in both programs."""
         features = self.features
         said = [place(*features.end[k]) + f" (line {features.line[k]})" for k in (one, other)]
         lines = int(features.line[one]), int(self.after.features.line[self.new_of[one]])
@@ -234,7 +234,7 @@ class ChangedOrder:
 
 
 def _moved(begins: Indices) -> Mask:
-    """Return which visits have another one before or after them than they had."""
+    """Return the mask of visits that changed their order relative to any other visit."""
     here = begins >= 0
     most = np.maximum.accumulate(begins) > begins
     least = np.minimum.accumulate(np.where(here, begins, np.iinfo(np.int64).max)[::-1])[::-1] < begins
@@ -243,7 +243,7 @@ def _moved(begins: Indices) -> Mask:
 
 
 def _overtaken(rank: Indices, which: Indices) -> list[int]:
-    """Return the features of `which` that now have other features before them."""
+    """Return the features of `which` that changed their order relative to any other feature."""
     highest = np.maximum.accumulate(np.concatenate([[-1], rank]))[:-1]
     lowest = np.minimum.accumulate(np.where(rank >= 0, rank, len(rank) + rank.max(initial=0))[::-1])[::-1]
     here = rank[which]

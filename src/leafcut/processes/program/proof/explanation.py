@@ -1,7 +1,7 @@
-"""Explains work without an equal in the terms of a machinist: each change once, without its consequences.
+"""Explain unmatched features in the terms of a machinist: each change once, without its consequences.
 
-A feed changed in one block holds for all cuts up to the next feed: that is one difference. A cut that only begins at
-the changed end of its predecessor is no difference.
+A changed feed word that affects all cuts up to the next feed word is one difference. A cut that only starts at the
+changed end of its predecessor is not a difference.
 """
 
 from __future__ import annotations
@@ -27,28 +27,28 @@ from leafcut.processes.program.proof.matching import (
 )
 from leafcut.proof.difference import place
 
-#: Missing features that are explained, the others are counted; candidates at one place for each of them.
+#: Maximum number of explained missing features (the rest is only counted), and of candidates per grid cell.
 _MOST_EXPLAINED, _MOST_TRIED = 20_000, 40
-#: Candidates for a feature that has moved.
+#: Maximum number of stretches in the search for moved features.
 _MOST_MOVED = 200
-#: Holes that are named by their places.
+#: Maximum number of holes listed by position.
 _MOST_NAMED = 3
-#: A cut continues another one that ends within this distance, mm.
+#: Tolerance of equal points, mm.
 _NEAR = 1e-6
 
-#: Features that follow each other without a move between them; a hole by itself.
+#: Consecutive features without a move between them; a single hole.
 Stretch = list[Feature]
 
 
 class Explanation(NamedTuple):
-    """What was found.
+    """Explained differences.
 
     Attributes
     ----------
     differences, found
-        In the order of their lines, and how many there are at least.
+        Differences in the order of their lines, and their minimum number.
     phrases
-        What has changed of work that is in both programs, in words.
+        Changes of work that is in both programs, in words.
     """
 
     differences: list[Difference]
@@ -66,9 +66,9 @@ class _Changed(NamedTuple):
 
 
 def explain(pairing: Pairing, room: Room, implied: Sequence[str] = ()) -> Explanation:
-    """Explain each feature without an equal: done elsewhere, changed, moved, gone or new.
+    """Explain each unmatched feature: done elsewhere, changed, moved, missing or new.
 
-    Changes that match one of the patterns `implied` are told already.
+    Changes that match one of the patterns `implied` are reported elsewhere.
     """
     known = re.compile("|".join(implied) or r"(?!)")
     elsewhere, missing, extra = _done_elsewhere(pairing, room)
@@ -125,7 +125,7 @@ def _in_a_row(pairs: list[tuple[Feature, Feature]]) -> Iterator[list[tuple[Featu
 def _changed(
     missing: list[Feature], extra: list[Feature], room: Room, known: re.Pattern[str]
 ) -> tuple[list[_Changed], list[Feature], list[Feature]]:
-    """Return the features that changed at their place, and those that are gone and new."""
+    """Return the features that changed in place, the missing features, and the new features."""
     cells = sorted_into_cells(extra, room.place, 2)
     pairs, gone = [], []
     for feature in missing:
@@ -144,7 +144,7 @@ def _changed(
 
 
 def _changes_told(pairs: list[_Changed], gone: list[Feature], new: list[Feature]) -> Iterator[Difference]:
-    """Yield the changes, equal ones as one difference; changes that follow from others are left out."""
+    """Yield the changes, with equal changes merged into one difference and consequences left out."""
     differing = [pair for pair in pairs if pair.rest]
     ends = [
         {f.number: f.place[:3] for f in side}
@@ -206,7 +206,7 @@ def _stretches(features: list[Feature], side: Features) -> Iterator[Stretch]:
 def _goes_on(one: Feature, other: Feature) -> bool:
     if other.number != one.number + 1 or _is_cycle(one) or _is_cycle(other) or _tool(one) != _tool(other):
         return False
-    # A hole pecked by single moves is one hole, in spite of the rapids up.
+    # A hole pecked by single moves counts as one hole, despite the retracts.
     pecked = _is_upright(one) and _is_upright(other) and _same(one.place[:2], other.place[:2])
     return pecked or _same(one.place[:3], other.place[3:6])
 
@@ -228,7 +228,7 @@ def _neighbours(stretches: list[Stretch]) -> Iterator[list[Stretch]]:
 
 
 def _whole(words: str, verb: str, group: list[Stretch], side: Features) -> Difference:
-    """Return the difference for adjacent stretches that are gone or new."""
+    """Return the difference for adjacent stretches that are missing or new."""
     features = [feature for stretch in group for feature in stretch]
     holes = [_hole(stretch, side) for stretch in group]
     text = (
@@ -262,7 +262,7 @@ def _stretch_said(stretch: Stretch, hole: str) -> str:
 
 
 def _hole(stretch: Stretch, side: Features) -> str:
-    """Return the words for a hole: a cycle, or cuts straight down and up without a continuation; otherwise ""."""
+    """Describe a hole: a cycle, or vertical cuts that no cut continues; "" for other work."""
     first, last = stretch[0], stretch[-1]
     if _is_cycle(first):
         return f"{name_of(first.exact[0])} at {place(*first.place[:3])}"
@@ -280,7 +280,7 @@ def _hole(stretch: Stretch, side: Features) -> str:
 def _moved(
     gone: list[Stretch], new: list[Stretch], sides: tuple[Features, Features], room: Room
 ) -> Iterator[Difference]:
-    """Yield the features that have only moved, and remove them from both lists."""
+    """Yield the features that only moved, and remove them from both lists."""
     if len(new) > _MOST_MOVED or len(gone) > _MOST_MOVED:
         return
     groups: dict[tuple[float, ...], list[tuple[Stretch, Stretch]]] = defaultdict(list)
@@ -308,7 +308,7 @@ def _moved(
 
 
 def _only_moved(one: Stretch, other: Stretch, room: Room) -> bool:
-    """Return whether holes, dwells and cuts differ only in their place, or a single cut only in its end."""
+    """Return whether holes, dwells and cuts differ only in position, or a single cut only in its end."""
     if len(one) != len(other) or any(a.exact != b.exact for a, b in zip(one, other, strict=True)):
         return False
     if not all(map(math.isfinite, (*one[0].place[:2], *other[0].place[:2]))):
@@ -340,7 +340,7 @@ def _also(lines: list[tuple[int, int]]) -> tuple[tuple[int, int], ...]:
 
 
 def _same(a: tuple[float, ...] | None, b: tuple[float, ...]) -> bool:
-    """Return whether two places are equal; an unknown coordinate equals an unknown one."""
+    """Return whether two points are equal; unknown coordinates are equal."""
     if a is None:
         return False
     return all(abs(p - q) <= _NEAR or (math.isnan(p) and math.isnan(q)) for p, q in zip(a, b, strict=True))
@@ -369,7 +369,7 @@ def _tool(feature: Feature) -> int:
 
 
 def _noun(features: Iterable[Feature]) -> str:
-    """Return the most frequent one."""
+    """Return the most frequent noun: hole, dwell or cut."""
     return Counter(
         "hole" if _is_cycle(f) else "dwell" if name_of(f.exact[0]) == "dwell" else "cut" for f in features
     ).most_common(1)[0][0]

@@ -27,7 +27,7 @@ EXACT = (
 )  # fmt: skip
 #: Points, mm: end of a cut or bottom of a hole, start, centre of an arc.
 PLACE = ("x", "y", "depth", "start x", "start y", "start z", "centre x", "centre y", "centre z")
-#: Amounts: mm/s, rpm (negative if anticlockwise), mm, s, D as written, mm, mm.
+#: Amounts: mm/s, rpm (negative for M4), mm, s, D as written, mm, mm.
 AMOUNT = ("feed", "speed", "peck", "dwell", "register", "corner", "joining")
 #: Heights that may be higher in the new program, mm.
 HEIGHT = ("r_plane", "retract")

@@ -1,4 +1,4 @@
-"""Rapids between cuts: nowhere lower than the original at that place, and no cut is interrupted."""
+"""Check rapids between cuts: never lower than in the original at the same point, and no interrupted cuts."""
 
 from __future__ import annotations
 
@@ -20,42 +20,42 @@ from leafcut.processes.program.proof.program_work import ProgramWork, goes_acros
 from leafcut.proof.clearance import at_machine_height
 from leafcut.proof.difference import MOST_LISTED, place
 
-#: Faulty rapids that are grouped by their message.
+#: Maximum number of faulty rapids that are grouped by message.
 _MOST_GROUPED = 2_000
-#: Features whose rapids are compared together.
+#: Number of features whose rapids are compared together.
 _AT_ONCE = 30_000
-#: A rapid across starts, or ends, at an unknown height.
+#: Flags: a sideways rapid starts, or ends, at an unknown height.
 FROM, TO = 1, 2
 
 
 @dataclass(frozen=True, eq=False)
 class RapidGaps:
-    """The rapids between two stops (features and barriers): gap k is before stop k, the last gap after all stops.
+    """Rapids between stops (features and barriers): gap k is before stop k, the last gap after all stops.
 
-    An unknown height (after a move in machine coordinates) is infinite, as the tool is up there.
+    An unknown height (after a move in machine coordinates) counts as infinite, since the tool is retracted there.
+    A sideways rapid moves in x or y.
 
     Attributes
     ----------
     feature
-        int32[n]: the feature of stop k, -1 for a barrier.
+        int32[n]: feature of stop k, -1 for a barrier.
     gap_of
-        int32[m]: the gap before each feature.
+        int32[m]: gap before each feature.
     rows, across
-        bool[n + 1]: the gap has rapids; it has rapids across, in x or y.
+        bool[n + 1]: the gap has rapids; the gap has sideways rapids.
     line
-        int64[n + 1]: of the first rapid.
+        int64[n + 1]: line of the first rapid.
     leave, arrive, cross
-        Height at the start of the first rapid across, at the end of the last one, and the lowest height between them,
-        mm; infinite without any.
+        Height at the start of the first sideways rapid, at the end of the last, and the lowest height between them,
+        mm; infinite if there are none.
     down_here, down_there
-        Lowest height of rapids down before the first rapid across, and after the last one, mm.
+        Lowest height of descents before the first sideways rapid, and after the last, mm.
     top
         Greatest height, mm; minus infinity without rapids.
     unknown, unknown_first, unknown_last
-        int8[n + 1]: `FROM` if a rapid across starts at an unknown height, `TO` if it ends at one, or their sum: of all
-        rapids across, of the first one, of the last one.
+        int8[n + 1]: sum of `FROM` and `TO`, for all sideways rapids, for the first and for the last.
     lit, lit_first, lit_last
-        bool[n + 1]: the spindle (beam) is on in any rapid across, in the first one, in the last one.
+        bool[n + 1]: the spindle (beam) is on in any sideways rapid, in the first, in the last.
     """
 
     feature: Ints
@@ -78,12 +78,12 @@ class RapidGaps:
 
     @cached_property
     def closed_by_feature(self) -> Mask:
-        """bool[n + 1]: the stop after the gap is a feature."""
+        """Whether the stop after each gap is a feature, bool[n + 1]."""
         return np.append(self.feature >= 0, False)
 
     @cached_property
     def opened_by_feature(self) -> Mask:
-        """bool[n + 1]: the stop before the gap is a feature."""
+        """Whether the stop before each gap is a feature, bool[n + 1]."""
         return np.concatenate([[False], self.feature >= 0])
 
 
@@ -107,7 +107,7 @@ def gaps_of(work: ProgramWork) -> RapidGaps:
     np.maximum.at(last, gap[ways], ways)
     has_across = last >= 0
     moves = np.arange(len(at))
-    # A rise stays where the tool came down before.
+    # A retract passes only where the tool came down before.
     sinks = ~across & (high < low)
     here, there = sinks & (moves < first[gap]), sinks & (moves > last[gap])
     amid = across | (sinks & ~here & ~there)
@@ -115,11 +115,11 @@ def gaps_of(work: ProgramWork) -> RapidGaps:
     begins[gap[::-1]] = row[::-1]
     on = np.append(work.states.of("direction", row) != 0, False)
     if not work.dark_rapids:
-        # A beam without power is off.
+        # A beam at zero power is off.
         on[:-1] &= work.states.of("speed", row) != 0
     lit = np.zeros(n, dtype=bool)
     lit[gap[across & on[:-1]]] = True
-    # At machine zero or above the tool is up with any work offset.
+    # At machine zero or above, the tool is retracted whatever the work offset.
     lost = across & ~at_machine_height(work.path, 0.0)[row]
     unknown = np.append(lost * (FROM * np.isnan(begin[:, 2]) + TO * np.isnan(end[:, 2])), 0).astype(np.int8)
     any_unknown = np.zeros(n, dtype=np.int8)
@@ -153,9 +153,9 @@ def _least(n: int, gap: Indices, value: Floats) -> Floats:
 
 
 def _moves(work: ProgramWork) -> tuple[Floats, Indices, Floats, Floats]:
-    """Return all rapids in order: key, row, start and end; with the rapids inside of drilling cycles.
+    """Return all rapids in order, including those inside drilling cycles: key, row, start and end.
 
-    A cycle goes over its hole by its approach, then to the R plane.
+    A cycle first moves above its hole, then down to the R plane.
     """
     path = work.path
     drill = np.flatnonzero(path.kind == Kind.DRILL)
@@ -164,7 +164,7 @@ def _moves(work: ProgramWork) -> tuple[Floats, Indices, Floats, Floats]:
     level[:, 2], over[:, 2] = approach.begin, approach.end
     down = over.copy()
     down[:, 2] = np.array([c.r_plane for c in path.cycles], dtype=np.float64)[path.ref[drill]]
-    # A cycle may also go down before it goes across.
+    # A cycle may also descend before its sideways move.
     upright = approach.upright
     at = np.concatenate([work.travel, drill[upright] - 0.5, drill - 0.4, drill - 0.3])
     order = np.argsort(at, kind="stable")
@@ -176,18 +176,18 @@ def _moves(work: ProgramWork) -> tuple[Floats, Indices, Floats, Floats]:
 
 @dataclass(frozen=True, eq=False)
 class AllowedHeights:
-    """The heights that the original allows at each feature, mm; infinite: only an unknown height.
+    """Minimum heights that the original permits at each feature, mm; infinite permits only unknown heights.
 
     Attributes
     ----------
     leave, arrive
-        float64[m]: of the start of a rapid after it, and of the end of a rapid before it.
+        float64[m]: height of departure after the feature, and of arrival before it.
     follows
-        bool[m]: no rapid was before it.
+        bool[m]: the feature has no rapid before it.
     down_here, down_there
-        float64[m]: to which rapids may go down after it, and before it.
+        float64[m]: height of descents after the feature, and before it.
     first
-        bool[m]: it was the first one after a barrier.
+        bool[m]: the feature is the first after a barrier.
     """
 
     leave: Floats
@@ -199,9 +199,9 @@ class AllowedHeights:
 
 
 def heights_of(work: ProgramWork, gaps: RapidGaps) -> AllowedHeights:
-    """Return the heights that the original allows at each feature."""
+    """Return the minimum heights that the original permits at each feature."""
     before, after = gaps.gap_of, gaps.gap_of + 1
-    # If a barrier follows, the tool leaves in the next gap with rapids before any work.
+    # If a barrier follows, the tool departs in the next gap with rapids before any work.
     n = len(gaps.rows)
     ready = np.where(gaps.rows | gaps.closed_by_feature, np.arange(n), n - 1)
     following = np.minimum.accumulate(ready[::-1])[::-1][after]
@@ -210,12 +210,12 @@ def heights_of(work: ProgramWork, gaps: RapidGaps) -> AllowedHeights:
     first = ~gaps.opened_by_feature[before]
     arrive = np.where(gaps.across[before], gaps.arrive[before], gaps.top[before])
     arrive = np.where(gaps.rows[before], arrive, np.inf)
-    # The tool reaches the first work of a stage from anywhere, and leaves the last one towards the next stage. The
-    # limit is the height at which it left, or reached, that place.
+    # The tool reaches the first work of a stage from anywhere, and leaves the last work towards the next stage. The
+    # limit is the height at which it left, or reached, that point.
     visit = np.cumsum(gaps.across[before] | first)
     first_of_visit = np.searchsorted(visit, visit)
     last_of_visit = np.searchsorted(visit, visit, side="right") - 1
-    # The same holds if the tool rises and waits: a dwell is no work at a height.
+    # The same applies if the tool retracts and dwells, since a dwell is not bound to a height.
     waits = (work.features.kind == Kind.DWELL) & gaps.rows[before] & ~gaps.across[before] & ~first
     last = ~gaps.closed_by_feature[after] | np.append(waits[1:], False)
     reached = arrive[first_of_visit]
@@ -227,7 +227,7 @@ def heights_of(work: ProgramWork, gaps: RapidGaps) -> AllowedHeights:
     made = work.features
     end = np.where(made.kind >= FIRST_CYCLE, made.start[:, 2], made.end[:, 2])
     start = np.where(made.kind >= FIRST_CYCLE, made.of("r_plane"), made.start[:, 2])
-    # Without a rapid across, the whole gap is at one place.
+    # Without a sideways rapid, the whole gap is at one point.
     sunk = _down_at_once(gaps)[after]
     return AllowedHeights(
         leave,
@@ -240,9 +240,9 @@ def heights_of(work: ProgramWork, gaps: RapidGaps) -> AllowedHeights:
 
 
 def _of_both_ends(heights: AllowedHeights, turned: Indices) -> AllowedHeights:
-    """Return the heights; at both ends of a reversed run the higher one of the two.
+    """Return the heights with the higher limit at both ends of each reversed run.
 
-    Start and end of the run have changed places.
+    Reversal exchanges the start and the end of the run.
     """
     if not (turned >= 0).any():
         return heights
@@ -268,9 +268,9 @@ def compare_rapids(
     Parameters
     ----------
     new_of, mark_of
-        The new feature of each original one, -1 if missing; the new barrier of each original one, by key.
+        New feature of each original feature, -1 if missing; new barrier by the key of the original barrier.
     turned
-        The run of each feature if it is reversed, otherwise -1.
+        Run of each feature if it is reversed, otherwise -1.
     """
     both = original, gaps_of(original), new, gaps_of(new)
     found = list(_after_length_change(original, new, tolerance + 1e-9))
@@ -298,7 +298,7 @@ def compare_rapids(
     return found, count
 
 
-#: Kind of difference; message with a field for the place, and the place, by row; old lines; new lines; faulty rows.
+#: Kind of difference; message with a placeholder for the point, and the point, by row; old lines; new lines; faults.
 RapidCheck = tuple[str, Callable[[int], tuple[str, str]], NDArray, NDArray, Mask]
 Both = tuple[ProgramWork, RapidGaps, ProgramWork, RapidGaps]
 
@@ -310,7 +310,7 @@ def _by_feature(both: Both, new_of: Indices, turned: Indices, room: float, beam:
     old = np.flatnonzero(new_of >= 0)
     old_of = np.full(int(new_of.max(initial=-1)) + 2, -1)
     old_of[new_of[old]] = old
-    # In parts: the columns of all features would need more memory than the programs.
+    # In chunks: the columns of all features would need more memory than the programs.
     for begin in range(0, len(old), _AT_ONCE):
         some = old[begin : begin + _AT_ONCE]
         yield from _of_some(both, allowed, lowest, some, new_of, old_of, room, beam)
@@ -360,7 +360,7 @@ def _of_some(
 def _lit(
     old_gaps: RapidGaps, gaps: RapidGaps, old: Indices, now: Indices, previous: Indices, first: Mask
 ) -> Iterator[Mask]:
-    """Yield the rapids to features, from them and between them in which the beam is on now and was off."""
+    """Yield the masks of rapids to, from and between features in which the beam is now on and was off before."""
     before, was = gaps.gap_of[now], old_gaps.gap_of[old]
     yield gaps.lit_last[before] & old_gaps.across[was] & ~old_gaps.lit_last[was] & ~first[old]
     yield gaps.lit_first[before + 1] & old_gaps.across[was + 1] & ~old_gaps.lit_first[was + 1]
@@ -390,16 +390,16 @@ def _heights_by_feature(
         return lambda row: (f"{word} {{}} at {_said(after[row])}, {_said(before[row])} before", place(*places[row, :2]))
 
     arrive = np.where(across, gaps.arrive[before], np.where(rows, gaps.top[before], start))
-    # Without a rapid now, an added predecessor is reported elsewhere.
+    # If there is no rapid now, an added predecessor is reported elsewhere.
     low_there = ~allowed.follows[old] & (arrive < allowed.arrive[old] - room)
     low_there &= rows | ~gaps.opened_by_feature[before] | (previous >= 0)
     leave = gaps.leave[after]
     low = gaps.across[after] & (leave < allowed.leave[old] - room)
-    # Likewise a removed successor without a rapid between.
+    # So is a removed successor without a rapid in between.
     low &= old_gaps.rows[old_after] | ~old_gaps.closed_by_feature[old_after] | (goes_to >= 0)
     yield "lower retract", message("a rapid leaves", allowed.leave[old], leave), *retract, low
     yield "lower approach", message("a rapid arrives at", allowed.arrive[old], arrive), *approach, low_there
-    # Without a rapid across both are at one place: the descent after the predecessor counts too.
+    # Without a sideways rapid both are at one point, so the descent after the predecessor counts too.
     together = ~across & gaps.opened_by_feature[before] & (previous >= 0)
     behind = old_gaps.gap_of[previous] + 1
     after_previous = np.where(together, _down_at_once(old_gaps)[behind], np.inf)
@@ -419,14 +419,14 @@ def _heights_by_feature(
     limit = np.where(np.isinf(lowest[old]), allowed.arrive[old], lowest[old])
     cross = np.where(across, gaps.cross[before], np.inf)
     yield "lower retract", message("a rapid goes across to", limit, cross), *approach, cross < limit - room
-    # Also on the way to a barrier.
+    # Also for rapids to a barrier.
     limit = np.where(np.isinf(lowest[old]), allowed.leave[old], lowest[old])
     cross = np.where(gaps.closed_by_feature[after], np.inf, gaps.cross[after])
     yield "lower retract", message("a rapid goes across from", limit, cross), *retract, cross < limit - room
 
 
 def _own_unknown(gaps: RapidGaps, gap: Indices | Ints, first: bool) -> NDArray[np.int8]:
-    """Return the unknown heights of the rapids across of a feature: next to a barrier, of the nearest rapid only."""
+    """Return the unknown heights of sideways rapids at a feature; next to a barrier, only of the nearest rapid."""
     nearest, inside = gaps.unknown_last, gaps.opened_by_feature
     if first:
         nearest, inside = gaps.unknown_first, gaps.closed_by_feature
@@ -434,13 +434,13 @@ def _own_unknown(gaps: RapidGaps, gap: Indices | Ints, first: bool) -> NDArray[n
 
 
 def _less_known(now: NDArray[np.int8], before: NDArray[np.int8]) -> Mask:
-    """Return where a rapid crosses at an unknown height that was known before."""
+    """Return the mask of rapids whose height was known before and is unknown now."""
     less: Mask = (now & ~before) != 0
     return less
 
 
 def _lowest_crossing(work: ProgramWork, gaps: RapidGaps) -> Floats:
-    """Return the lowest rapid across of each feature's group and tool; without any, of its group."""
+    """Return the lowest sideways rapid of the same group and tool as each feature, or else of its group, mm."""
     group, tool = work.features.group, work.features.of("tool")
     cross = np.minimum(gaps.cross[gaps.gap_of], gaps.cross[gaps.gap_of + 1])
     lowest = np.full(len(group), np.inf)
@@ -456,7 +456,7 @@ def _said(height: float) -> str:
 
 
 def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator[RapidCheck]:
-    """Yield the checks of rapids to a barrier and from it; the tool keeps its parking places."""
+    """Yield the checks of rapids to and from barriers, and of the parking positions."""
     original, old_gaps, new, gaps = both
     begins = _less_known(gaps.unknown_first[:1], old_gaps.unknown[:1]) & old_gaps.across[:1]
     yield (
@@ -506,13 +506,13 @@ def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator
         for side, gap in ((gaps, now), (old_gaps, old))
     ]
     yield "deeper rapid", message("down to"), *lines, between & (sunk[0] < sunk[1] - room)
-    # Before and after a stop the tool goes no lower than it was there.
+    # Before and after a stop, the tool descends no lower than its height at the stop.
     stops = np.isfinite(here[:, 2])
     limit = np.fmin(old_gaps.down_there[old], here[:, 2])
     yield "deeper rapid", message("down to"), *lines, stops & (gaps.down_there[now] < limit - room)
     for word, here_now, here_old in (("to", now, old), ("from", now + 1, old + 1)):
         text_unknown = f"a rapid {word} '{{}}' goes across at a height that is not known"
-        # Rapids further from the barrier may belong to other work.
+        # Rapids farther from the barrier may belong to other work.
         found = gaps.unknown[here_now] if word == "to" else gaps.unknown_first[here_now]
         less = _less_known(found, old_gaps.unknown[here_old]) & old_gaps.across[here_old]
         yield "unknown height", _named(text_unknown, pairs), *lines, less
@@ -524,12 +524,12 @@ def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator
 
 
 def _leave_or_top(gaps: RapidGaps) -> Floats:
-    """Return the height at which the tool leaves the first place of a gap; without a rapid across the greatest."""
+    """Return the departure height at the start of each gap; without a sideways rapid, the greatest height."""
     return np.where(gaps.across, gaps.leave, gaps.top)
 
 
 def _down_at_once(gaps: RapidGaps) -> Floats:
-    """Return the lowest height of rapids down at the first place of a gap; without a rapid across, of all."""
+    """Return the lowest descent at the start of each gap; without a sideways rapid, of the whole gap."""
     return np.where(gaps.across, gaps.down_here, gaps.down_there)
 
 
@@ -538,9 +538,9 @@ def _named(text: str, pairs: list[tuple[Mark, Mark, int, int]]) -> Callable[[int
 
 
 def _after_length_change(original: ProgramWork, new: ProgramWork, room: float) -> Iterator[Difference]:
-    """Yield the rapids that go lower right after a change of the length offset (G43, G49) than any in the original.
+    """Yield the rapids right after a change of length offset (G43, G49) that are lower than any in the original.
 
-    Heights before the change and after it cannot be compared.
+    Heights before and after the change are not comparable.
     """
     limits = _lowest_by_length(original)
     for length, (height, line) in _lowest_by_length(new).items():
@@ -553,9 +553,9 @@ def _after_length_change(original: ProgramWork, new: ProgramWork, room: float) -
 
 
 def _lowest_by_length(work: ProgramWork) -> dict[int, tuple[float, int]]:
-    """Return by register the lowest rapid between a change of the length offset and work, and its line.
+    """Return the lowest rapid between a change of length offset and work, and its line, by register.
 
-    Only up to the first rapid across at a known height: from there on heights are compared by place.
+    Rapids after the first sideways rapid at a known height are left out, since their heights are compared elsewhere.
     """
     path = work.path
     changes, made = np.flatnonzero(path.kind == Kind.OFFSET), work.features.row

@@ -1,7 +1,7 @@
-"""Modes that a program states before it relies on them: G90, G17, G40, G94 and others in a safe-start line.
+"""Check that the new program states the modes of a safe-start line: G90, G17, G40, G94 and others.
 
-Without its word, a mode has the last state of the machine. Both programs are read in the initial state of the control,
-so the compared motion does not show a missing word.
+A mode that is not stated keeps the last state of the machine. Both programs are read from the initial state of the
+controller, so the compared motion does not show a missing word.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from leafcut.model.toolpath import Kind
 from leafcut.processes.program.proof.barriers import Mark
 from leafcut.processes.program.proof.program_work import ProgramWork
 
-#: A block that is not understood may rely on any mode.
+#: An unknown block may rely on any mode.
 _ARCS = (Kind.FOREIGN, Kind.ARC_CW, Kind.ARC_CCW)
 _CYCLES = (Kind.FOREIGN, Kind.DRILL)
 _ROUND = (*_ARCS, Kind.DRILL)
@@ -29,9 +29,9 @@ _MOVES = (*_CUTS, Kind.RAPID)
 
 
 class _Mode(NamedTuple):
-    """What is stated, by which G words (a regular expression of their numbers), and which kinds of rows rely on it.
+    """A mode: its name, its G words (a regular expression of their numbers), and the kinds of rows that rely on it.
 
-    `rare`: not every controller has the word, so that it may not be new either.
+    A `rare` word is not known to every controller, so the new program must not add it.
     """
 
     said: str
@@ -57,7 +57,7 @@ _MODES = (
     _Mode("macro calls off (G67)", "6[67](?:[.]1)?", _MOVES, True),
     _Mode("the shift of the origin (G92.1)", "92(?:[.][123])?", _MOVES, True),
 )
-#: A G word that is none of G0 to G3; a blank may stand in a number.
+#: A G word other than G0 to G3; numbers may contain blanks.
 _OTHER = re.compile(r"[Gg](?![ \t]*0*[0-3](?![ \t]*[0-9.]))")
 _PATTERNS = [re.compile(rf"G0*{mode.words}(?![0-9.])") for mode in _MODES]
 
@@ -68,10 +68,10 @@ def no_longer_stated(
     new_of: Indices,
     mark_of: dict[float, Mark],
 ) -> Iterator[Difference]:
-    """Yield the modes that work relies on and that the original states before it, and the new program does not.
+    """Yield the modes that the original states before work relies on them, and the new program does not.
 
-    `new_of` and `mark_of` say which feature and which barrier is which. Only cuts that both programs make are counted:
-    one that was added relies on no less than those beside it.
+    `new_of` and `mark_of` give the matched features and barriers. Only cuts of both programs count, since an added cut
+    relies on the same modes as its neighbours.
     """
     words = [_words(program) for program in programs]
     counted = _in_both(works, new_of, mark_of)
@@ -86,7 +86,7 @@ def no_longer_stated(
 
 
 def _in_both(works: tuple[ProgramWork, ProgramWork], new_of: Indices, mark_of: dict[float, Mark]) -> tuple[Mask, Mask]:
-    """Return which rows of either path the other program has, too; where no work is missing or new, all of them."""
+    """Return the masks of rows that both programs have; all rows if no work is missing or new."""
     old = np.flatnonzero(new_of >= 0)
     features = old, new_of[old]
     keys = set(mark_of), {mark.key for mark in mark_of.values()}
@@ -107,7 +107,7 @@ def _in_both(works: tuple[ProgramWork, ProgramWork], new_of: Indices, mark_of: d
 
 
 class _Relying(NamedTuple):
-    """Whether the first row that relies on a mode comes before its word, its line, and how many cuts do."""
+    """Whether the first row that relies on a mode precedes its word; its line; the number of cuts before the word."""
 
     first: bool
     line: int
@@ -115,7 +115,7 @@ class _Relying(NamedTuple):
 
 
 def _words(program: Program) -> dict[int, str]:
-    """Return the text of the lines, from 1, that have another G word than G0 to G3, as far as it means anything."""
+    """Return the normalized text of lines with a G word other than G0 to G3, by line number."""
     return {number: normalized(text) for number, text in enumerate(program.lines, 1) if _OTHER.search(text)}
 
 
@@ -136,16 +136,16 @@ def _relying(
 
 
 def _cuts_before(program: Program, work: ProgramWork, end: int, counted: Mask, mode: _Mode) -> int:
-    """Return how many of the cuts that count come before row `end` of the program and rely on a mode."""
+    """Return the number of counted cuts before row `end` that rely on a mode."""
     kinds = [kind for kind in mode.kinds if kind in _CUTS]
     if Kind.FEED in kinds:
         return int((np.isin(work.path.kind, kinds) & (work.source < end) & counted).sum())
-    # Feeds of a cycle that is written out rely on less than the cycle.
+    # The feed moves of an expanded cycle rely on fewer modes than the cycle.
     rows = np.unique(work.source[counted & (work.source < end)])
     return int(np.isin(program.path.kind[rows[rows < len(program.path)]], kinds).sum())
 
 
 def _first_with(program: Program, lines: list[int]) -> int:
-    """Return the first block that stands on one of some lines; the number of blocks where none does."""
+    """Return the first block on any of these lines, or the number of blocks."""
     found = np.isin(program.line, lines)
     return int(np.argmax(found)) if found.any() else program.n_blocks

@@ -1,4 +1,4 @@
-"""Widths of tools that comments of a program state."""
+"""Read tool widths from the comments of a program."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from leafcut.units import MM_PER_INCH
 _ABOUT_TOOL = re.compile(r"tool|mill|drill|bit\b|nose|cutter|\bdia|\bD\s?=|Ø", re.IGNORECASE)
 _NUMBER = r"([0-9]{1,3}\s?/\s?[0-9]{1,3}|[0-9]{0,4}\.[0-9]{1,6}|[0-9]{1,4})\.?"
 _TOOL = r"[a-z-]{0,12}(?:mill|drill|nose|cutter|bit)\b"
-#: A number is the width of a tool next to the word for it or for the tool; only adjectives may lie between.
+#: A number is a tool width if it is next to a word for the diameter or the tool; only adjectives may be in between.
 _WIDTH = re.compile(
     rf"(?:\bD\s?=|\bdia[a-z]*\b\.?|\bsize\b|Ø)\s?[:=]?\s?{_NUMBER}\s?(mm|inch|in\b|\")?"
     rf"|(?:{_TOOL}|\btool\b|\b(?:tool\s?)?T?[0-9]{{1,3}}(?=\s*[-=:]))[^a-z0-9.]{{1,6}}{_NUMBER}\s?(mm|inch|in\b|\")"
     rf"|{_NUMBER}\s?(mm|inch|in\b|\")?[\s-]?(?=(?:[a-z]{{1,20}}[\s-]{{1,3}}){{0,3}}?{_TOOL})",
     re.IGNORECASE,
 )
-#: Words before a number that is not a width, or between it and its tool.
+#: Words that indicate another length if they precede a number or are between it and its tool.
 _OTHER = (
     r"leav\w*|left|stock|allow\w*|offset\w*|depth|deep|step\w*|over\w*|down|up|tol\w*|clear\w*|finish\w*|rough\w*|"
     r"remain\w*|thick\w*|doc|woc|ae|ap|length|long|stickout|corner|radius|flutes?|fl|teeth|deg|feed|speed|rpm|by|for|of|"
@@ -30,7 +30,7 @@ _AFTER_OTHER = re.compile(r"[^a-z0-9]{0,3}(?:deep|depth|stock|left|long|steps?|p
 
 
 def narrowest_tool(program: Program) -> float:
-    """Return the smallest width of a tool in the comments of a program, mm; infinite if there is none."""
+    """Return the smallest tool width stated in the comments of a program, mm; infinite if none is stated."""
     unit = next((m.unit for m in program.modals if m.unit), 1.0)
     widths = [math.inf]
     for text in program.lines:
@@ -51,7 +51,7 @@ def narrowest_tool(program: Program) -> float:
 
 
 def _is_other(text: str, match: re.Match[str]) -> bool:
-    """Return whether a number is another length of a tool: stock to leave, a depth, a step-over."""
+    """Return whether a number is not a width but stock to leave, a depth or a step-over."""
     number = 3 if match[3] else 5
     if number == 3 and _BEFORE_OTHER.search(match[0][: match.start(3) - match.start()]):
         return True
