@@ -1,1 +1,1 @@
-"""Programs of other CAMs: the same work, in an order that takes less time."""
+"""Reorder programs of other CAMs to save time, with proof that the work stays the same."""

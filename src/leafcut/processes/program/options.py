@@ -1,4 +1,4 @@
-"""Options of putting another CAM's program in order."""
+"""Options for reordering a program of another CAM."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from leafcut.options.option_spec import OptionGroup, option
 
 @dataclass(frozen=True)
 class ResequenceOptions(OptionGroup):
-    """How a program of another CAM is put in order."""
+    """Options for reordering a program of another CAM."""
 
     section: ClassVar[str] = "resequence"
     title: ClassVar[str] = "Reordering"

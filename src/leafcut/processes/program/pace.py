@@ -54,7 +54,7 @@ _SAME = 1e-6
 _SLOT = 0.95
 #: Rounds in which changes that cost time are removed, and number of adjacent motions timed together on each side.
 _TRIALS, _NEAR = 3, 2
-#: Minimum share of the clearance in the simulation of the new text: heights on a slope depend on the division.
+#: Minimum share of the clearance of new rapids when the new text is simulated; it divides slopes differently.
 _KEPT = 0.5
 
 

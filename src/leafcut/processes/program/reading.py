@@ -208,7 +208,7 @@ def _of_plasma_table(text: str, source: str, settings: Settings, look: Heartbeat
 
 
 def _timed_on_router(read: ProgramRead) -> ProgramRead:
-    """Return the program timed on the router that it is probably for; limits are still those of the default machine."""
+    """Return the program timed on the router that it is probably for; the limits of the default machine still apply."""
     from leafcut.processes.program.routers import router_for, timed_as
     from leafcut.read.machine import load_machine
 

@@ -67,7 +67,7 @@ class ProgramReport(PathReport[ProgramDetail]):
         ]
 
     def savings(self) -> list[Fact]:
-        """Return the savings of new heights and speeds, if requested."""
+        """Return the time saved by new heights and speeds, if requested."""
         return pace_facts(self.outcome.detail.pace)
 
     def saved(self) -> views.PageRow:

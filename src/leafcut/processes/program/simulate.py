@@ -24,17 +24,17 @@ if TYPE_CHECKING:
     from leafcut.read import Input
     from leafcut.timing.grbl import SentLines
 
-#: Minimum share of the time of a program for a report of lost seconds.
+#: Minimum lost time that is reported, as a share of the program time.
 WORTH_TELLING = 0.01
 
-#: Maximum number of lines between late moves of one stretch.
+#: Maximum number of lines between delayed moves of a stretch.
 GAP = 20
 
 
 def simulate(program: Input, settings: Settings, dialect: str | None, progress: OnProgress | None) -> Simulation:
-    """Return the motion of a program on the machine of the settings, its time and its dangers.
+    """Return the motion of a program on the machine in `settings`, its time and its dangers.
 
-    An exception of `progress` ends the work.
+    An exception raised by `progress` cancels the simulation.
     """
     from leafcut.gcode import dialects
     from leafcut.processes.program.reading import read_foreign
@@ -47,7 +47,7 @@ def simulate(program: Input, settings: Settings, dialect: str | None, progress: 
     read = read_foreign(read_program(program), str(program), settings, machine, words, look)
     _check_lifts(settings, read.words)
     run, unknown = run_of_controller(read.program, read.words, settings.job.clearance_height)
-    # The start of `optimize` without `--start-point`.
+    # The default start point of `optimize`.
     lines = sent_lines(read.program.lines)
     cost = measure(run, read.machine, start=(0.0, 0.0), lines=lines)
     issues = (*read.find_dangers(), *read.issues, *unknown, *_starved(run, read.machine, lines, cost.time_s))

@@ -20,14 +20,14 @@ if TYPE_CHECKING:
     from leafcut.processes.job import Job
     from leafcut.processes.program.proof.stock_judge import StockJudge
 
-#: Number of cells, their size as a share of the smallest diameter, and the most cells if that tool would be missed.
+#: Usual number of cells, maximum cell size as a share of the smallest diameter, and maximum number of cells for that.
 _CELLS, _SHARE, _MOST = 2_000_000, 0.05, 8_000_000
 
 _NO_SHAPES = "the shapes of its tools are unknown; give --tools or --tool-diameter"
 
 
 class Judging(NamedTuple):
-    """The judge or None, its resolution or the reason for none, and issues of the original."""
+    """The judge or None, its resolution or the reason why there is none, and issues of the original."""
 
     judge: StockJudge | None = None
     proof: StockProof | None = None
@@ -37,8 +37,8 @@ class Judging(NamedTuple):
 def stock_judge(run: Job, program: Program, source: str, process: str) -> Judging:
     """Return the judge of new orders of a program by the stock that they leave.
 
-    Without ``--workpiece`` the stock is a block around the cuts below Z0. A tool with a diameter alone counts as flat;
-    cuts of tools of unknown diameter are left out. A beam has no judge.
+    Without ``--workpiece``, the stock is a block around the cuts below Z0. A tool of which only the diameter is known
+    counts as a flat end mill; cuts of tools of unknown diameter are left out. There is no judge for a beam.
 
     Raises
     ------

@@ -23,19 +23,19 @@ from leafcut.units import MM_PER_INCH, parse_quantity
 
 #: The only solid of a file, as drawn.
 THE_ONLY = ChosenSolid()
-#: Maximum distance of the start of a lead from the material, beyond the diameter of the tool, mm.
+#: Maximum distance between the start of a lead and the material, in addition to the tool diameter, mm.
 _LEAD = 5.0
-#: Distance of the bottom of a derived block below the deepest cut, mm.
+#: Distance from the deepest cut down to the bottom of a derived block, mm.
 _BELOW = 1.0
-#: Smaller undercuts are rounding, mm².
+#: Minimum area of an undercut, mm²; smaller areas are rounding errors.
 _SMALL_AREA = 0.1
 #: Tolerance of equal lengths, mm.
 _SAME = 1e-6
-#: Difference of the diameters of two tools, mm and share: comments round diameters, and mills are reground.
+#: Tolerance of tool diameters, mm and relative: comments round diameters, and mills are reground.
 _OTHER_TOOL, _OTHER_SHARE = 0.1, 0.02
 #: Maximum length of a stock, mm.
 LONGEST = 20_000.0
-#: A cut this many lengths of the stock away suggests that the stock is in another unit.
+#: Distance of a cut, in stock lengths, that suggests that the stock is given in the wrong unit.
 FAR_OFF = 3.0
 
 if TYPE_CHECKING:
@@ -52,14 +52,14 @@ def block_of(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:
     Parameters
     ----------
     which
-        The solid of a STEP file, and its pose.
+        The solid in a STEP file, and its orientation.
 
     Raises
     ------
     OptionError
-        Six lengths are expected, the lower corner first, or the path of an STL or STEP file.
+        The option is neither six lengths, lower corner first, nor the path of an STL or STEP file.
     ReadError
-        The file is no closed solid.
+        The file contains no closed solid.
     """
     if _is_file(text):
         from leafcut.material.mesh_field import block_of_mesh
@@ -85,7 +85,7 @@ def block_of(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:
 
 
 def field_of(options: StockOptions, block: StockBlock, cell: float, which: ChosenSolid = THE_ONLY) -> HeightField:
-    """Return the material before the first cut as cells, within its block.
+    """Return the material before the first cut as a height field.
 
     Raises
     ------
@@ -122,12 +122,12 @@ def told_of(
 
 
 def solid_of_file(text: str, which: ChosenSolid = THE_ONLY) -> Mesh | None:
-    """Return the solid of ``--workpiece``; None for a block.
+    """Return the solid of ``--workpiece``, or None for a block.
 
     Raises
     ------
     ReadError
-        The file is no closed solid.
+        The file contains no closed solid.
     """
     return solid_file(text, which) if _is_file(text) else None
 
@@ -137,12 +137,12 @@ def _is_file(text: str) -> bool:
 
 
 def solid_file(path: str, which: ChosenSolid) -> Mesh:
-    """Return the closed solid of a file, in mm.
+    """Return the closed solid in a file, in mm.
 
     Raises
     ------
     ReadError
-        The file has no closed solid.
+        The file contains no closed solid.
     """
     try:
         return _loaded(path, which, Path(path).stat().st_mtime_ns)
@@ -152,7 +152,7 @@ def solid_file(path: str, which: ChosenSolid) -> Mesh:
 
 @lru_cache(maxsize=1)
 def _loaded(path: str, which: ChosenSolid, _changed: int) -> Mesh:
-    """Return the solid of a file; the last one is cached, since several steps of a run need it."""
+    """Return the solid in a file; the last solid is cached, since several steps of a run need it."""
     from leafcut.read.meshes import load_mesh
 
     mesh = load_mesh(path, "mm", "save it in mm", which.which, which.pose)
@@ -164,9 +164,9 @@ def _loaded(path: str, which: ChosenSolid, _changed: int) -> Mesh:
 def tools_of(
     program: Program, source: str, settings: Settings, machine: Machine, *, by_options: bool = True
 ) -> dict[int, Tool]:
-    """Return the tools that a program cuts with, by number in the order of their use.
+    """Return the cutting tools of a program by number, in the order of use.
 
-    Without `by_options` the error names no option.
+    Without `by_options`, error messages mention no option.
 
     Raises
     ------
@@ -202,7 +202,7 @@ def other_tools(program: Program, settings: Settings, machine: Machine) -> list[
 
 
 def _tools_in_use(program: Program, settings: Settings, machine: Machine) -> list[tuple[int, int, Tool | None]]:
-    """Return number, first block with cuts, and tool in the library of each tool that cuts, in the order of use."""
+    """Return number, first cutting block and library entry of each cutting tool, in the order of use."""
     from leafcut.model.toolpath import Kind
     from leafcut.processes.job import library_of
 
@@ -222,7 +222,8 @@ def known_tools(
 ) -> tuple[dict[int, Tool], dict[int, int]]:
     """Return the cutting tools of a program, and the first cutting block of each tool of unknown shape.
 
-    Both are by number, in the order of use. With `flat` a tool with a diameter alone counts as a flat mill.
+    Both are by number, in the order of use. With `flat`, a tool of which only the diameter is known counts as a flat
+    end mill.
     """
     from leafcut.gcode.tool_comments import tool_in_comments, tool_width
 
@@ -241,7 +242,7 @@ def known_tools(
 
 
 def block_around(moves: StraightMoves, cutters: Mapping[int, Cutter]) -> StockBlock | None:
-    """Return a block around the cuts below Z0; None without such cuts, since its top is unknown."""
+    """Return a block around the cuts below Z0, or None without such cuts, since the top is then unknown."""
     deep = ~moves.rapid & (np.minimum(moves.ends[:, 2], moves.ends[:, 5]) < 0.0)
     if not deep.any():
         return None
@@ -280,12 +281,12 @@ def stock_before(run: Job, program: Program, cutters: Mapping[int, Cutter]) -> S
 
 
 def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBlock, source: str, text: str) -> None:
-    """Refuse a block if a cut below its top is far beside it: there is more material.
+    """Refuse a block if a cut below its top is far outside, since the material must be larger.
 
     Raises
     ------
     OptionError
-        The first such cut.
+        A cut is far outside the block.
     """
     found = beyond(program, cutters, block)
     if found is not None:
@@ -298,7 +299,7 @@ def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBloc
 
 
 class Beyond(NamedTuple):
-    """A cut that reaches far beside a block: its line, the axis, its place there and the edge of the block, mm."""
+    """A cut that reaches far outside a block: line, axis, coordinate of the cut and of the block edge, mm."""
 
     line: int
     axis: str
@@ -314,12 +315,12 @@ class Beyond(NamedTuple):
 
 
 def in_unit_words(unit: str) -> str:
-    """Return the end of a message about the unit in which a stock would contain all cuts; "" for none."""
+    """Return the end of a message that names the unit in which the stock would contain all cuts, or ""."""
     return f"; in {unit} it would hold all cuts: save it in mm" if unit else ""
 
 
 def in_other_unit(text: str, program: Program, cutters: Mapping[int, Cutter], block: StockBlock) -> str:
-    """Return the unit in which a stock would contain all cuts, if a cut is many lengths away; else ""."""
+    """Return the unit in which the stock would contain all cuts if a cut is many stock lengths away, else ""."""
     length = max(high - low for low, high in zip(block.low[:2], block.high[:2], strict=True))
     outside = beyond(program, cutters, block) if _is_file(text) else None
     if outside is None or abs(outside.place - outside.edge) < FAR_OFF * length:
@@ -333,9 +334,9 @@ def in_other_unit(text: str, program: Program, cutters: Mapping[int, Cutter], bl
 
 
 def beyond(program: Program, cutters: Mapping[int, Cutter], block: StockBlock) -> Beyond | None:
-    """Return a cut below the top of a block that is far beside it, or None.
+    """Return a cut below the top of a block that is far outside it, or None.
 
-    A tool may enter from outside, by its diameter and a lead.
+    A tool may start outside the block by its diameter and a lead.
     """
     from leafcut.material.straight_moves import straight_moves
 

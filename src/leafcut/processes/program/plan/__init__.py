@@ -1,1 +1,1 @@
-"""Planning of programs: what of a program can be reordered, and what must stay."""
+"""Planning of programs: the work that can be reordered, and the blocks that must stay."""

@@ -98,7 +98,7 @@ class LowWays:
         return [*self.retracts(), *self.r_planes()]
 
     def returns(self) -> list[CycleReturn]:
-        """Return the changes from G98 to G99: series of holes that can stay at the R plane in between.
+        """Return the G98 and G99 words with which series of holes stay at the R plane between holes.
 
         The last hole of a series still retracts to the initial height, so that the next move starts there as before.
         """
@@ -219,10 +219,10 @@ class LowWays:
         return [Lowered(self._block(one), "Z", new) for one in stated]
 
     def initials(self) -> list[Lowered]:
-        """Return the heights before series of cycles that come up to them (G98): the words that state each.
+        """Return the initial heights (G98) of drilling series that can be lowered, by the words that state them.
 
-        They are as low as all ways at them allow, those from hole to hole and those behind the last one, and no lower
-        than an R plane of the series.
+        All moves at an initial height stay clear, between the holes and after the last. The height is never below an R
+        plane of the series.
         """
         found: list[Lowered] = []
         path = self.path

@@ -188,7 +188,7 @@ def _bounds(
         # If several limits are equal, the first is reported as the reason.
         "ramp": np.where(loads.sinks, np.minimum(down, 1.0) if math.isinf(limit.plunge) else down, np.inf),
         "finish": np.where(~loads.sinks & (loads.width <= FINISH * diameter), 1.0, np.inf),
-        # Without library data, the worst chip is that of the level cuts, so ramps with thicker chips are not slowed.
+        # Without library data, the level cuts define the worst chip; ramps with thicker chips are not slowed.
         "chip": by_chip if limit.stated else np.maximum(by_chip, 1.0),
         "rate": np.maximum(by_rate, 1.0),
         "increase": np.full_like(by_chip, FEED_INCREASE),

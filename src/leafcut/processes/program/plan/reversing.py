@@ -26,9 +26,9 @@ from leafcut.processes.program.proof.outlines import TOUCHING
 
 #: Maximum gap between the ends of a closed cut, as a part of its length; `TOUCHING` is the minimum.
 _CLOSED_PART = 0.1
-#: Number of chords per arc to detect self-intersection, and the cosine (150°) of a turn at an arc beyond which the
-#: chords could miss one.
+#: Number of chords per arc to detect self-intersection.
 _CHORDS = 24
+#: Cosine of the change of direction at an arc (150°) beyond which the chords may miss an intersection.
 _BACK = -0.866
 
 

@@ -1,1 +1,1 @@
-"""The rewriter: a program with its pieces of work in another order, in its own words."""
+"""The rewriter: writes a program with its pieces of work in a new order, in its own words."""

@@ -58,9 +58,9 @@ class Original:
         return False
 
     def departure(self, piece: PieceOfWork) -> float:
-        """Return the height of the travel move after a piece in the original, mm; minus infinity if there is none.
+        """Return the height of the travel move after a piece in the original, mm, or minus infinity.
 
-        If the tool retracts for a stop there, the height is limited to that of the approach to the piece.
+        If the tool retracts for a stop there, the approach height of the piece is the upper limit.
         """
         path, first = self.program.path, self.program.first
         row = int(first[piece.end])

@@ -1,1 +1,1 @@
-"""The proof of a rewritten program: it does the same work as the original."""
+"""The proof that a rewritten program does the same work as the original."""

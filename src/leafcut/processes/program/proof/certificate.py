@@ -33,7 +33,7 @@ from leafcut.proof.difference import MOST_LISTED, shorten
 from leafcut.proof.envelope import check_envelope
 from leafcut.units import MM_PER_INCH
 
-#: What a certificate covers, in the order of the checks.
+#: Checks covered by a certificate, in order.
 COMPARED = (
     "barriers: pauses, tool changes, work offsets, machine moves, settings that the controller takes from comments and "
     "parameters, and blocks that are not understood, in order",

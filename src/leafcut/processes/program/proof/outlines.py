@@ -1,8 +1,7 @@
-"""Areas that cuts enclose: a single cut, or several with tabs between them."""
+"""Find the areas enclosed by a single cut, or by several cuts with tabs between them."""
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
@@ -20,27 +19,25 @@ from leafcut.processes.program.proof.doubt import FREE, Doubt
 from leafcut.processes.program.proof.features import Features
 from leafcut.processes.program.proof.traces import Traces
 
-#: Cuts closer than this touch, mm.
+#: Maximum distance of touching cuts, mm.
 TOUCHING = 0.05
-#: Consecutive cuts whose ends are closer than this are one line, mm: programs state three decimals, or four of an inch.
+#: Maximum gap between consecutive cuts of a line, mm: programs state three decimals, or four in inches.
 MEETING = 0.01
-#: Largest tab, mm. The gap between the cuts of a mill includes its width.
+#: Maximum tab, mm. With a mill, the gap between the cuts includes the tool width.
 MILL_TAB, BEAM_TAB = 12.0, 3.0
-#: A larger group of connected lines is a filling, not an outline.
+#: Maximum number of connected lines in an outline; larger groups are area fills.
 _MOST_LINES = 64
-#: The convex hull replaces the area of a line with more points.
+#: Maximum number of points of a line; with more points, the convex hull replaces its area.
 _MOST_POINTS = 20_000
-#: A line is not inside the area that it encloses, mm.
+#: Inset of an area, so that a line is not inside the area that it encloses, mm.
 _EDGE = 1e-5
-#: Chords of a quarter of a round end.
-_END_SEGMENTS = 4
-#: In doubt free: a third end at up to this multiple of the nearest distance makes the place of a tab unclear.
+#: For `FREE`: a third end within this multiple of the nearest distance makes the position of a tab unclear.
 _CLEARLY = 1.02
-#: Lines at two depths are one if their middles and lengths differ by less, mm.
+#: Maximum difference of centroids and lengths of one line cut at two depths, mm.
 _SAME_LINE = 0.05
 
 
-#: In doubt free: largest gap of a single line with a tab, as a part of its length.
+#: For `FREE`: maximum gap of a single line with a tab, as a part of its length.
 _TABBED_PART = 0.09
 
 
@@ -52,14 +49,14 @@ class Line(NamedTuple):
 
 
 class Outline(NamedTuple):
-    """An area, and the pieces of work that cut it, rising.
+    """An area, and the pieces of work that cut it, in ascending order.
 
     Attributes
     ----------
     alone
-        A single line closes it without doubt.
+        Whether a single line certainly closes the area.
     joined
-        Several lines enclose it, or a single one with a tab.
+        Whether several lines enclose the area, or a single line with a tab.
     """
 
     area: Any
@@ -69,7 +66,7 @@ class Outline(NamedTuple):
 
 
 def lines_of(features: Features, traces: Traces, owner: Indices, sagitta: float) -> list[Line]:
-    """Return the lines of all pieces of work, arcs as chords; a hole or a dwell is its place, twice.
+    """Return the lines of all pieces of work, arcs as chords; holes and dwells become lines of zero length.
 
     `owner` numbers the piece of each feature; features with -1 are left out.
     """
@@ -89,12 +86,12 @@ def lines_of(features: Features, traces: Traces, owner: Indices, sagitta: float)
 
 
 def is_point(line: Line) -> bool:
-    """Return whether a line is a single place."""
+    """Return whether a line is a single point."""
     return bool((line.points == line.points[0]).all())
 
 
 def area_of(points: Floats, doubt: Doubt) -> tuple[Any, bool]:
-    """Return the area that a line encloses, None without one, and whether it is closed without doubt."""
+    """Return the area enclosed by a line, or None, and whether the line is certainly closed."""
     if len(points) < 4:
         return None, False
     if doubt.keep and len(points) > _MOST_POINTS:
@@ -109,7 +106,7 @@ def area_of(points: Floats, doubt: Doubt) -> tuple[Any, bool]:
         ring: Any = shapely.polygons(whole)
         if shapely.is_valid(ring) and ring.area > 0:
             return ring, gap <= doubt.alone
-    # A lead-in and a lead-out cross the outline, or the line goes round several times.
+    # Lead-in and lead-out cross the outline, or the line runs around several times.
     area = _enclosed(shapely.linestrings(whole), MEETING)
     if area is None:
         return None, False
@@ -117,32 +114,30 @@ def area_of(points: Floats, doubt: Doubt) -> tuple[Any, bool]:
 
 
 def _enclosed(lines: Any, meeting: float) -> Any:
-    """Return the area inside lines that may miss each other by a distance, mm; None without one."""
-    # The chords of a round end reach half the distance.
-    reach = 0.5 * meeting / math.cos(math.pi / (4 * _END_SEGMENTS)) + _EDGE
-    strip: Any = shapely.get_parts(shapely.buffer(lines, reach, quad_segs=_END_SEGMENTS))
+    """Return the area enclosed by lines with gaps up to `meeting` (mm), or None."""
+    strip: Any = shapely.get_parts(shapely.buffer(lines, 0.5 * meeting, quad_segs=2))
     rings = shapely.get_rings(strip)
     inner: Any = shapely.polygons(rings[~np.isin(np.arange(len(rings)), _exteriors(strip))])
     if not len(inner):
         return None
     if len(inner) == 1:
-        return shapely.buffer(inner[0], reach - _EDGE, join_style="mitre")
-    # Growing by more and shrinking again joins areas that share an edge.
-    grown = shapely.union_all(shapely.buffer(inner, 2.0 * reach, join_style="mitre"))
-    return shapely.buffer(grown, -reach - _EDGE, join_style="mitre")
+        return shapely.buffer(inner[0], 0.5 * meeting - _EDGE, join_style="mitre")
+    # Growing further and shrinking again merges areas that share an edge.
+    grown = shapely.union_all(shapely.buffer(inner, meeting, join_style="mitre"))
+    return shapely.buffer(grown, -0.5 * meeting - _EDGE, join_style="mitre")
 
 
 def _exteriors(polygons: NDArray[np.object_]) -> Indices:
-    """Return the places of the exterior rings among all rings of polygons."""
+    """Return the indices of the exterior rings among all rings of polygons."""
     count = 1 + shapely.get_num_interior_rings(polygons)
     exteriors: Indices = np.cumsum(count) - count
     return exteriors
 
 
 def joined_outlines(lines: Sequence[Line], tab: float, doubt: Doubt, look: Heartbeat = unseen) -> Iterator[Outline]:
-    """Yield the areas that several open lines enclose, and in doubt free also a single line with one tab.
+    """Yield the areas enclosed by several open lines; with `FREE` also by a single line with one tab.
 
-    Lines that touch belong together, and lines whose ends are nearest to each other and within `tab`, mm.
+    Lines are joined if they touch, or if their ends are nearest to each other and within `tab` (mm).
     """
     if len(lines) < (2 if doubt.keep else 1):
         return
@@ -179,7 +174,7 @@ def joined_outlines(lines: Sequence[Line], tab: float, doubt: Doubt, look: Heart
 
 
 def _has_tab(line: Any) -> bool:
-    """Return whether a line is open by no more than a small part of its length, and goes round nothing by itself."""
+    """Return whether the gap of an open line is a small part of its length, and the line encloses no area itself."""
     points = shapely.get_coordinates(line)
     gap = float(np.hypot(*(points[-1] - points[0])))
     enough = len(points) > 3 and gap <= _TABBED_PART * shapely.length(line)
@@ -189,16 +184,16 @@ def _has_tab(line: Any) -> bool:
 def _joints(
     lines: NDArray[np.object_], tab: float, clear: bool
 ) -> tuple[Indices, Indices, Indices, NDArray[np.object_]]:
-    """Return the joint of both ends of each line, int64[n, 2], and by tab: the lines on both sides and the gap, a line.
+    """Return the joints at both ends of each line, int64[n, 2], and for each tab its two lines and its gap as a line.
 
-    Two joints have a tab between them if each is the other's nearest, within `tab`; with `clear`, only if no third one
-    is about as near. The gaps within a joint come last.
+    A tab lies between two joints if they are nearest to each other and within `tab`; with `clear`, only if no third
+    joint is about as near.
     """
     ends = shapely.get_coordinates(np.stack([shapely.get_point(lines, 0), shapely.get_point(lines, -1)], axis=1))
     _, first, of = np.unique((ends / TOUCHING).round(), axis=0, return_index=True, return_inverse=True)
     spots: Any = shapely.points(ends[first])
     one, other = shapely.STRtree(spots).query(spots, predicate="dwithin", distance=2 * TOUCHING)
-    # Rounding may divide one place.
+    # Rounding may separate nearly equal points.
     stands = np.arange(len(spots))
     np.minimum.at(stands, one, other)
     stands = stands[stands]
@@ -220,16 +215,12 @@ def _joints(
     joined[other] = one
     joint = joined[stands]
     begin, end = first[one], first[other]
-    # The ends of a joint need not touch.
-    centre = first[stands[of]]
-    apart_from = np.flatnonzero(np.hypot(*(ends - ends[centre]).T) > 0.5 * TOUCHING)
-    begin, end = np.append(begin, apart_from), np.append(end, centre[apart_from])
-    gaps: Any = shapely.linestrings(np.stack([ends[begin], ends[end]], axis=1))
-    return joint[of].reshape(-1, 2), begin // 2, end // 2, gaps
+    tabs: Any = shapely.linestrings(np.stack([ends[begin], ends[end]], axis=1))
+    return joint[of].reshape(-1, 2), begin // 2, end // 2, tabs
 
 
 def _rings(members: Indices, joint: Indices, shapes: NDArray[np.object_]) -> list[Indices]:
-    """Return the lines of each ring in a group: at each of its joints exactly two different lines meet."""
+    """Return the lines of each ring in a group; exactly two distinct lines meet at each joint of a ring."""
     lengths, centres = shapely.length(shapes[members]), shapely.get_coordinates(shapely.centroid(shapes[members]))
     same: list[list[int]] = []
     between: dict[tuple[int, int], list[int]] = {}
@@ -258,9 +249,9 @@ def _rings(members: Indices, joint: Indices, shapes: NDArray[np.object_]) -> lis
 def outlines_of(
     lines: Sequence[Line], tab: float | None, doubt: Doubt, look: Heartbeat = unseen, chosen: Mask | None = None
 ) -> Iterator[Outline]:
-    """Yield the outlines that lines cut, single ones first; joined ones only with a `tab`, mm.
+    """Yield the outlines of single lines, then outlines joined across tabs up to `tab` (mm), unless it is None.
 
-    `chosen` are the pieces of work whose single outlines are wanted, bool[n]; None stands for all.
+    `chosen` is the mask of pieces of work whose single outlines are yielded, bool[n]; None means all.
     """
     open_: list[Line] = []
     for line in lines:
@@ -282,7 +273,7 @@ def _is_open(points: Floats) -> bool:
 
 
 def starts_inside(lines: Sequence[Line], outlines: Iterable[Outline]) -> Iterator[tuple[Outline, Indices]]:
-    """Yield outlines, and the pieces of work with a line that begins inside, rising."""
+    """Yield outlines, each with the ascending pieces of work that have a line starting inside it."""
     if not lines:
         return
     starts: Any = shapely.points(np.array([line.points[0] for line in lines]))

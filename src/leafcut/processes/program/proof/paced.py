@@ -153,7 +153,7 @@ def check_limits(
     ratio /= 1.0 + _PART
     upright = loads.upright
     clear = ~loads.removed.cuts & (loads.removed.over <= -rules.clearance * (1.0 - _PART))
-    # In air, speeds up to that of a rapid have no chip load.
+    # In air there is no chip load, so any speed up to a rapid is allowed.
     faster &= ~(clear & rules.air) & ~upright
     wrong = faster & (ratio > FEED_INCREASE)
     for number, limit in limits.items():
@@ -195,7 +195,7 @@ def _plunges_too_fast(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]
 def made_rapid(
     before: Toolpath, stretches: dict[int, tuple[PaceStretch, ...]]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the rows of the new program that changed from cuts to rapids, and those of them that replace arcs."""
+    """Return the rows of the new program that changed from cuts to rapids, and the subset that replaces arcs."""
     rows: list[int] = []
     chords: list[int] = []
     at = 0

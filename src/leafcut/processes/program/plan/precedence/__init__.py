@@ -1,1 +1,1 @@
-"""Precedence in a program: which piece of work must come before which, and why pieces stay."""
+"""Precedence between pieces of work, and the reasons why pieces stay."""

@@ -1,1 +1,1 @@
-"""Sections of a program: its rows as pieces of work, and what divides them."""
+"""Sections of a program: pieces of work that can be reordered, and the barriers between them."""

@@ -42,7 +42,7 @@ class _Start:
 
 
 class Finder:
-    """Finds the sections of a program."""
+    """Divides a program into sections of pieces that can be reordered."""
 
     def __init__(self, program: Program, process: str, look: Heartbeat = unseen) -> None:
         self.program, self.process, self.look = program, process, look
@@ -103,7 +103,7 @@ class Finder:
                 found.add(later)
         return found
 
-    # -- where pieces begin ------------------------------------------------------------------------------------------
+    # -- starts of pieces -------------------------------------------------------------------------------------------
 
     def _starts(self, begin: int, end: int) -> list[_Start]:
         """Return the starts of pieces in a run: retracted travel moves after the previous work is finished."""
