@@ -89,7 +89,7 @@ class ForeignWork:
 
 
 def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
-    """Return the sections of a program as stages.
+    """Plan a program: each section becomes a stage.
 
     Parameters
     ----------

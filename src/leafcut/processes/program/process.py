@@ -66,7 +66,7 @@ class ForeignProgram(Process):
     )
     uses |= use(StockOptions, but=("part",)) | use(FeedOptions)
     uses |= use(PostOptions, "dialect", "header", "line_numbers")
-    otherwise = {  # noqa: RUF012  # the protocol says that it is of the class
+    otherwise = {  # noqa: RUF012  # the protocol declares a class attribute
         "output_units": "a program keeps its own units",
         "coolant": "a program keeps its own coolant",
         "depth": "a program keeps its own depths",
@@ -82,7 +82,7 @@ class ForeignProgram(Process):
     reads = "program"
     with_nearest = False
     by_itself = True
-    instead = {  # noqa: RUF012  # the protocol says that it is of the class
+    instead = {  # noqa: RUF012  # the protocol declares a class attribute
         "cut": "the input is a program, not a drawing; use leafcut reorder, or --process laser or plasma",
         "pocket": "the input is a program, not a drawing; use leafcut reorder, or --process mill",
     }
@@ -189,7 +189,7 @@ class ForeignProgram(Process):
         return detail_of(plan, best)
 
     def report(self, outcome: Outcome[ProgramDetail]) -> ProgramReport:
-        """Return the facts and pictures of an outcome."""
+        """Return the report of an outcome."""
         from leafcut.processes.program.report import ProgramReport
 
         return ProgramReport(outcome)

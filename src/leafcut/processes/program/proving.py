@@ -84,7 +84,7 @@ def proved(plan: Plan, best: Candidate) -> Candidate:
     Raises
     ------
     OrderRefused
-        The first difference, with the pieces and sections at fault.
+        The program fails a check; the error has the first difference, and the pieces and sections at fault.
     """
     from leafcut.processes.program.proof.certificate import certify, proof_lines
 

@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 
 #: Maximum distance of the chords of arcs from the arcs, cells.
 _STRAYS = 0.05
-#: Minimum length of the simulated pieces of a cut: as a share of the smallest tool diameter, and in cells.
+#: Maximum length of a simulated piece: the larger of this share of the smallest tool diameter and this many cells.
 _PIECE, _PIECE_CELLS = 0.5, 2.0
 #: Number of rapids in the material that are reported one by one.
 _MOST_TOLD = 10
@@ -211,7 +211,7 @@ def _pieces(one: _Cuts, cell: float) -> StraightMoves:
 
 
 def _assumed_block(stated: StatedPart | None) -> list[Issue]:
-    """Return an issue that a full block is assumed, and names the option that describes the stock."""
+    """Return the issue that a full block is assumed, with the option that describes the stock."""
     words = "the stock was assumed: a full block around the cuts, with its top at Z0"
     if stated is None:
         return [Issue("L510", f"{words}; give it with --workpiece", severity=Severity.NOTE)]

@@ -5,8 +5,8 @@
     piece_order(section, nodes)                 order of pieces from its solution
 
 A piece of work extends from the rapid to its start point to the next such rapid. Pieces with the same tool, offset,
-spindle speed and clearance height can be reordered. Exceptions are pieces whose cuts touch, and pieces inside a contour
-that would detach them. All other blocks keep their place and their text.
+spindle speed and clearance height can be reordered. Exceptions are pieces whose cuts touch, and work that must precede
+the cut that detaches its part. All other blocks keep their place and their text.
 """
 
 from __future__ import annotations

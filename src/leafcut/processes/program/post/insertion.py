@@ -40,7 +40,7 @@ def insert_words(line: str, front: Sequence[str], back: Sequence[str]) -> str:
         return line
     code = code_of(line)
     begin = _FRONT.match(code)
-    assert begin is not None  # it matches nothing, too
+    assert begin is not None  # the pattern also matches an empty string
     start, stop = begin.end(), len(code.rstrip())
     body = code[start:stop]
     space = "" if len(_LETTER.findall(body)) > 1 and not re.search(r"[ \t]", body) else " "
@@ -102,7 +102,7 @@ def with_words(line: str, words: Sequence[str]) -> str:
     """
     code = code_of(line)
     begin = _FRONT.match(code)
-    assert begin is not None  # it matches nothing, too
+    assert begin is not None  # the pattern also matches an empty string
     start, stop = begin.end(), len(code.rstrip())
     body = code[start:stop]
     inside = [match.group() for match in _COMMENT.finditer(line, start, max(stop, start))]

@@ -516,7 +516,7 @@ class Territory:
     """Assigns the lines of a program to its pieces.
 
     Comments directly before the first block of a piece belong to it, unless a blank line separates them and more
-    comments follow. The first piece of a section gets as many lines above it as the second one; comments further up
+    comments follow. The first piece of a section gets as many lines above it as the second piece; comments farther up
     belong to the section.
     """
 
@@ -546,7 +546,7 @@ class Territory:
         return int(self._line[block]) - 1 - self._at(begin)
 
     def _at(self, block: int) -> int:
-        """Return the number of lines before the piece of a block."""
+        """Return the number of lines before the piece that starts with a block."""
         if block in self._cut:
             return self._cut[block]
         return int(self._line[block - 1]) if block else 0

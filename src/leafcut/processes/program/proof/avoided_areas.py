@@ -46,7 +46,7 @@ class _Ways(NamedTuple):
 
 
 def avoided_areas(original: Program, new: Program, safe_z: float = 0.0) -> AvoidedAreas:
-    """Return the rapids of a new program across areas where the original never was at that height or lower.
+    """Return the rapids of a new program across areas where the original was never as low.
 
     `safe_z` is the machine height, mm, at or above which a tool is retracted after a move in machine coordinates.
     """

@@ -82,7 +82,7 @@ class Wall:
 
     @property
     def is_tool_change(self) -> bool:
-        """Whether it changes the tool and does nothing else."""
+        """Whether these barriers only change the tool."""
         kinds = {mark.kind for mark in self.marks}
         return Kind.TOOL in kinds and kinds <= set(_PART_OF_CHANGE)
 
@@ -267,7 +267,7 @@ class ComparisonGroups(NamedTuple):
     states
         Barriers that differ only in the machine state, with the changes in the words of `matching.changes`.
     implied
-        Patterns of messages of `matching.changes` that follow from tool changes and work offsets gone or new.
+        Patterns for messages of `matching.changes` that follow from removed or added tool changes and work offsets.
     """
 
     before: list[int]
@@ -412,7 +412,7 @@ def _state_changes(one: Mark, other: Mark) -> list[str]:
 
 
 def _implied(marks: list[Mark], which: str) -> Iterator[str]:
-    """Yield patterns of the messages that removed or added tool changes and work offsets cause for the work."""
+    """Yield patterns for the changes of tool and work offset that follow from removed or added barriers."""
     for mark in marks:
         if mark.kind in (Kind.TOOL, Kind.FRAME) and isinstance(ref := mark.what[1], int):
             name, shown = ("tool", str(ref)) if mark.kind == Kind.TOOL else ("work offset", f"G{ref / 10:g}")

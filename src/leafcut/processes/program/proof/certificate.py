@@ -91,8 +91,8 @@ def certify(
     length do not count.
 
     With `allow_reverse`, open cuts at one level may be reversed (`reversed_cuts`). `look` is the callback for progress
-    and cancellation. With `notes`, the certificate also notes a changed order in which adjacent parts are detached,
-    which is not a difference.
+    and cancellation. With `notes`, the certificate also notes if parts are detached in a new order. For parts side by
+    side, this is not a difference.
 
     Raises
     ------

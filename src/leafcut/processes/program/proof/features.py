@@ -234,8 +234,8 @@ def states_of_program(program: Program) -> States:
     """Return the states at every row of a program, from its rows and from its modal words.
 
     The words of a block apply to its own motions. The spindle direction comes from M3, M4 and M5, since a torch needs
-    no S. `stated` records whether the units are stated, so that no machine assumes others. `obeyed` counts the comments
-    and settings that the controller obeys before the row.
+    no S. `stated` has bits for units stated, spindle started since the tool change, and length offset not cancelled.
+    `obeyed` is the number of earlier comments and settings that the controller obeys.
     """
     path = program.path
     if not len(program.modals):
@@ -275,7 +275,7 @@ def states_of_program(program: Program) -> States:
     return States.of_columns(columns(), len(path))
 
 
-#: Factor of the number of possible changes of the tool table before a length offset; its register is added to it.
+#: State `length` is the register plus this factor times the number of blocks that may have changed the tool table.
 TAKEN = 1 << 20
 
 

@@ -72,7 +72,7 @@ def read_work(program: Program, *, written_out: bool, beam: bool, straight: floa
     Raises
     ------
     PlanError
-        A cycle has an absurd number of pecks.
+        A cycle has more pecks than any machine would drill.
     """
     program = _with_end(program)
     path = replace(program.path, line=np.arange(len(program.path), dtype=np.int32))
@@ -135,7 +135,7 @@ def cuts_with_beam(program: Program) -> bool:
 
 
 def has_no_mill(program: Program) -> bool:
-    """Return whether a program cuts with a beam, or its tool never moves up or down, as that of a plotter."""
+    """Return whether a program cuts with a beam, or never moves its tool in Z, like a plotter."""
     path = program.path
     z = path.end[path.kind <= Kind.DRILL, 2]
     rises = (np.abs(np.diff(z[np.isfinite(z)])) > STILL).any() or (path.kind == Kind.DRILL).any()

@@ -28,7 +28,7 @@ _CLOSED = 0.01
 _SAGITTA = 0.001
 #: Reference direction of cuts in the comparison; it is parallel to no line in a usual drawing.
 _ONWARD = np.array([0.8386705679, 0.5446390350])
-#: Values that are constant in a reversible run; feed and time are excluded because of dwells.
+#: Values that are constant in a reversible run; dwells differ in feed and time, arcs in kind, plane and turns.
 _STEADY = tuple(name for name in (*EXACT, *AMOUNT) if name not in ("kind", "plane", "turns", "feed", "dwell"))
 
 

@@ -68,7 +68,7 @@ def no_longer_stated(
     new_of: Indices,
     mark_of: dict[float, Mark],
 ) -> Iterator[Difference]:
-    """Yield the modes that the original states before work relies on them, and the new program does not.
+    """Yield the modes that the original states before the work that relies on them, and the new program does not.
 
     `new_of` and `mark_of` give the matched features and barriers. Only cuts of both programs count, since an added cut
     relies on the same modes as its neighbours.

@@ -35,7 +35,7 @@ class Arcs:
     Attributes
     ----------
     center
-        float64[m, 3].
+        float64[m, 3]: centre, mm.
     axes
         int64[m, 3]: first, second and normal axis of the plane.
     start, sweep, radius, grows, level, rises
@@ -78,9 +78,9 @@ class Traces:
     Attributes
     ----------
     feature
-        int64[k].
+        int64[k]: feature of each piece.
     begin, end
-        float64[k, 2], mm.
+        float64[k, 2]: start and end, mm.
     bow
         float64[k]: maximum distance of the piece from the straight line between them, mm.
     arc, low, high

@@ -44,7 +44,7 @@ _CHANGES = {
     "tolerance": "a change of path control (G61, G64)",
     "joining": "a change of path control (G61, G64)",
 }
-#: Reason if the program states no units: the first length then sets the assumed units.
+#: Reason for the block with the first length in a program without units, where the assumed units take effect.
 _ASSUMED_UNITS = "its units are assumed: G20 or G21 is missing"
 _TORCH = re.compile(r"plasma|torch|pierce|\bTHC\b", re.IGNORECASE)
 
@@ -105,7 +105,7 @@ def read_rows(program: Program, process: str) -> Rows:
     feed = np.isin(path.kind, [Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW])
     rapid, drill = path.kind == Kind.RAPID, path.kind == Kind.DRILL
     with np.errstate(invalid="ignore"):
-        # An axis of unknown position has not moved yet.
+        # An axis without a known position has not moved yet.
         same = (np.abs(path.end[:, :2] - before[:, :2]) < TOLERANCE) | np.isnan(path.end[:, :2])
     sideways = (rapid | drill | feed) & ~same.all(axis=1)
     if process not in BEAMS:
@@ -186,7 +186,7 @@ def known_process(program: Program) -> str:
 
 
 def _is_torch(program: Program, spindle: NDArray[np.bool_]) -> bool:
-    """Return whether a beam is a torch: the text names one, or Z changes between the rapids."""
+    """Return whether a beam is a torch: the text names one, or the rapids have more than one height."""
     if any(_TORCH.search(line) for line in program.lines[:400]):
         return True
     z = program.path.end[program.path.kind == Kind.RAPID, 2]
