@@ -43,7 +43,7 @@ class AvoidedAreas:
     moves
         Number of these moves.
     line
-        Line of the first in the new program; 0 if there are none.
+        Line of the first of them in the new program, or 0.
     below
         Greatest height at which the original crosses, mm, if all of these moves are lower; None otherwise.
     """
@@ -54,7 +54,7 @@ class AvoidedAreas:
 
     @property
     def crossings(self) -> str:
-        """Message with the number of these moves; "" if there are none."""
+        """Message with the number of these moves, or ""."""
         if not self.moves:
             return ""
         height = "" if self.below is None else f" below Z{self.below:g}"

@@ -71,7 +71,7 @@ class ProgramReport(PathReport[ProgramDetail]):
         return pace_facts(self.outcome.detail.pace)
 
     def saved(self) -> views.PageRow:
-        """Return the headline figure; state it if the order is unchanged."""
+        """Return the headline figure, or a text if the order is unchanged."""
         outcome, row = self.outcome, super().saved()
         same = outcome.before == outcome.after and outcome.before.time_s > 0
         return {**row, "percent": "The order is unchanged."} if same else row

@@ -32,7 +32,7 @@ _WITH_SPEED = (
     (re.compile(r"\bmasso\b", re.IGNORECASE), "masso-router"),
     (re.compile(r"\beding\s?cnc\b", re.IGNORECASE), "edingcnc-router"),
 )
-#: Machining centres and high-speed mills in comments; their spindles are as fast as those of routers.
+#: Machining centres and high-speed mills in comments; their spindles can be as fast as router spindles.
 _CENTRE = re.compile(
     r"\b(?:haas|fanuc|mazak|okuma|doosan|hurco|brother|mori|makino|datron|tormach|fadal|sinumerik|heidenhain|fagor|"
     r"centroid|syil)\b",

@@ -27,7 +27,7 @@ _NO_SHAPES = "the shapes of its tools are unknown; give --tools or --tool-diamet
 
 
 class Judging(NamedTuple):
-    """The judge or None, its resolution or the reason why there is none, and issues of the original."""
+    """The judge or None, its resolution or the reason for its absence, and issues of the original."""
 
     judge: StockJudge | None = None
     proof: StockProof | None = None
@@ -38,7 +38,7 @@ def stock_judge(run: Job, program: Program, source: str, process: str) -> Judgin
     """Return the judge of new orders of a program by the stock that they leave.
 
     Without ``--workpiece``, the stock is a block around the cuts below Z0. A tool of which only the diameter is known
-    counts as a flat end mill; cuts of tools of unknown diameter are left out. There is no judge for a beam.
+    counts as a flat end mill; cuts of tools of unknown diameter are left out. A beam program has no judge.
 
     Raises
     ------

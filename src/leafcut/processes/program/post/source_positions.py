@@ -33,7 +33,7 @@ class Original:
         return last
 
     def initial_before(self, block: int) -> float:
-        """Return the initial height of the cycle series active before a block, or the current height if none is."""
+        """Return the initial height of the cycles active before a block; without a cycle, the current height."""
         if self.program.modal(block).cycle is None:
             return self.place_before(block)[2]
         row = int(self.program.first[block])

@@ -30,7 +30,7 @@ _AFTER_OTHER = re.compile(r"[^a-z0-9]{0,3}(?:deep|depth|stock|left|long|steps?|p
 
 
 def narrowest_tool(program: Program) -> float:
-    """Return the smallest tool width stated in the comments of a program, mm; infinite if none is stated."""
+    """Return the smallest tool width stated in the comments of a program, mm; infinite without a stated width."""
     unit = next((m.unit for m in program.modals if m.unit), 1.0)
     widths = [math.inf]
     for text in program.lines:

@@ -289,7 +289,7 @@ class Finder:
             self.why.update((b, (why, block)) for b in range(piece.begin, piece.end) if b in self.entries)
 
     def _up_again(self, start: _Start, end: int, clearance: float) -> int | None:
-        """Return the end of the last piece of a run, after the block that retracts the tool; None if none does."""
+        """Return the end of the last piece of a run, after the block that retracts the tool, or None."""
         turning = self.program.modal(start.block).spindle
         low, high = int(self.first[start.block]), int(self.first[end])
         cuts = np.flatnonzero(self.rows.cut[low:high])
@@ -551,5 +551,5 @@ def group_by_height(
 
 
 def _freedom(places: Sequence[tuple[float, float]]) -> int:
-    """Return how many pieces can be reordered; passes with the same start point count once."""
+    """Return the number of pieces that can be reordered; passes with the same start point count once."""
     return len({(round(x, 1), round(y, 1)) for x, y in places}) - 1

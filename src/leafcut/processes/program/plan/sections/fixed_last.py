@@ -24,7 +24,7 @@ def stays_last(program: Program, rows: Rows, piece: PieceOfWork) -> bool:
     - a dwell or radius compensation follows without a rapid, or a cut without a travel move;
     - the tool retracts higher in a fixed block, and continues to other work from there;
     - the piece moves elsewhere after its work, for example to the operator or to the end position;
-    - the next travel move has the beam on, unlike that of the piece.
+    - the next travel move has the beam on, and the first travel move of the piece has it off.
     """
     low, high = int(program.first[piece.begin]), int(program.first[piece.end])
     last = low + int(np.flatnonzero(rows.cut[low:high])[-1])
