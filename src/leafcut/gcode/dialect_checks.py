@@ -1,4 +1,4 @@
-"""Checks of the table of a dialect: types and values of its keys, and words that leafcut understands."""
+"""Validation of the TOML table of a dialect: types and values of its keys, and consistency of its words."""
 
 from __future__ import annotations
 
@@ -45,19 +45,19 @@ _PATTERNS = {
     "repeat_letter": (r"[A-Z]?", "a capital letter, or empty"),
     "description": (r".+", "a text"),
 }
-#: Limits of whole numbers. With fewer decimals the proof of a program fails.
+#: Limits of integers. With fewer decimals the verification of a program fails.
 _BOUNDS = {"max_line": (40, 10_000), "decimals_mm": (2, 6), "decimals_inch": (3, 7)}
 _ANY_BOUNDS = (0, 9999)
 
-#: Placeholders for the power of a beam and the number of a material in the words of a torch.
+#: Placeholders for the beam power and the material number in the words of a torch.
 POWER, NUMBER = "{power}", "{number}"
 _PLACES = {"on": POWER, "mark_on": POWER, "material": NUMBER}
 
 
 def fault_of(key: str, value: Any, kind: Any) -> str:
-    """Return the fault of the value of a key with the type `kind`, or "".
+    """Return a description of the error in the value of a key of type `kind`, or "".
 
-    Keys of the table ``[torch]`` are ``torch.key``.
+    Keys of the table ``[torch]`` have the form ``torch.key``.
     """
     if kind is bool:
         return "" if isinstance(value, bool) else f"is {_shown(value)}, but must be true or false"
@@ -83,7 +83,7 @@ def _is_text(value: Any) -> bool:
 
 
 def _fault_of_text(key: str, value: Any) -> str:
-    if key in ("g_words", "m_words"):  # over several lines, as there are many
+    if key in ("g_words", "m_words"):  # these lists may span several lines
         return "" if isinstance(value, str) else f"is {_shown(value)}, but must be a text of words"
     if not _is_text(value):
         return f"is {_shown(value)}, but must be a text of one line"
@@ -97,15 +97,15 @@ def _fault_of_text(key: str, value: Any) -> str:
 def _shown(value: Any) -> str:
     try:
         return shown(value if isinstance(value, str) else repr(value))
-    except ValueError:  # a number of more digits than Python prints
+    except ValueError:  # the number has more digits than Python prints
         return "a very long number"
 
 
 def faults_of_words(table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yield the keys of a whole table whose words contradict each other, with the fault.
+    """Yield the keys of a complete table with inconsistent words, each with a description of the error.
 
-    Every value has its type, and missing keys have their defaults. All words that leafcut writes must be words of the
-    controller, and words that leafcut understands: otherwise no program could be read back.
+    Values have their types, and missing keys their defaults. Both the controller and leafcut must support every word
+    that leafcut writes, otherwise no program could be read back.
     """
     g_words, m_words = table["g_words"].split(), table["m_words"].split()
     for key, words, letter, known in (

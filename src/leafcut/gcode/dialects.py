@@ -1,7 +1,7 @@
-"""Dialects: what each controller's G-code is like, as data.
+"""G-code dialects of controllers, as data.
 
-One TOML file each in the folder `dialects/`, every value with its source; others by the path of their file, or of a
-package that is installed (`leafcut.dialects`).
+Each dialect is a TOML file in the folder `dialects/`, with a source for every value. Others are given as the path of a
+file, or come from an installed package (`leafcut.dialects`).
 
 dialect("haas").cycles        ('G81', 'G82', 'G83', 'G73', 'G84', 'G85')
 """
@@ -26,39 +26,39 @@ from leafcut.gcode.dialect_checks import fault_of, faults_of_words
 
 @dataclass(frozen=True)
 class Torch:
-    """How a controller drives a torch or the beam of a laser: the table ``[torch]`` of a profile.
+    """Control of a torch or laser beam by a controller: the table ``[torch]`` of a dialect.
 
     Attributes
     ----------
     on, off
-        Words that light it and put it out; ``{power}`` stands for the power.
+        Words that switch the torch on and off; ``{power}`` is replaced by the power.
     mark_on, mark_off
-        Words of a scribe, or of the torch at marking power; empty: it cannot mark.
+        Words for the scribe, or for the torch at marking power; empty if the machine cannot mark.
     mark_tool
-        Tool of the scribe in the controller's table, with its offset in X and Y from the torch, which is tool 0; None:
-        what marks is where the torch is.
+        Tool number of the scribe in the controller's table, which holds its X and Y offset from the torch (tool 0);
+        None if the marker has no offset.
     cuts
-        Processes that it can cut with: ``plasma``, ``laser``, ``oxyfuel``, ``waterjet``.
+        Supported processes: ``plasma``, ``laser``, ``oxyfuel``, ``waterjet``.
     heights
-        Who moves Z: ``program``, ``controller`` (probing, piercing and height are its own), or ``none``.
+        Control of Z: ``program``, ``controller`` (which probes, pierces and holds the height), or ``none``.
     waits
-        The program waits for the pierce (G4); else the controller does.
+        The program contains the pierce delay (G4); otherwise the controller adds it.
     power
-        S is the power of the beam; S0 keeps it dark while the head moves on.
+        S sets the beam power; S0 switches the beam off while the head keeps moving.
     dark_rapids
-        The controller darkens the beam in every rapid, whatever S is.
+        The controller switches the beam off in every rapid, regardless of S.
     arc_output, height_output
-        Digital output (M62 to M65) that keeps the arc off while the torch moves on, that holds the height; or None.
+        Digital outputs (M62 to M65) that keep the arc off during a move and hold the torch height; None without one.
     feed_output
-        Analog output (M67, M68) that lowers the feed, in percent while M52 P1 is on; or None: F says every feed.
+        Analog output (M67, M68) that reduces the feed, in percent, while M52 P1 is active; None: only F sets the feed.
     probe
-        The word that goes down until the torch touches the sheet; empty: the program does not probe.
+        Word for a downward probe move to the sheet; empty if the program does not probe.
     compensation
-        ``G41.1``: D is the width of the kerf. ``G41``: D is a register of the controller. Empty: none.
+        ``G41.1``: D is the kerf width. ``G41``: D is a register of the controller. Empty: no compensation.
     material, material_feed
-        Blocks that choose the material ``{number}`` of the controller's table, and the F word that then holds.
+        Blocks that select material ``{number}`` from the controller's table, and the F word for its feed.
     material_comment
-        The controller takes a comment with the figures of the material.
+        The controller reads the cutting parameters of the material from a comment.
     finish
         Blocks before the end of the program.
     """
@@ -85,12 +85,12 @@ class Torch:
 
     @property
     def on_code(self) -> int:
-        """The number of the M word that lights it."""
+        """Number of the M word that switches the torch on."""
         return _m_code(self.on)
 
     @property
     def darkens(self) -> bool:
-        """Whether it can be dark for a while and go on, without a new pierce by the program."""
+        """Whether the program can switch the torch off and on again along a path without a new pierce."""
         return self.power or self.arc_output is not None
 
 
@@ -100,103 +100,102 @@ def _m_code(words: str) -> int:
 
 @dataclass(frozen=True)
 class Dialect:
-    """One controller's way to write a program. Read-only; the profiles are `gcode/dialects/*.toml`.
+    """Program format of a controller. Read-only; the shipped dialects are `gcode/dialects/*.toml`.
 
     Attributes
     ----------
     name, description, extension
-        The extension has its dot. The name of one that was given as a file is that of the file, ``my.toml``.
+        The extension includes the dot. The name of a dialect loaded from a file is the file name, ``my.toml``.
     family
-        The shipped dialect that it is, or is based on: what is known of that controller beyond its table holds for this
-        one, too. Empty: it stands on its own.
+        The shipped dialect itself, or the one it is based on. Knowledge about that controller outside its table applies
+        here too. Empty for an independent dialect.
     g_words, m_words
-        Every G and M word that the controller has and leafcut understands, in words: ``"G0 G1 …"``.
+        All G and M words that both the controller and leafcut support, separated by spaces: ``"G0 G1 …"``.
     language
-        ``g-code``. ``sinumerik``: the own language of Siemens controls. ``klartext``: Heidenhain's plain language, for
-        drilling. Of any but G-code leafcut reads only what it writes itself.
+        ``g-code``; ``sinumerik``: the native language of Siemens controls; ``klartext``: Heidenhain Klartext, for
+        drilling. In languages other than G-code, leafcut reads only its own programs.
     groups
-        ``rs274``: cycles and G80 exclude G0–G3 in a block, and each new cycle states its planes again.
-        ``fanuc``: cycles are a group of their own, and their planes stay until G80.
+        ``rs274``: a block cannot combine a cycle or G80 with G0–G3, and each new cycle restates its planes.
+        ``fanuc``: cycles are a separate group, and their planes stay active until G80.
     percent
-        ``frame``: a percent sign first and last. ``title``: a first line ``%NAME,MX,``. Empty: none.
+        ``frame``: percent signs in the first and last line. ``title``: a first line ``%NAME,MX,``. Empty: none.
     program_number
         The program has an O word.
     comments
         ``()``: in parentheses. ``;``: from a semicolon to the end of the line.
     uppercase_comments
-        The panel shows capital letters only.
+        The panel displays capital letters only.
     line_numbers
         Blocks may be numbered (N10).
     one_command
-        A block is one G or M word, stated first and in every block, with its other words behind it: of two in a block
-        the firmware would obey one.
+        Every block starts with its only G or M word. The firmware would ignore a second one.
     max_line
-        Longest line, in characters.
+        Maximum line length, in characters.
     decimals_mm, decimals_inch
         Decimals of lengths and feeds.
     point_required
-        A length without a decimal point may mean thousandths: always written, and refused when read.
+        A length without a decimal point may mean thousandths. The point is always written, and required when reading.
     opening
-        Blocks before all others, such as the one that chooses the language.
+        Blocks before all others, for example to select the language.
     units_mm, units_inch
-        The words that choose the unit; without one for inches, programs are in millimetres only.
+        Words that select the unit; without one for inches, all programs are in millimetres.
     preamble
-        The blocks after the units and before the first move: plane, absolute, nothing active that may be left over.
+        Blocks between the units and the first move. They select the plane and absolute mode and cancel active modes.
     cycles
-        Canned cycles that the controller has, by their LinuxCNC and Fanuc names. The others are written out.
+        Canned cycles of the controller, by their LinuxCNC and Fanuc names. Others are expanded into single moves.
     cycle_words
         ``rs274``: Z is the bottom, R the R plane, Q the peck. ``fagor``: Z is the R plane, I the bottom.
-        ``siemens``: MCALL CYCLE81 (RTP, RFP, SDIS, DP) and its like. ``klartext``: CYCL DEF 200.
+        ``siemens``: MCALL CYCLE81 (RTP, RFP, SDIS, DP) and similar. ``klartext``: CYCL DEF 200.
     dwell_cycles
-        Cycles that take a dwell.
+        Cycles that accept a dwell.
     dwell_letter, dwell_unit
-        ``s``: seconds. ``ms``: milliseconds, whole. ``point``: seconds with a decimal point, else milliseconds.
-        ``cs``: hundredths of a second, whole.
+        Letter and unit of a dwell. ``s``: seconds. ``ms``: integer milliseconds. ``point``: seconds with a decimal
+        point, otherwise milliseconds. ``cs``: integer hundredths of a second.
     dwell_x
-        G4 takes seconds in X, too.
+        G4 also accepts seconds in X.
     repeat_letter
-        Repeats of a cycle.
+        Letter for the repeats of a cycle.
     tool_change
-        ``M6``; ``pause``: T, then the stop, and a person changes the tool; ``M0``: the same in one block, M0 T1.
+        ``M6``; ``pause``: T, then a stop for a manual tool change; ``M0``: the same in one block, M0 T1.
     stop_word
-        What stops a program until a person goes on: ``M0``, or ``M226`` where M0, M1 and M2 end it.
+        Word that stops the program until the operator continues: ``M0``, or ``M226`` if M0, M1 and M2 end the program.
     rapid_feed
-        A rapid moves at the last F, too: G0 states the speed of rapids, and every cut behind it its own.
+        Rapids also use the last F, so G0 states the rapid feed, and every cut after it restates its own.
     arc_turns
-        G2 and G3 take full turns in P.
+        G2 and G3 accept the number of turns in P.
     corner_tolerance
-        G64 takes how far a corner may be cut short in P.
+        G64 accepts the corner tolerance in P.
     rounding
-        Under G61 the tool stands still after every move; under G64 it cuts corners as short as its acceleration needs.
+        With G61 the tool stops after every move; with G64 it rounds corners as its acceleration requires.
     arc_ends
-        A full circle, too, says where it ends.
+        Even a full circle states its end point.
     hand_change_pause
-        M6 may go on without waiting, so a change by hand needs an M0 behind it.
+        M6 may not wait, so a manual tool change needs an M0 after it.
     length_offset
-        ``H``: G43 Hn. ``D``: Dn with the tool, and G43. ``edge``: D1, the first cutting edge of the
-        tool. Empty: none that a program chooses.
+        ``H``: G43 Hn. ``D``: Dn with the tool, and G43. ``edge``: D1, the first cutting edge of the tool. Empty: the
+        program selects no length offset.
     length_offset_off
-        The word that takes the length offset off.
+        Word that cancels the length offset.
     machine_move
-        How the axes go to machine coordinates: ``G53``, or ``G28`` for machine zero (G91 G28, then G90); ``SUPA``: with
-        the length offset taken off (D0). Empty: programs cannot say it.
+        Move in machine coordinates: ``G53``; ``G28`` to machine zero (G91 G28, then G90); ``SUPA`` with the length
+        offset cancelled (D0). Empty: not available in programs.
     off_after_motion
         M5 and M9 act after the motion of their block, not before.
     end_word, end_required
-        The last word; empty: a program ends where its text ends. Required: ``word`` (M2 or M30), ``percent`` (that, or
-        a closing percent sign), or empty.
+        The last word; empty if the program ends with its text. Required: ``word`` (M2 or M30), ``percent`` (a word or a
+        closing percent sign), or empty.
     notes
-        Lines for the header: what must be set on the machine for the program to mean what it says.
+        Header lines about the machine settings that the program requires.
     obeyed_comments, obeyed_parameters
-        How comments begin, and names of parameters, that are settings to the controller though its interpreter passes
-        them by (`gcode.active_comments`).
+        Prefixes of comments, and names of parameters, that the controller treats as settings although its interpreter
+        ignores them (`gcode.active_comments`).
     line_ends
-        ``lf``: only a line feed ends a line, and a carriage return before anything else is a space. ``any``: each of
-        the two ends it. Empty: not known.
+        ``lf``: only a line feed ends a line, and a carriage return within a line is a space. ``any``: either character
+        ends it. Empty: unknown.
     torch
-        How it drives a torch or a beam, or None for a spindle.
+        Control of a torch or beam; None for a spindle.
     sources
-        Where each value comes from, by key.
+        Source of each value, by key.
     """
 
     name: str
@@ -251,17 +250,17 @@ class Dialect:
 
     @property
     def moves_z(self) -> bool:
-        """Whether anybody moves Z, the program or the controller; a beam whose head keeps its height moves none."""
+        """Whether the program or the controller moves Z; False for a beam with a fixed head."""
         return self.torch is None or self.torch.heights != "none"
 
     @property
     def states_z(self) -> bool:
-        """Whether programs say heights; else Z is the controller's, or nobody's."""
+        """Whether programs contain Z words."""
         return self.torch is None or self.torch.heights == "program"
 
     @property
     def changes_by_hand(self) -> bool:
-        """Whether a tool change is a stop at which a person changes it, not M6."""
+        """Whether a tool change is a stop for the operator instead of M6."""
         return self.tool_change != "M6"
 
     @property
@@ -283,27 +282,27 @@ class Dialect:
 
 
 def dialects(torch: bool | None = None) -> list[str]:
-    """Return the names of all dialects, sorted; with `torch` only those that drive one, or only those that do not.
+    """Return the sorted names of all dialects, including those of working plug-ins.
 
-    Those of plug-ins are among them, but for what cannot be used.
+    `torch` selects the dialects with a torch (True) or without one (False).
     """
     names = sorted([*_shipped_names(), *(one.name for one in DIALECTS.plugins() if one.adds is not None)])
     return names if torch is None else [name for name in names if (dialect(name).torch is not None) == torch]
 
 
 def dialect_list() -> list[tuple[str, str]]:
-    """Return the names of all dialects with what they are; of a broken plug-in with its error."""
+    """Return the names of all dialects with their descriptions; a broken plug-in has its error instead."""
     known = [(name, dialect(name).description) for name in dialects()]
     return known + [(one.name, one.refusal) for one in DIALECTS.plugins() if one.adds is None]
 
 
 def dialect_template(name: str) -> str:
-    """Return the file of a shipped dialect as one that is based on it, to be saved and changed.
+    """Return a TOML template for a new dialect based on a shipped one.
 
     Raises
     ------
     OptionError
-        No dialect of that name is shipped.
+        There is no shipped dialect of that name.
     """
     if name not in _shipped_names():
         raise OptionError(f"no dialect '{name}' is shipped{nearest(name, sorted(_shipped_names()))}")
@@ -313,12 +312,14 @@ def dialect_template(name: str) -> str:
 
 
 def dialect(name: str) -> Dialect:
-    """Return the dialect of that name, or that of a ``.toml`` file by its path.
+    """Return a dialect by its name, or by the path of a ``.toml`` file.
 
     Raises
     ------
     OptionError
-        There is none (the nearest name is suggested), or its file says what no dialect can.
+        The name is unknown; the message suggests the nearest one.
+    DataError
+        The file is not a valid dialect.
     """
     if name.lower().endswith(".toml"):
         return _of_file(Path(name), Path(name).name)
@@ -354,12 +355,12 @@ def _shipped(name: str) -> Dialect:
 
 
 def parse_dialect(content: bytes, name: str, place: str = "") -> Dialect:
-    """Return the dialect that a TOML text describes; `place` is its file, which messages begin with.
+    """Parse a dialect from TOML; `place` is its file, for messages.
 
     Raises
     ------
     DataError
-        The text is not TOML, a key is unknown or missing, or a value is none that a dialect can have.
+        The text is not TOML, a key is unknown or missing, or a value is invalid.
     """
     place = place or f"dialect {name}"
     said = parse_toml(content, place, DIALECT)
@@ -391,12 +392,12 @@ def parse_dialect(content: bytes, name: str, place: str = "") -> Dialect:
     return Dialect(name=name, family=base or "", **_frozen(table))
 
 
-#: The tables in the table of a dialect; of one that is based on another, what they do not say is that one's, too.
+#: Nested tables of a dialect; keys missing in them are inherited from the base, too.
 _TABLES = ("torch", "sources")
 
 
 def _on_base(said: dict[str, Any], base: str | None) -> dict[str, Any]:
-    """Return the table with all that it does not say from the shipped dialect `base`."""
+    """Fill the missing keys of a table from the shipped dialect `base`."""
     if base is None:
         return said
     below = parse_toml(_content(base), base, DIALECT)
@@ -406,14 +407,14 @@ def _on_base(said: dict[str, Any], base: str | None) -> dict[str, Any]:
 
 
 def _kinds(of: type[Dialect] | type[Torch]) -> dict[str, Any]:
-    """Return the keys that a file may have, and the types of their values; those of tables are left out."""
+    """Return the allowed keys of a file and their types, without nested tables."""
     return {key: kind for key, kind in get_type_hints(of).items() if key not in ("name", "family", *_TABLES)}
 
 
 def _check_kinds(
     table: dict[str, Any], of: type[Dialect] | type[Torch], place: str, refused: Callable[[str, str], DataError]
 ) -> None:
-    """Refuse a key that is unknown or missing, and a value that is not of its kind."""
+    """Raise `refused` for an unknown or missing key, or an invalid value."""
     kinds = _kinds(of)
     known = [*kinds, *(_TABLES if of is Dialect else ())]
     for key, value in table.items():
@@ -428,12 +429,12 @@ def _check_kinds(
 
 
 def _defaults(of: type[Dialect] | type[Torch]) -> dict[str, Any]:
-    """Return the values of the keys that need not be said."""
+    """Return the default values of the optional keys."""
     return {one.name: one.default for one in fields(of) if one.default is not MISSING}
 
 
 def _bare(kind: Any) -> Any:
-    """Return the type of what may also be None: no file says that."""
+    """Return a type without its None alternative, which a file cannot express."""
     return (
         next((one for one in get_args(kind) if one is not type(None)), kind) if get_origin(kind) is UnionType else kind
     )

@@ -1,8 +1,8 @@
-"""Recognition of programs that leafcut does not read: for lathes and printers, of Heidenhain and Siemens controls.
+"""Recognition of unsupported programs: for lathes and 3D printers, and in the languages of Heidenhain and Siemens.
 
     other_language("BEGIN PGM 12 MM\\nTOOL CALL 1 Z S3000")      'this is a program in Heidenhain's plain language …'
 
-Each has words that no program of a mill, a laser or a torch has outside of comments.
+Each kind has words that never occur outside comments in a program for a mill, a laser or a torch.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from collections.abc import Iterable, Iterator
 
 from leafcut.gcode.words import COMMENT
 
-#: Characters that are examined; the kind of a program shows early.
+#: Number of characters examined; the kind of a program is evident from its beginning.
 _LOOKED_AT = 400_000
 
 _HEIDENHAIN = re.compile(
     r"\d*\s*(BEGIN PGM|END PGM|TOOL CALL|TOOL DEF|CYCL DEF|BLK FORM|LBL|CALL LBL)\b", re.IGNORECASE
 )
-#: DIN/ISO of the same controls: name and units of the program, and a star after each block.
+#: DIN/ISO programs of Heidenhain: program name, units, and an asterisk at the end of each block.
 _HEIDENHAIN_ISO = re.compile(r"%\S+\s+G7[01]\s*\*", re.IGNORECASE)
 _FMAX = re.compile(r"\d*\s*(?:L|CC|C|CR|APPR|DEP)\s.*\bFMAX\b", re.IGNORECASE)
 _SIEMENS_HEAD = re.compile(r";\s*\$PATH\s*=|%_N_\w+_(?:MPF|SPF|INI)\b", re.IGNORECASE)
@@ -34,21 +34,21 @@ _SLICER = re.compile(
     r"generated (?:by|with) (?:PrusaSlicer|SuperSlicer|Slic3r|Cura|OrcaSlicer|Bambu))",
     re.IGNORECASE,
 )
-#: Words of a lathe, in lines without blanks.
+#: Lathe words, in lines without spaces.
 _LATHE = (
     re.compile(r"G96(?![0-9.])", re.IGNORECASE),
     re.compile(r"G(?:50|92)(?=S[0-9])", re.IGNORECASE),
     re.compile(r"T[0-9]{4}(?![0-9.])(?!.*M0*6(?![0-9]))", re.IGNORECASE),
     re.compile(r"G7[0-3](?![0-9.])(?=.*P[0-9]+.*Q[0-9]|[UW][0-9.]+R[0-9.])|G76(?![0-9.])(?=.*P[0-9])", re.IGNORECASE),
 )
-#: Words of a lathe alone, also with M6: diameter mode, radius mode (G8 P1 is another on Fanuc), the plane of its arcs.
+#: Words that indicate a lathe even with M6: diameter mode, radius mode (G8 P1 differs on Fanuc), the XZ plane.
 _LATHE_MODES = (
     re.compile(r"G0?7(?![0-9.])", re.IGNORECASE),
     re.compile(r"G0?8(?![0-9.])(?!.*P[0-9])", re.IGNORECASE),
     re.compile(r"G18(?![0-9.])", re.IGNORECASE),
 )
 _ARC = re.compile(r"G0?[23](?![0-9.])", re.IGNORECASE)
-#: Words that no lathe has: the planes of a mill, its rotary axes.
+#: Words of mills only: the planes G17 and G19, rotary axes.
 _OF_MILL = re.compile(r"G1[79](?![0-9.])|[AB][-+\[#.0-9]", re.IGNORECASE)
 _Y = re.compile(r"Y\s*[-+\[#.0-9]", re.IGNORECASE)
 _X = re.compile(r"[XU]\s*[-+\[#.0-9]", re.IGNORECASE)
@@ -58,7 +58,7 @@ _CHANGES = re.compile(r"M0*6(?![0-9.])", re.IGNORECASE)
 
 
 def other_language(text: str) -> str:
-    """Return a message that names the language of a text; empty for G-code of a mill, a laser or a torch."""
+    """Return a message that names the unsupported language of a text; "" for G-code of a mill, a laser or a torch."""
     lines = text[:_LOOKED_AT].splitlines()
     if len(text) > _LOOKED_AT:
         lines = lines[:-1]
@@ -108,9 +108,9 @@ def _print(lines: list[str], code: list[str]) -> str:
 
 
 def _lathe(code: list[str], text: str) -> str:
-    """Return the word of a lathe, with its line, in a program that moves X and Z, never Y, and has no drilling cycle.
+    """Return the first lathe word and its line in a program that moves X and Z but not Y, without drilling cycles.
 
-    G18 counts only with arcs, those of a turned contour: a slot along X may be milled in it.
+    G18 counts only with arcs, as in a turned contour: a slot along X may also be milled in G18.
     """
     if any(_Y.search(line) or _DRILLS.search(line) for line in code):
         return ""

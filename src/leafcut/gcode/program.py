@@ -1,6 +1,6 @@
-"""`Program`: a program of any CAM block by block, with its motions and the modal state before every block.
+"""`Program`: a program of any CAM, block by block, with its motions and the modal state before every block.
 
-To reorder the text of a program, its toolpath is not enough: every motion must have its line and its modal state.
+Reordering the text of a program needs more than its toolpath: the line and the modal state of every motion.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from leafcut.model.toolpath import Toolpath
 
 
 class Lines(Sequence[str]):
-    """The lines of a program with their ends, kept as one text: a million separate ones need five times the memory.
+    """The lines of a program with their line ends, stored as a single string.
 
-    A slice is a tuple.
+    A million separate strings would need five times the memory. A slice is a tuple.
     """
 
     __slots__ = ("_starts", "_text")
@@ -60,9 +60,9 @@ class Lines(Sequence[str]):
 
 @dataclass(slots=True, unsafe_hash=True)
 class Modal:
-    """Modal state between two blocks: all that the meaning of the next block may depend on.
+    """Modal state between two blocks: everything that may affect the meaning of the next block.
 
-    `Program.modals` are values: do not change them. The interpreter's own state is a subclass.
+    Treat `Program.modals` as immutable. The interpreter's own state is a subclass.
 
     Attributes
     ----------
@@ -118,9 +118,9 @@ class Modal:
 
 @dataclass(frozen=True, eq=False)
 class Program:
-    """A program block by block, in the order of execution.
+    """A program, block by block, in the order of execution.
 
-    A block that a loop or a subprogram repeats is there once per execution.
+    A block in a loop or subprogram appears once per execution.
 
     Attributes
     ----------
@@ -137,22 +137,22 @@ class Program:
     modals
         Every different state.
     fixed
-        By block: the reason to keep it unchanged in its place: it is not understood, belongs to a loop or a
-        subprogram, has a computed number, may be skipped by a switch of the machine …
+        By block: the reason to keep it unchanged in its place. It may be unsupported, belong to a loop or subprogram,
+        have a computed number, or be skipped by a switch of the machine.
     said
-        By block with unknown effects or an active comment: its description (`gcode.block_description`).
+        Descriptions of the blocks with unknown effects or an active comment (`gcode.block_description`).
     calls
         The blocks begin … end - 1 of every subprogram that the main program calls, including the calling block.
     last_line
         The last line of the program; the text after it is ignored.
     feed_words
-        Words such as F with a figure of the controller's material, by the feed that replaces them.
+        Words such as F with a parameter of the controller's material, with the feed that replaces them.
     assumed_units
         The program has lengths before it states its units; the option `units` gave them.
     dark_rapids
-        The controller darkens the beam in every rapid, whatever S is.
+        The controller switches the beam off in every rapid, regardless of S.
     title_lines
-        Number of lines of a title above the first percent sign, which are not G-code.
+        Number of title lines above the first percent sign, which are not G-code.
     obeyed
         Settings of the controller in comments and parameters, in the order of the whole text.
     """

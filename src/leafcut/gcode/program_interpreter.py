@@ -82,15 +82,15 @@ def interpret_program(
 ) -> Program:
     """Return the motions and states of a program of any CAM, block by block.
 
-    Blocks are lines with words, O-words or messages; blank lines and plain comments are not. Text after the end (M2,
-    M30, a closing percent sign) belongs to the program only where its subprograms are called. A block that makes sense
-    but is not understood becomes a row `Kind.FOREIGN`, with the reason in `Program.fixed`. Blocks with a slash are
-    run. No other file is opened.
+    A block is a line with words, O-words or messages; blank lines and plain comments are not blocks. Of the text after
+    the end (M2, M30, a closing percent sign), only called subprograms are read. A valid block that is not understood
+    becomes a row `Kind.FOREIGN`, with the reason in `Program.fixed`. Blocks with a slash are executed. No other file is
+    opened.
 
     Parameters
     ----------
     text
-        The program, with its line ends as they are in the file.
+        Text of the program, with the line ends of the file.
     dialect
         The dialect of its controller (`gcode.dialects.dialect`).
     file
@@ -98,16 +98,15 @@ def interpret_program(
     units
         "mm" or "in" for a program that does not state its units before the first length; None: that is an error.
     on_progress
-        Called with the fraction of lines that are done.
+        Called with the fraction of processed lines.
     material_feed
-        The feed of the controller's materials that the program does not define, mm/s; None: a feed that comes from
-        the material is unknown.
+        Feed for materials in the controller's table that the program does not define, mm/s; None: unknown feed.
 
     Raises
     ------
     ReadError
-        A block makes no sense (a letter without a number, an arc that does not end on its circle, a cut without a
-        feed, a missing subprogram …), or loops run too many blocks; with its line.
+        A block is invalid (a letter without a number, an arc that does not end on its circle, a cut without a feed, a
+        missing subprogram …), or loops run too many blocks. The message has the line.
     """
     if units is not None and units not in MM_PER_UNIT:
         raise OptionError(f"unknown unit '{units}'; use mm or in")
@@ -117,7 +116,7 @@ def interpret_program(
 
 
 def lines_of(text: str, dialect: Dialect, file: str) -> tuple[str, ...]:
-    """Return the lines of a text with their ends, split as its controller does."""
+    """Split a text into lines with their line ends, as its controller does."""
     if "\r" in text and "\n" not in text.rstrip() and dialect.line_ends == "lf" and "\r" in text.rstrip():
         reason = "its lines end in a carriage return alone, and the controller takes them for one line; save it with LF"
         raise ReadError(file, reason, 1)
@@ -132,8 +131,8 @@ def lines_of(text: str, dialect: Dialect, file: str) -> tuple[str, ...]:
 def _first_line(lines: tuple[str, ...]) -> int:
     """Return the first line of the program, from 0: that of the percent sign below a title, else 0.
 
-    A title is text above the first percent sign that is not G-code. With a block of G-code above it, the sign is the
-    end of the program.
+    A title is text above the first percent sign that is not G-code. If there is a block of G-code above it, the sign
+    ends the program.
     """
     percent = next((at for at, line in enumerate(lines[:_MOST_TITLE]) if line.lstrip(_FILLING).startswith("%")), 0)
     words = False
@@ -267,7 +266,7 @@ class _ProgramReader:
         self.flow = Flow(self.lines, self.parameters)
         self.ended = False
         self._title = _first_line(self.lines)
-        #: Digest of the text that the program repeats for ever (M99 P in the main program).
+        #: Digest of the text that the program repeats endlessly (M99 P in the main program).
         self._endless = ""
         #: Text that may be run again: up to a block, from a line.
         self._again: list[tuple[int, int]] = []
@@ -355,12 +354,12 @@ class _ProgramReader:
         return len(lines)
 
     def _check_after_percent(self, last: int) -> None:
-        """Refuse words after a percent sign that ends the program: GRBL and Marlin skip the sign and go on.
+        """Refuse words after a percent sign that ends the program: GRBL and Marlin ignore the sign and continue.
 
         Raises
         ------
         ReadError
-            Names the line of the first words.
+            There are such words; the message has the line of the first.
         """
         if not self.ended or not self.lines[last - 1].strip(_FILLING + "\r\n").startswith("%"):
             return
@@ -373,7 +372,7 @@ class _ProgramReader:
                 raise ReadError(self.file, reason, k + 1)
 
     def _fix_repeated_blocks(self) -> None:
-        """Keep every block in place that a later jump back may run again."""
+        """Fix every block in place that a backward jump may repeat."""
         again, left = len(self.lines) + 1, sorted(self._again)
         for block in range(len(self.record.line) - 1, -1, -1):
             while left and left[-1][0] > block:
@@ -402,7 +401,7 @@ class _ProgramReader:
             raise ReadError(self.file, str(problem), at + 1) from None
 
     def _keep(self, at: int, unknown: Undecided) -> int:
-        """Keep the lines from `at` on that may or may not be run; return the next line."""
+        """Fix the lines from `at` on whose execution is undecided; return the next line."""
         if unknown.last is None:
             done = set(self.record.line)
             kept = [k for k in range(len(self.lines)) if k >= at or k + 1 not in done]
@@ -459,9 +458,9 @@ class _ProgramReader:
         return after
 
     def _command(self, command: str, at: int) -> int:
-        """Keep a command of the board, such as ``$H``.
+        """Keep a firmware command such as ``$H`` in place.
 
-        Homing and jogging leave the tool anywhere; a changed setting may change anything.
+        After homing and jogging the position is unknown; a changed setting may change anything.
         """
         state = self.state
         state.line, rows, path = at + 1, len(state.path), state.path
@@ -521,7 +520,7 @@ class _ProgramReader:
         return after
 
     def _read_block(self, line: str, number: int) -> Reading:
-        """Return the block of a line; its feed may be that of the controller's material."""
+        """Parse the block of a line; its feed may come from the controller's material table."""
         feeds = self.feeds
         if feeds is None or feeds.word not in line or feeds.word not in split_line(line, nested=True)[0]:
             return read_block(line, number, self.parameters)
@@ -587,7 +586,7 @@ class _ProgramReader:
         return subprogram_digest(self.lines, self.state.dialect)
 
     def _significant_text(self, at: int) -> str:
-        """Return the significant text of a line, with its number if a jump may lead to it."""
+        """Return the significant text of a line, with its number if it may be the target of a jump."""
         text = significant_text(self.lines[at], self.state.dialect)
         return self.flow.jumps.named(at) + text if self.flow.jumps.is_goal(at) else text
 

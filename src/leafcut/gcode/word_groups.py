@@ -35,20 +35,20 @@ _M_GROUPS: dict[str, tuple[int, ...]] = {
     "adaptive": (52,),
     "material": (190,),
 }
-#: The stop of a firmware whose M0, M1 and M2 end a program.
+#: Pause word of a firmware in which M0, M1 and M2 end the program.
 PAUSE = 226
 M_GROUP_OF = {code: group for group, codes in _M_GROUPS.items() for code in codes}
-#: Words for outputs of the machine; their effect is known only if the dialect states the device.
+#: Words for outputs of the machine; their effect is known only if the dialect names the device.
 OUTPUT_CODES = frozenset(code for group in ("output", "adaptive", "material") for code in _M_GROUPS[group])
 
-#: G codes in tenths that rotate, scale, mirror or wrap all that follows, with the code that ends them.
+#: G codes in tenths that rotate, scale, mirror or wrap all following moves, with the code that ends them.
 #: After G66 a macro runs at every move, rapids included.
 TRANSFORMS = {
     160: 150, 510: 500, 511: 501, 660: 670, 661: 670, 680: 690, 682: 690, 121: 131, 1120: 1130, 70: 80, 434: 490,
     435: 490,
 }  # fmt: skip
 ENDS_TRANSFORM = frozenset(TRANSFORMS.values()) - {490}
-#: G codes in tenths that are not understood, but choose no motion: one-shots, limits, accuracy, more work offsets.
+#: Unsupported G codes in tenths that select no motion: non-modal codes, limits, accuracy, further work offsets.
 NO_MOTION = frozenset({
     80, 90, 110, 220, 221, 230, 231, 250, 260, 350, 360, 370, 480, 600, 620, 630, 650, 1030, *range(1100, 1300, 10),
     1530, 1540, 1870, 1880,
@@ -58,9 +58,9 @@ OTHER_AXES = ("A", "B", "C", "U", "V", "W")
 
 @dataclass(slots=True)
 class SortedBlock:
-    """The words of a block: one G code per group, M codes by group, every other letter once.
+    """The words of a block: one G code per group, M codes by group, every other letter at most once.
 
-    `unknown` holds the G and M words that are not understood, if such blocks are kept.
+    `unknown` contains the unsupported G and M words if such blocks are kept.
     """
 
     g: dict[str, int] = field(default_factory=dict)
@@ -74,9 +74,9 @@ def sort_words(
 ) -> SortedBlock:
     """Return the words of a block by group.
 
-    `g_codes` (in tenths) and `m_codes` are those of the dialect. With `separate_cycles`, cycles and G80 are a group of
-    their own (Fanuc); else they exclude G0 to G3 (RS274/NGC). `keep_unknown` collects unknown codes, which are errors
-    otherwise.
+    `g_codes` (in tenths) and `m_codes` are those of the dialect. With `separate_cycles`, cycles and G80 are a separate
+    group (Fanuc); otherwise they exclude G0 to G3 (RS274/NGC). `keep_unknown` collects unknown codes instead of raising
+    an error.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def sort_words(
         elif letter == "M":
             _add_m(result, word, m_codes)
         elif letter == "N" and "N" in result.letters:
-            continue  # a second number, put before the first
+            continue  # a second line number before the first
         elif letter in result.letters:
             raise BlockError(f"{letter} is given twice: {result.letters[letter]} and {word}")
         else:

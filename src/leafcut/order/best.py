@@ -1,7 +1,7 @@
-"""The best tour of a search, and what observers see of the search.
+"""The best tour of a search, and snapshots of the search for observers.
 
-A search calls its observer after each iteration. A snapshot is built only if the observer takes it; its memory and time
-grow with the number of nodes and candidates. Observing changes no result.
+A search calls its observer after each iteration. A snapshot is built only if the observer requests it; its memory and
+time grow with the number of nodes and candidates. Observing does not change the result.
 """
 
 from __future__ import annotations
@@ -23,23 +23,23 @@ from leafcut.order.directed import AnyInstance
 from leafcut.order.stop import Stop
 from leafcut.order.workers import WorkerLog
 
-#: Costs that differ by less than this share are equal: they are sums in different orders.
+#: Relative tolerance of costs: equal tours may be summed in different orders.
 ROUNDING = 1e-12
 
 
 class SearchView:
-    """State of a search as observers see it; by default the best path and the figures of the workers."""
+    """View of a search for observers; by default the best path and the figures of the workers."""
 
     def __init__(self, shown: AnyInstance | None = None, log: WorkerLog | None = None) -> None:
-        """Prepare; without the instance `shown` there are no places."""
+        """Set the instance and the worker log; without the instance `shown`, snapshots have no path."""
         self.shown, self.log = shown, WorkerLog.of(0) if log is None else log
 
     def result(self, tour: Ints) -> Ints:
-        """Return a tour of the search in the terms of the instance."""
+        """Convert a tour of the search to nodes of the instance."""
         return tour
 
     def parts(self, best: Best) -> dict[str, Any]:
-        """Return the fields of `Snapshot` that the algorithm has."""
+        """Return the optional fields of `Snapshot` for this algorithm."""
         return {"workers": self.log.figures()}
 
     def branching(self) -> float | None:
@@ -48,17 +48,17 @@ class SearchView:
 
 
 class SearchObserver:
-    """Receives the state of a search after each iteration; by default it does nothing."""
+    """Observer of a search, called after each iteration; does nothing by default."""
 
-    #: Whether the search shows its gap from the start, which needs a lower bound before the search.
+    #: Whether the gap is shown from the start, which requires a lower bound before the search.
     wants_bound = False
 
     def after_iteration(self, best: Best, iteration: int, alone: bool, costs: NDArray[np.float64] | None) -> None:
-        """Receive the state; arguments as in `Best.tell`."""
+        """Handle the end of an iteration; for the arguments see `Best.tell`."""
 
 
 class Watched(SearchObserver):
-    """Passes snapshots of a search to an observer, and the figures of each iteration to a study."""
+    """Forwards snapshots to an observer, and the figures of each iteration to a study."""
 
     wants_bound = True
 
@@ -68,7 +68,7 @@ class Watched(SearchObserver):
             observer.begin()
 
     def after_iteration(self, best: Best, iteration: int, alone: bool, costs: NDArray[np.float64] | None) -> None:
-        """Pass the state to the observer; the clock of the search is stopped if the search waits (`alone`)."""
+        """Call the observer; the search clock is paused if the search waits (`alone`)."""
         seconds, view = best.stop.elapsed(), best.view
 
         def take() -> Snapshot:
@@ -91,7 +91,7 @@ class Watched(SearchObserver):
 
 
 def observer_of(observe: Observer | None) -> SearchObserver:
-    """Return the observer of a search; without one, the observer that does nothing."""
+    """Wrap an observer for a search; None gives an observer that does nothing."""
     return SearchObserver() if observe is None else Watched(observe)
 
 
@@ -102,13 +102,13 @@ class Best:
     Attributes
     ----------
     cost, history
-        Costs as the search counts them, like `Stop.target`.
+        Costs without service, like `Stop.target`.
     service
-        Cost of every path that the search does not count.
+        Constant cost of every path, which the search leaves out.
     bound
-        Lower bound including service if it was computed before the search; `shown_bound` is shown to observers only.
+        Lower bound including service if it was computed before the search; `shown_bound` is for observers only.
     view, observer
-        The state that an observer sees, and the observer.
+        The observer, and its view of the search.
     """
 
     stop: Stop
@@ -125,7 +125,7 @@ class Best:
     lock: threading.Lock = field(default_factory=threading.Lock, repr=False)
 
     def offer(self, tour: NDArray[np.int32], cost: float, iteration: int) -> bool:
-        """Keep the tour if it is better by more than rounding; return whether it is."""
+        """Keep the tour if it is better by more than the tolerance; return whether it was kept."""
         with self.lock:
             if not cost + ROUNDING * abs(cost) < self.cost:
                 return False
@@ -137,17 +137,17 @@ class Best:
 
     @property
     def known_bound(self) -> float | None:
-        """Return a lower bound if one is known."""
+        """The lower bound, or `shown_bound` if there is none."""
         return self.shown_bound if self.bound is None else self.bound
 
     def final_bound(self) -> float | None:
-        """Return the bound of the solution if none has to be computed; a cancelled search takes the shown bound."""
+        """Return the bound of the solution if it is already known; a cancelled search also uses `shown_bound`."""
         return self.known_bound if self.stop.cancelled.is_set() else self.bound
 
     def tell(self, iteration: int, alone: bool = True, costs: NDArray[np.float64] | None = None) -> None:
-        """Report the state after an iteration.
+        """Report progress after an iteration and call the observer.
 
-        `alone`: the search waits for this call. `costs` are those of the iteration's tours if it has any.
+        `alone`: the search waits for this call. `costs` are the costs of the iteration's tours, if available.
         """
         if self.progress is not None:
             shares = (iteration / max(self.stop.iterations, 1), self.stop.elapsed() / self.stop.seconds)

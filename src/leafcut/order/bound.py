@@ -1,8 +1,8 @@
-"""The certificate: a cost that no tour can be below.
+"""Held-Karp lower bound on the cost of a tour.
 
-The bound of Held and Karp: penalties on the nodes are sought that make the smallest 1-tree heavy, on a graph of few
-edges, where a step costs little; then the smallest 1-tree of all edges under these penalties is found, which is what
-proves the bound. Nothing that happens before has to be exact. Of few nodes every step is over all edges.
+Subgradient ascent searches for node penalties that maximize the weight of the minimum 1-tree. It works on a sparse
+graph, where steps are cheap. The minimum 1-tree over all edges under these penalties then proves the bound, so the
+ascent itself need not be exact. For few nodes, every step uses all edges.
 """
 
 from __future__ import annotations
@@ -21,39 +21,40 @@ from leafcut.order import spanning_tree
 from leafcut.order.instance import Instance
 from leafcut.order.spanning_tree import SpanningTree, StopAsked, all_pairs, edge_lengths, in_the_plane, smallest_tree
 
-#: Steps of the ascent: with more of them nothing was gained on a few hundred nodes; the clustered boards of one or two
-#: thousand want many; above that there is no time for them. A step takes about 0.2 µs per node.
+#: Steps of the ascent. More gained nothing on a few hundred nodes; clustered boards of one or two thousand nodes need
+#: many; for more nodes there is no time. A step takes about 0.2 µs per node.
 FEWEST_STEPS, STEPS, STEPS_PER_NODE, NODE_STEPS = 50, 200, 0.5, 1.5e6
 
-#: After these shares of the steps a bound is proved, and the edges that this brings to light join the graph: early, as
-#: penalties that a poor graph has led astray cost many steps to mend.
+#: Shares of the steps after which a bound is proved and the edges of its 1-tree join the graph. The first proofs come
+#: early, because errors caused by a poor graph take many steps to correct.
 PROOFS = (0.01, 0.03, 0.06, 0.12, 0.25, 0.5, 0.75, 1.0)
 
-#: With fewer steps since the last one a proof is put off: it takes as long as fifteen steps, or n / 5 steps where all
-#: pairs of n nodes are looked at.
+#: Minimum number of steps between proofs. A proof takes as long as 15 steps, or n / 5 steps if it checks all pairs of
+#: n nodes; the second value is per node.
 STEPS_PER_PROOF, STEPS_PER_DENSE_PROOF = 5, 0.1
 
-#: Nodes' worth of steps between two questions to `stop`: some ten milliseconds.
+#: Steps times nodes between two calls of `stop`: about 10 ms.
 NODE_STEPS_PER_LOOK = 5e4
 
-#: Candidates of a node that make edges of the graph, the cheapest first. More cost time and give no better bound, as
-#: the proofs find what is missing.
+#: Nearest candidates of each node that become edges of the graph. More cost time without a better bound, as the proofs
+#: add the missing edges.
 MOST_NEAR = 6
 
-#: Above this many nodes the proof takes too long.
+#: Maximum number of nodes; a proof for more takes too long.
 MOST_NODES = 200_000
 
-#: Up to this many nodes all pairs are looked at where nothing is known of the metric (GEO, EXPLICIT): about a second.
+#: Maximum number of nodes for metrics without plane coordinates (GEO, EXPLICIT), where a proof checks all pairs: about
+#: a second.
 DENSE_LIMIT = 5000
 
-#: Much more than sums of millions of numbers are off by in float64, as a part of what was added.
+#: Relative rounding allowance for float64 sums of millions of numbers, with a wide margin.
 ROUNDING = 1e-9
 
 _WHOLE = (codes.EUC_2D, codes.CEIL_2D, codes.ATT, codes.GEO, codes.MAX_2D, codes.MAN_2D)
 
 
 class Hub(NamedTuple):
-    """The node of a 1-tree that is not in its spanning tree, the node it is tied to or -1, and what its edges cost."""
+    """The node outside the spanning tree of a 1-tree, the node it is tied to or -1, and the costs of its edges."""
 
     node: int
     tied: int
@@ -61,24 +62,24 @@ class Hub(NamedTuple):
 
 
 def lower_bound(instance: Instance, upper: float, *, stop: StopAsked | None = None) -> float | None:
-    """Return a cost that no tour of `instance` is below, or None where none can be proved in reasonable time.
+    """Return a lower bound on the cost of any tour, or None if none can be proved in reasonable time.
 
     Parameters
     ----------
     upper
-        The cost of a known tour, in the unit of the metric, without service times. The better it is the better the
-        bound; the bound is valid whatever it is.
+        Cost of a known tour, in the unit of the metric, without service times. A better tour gives a better bound; the
+        bound is valid in any case.
     stop
-        Asked every few hundredths of a second; when it says True, what was proved so far is returned, if anything.
+        Called every few hundredths of a second. If it returns True, the best bound proved so far is returned, if any.
 
     Returns
     -------
     float | None
-        At most `tour_cost` of any tour that holds the tied edge, if there is one, whatever the metric; rounding errors
-        of floating point are allowed for. A whole number when all costs are whole. None for clusters of several nodes,
-        for nodes that are left elsewhere than entered, for matrices that are not the same both ways, above `MOST_NODES`
-        nodes, above `DENSE_LIMIT` where costs are not by place in the plane (GEO, EXPLICIT), where lifts cost so much
-        more than distances that a proof would look at too much, and where sums overflow.
+        At most `tour_cost` of any tour that contains the tied edge, if there is one. Floating-point rounding is
+        accounted for. An integer if all costs are integers. None for clusters of several nodes, nodes with different
+        entry and exit, asymmetric matrices, more than `MOST_NODES` nodes, more than `DENSE_LIMIT` nodes without plane
+        coordinates (GEO, EXPLICIT), lifts so expensive compared with distances that a proof would check too many edges,
+        and sums that overflow.
     """
     problem, cost, n = instance.problem, instance.cost, instance.n
     if problem.n_nodes > problem.n_clusters or not np.array_equal(problem.entry, problem.exit):
@@ -98,7 +99,7 @@ def lower_bound(instance: Instance, upper: float, *, stop: StopAsked | None = No
 
 
 def _best_proved(instance: Instance, upper: float, stop: StopAsked) -> float | None:
-    """Return the best bound that is proved on the way up; None if there was no time for the first."""
+    """Return the best bound proved during the ascent; None if the time ran out before the first proof."""
     cost, n = instance.cost, instance.n
     hub = _hub(cost, n)
     edges = _candidate_edges(instance.candidates, hub.node)
@@ -128,9 +129,9 @@ def _steps(n: int) -> int:
 
 
 def _best_of_few(instance: Instance, upper: float, stop: StopAsked) -> float | None:
-    """Return the best bound on the way up, of which every step proves one; None if there was no time for the first.
+    """Return the best bound of an ascent in which every step proves a bound; None if there was no time for a step.
 
-    The steps are those of `kernels.one_tree.climb`, in arrays that grow with n²: less to compile.
+    The steps are those of `kernels.one_tree.climb` on dense n² arrays, which need less compilation.
     """
     cost, n = instance.cost, instance.n
     hub, steps, penalty, proved = _hub(cost, n), _steps(n), np.zeros(n), None
@@ -156,9 +157,9 @@ def _best_of_few(instance: Instance, upper: float, stop: StopAsked) -> float | N
 
 
 def _looked_up(cost: CostModel, n: int) -> CostModel:
-    """Return the same costs as a matrix: every step asks for all of them, and ways that have heights are slow to ask.
+    """Return the costs as a matrix: every step needs all of them, and moves with heights are slow to compute.
 
-    The tree of a step has no edge of the hub, so none that is tied or free.
+    The spanning tree has no edge at the hub, hence no tied or free edge.
     """
     if cost.code == codes.EXPLICIT:
         return cost
@@ -168,7 +169,7 @@ def _looked_up(cost: CostModel, n: int) -> CostModel:
 
 
 def _sets_of_few(tree: SpanningTree, n: int) -> Floats:
-    """Return what `_sets` returns as float64[2n, n]: in row s the root of the set's width for each of its nodes."""
+    """Return the sets of `_sets` as float64[2n, n]: row s holds the root of the set's width at each of its nodes."""
     inside, formed, width = np.zeros((2 * n, n)), np.zeros(2 * n), np.zeros(2 * n)
     inside[:n] = np.eye(n)
     part_of = np.arange(n)
@@ -183,7 +184,7 @@ def _sets_of_few(tree: SpanningTree, n: int) -> Floats:
 
 
 def _below(cost: CostModel, value: float, size: float) -> float:
-    """Return `value` less what rounding may have added to sums of numbers of this size; a whole number if all are."""
+    """Return `value` less the possible rounding error of sums of this size, rounded up if all costs are integers."""
     value -= ROUNDING * size
     if cost.code == codes.EXPLICIT:
         whole = bool(np.array_equal(cost.matrix, np.rint(cost.matrix)))
@@ -193,14 +194,14 @@ def _below(cost: CostModel, value: float, size: float) -> float:
 
 
 def _hub(cost: CostModel, n: int) -> Hub:
-    """Return the free node as hub, or one that is tied, or any: so that all other edges have their own cost."""
+    """Return the free node as hub, else a tied node, else the last node, so that all other edges have regular costs."""
     node = next((i for i in (cost.free, cost.tied_a) if i >= 0), n - 1)
     tied = {cost.tied_a: cost.tied_b, cost.tied_b: cost.tied_a}.get(node, -1)
     return Hub(node, tied, edge_lengths(cost, np.array([np.full(n, node), np.arange(n)], dtype=np.int32)))
 
 
 def _candidate_edges(candidates: NDArray[np.int32], hub: int) -> NDArray[np.int32]:
-    """Return the edges to the first candidates of every node, int32[2, e], but those of the hub."""
+    """Return the edges to the first candidates of every node, int32[2, e], without edges of the hub."""
     near = candidates[:, :MOST_NEAR]
     a, b = np.repeat(np.arange(len(near), dtype=np.int32), near.shape[1]), near.ravel()
     edges: NDArray[np.int32] = np.stack([a, b])[:, (b >= 0) & (a != hub) & (b != hub)]
@@ -208,7 +209,7 @@ def _candidate_edges(candidates: NDArray[np.int32], hub: int) -> NDArray[np.int3
 
 
 def _graph(cost: CostModel, n: int, edges: NDArray[np.int32]) -> Graph:
-    """Return the graph of n nodes with these edges int32[2, e], which may come more than once and either way round."""
+    """Return the graph of n nodes with the edges int32[2, e]; duplicates in either direction are allowed."""
     low, high = np.sort(edges.astype(np.int64), axis=0)
     keys = np.sort(low * n + high)
     once = keys[np.diff(keys, prepend=-1) > 0]
@@ -219,7 +220,7 @@ def _graph(cost: CostModel, n: int, edges: NDArray[np.int32]) -> Graph:
 
 
 def _sets(tree: SpanningTree, n: int) -> Sets:
-    """Return the sets of nodes that grow together along the edges of the tree."""
+    """Return the sets of nodes that merge along the edges of the tree, shortest first."""
     order = np.argsort(tree.length, kind="stable")
     a, b = np.ascontiguousarray(tree.edges[:, order])
     left, right, up = (np.zeros(2 * n, dtype=np.int32) for _ in range(3))
@@ -229,7 +230,7 @@ def _sets(tree: SpanningTree, n: int) -> Sets:
 
 
 class _Ascent:
-    """The way to penalties that make the smallest 1-tree heavy, on graphs that grow."""
+    """Subgradient ascent of the penalties on growing graphs."""
 
     def __init__(self, n: int, sets: Sets, hub: Hub, upper: float, stop: StopAsked) -> None:
         self.n, self.sets, self.hub, self.upper, self.stop = n, sets, hub, upper, stop
@@ -240,7 +241,7 @@ class _Ascent:
         self.work = TreeScratch(parent, np.zeros(n), heap, place, np.zeros(2 * n))
 
     def climb(self, graph: Graph, goal: int) -> Floats:
-        """Go on until `goal` steps are taken in all, and return the best penalties met since the last call."""
+        """Continue to `goal` steps in total; return the best penalties since the last call."""
         hub, best, value = self.hub, self.penalty.copy(), -math.inf
         at_once = max(1, int(NODE_STEPS_PER_LOOK / self.n))
         while self.step < goal and not self.stop():
@@ -254,7 +255,7 @@ class _Ascent:
 
 
 def _two_spokes(hub: Hub, penalty: Floats) -> NDArray[np.int64]:
-    """Return the other ends of the hub's two cheapest edges, the tied one among them if there is one."""
+    """Return the neighbours of the hub along its two cheapest edges, including the tied edge if there is one."""
     costs = hub.spokes + penalty
     costs[hub.node] = math.inf
     if hub.tied >= 0:
@@ -264,7 +265,7 @@ def _two_spokes(hub: Hub, penalty: Floats) -> NDArray[np.int64]:
 
 
 def _weight(cost: CostModel, hub: Hub, tree: SpanningTree, penalty: Floats) -> float:
-    """Return what no tour is below, by the smallest spanning tree under penalties and two edges of the hub."""
+    """Return the lower bound given by the minimum spanning tree under penalties and two edges of the hub."""
     a, b = tree.edges
     spokes = _two_spokes(hub, penalty)
     added = np.concatenate([tree.length + (penalty[a] + penalty[b]), hub.spokes[spokes] + penalty[spokes]])

@@ -1,12 +1,12 @@
-"""The colony: ants build tours of their own, then follow each other's trails until they all walk the same way.
+"""Colony search: ants build tours independently, then recombine them until all tours cost the same.
 
-A tour of the colony is the trail of one ant; what lies on an edge is the number of ants that walk it, and nothing is
-kept for edges that no ant walks. In a generation every ant meets another one. Where the trails part, it goes round on
-the other's edges, and keeps what makes its own tour shorter (`kernels.assembly`). When nothing is gained any more, a
-new and larger colony is founded; the best ants of all colonies meet in one of their own.
+Each ant holds one tour. The pheromone on an edge is the number of ants that use the edge; unused edges are not stored.
+In each generation every ant is paired with a partner. Where the two tours differ, the ant tries the partner's edges and
+keeps those that shorten its tour (`kernels.assembly`). When a colony stops improving, a larger one is founded. The best
+ants of all colonies form a colony of champions.
 
-Source: M. Guntsch and M. Middendorf, EvoWorkshops 2002, LNCS 2279 (pheromone that is a population of tours); Y. Nagata
-and S. Kobayashi, INFORMS J. Computing 25 (2013) (how two tours are put together, and pairing by a random permutation).
+Source: M. Guntsch and M. Middendorf, EvoWorkshops 2002, LNCS 2279 (a population of tours as pheromone); Y. Nagata
+and S. Kobayashi, INFORMS J. Computing 25 (2013) (edge assembly crossover, pairing by a random permutation).
 """
 
 from __future__ import annotations
@@ -35,76 +35,75 @@ from leafcut.order.search import AlgorithmRun, SearchResult, until_interrupted
 from leafcut.order.stop import Stop
 from leafcut.order.workers import Share, WorkerLog, Workers, thread_pool
 
-#: Candidates tried at each depth of an exchange: by an ant that builds its tour, and in mending a child.
+#: Candidates tried at each depth of an exchange, for building a tour and for repairing a recombined one.
 BREADTH = (0, 8, 5, 3, 1)
 
-#: Budget of a preset in nodes of all tours that ants may build.
+#: Work budget of each preset: nodes visited in all tours that ants build.
 PRESETS = {"fast": 1e5, "default": 6e5, "thorough": 1e7}
 
-#: Ants of the first colony, how many times as many each next one has, and most ants; never many more than nodes.
+#: Size of the first colony, growth factor from colony to colony, and maximum size. The number of nodes is a limit too.
 FIRST_ANTS, GROWTH, MOST_ANTS = 8, 4, 400
 
-#: Fewer ants have too little to tell each other: what is left of the time goes to kicks on the best tour. On boards of
-#: `MANY` nodes kicks gain less in that time than two ants, who meet the best one before them. Measured on pla85900 at
-#: 3 s: 1.1 % above the optimum instead of 1.5 %.
+#: Minimum number of ants in a colony. A smaller colony gains little, so kicks on the best tour get the remaining time.
+#: From `MANY` nodes on, two ants recombined with the champions gain more than kicks. Measured on pla85900 at 3 s: 1.1 %
+#: above the optimum instead of 1.5 %.
 FEWEST_ANTS, FEWEST_OF_MANY = 4, 2
 
-#: The same with a clock. Measured on pcb3038 after 0.1 s: 1.0 % above the optimum instead of 1.2 %.
+#: The same under a time limit. Measured on pcb3038 after 0.1 s: 1.0 % above the optimum instead of 1.2 %.
 FEWEST_BY_CLOCK = 2
 
-#: A colony takes all that is left when that is not enough for so many of its size: on a budget of work, and with a
-#: clock. A small colony first costs time and helps the last one little; but where the time is long, there should be a
-#: good tour early for those who stop the search.
+#: A colony uses the whole remaining budget (work budget, time limit) if fewer than this many of its size would fit.
+#: Small colonies take time and help the last one little. In a long search, however, they provide a good tour early, in
+#: case the user stops it.
 ALL_OF_BUDGET, ALL_BY_CLOCK = 2, 16
 
-#: Generations without any gain that end a colony.
+#: A colony ends after this many generations without any gain.
 PATIENCE = 3
 
-#: With a clock these many generations end it that leave its best ant as it is, and in which ants come nearer to it by
-#: less than this share of their mean distance. Such generations are many, and the time does more in kicks.
+#: The same under a time limit. A generation also counts as idle if the best ant gains nothing and the mean gain is
+#: below this share of the mean excess over the best cost. Such generations are frequent; kicks use the time better.
 PATIENCE_BY_CLOCK, LITTLE = 2, 0.02
 
-#: Colonies in a row without a better tour that end a search with a clock, and one on a budget of work.
+#: The search ends after this many consecutive colonies without a better tour: without a work budget, and with one.
 SAME_ANSWERS, SAME_ANSWERS_ON_BUDGET = 5, 2
 
-#: What a colony takes for each node of the tours that its ants build, s: about as much as it took on one core of 2024.
-#: A counted cost and not the clock, so that answers stay the same.
+#: Assumed time per node of a tour that an ant builds, s; measured on one core of a 2024 processor. A constant instead
+#: of the clock keeps results reproducible.
 SECONDS_PER_VISIT = 3e-5
 
-#: Share of the time that is left in which the ants of the last colony build their tours; following trails takes about
-#: as long again.
+#: Share of the remaining time in which the last colony builds its tours; recombination takes about as long again.
 BUILDING_SHARE = 0.44
 
-#: How much longer an ant takes whose greedy tour was changed at random, than one without whims.
+#: Time to build a randomized greedy tour, relative to the deterministic one.
 WHIMS = 1.3
 
-#: With a clock ants kick their tours so many times per node before they meet, if there is time for so many such ants:
-#: kicks mend what is wrong in one place, and trails of others what is wrong on the large scale. Such an ant takes so
-#: many times as long, and the ants of the last colony build for that share of the time.
+#: Under a time limit, ants kick their tours before recombination: kicks repair local defects, recombination repairs
+#: large-scale ones. In order: kicks per node, minimum number of such ants, their time relative to plain ants, and the
+#: share of the remaining time in which the last colony builds its tours.
 KICKS_BEFORE, FEWEST_KICKING, KICKING_TAKES, KICKING_SHARE = 0.5, 12, 5.0, 0.75
 
-#: Kicks between two looks at the clock.
+#: Kicks between two checks of the clock.
 KICKS_PER_LOOK = 200
 
-#: Shares of a generation per worker: more of them end more evenly, fewer cost less.
+#: Batches of a generation per worker: more balance the load better, fewer have less overhead.
 MEETINGS_PER_WORKER = 2
 
-#: Kicks per node when colonies find nothing better: ants that all build alike may all have missed something.
+#: Kicks per node after colonies stop improving: ants built by the same rules may all miss the same improvement.
 LAST_KICKS = 20
 
-#: What a kick costs, in visits of an ant that builds its tour: about ten.
+#: Kicks in the time of one node visit: a kick takes about as long as ten visits.
 KICKS_PER_VISIT = 0.1
 
-# What random numbers are for: with the seed this begins their stream.
+# Purposes of random numbers; together with the seed they select the stream.
 _BUILDING, _FOLLOWING = 1, 2
 
-# The number of the colony that the best ants of all colonies form.
+# Number of the colony of champions.
 _CHAMPIONS = 2**32 - 1
 
 
 @dataclass(frozen=True, eq=False)
 class Colony:
-    """The state of a colony: arrays and numbers alone, so that it can be sent anywhere.
+    """State of a colony: arrays and numbers only, so that it can be sent to other processes.
 
     Attributes
     ----------
@@ -113,7 +112,7 @@ class Colony:
     costs
         float64[m].
     number, generation
-        Which colony it is, and how many generations it has lived.
+        Index of the colony, and its generations so far.
     """
 
     tours: NDArray[np.int32]
@@ -122,7 +121,7 @@ class Colony:
     generation: int = 0
 
     def joined_by(self, other: Colony) -> Colony:
-        """Return this colony with the best ant of another one, if that has any."""
+        """Return this colony plus the best ant of `other`, if `other` has any."""
         if not len(other.costs):
             return self
         best = int(np.argmin(other.costs))
@@ -132,14 +131,14 @@ class Colony:
 
 @dataclass(frozen=True, eq=False)
 class Founders:
-    """Ants that build tours: their random words uint64[m], and how often each kicks its tour."""
+    """Ants that build tours: their random states uint64[m], and the number of kicks per tour."""
 
     words: NDArray[np.uint64]
     kicks: int = 0
 
 
 class ColonyView(SearchView):
-    """A colony as observers see it: the share of its ants on each edge."""
+    """View of a colony for observers: the share of its ants on each edge."""
 
     def __init__(self, instance: Instance, workers: Workers, colony: Colony | None = None) -> None:
         super().__init__(instance, workers.log)
@@ -152,10 +151,9 @@ class ColonyView(SearchView):
 
 
 def build_tours(instance: Instance, founders: Founders, stop: Stop | None = None) -> Share:
-    """Return one tour for each founder, and their costs (inf where the time was up before).
+    """Return one tour per founder and its cost (inf if the time ran out first).
 
-    An ant takes edges in the order of their costs, each changed a little at random, improves its tour by sequential
-    exchanges, and then kicks it.
+    An ant builds a greedy tour with slightly randomized edge costs, improves it by sequential exchanges, and kicks it.
     """
     words = founders.words.copy()
     tours, costs = np.zeros((len(words), instance.n), dtype=np.int32), np.full(len(words), math.inf)
@@ -172,7 +170,7 @@ def build_tours(instance: Instance, founders: Founders, stop: Stop | None = None
 def _kicked(
     instance: Instance, node: NDArray[np.int32], words: NDArray[np.uint64], k: int, kicks: int, stop: Stop | None
 ) -> NDArray[np.int32]:
-    """Return a tour int32[n] after so many kicks, or fewer when the time is up. Changes: words[k]."""
+    """Return a tour int32[n] after `kicks` kicks, or fewer if the time runs out. Changes: words[k]."""
     if kicks <= 0:
         return node
     tour = work_tour(node, queued=False, log=2 * instance.n + 1000)
@@ -187,7 +185,7 @@ def _kicked(
 
 @dataclass(frozen=True, eq=False)
 class Meetings:
-    """Ants that meet: tours mine, other int32[m, n], costs of mine float64[m], and random words uint64[m]."""
+    """Pairs of tours to recombine: mine, other int32[m, n], costs of mine float64[m], random states uint64[m]."""
 
     mine: NDArray[np.int32]
     other: NDArray[np.int32]
@@ -196,7 +194,7 @@ class Meetings:
 
 
 def assembly_for(n: int) -> Assembly:
-    """Return what one worker needs to assemble tours of n nodes."""
+    """Return the buffers of one worker for recombining tours of n nodes."""
     return Assembly(
         links=np.empty((n, 4), dtype=np.int32),
         trail=np.empty((n, 8), dtype=np.int32),
@@ -207,9 +205,9 @@ def assembly_for(n: int) -> Assembly:
 
 
 def follow_trails(instance: Instance, meetings: Meetings, stop: Stop | None = None) -> Share:
-    """Return what becomes of the tours `mine` when each follows `other` where that is shorter, and what they cost.
+    """Recombine each tour in `mine` with its partner in `other`, keeping improvements; return the tours and costs.
 
-    A function of its arguments alone, as far as it is not stopped.
+    Unless stopped, the result depends on the arguments only.
     """
     n, pairs = instance.n, len(meetings.mine)
     tours, gains, words = meetings.mine.copy(), np.zeros(pairs), meetings.words.copy()
@@ -223,7 +221,7 @@ def follow_trails(instance: Instance, meetings: Meetings, stop: Stop | None = No
             instance.cost, tour, assembly, *instance.exchange_lists, breadth,
             tours, meetings.other, words, gains, first, min(pairs, first + step),
         )  # fmt: skip
-    # Added up anew: gains would carry their rounding from generation to generation.
+    # Costs are summed again: subtracting gains would accumulate rounding errors over the generations.
     costs = meetings.costs.copy()
     for k in np.flatnonzero(gains > 0.0):
         costs[k] = tour_cost(instance.cost, tours[k])
@@ -231,7 +229,7 @@ def follow_trails(instance: Instance, meetings: Meetings, stop: Stop | None = No
 
 
 def found_colony(instance: Instance, ants: int, seed: int, number: int, workers: Workers, kicks: int = 0) -> Colony:
-    """Return a colony of ants that have built tours of their own; those that had no time to finish are not in it."""
+    """Return a colony of newly built tours; unfinished tours are left out."""
     words = random_words(seed, _BUILDING, number, count=ants)
     founders = [Founders(words[k : k + 1], kicks) for k in range(ants)]
     tours, costs = workers.spread(build_tours, instance, founders)
@@ -240,7 +238,7 @@ def found_colony(instance: Instance, ants: int, seed: int, number: int, workers:
 
 
 def next_generation(instance: Instance, colony: Colony, seed: int, workers: Workers) -> Colony:
-    """Return the colony after every ant has met another one: a function of the colony and the seed."""
+    """Recombine each tour with the tour of its partner. The result depends only on the colony and the seed."""
     ants = len(colony.tours)
     words = random_words(seed, _FOLLOWING, colony.number, colony.generation, count=ants)
     mine = np.random.default_rng(words[0]).permutation(ants)
@@ -258,14 +256,14 @@ def next_generation(instance: Instance, colony: Colony, seed: int, workers: Work
 def improve_by_colony(
     instance: Instance, seed: int, stop: Stop, best: Best, workers: Workers, visits: float = math.inf
 ) -> int:
-    """Found colonies, one after another and each larger, until `stop`; return the generations that were lived.
+    """Run ever larger colonies until `stop`; return the total number of generations.
 
     Parameters
     ----------
     visits
-        The budget of work: the nodes of all tours that may be built. With budget or time left, the search ends when
-        several colonies (`SAME_ANSWERS`), and some kicks on the best tour, have found nothing better, or when another
-        colony is not worth its seconds (`stop.thrift`).
+        Work budget: number of nodes in all tours that may be built. The search ends earlier if several colonies
+        (`SAME_ANSWERS`) and the kicks after them find nothing better, or if another colony is not worth its time
+        (`stop.thrift`).
     """
     began = stop.elapsed()
     first_tour(instance, BREADTH, stop, best)
@@ -278,7 +276,7 @@ def improve_by_colony(
     while same < enough and not stop.reached(generations, 0):
         kicked, kicking = kicking, not many and _have_time_to_kick(seconds, stop)
         if kicked and not kicking:
-            break  # a few ants that do not kick have nothing to tell those that did
+            break  # a few ants without kicks cannot improve the tours of ants with kicks
         ants = _how_many(instance.n, number, seconds, stop, visits, kicking)
         if ants < (FEWEST_OF_MANY if many else FEWEST_BY_CLOCK if stop.seconds < math.inf else FEWEST_ANTS):
             break
@@ -301,7 +299,7 @@ def improve_by_colony(
         champions, generations = _live(instance, champions, seed, stop, best, workers, generations)
         number, same = number + 1, same + 1 if best.cost >= before - EPSILON else 0
         gain = before - best.cost
-    best.view = ColonyView(instance, workers)  # kicks follow no trails
+    best.view = ColonyView(instance, workers)  # kicks use no pheromone
     kicks = KICKS_PER_VISIT * (min(visits, gain / SECONDS_PER_VISIT) if stop.thrift.holds else visits)
     if same == enough:
         kicks = min(kicks, LAST_KICKS * instance.n)
@@ -313,9 +311,9 @@ def improve_by_colony(
 def _live(
     instance: Instance, colony: Colony, seed: int, stop: Stop, best: Best, workers: Workers, generations: int
 ) -> tuple[Colony, int]:
-    """Let a colony live until all its ants walk the same way, or learn nothing.
+    """Run generations of a colony until all tours cost the same or nothing improves.
 
-    Return what became of it, and the count of generations of all colonies.
+    Returns the final colony and the generation count over all colonies.
     """
     idle, by_clock = 0, stop.seconds < math.inf
     patience = PATIENCE_BY_CLOCK if by_clock else PATIENCE
@@ -332,12 +330,12 @@ def _live(
 
 
 def differ(colony: Colony) -> bool:
-    """Return whether its ants do not all walk ways of one cost yet."""
+    """Return whether the tours of a colony differ in cost."""
     return len(colony.costs) > 1 and bool(np.ptp(colony.costs) > EPSILON)
 
 
 def _learned(before: NDArray[np.float64], after: NDArray[np.float64], little: float) -> bool:
-    """Return whether the best ant gained, or all of them on average more than `little` of how far they are from it."""
+    """Return whether the best cost improved, or the mean gain exceeds `little` times the mean excess over it."""
     gains, best = before - after, float(after.min())
     if float(before.min()) > best + EPSILON:
         return True
@@ -351,16 +349,16 @@ def _offer(colony: Colony, best: Best, generation: int) -> None:
 
 
 def _have_time_to_kick(seconds: float, stop: Stop) -> bool:
-    """Return whether the time does for enough ants that kick their tours; on a budget of work none do."""
+    """Return whether enough ants with kicks fit in the remaining time; always False without a time limit."""
     left = stop.seconds - stop.elapsed()
     return stop.seconds < math.inf and KICKING_SHARE * left / (KICKING_TAKES * seconds) >= FEWEST_KICKING
 
 
 def _how_many(n: int, number: int, seconds: float, stop: Stop, visits: float, kicking: bool = False) -> int:
-    """Return how many ants the next colony has.
+    """Return the number of ants in the next colony.
 
-    `GROWTH` times as many as the last one; but where time or budget will not do for a much larger one after it, as many
-    as they do for.
+    This is `GROWTH` times the previous number. If the remaining time or budget allows no much larger colony afterwards,
+    the colony takes all of it.
     """
     most = max(FIRST_ANTS, min(n, MOST_ANTS))
     planned = min(FIRST_ANTS * GROWTH ** min(number, 10), most)
@@ -372,7 +370,7 @@ def _how_many(n: int, number: int, seconds: float, stop: Stop, visits: float, ki
 
 
 def run_colony(instance: Instance, run: AlgorithmRun) -> SearchResult:
-    """Run colonies: on the budget of the preset, without a time limit and a number of generations."""
+    """Run the colony search; the preset's work budget applies unless the options set a limit."""
     options, stop, best = run.options, run.stop, run.best
     visits = math.inf if options.is_limited else PRESETS[options.preset]
     if options.iterations is not None:
@@ -388,6 +386,6 @@ def run_colony(instance: Instance, run: AlgorithmRun) -> SearchResult:
 
 
 def warm_colony(instance: Instance, run: AlgorithmRun, large: bool) -> NDArray[np.int32]:
-    """Call every kernel of `run_colony`; its last kicks do not come in one iteration."""
+    """Call every kernel of `run_colony`; one iteration does not reach the final kicks, so they run separately."""
     run_colony(instance, run)
     return warm_kicks(instance, replace(run, best=Best(Stop(cancelled=run.stop.cancelled))), large)

@@ -1,4 +1,4 @@
-"""Compile time of kernels: seconds, number, and the line that a user sees on the first run of a machine."""
+"""Number and duration of kernel compilations, and the message shown on the first run on a machine."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ _EVENT = "numba:compile"
 
 
 class Compilations(event.Listener):  # type: ignore[misc]  # numba has no types
-    """Counts compilations and their seconds; nested and parallel compilations count their seconds once.
+    """Counts compilations and measures their total time; overlapping compilations are counted once in the time.
 
     Attributes
     ----------
     count
-        Compiled kernels, those included that only kernels call. Kernels found on disk are not compiled.
+        Number of compiled kernels, including those called only by other kernels. Kernels loaded from disk do not count.
     """
 
     def __init__(self, tell: Callable[[str], None] = lambda _: None) -> None:
-        """Prepare to count; `tell` is called with a line for the user when the first compilation begins."""
+        """Start at zero; `tell` receives a message for the user when the first compilation starts."""
         self.count = 0
         self._tell = tell
         self._spent, self._began, self._depth = 0.0, 0.0, 0
@@ -39,7 +39,7 @@ class Compilations(event.Listener):  # type: ignore[misc]  # numba has no types
         return cache_folder() is not None
 
     def on_start(self, event: event.Event) -> None:
-        """Begin a compilation."""
+        """Count a compilation that starts."""
         with self._lock:
             self.count += 1
             self._depth += 1
@@ -50,7 +50,7 @@ class Compilations(event.Listener):  # type: ignore[misc]  # numba has no types
             self._tell(FIRST_RUN if self.kept else EVERY_RUN)
 
     def on_end(self, event: event.Event) -> None:
-        """End a compilation; one that had begun before this listener was registered is not counted."""
+        """Add the time of a compilation that ends; it is ignored if it started before this listener was registered."""
         with self._lock:
             if self._depth:
                 self._depth -= 1
@@ -59,23 +59,23 @@ class Compilations(event.Listener):  # type: ignore[misc]  # numba has no types
 
     @property
     def seconds(self) -> float:
-        """Seconds until now."""
+        """Total compile time so far, s."""
         with self._lock:
             return self._spent + (time.perf_counter() - self._began if self._depth else 0.0)
 
 
-#: All compilations of this process: the clock of searches stands still during them.
+#: All compilations of this process; search clocks exclude them.
 _of_process = Compilations()
 event.register(_EVENT, _of_process)
 
 
 def compile_seconds() -> float:
-    """Return the seconds that this process has spent compiling kernels until now."""
+    """Return the total time that this process has spent compiling kernels, s."""
     return _of_process.seconds
 
 
 @contextmanager
 def announced(tell: Callable[[str], None]) -> Iterator[Compilations]:
-    """Count the compilations inside; `tell` is called once, with a line for the user, when the first one begins."""
+    """Count the compilations in the block; `tell` receives a message for the user when the first one starts."""
     with event.install_listener(_EVENT, Compilations(tell)) as compilations:
         yield compilations

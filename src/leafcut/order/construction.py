@@ -1,4 +1,4 @@
-"""The friendly side of the construction kernels: buffers of one worker, nearest-neighbour tour and greedy tour."""
+"""Interface to the construction kernels: buffers of one worker, nearest-neighbour tour and greedy tour."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from leafcut.order.instance import Instance, candidate_lists, matrix_of, plant_t
 if TYPE_CHECKING:
     from leafcut.kernels.construct import Unvisited
 
-#: Neighbours that the end of a fragment is given in each round. One of them may be its own other end.
+#: Candidates per fragment end in each round. One of them may be the other end of the same fragment.
 END_NEIGHBOURS = 5
 
-#: How far lists are trusted in a round: up to the cost at which half of the nodes have this many neighbours. Costlier
-#: edges wait until lists are new. Measured, as the mean of 12 TSPLIB boards above the optimum and the time for 100,000
-#: random points: 2 neighbours 13.7 %, 0.24 s; 3 13.6 %, 0.12 s; 4 15.0 %, 0.09 s; all of the lists 20.3 %, 0.05 s.
+#: Edges are joined in a round up to the cost at which half of the nodes have this many neighbours; longer edges wait
+#: for updated lists. Measured (mean excess over the optimum on 12 TSPLIB boards; time for 100,000 random points):
+#: 2 neighbours 13.7 %, 0.24 s; 3 13.6 %, 0.12 s; 4 15.0 %, 0.09 s; whole lists 20.3 %, 0.05 s.
 SURE_NEIGHBOURS = 3
 
-#: How much longer an edge may be taken to be when greedy tours are to differ.
+#: Maximum relative noise on edge lengths in randomized greedy tours.
 MOST_NOISE = 0.1
 
 
-#: Up to this many nodes the nearest one is sought by looking at all: a few milliseconds.
+#: Maximum number of nodes for finding the nearest one by comparing all: a few milliseconds.
 FEW = 500
 
 
@@ -44,7 +44,7 @@ def none_visited(instance: Instance) -> Unvisited:
 def nearest_neighbour(instance: Instance) -> NDArray[np.int32]:
     """Return the nearest-neighbour tour int32[n], from the given start or from the first cluster.
 
-    Of few nodes in plain Python, which has not to be compiled; both ways give the same tour.
+    Few nodes are handled in plain Python, which needs no compilation and gives the same tour.
     """
     if instance.n <= FEW:
         return _nearest_of_few(instance)
@@ -57,7 +57,7 @@ def nearest_neighbour(instance: Instance) -> NDArray[np.int32]:
 
 
 def _nearest_of_few(instance: Instance) -> NDArray[np.int32]:
-    """Return the nearest-neighbour tour by looking at all nodes that are left, at every step."""
+    """Return the nearest-neighbour tour by comparing all remaining nodes at every step."""
     cost, explicit = instance.cost, len(instance.tree.x) == 0
     tour = [instance.home] if instance.second < 0 else [instance.first, instance.second]
     far = np.zeros(instance.n)
@@ -79,7 +79,7 @@ def _nearest_of_few(instance: Instance) -> NDArray[np.int32]:
 def _without(
     free: int, lists: NDArray[np.int32], lengths: NDArray[np.float64]
 ) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-    """Return the lists of all nodes but the free one, the last, in which it is not either: it comes first there."""
+    """Remove the free node from the candidate lists: its row, the last, and its entry, the first in every row."""
     if free < 0:
         return lists, lengths
     rest, costs = lists[:free].copy(), lengths[:free].copy()
@@ -90,16 +90,16 @@ def _without(
 
 
 def greedy(instance: Instance, random: np.random.Generator | None = None) -> NDArray[np.int32]:
-    """Return the greedy tour int32[n]: always the cheapest edge that can still become part of a tour.
+    """Return the greedy tour int32[n]: repeatedly add the cheapest edge that can still be part of a tour.
 
-    A tied edge is in it; a free node stands between the two ends of the rest. With `random` every edge is taken to be
-    longer by a random share, up to MOST_NOISE: another tour each time, nearly as good.
+    The tour contains the tied edge; the free node joins the two ends of the remaining path. With `random`, every edge
+    is lengthened by a random share of up to `MOST_NOISE`, which gives different tours of similar quality.
     """
     cost, n = instance.cost, instance.n
     tail, beside = np.arange(n, dtype=np.int32), np.full((n, 2), -1, dtype=np.int32)
     if cost.tied_a >= 0:
         greedy_kernels.join(tail, beside, cost.tied_a, cost.tied_b)
-    # The free node, the last one, waits until the rest is one path.
+    # The free node, which is the last, is added when the other nodes form a single path.
     ends = np.arange(n if cost.free < 0 else n - 1, dtype=np.int32)
     lists, lengths = _without(cost.free, instance.candidates, instance.lengths)
     while True:
@@ -122,7 +122,7 @@ def _changed(lengths: NDArray[np.float64], random: np.random.Generator | None) -
 
 
 def _middle(values: NDArray[np.float64]) -> float:
-    """Return the median; NumPy's own imports what it has for masked arrays, which a short search waits for."""
+    """Return the median; `np.median` would import masked arrays, which delays a short search."""
     ordered, half = np.sort(values), len(values) // 2
     return float(ordered[half] if len(values) % 2 else (ordered[half - 1] + ordered[half]) / 2)
 
@@ -134,7 +134,7 @@ def _join_cheapest(
     tail: NDArray[np.int32],
     beside: NDArray[np.int32],
 ) -> None:
-    """Join by the edges in the lists of `nodes`, cheapest first, as far as the lists can be trusted."""
+    """Join fragments by the candidate edges of `nodes`, cheapest first, up to the limit of `SURE_NEIGHBOURS`."""
     k = candidates.shape[1]
     limit = np.inf if k >= len(nodes) - 1 else _middle(lengths[:, min(SURE_NEIGHBOURS, k) - 1])
     edges = np.empty(candidates.size, dtype=np.uint64)
@@ -146,7 +146,7 @@ def _join_cheapest(
 def _lists_of_ends(
     cost: CostModel, ends: NDArray[np.int32]
 ) -> tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.int32]]:
-    """Return candidate lists of some nodes among themselves, the costs, and which node each row stands for."""
+    """Return candidate lists within a set of nodes, their costs, and the node of each row."""
     m, explicit = len(ends), cost.code == EXPLICIT
     tree, order = plant_tree(np.zeros((0, 2)) if explicit else cost.xy[ends])
     nodes = ends if explicit else ends[order]
@@ -156,6 +156,6 @@ def _lists_of_ends(
 
 
 def random_words(seed: int, *stream: int, count: int) -> NDArray[np.uint64]:
-    """Return one random word per ant, uint64[count], none of them 0: a function of seed, stream and ant alone."""
+    """Return a nonzero random state per ant, uint64[count], which depends only on seed, stream and ant."""
     words = np.random.SeedSequence((seed, *stream)).generate_state(count, np.uint64)
     return np.maximum(words, np.uint64(1))

@@ -2,8 +2,8 @@
 
 Sources: for the nodes, M. Fischetti, J. J. Salazar González and P. Toth, Operations Research 45 (1997), section 3
 (shortest path through the layered network of an order); for the order, M. Held and R. M. Karp, Journal of the SIAM 10
-(1962), section 2. Differs: the state is a set of clusters and the last node, which covers several nodes per cluster,
-costs that differ by direction, and precedence.
+(1962), section 2. Differs: the state is a set of clusters and the last node. This covers several nodes per cluster,
+asymmetric costs, and precedence.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from leafcut.model.problem import RoutingProblem
 from leafcut.order.instance import MoveCosts, path_cost
 from leafcut.order.precedence import keeps
 
-#: Up to this many clusters all orders are compared: local search needs five nodes.
+#: Maximum number of clusters for comparing all orders: local search needs at least five nodes.
 TRY_ALL = 4
 
 #: Maximum number of states (sets of clusters by nodes), 8 bytes each, and of clusters.
@@ -29,7 +29,7 @@ MOST_SUMS = 2e8
 
 
 def best_of_all_orders(problem: RoutingProblem, pairs: Ints) -> Ints:
-    """Return the cheapest order of at most `TRY_ALL` clusters, int32[clusters], that keeps pairs int32[k, 2]."""
+    """Return the cheapest order int32[clusters] of at most `TRY_ALL` clusters under the precedence int32[k, 2]."""
     orders = [np.array(o, dtype=np.int32) for o in itertools.permutations(range(problem.n_clusters))]
     return min(
         (o for o in orders if keeps(pairs, o)), key=lambda order: path_cost(problem, choose_nodes(problem, order))
@@ -37,7 +37,7 @@ def best_of_all_orders(problem: RoutingProblem, pairs: Ints) -> Ints:
 
 
 def choose_nodes(problem: RoutingProblem, order: NDArray[np.int32]) -> Ints:
-    """Return int32[clusters]: for the given order of clusters, the nodes that make the path cheapest."""
+    """Return the nodes int32[clusters] of the cheapest path for a given order of clusters."""
     way = np.argsort(problem.cluster, kind="stable").astype(np.int32)
     if problem.n_nodes == problem.n_clusters:
         return way[order]
@@ -45,14 +45,14 @@ def choose_nodes(problem: RoutingProblem, order: NDArray[np.int32]) -> Ints:
     layers = [
         way[ends[c] - count : ends[c]] for c, count in zip(order, np.bincount(problem.cluster)[order], strict=True)
     ]
-    # A closed tour: one path per node of the first cluster, which is chosen to be small, closed by hand.
+    # A closed tour: one closed path per node of the first layer, for which the smallest cluster is chosen.
     first = int(np.argmin([len(layer) for layer in layers])) if problem.closed else 0
     layers = layers[first:] + layers[:first]
     return np.roll(_cheapest_through(problem, layers), first)
 
 
 def _cheapest_through(problem: RoutingProblem, layers: list[Ints]) -> Ints:
-    """Return the nodes of the cheapest path through a layer of nodes for each cluster, int32[layers]."""
+    """Return the nodes int32[layers] of the cheapest path that visits one node of each layer."""
     moves, first, last = MoveCosts(problem), layers[0], layers[-1]
     arrival = problem.service[first].astype(np.float64)
 
@@ -77,7 +77,7 @@ def _cheapest_through(problem: RoutingProblem, layers: list[Ints]) -> Ints:
 
 
 def within_reach(problem: RoutingProblem) -> bool:
-    """Return whether the best path can be found in about a second."""
+    """Return whether an exact solution takes at most about a second."""
     m, n = problem.n_clusters, problem.n_nodes
     if not 0 < m <= MOST_CLUSTERS:
         return False
@@ -86,14 +86,14 @@ def within_reach(problem: RoutingProblem) -> bool:
 
 
 def best_nodes(problem: RoutingProblem, pairs: Ints) -> Ints:
-    """Return int32[clusters]: the nodes of the cheapest path, in their order, that keeps pairs int32[k, 2].
+    """Return the nodes int32[clusters] of the cheapest path, in order, under the precedence int32[k, 2].
 
-    The problem has to be `within_reach`, and its precedence one that can be kept.
+    The problem must be `within_reach` and its precedence without cycles.
     """
     table = _Table(problem, pairs)
     if not problem.closed:
         return table.cheapest(table.begun, table.home)[1]
-    # A closed path begins somewhere: without precedence with cluster 0, else with any that nothing comes before.
+    # Without precedence, a closed path may start with cluster 0; otherwise with any cluster without predecessors.
     firsts = np.flatnonzero(table.needs[problem.cluster] == 0) if len(pairs) else np.flatnonzero(problem.cluster == 0)
     paths = []
     for first in firsts:
@@ -104,16 +104,16 @@ def best_nodes(problem: RoutingProblem, pairs: Ints) -> Ints:
 
 
 class _Table:
-    """Costs and precedence.
+    """Costs and precedence for the dynamic programme.
 
     Attributes
     ----------
     ways
         float64[nodes, nodes]: costs from the exit of one node to the entry of another.
     begun, home
-        float64[nodes]: costs until a node is done first, and from it to the end, on an open path.
+        float64[nodes]: on an open path, costs up to and including a first node, and from a last node to the end.
     needs
-        int64[clusters]: a bit for every predecessor.
+        int64[clusters]: bit mask of the predecessors.
     """
 
     def __init__(self, problem: RoutingProblem, pairs: Ints) -> None:
@@ -129,7 +129,7 @@ class _Table:
         self.members = [np.flatnonzero(problem.cluster == c) for c in range(m)]
 
     def cheapest(self, begun: Floats, home: Floats) -> tuple[float, Ints]:
-        """Return the cheapest path and its cost; `begun`: what it costs to have worked each node first."""
+        """Return the cheapest path and its cost; `begun`: cost up to and including each node as the first."""
         problem, m = self.problem, self.problem.n_clusters
         spent = np.full((1 << m, problem.n_nodes), np.inf)
         for c in range(m):
@@ -144,7 +144,7 @@ class _Table:
         return self._followed_back(spent, home)
 
     def _followed_back(self, spent: Floats, home: Floats) -> tuple[float, Ints]:
-        """Return the cheapest path that the table float64[sets, nodes] holds, and its cost."""
+        """Trace the cheapest path back through the table float64[sets, nodes]; return it and its cost."""
         cluster, done = self.problem.cluster, (1 << self.problem.n_clusters) - 1
         total = spent[done] + home
         nodes = [int(np.argmin(total))]

@@ -1,8 +1,8 @@
-"""Where tasks are done: threads, processes, or the workers of a Dask cluster, behind `concurrent.futures.Executor`.
+"""Executors for tasks: threads, processes, or a Dask cluster, all behind `concurrent.futures.Executor`.
 
-A task is a function that a worker can import, with arguments that can be pickled; in threads any will do. Workers may
-join and die: what a dead one had begun is done again by another. A cluster that is not there, or whose scheduler dies,
-is one line. Dask is imported when it is asked for, and not before.
+A task is an importable function with arguments that can be pickled; threads accept any function. Workers may join and
+die; the unfinished tasks of a dead worker are repeated by another. An unreachable cluster or a dead scheduler gives a
+one-line error. Dask is imported only when it is used.
 """
 
 from __future__ import annotations
@@ -42,46 +42,46 @@ THREADS, PROCESSES, DASK = "threads", "processes", "dask://"
 #: Maximum wait for the answer of a cluster, and for its first worker, s.
 CONNECT_SECONDS, FIRST_WORKER_SECONDS = 5.0, 10.0
 
-#: How long a cluster may be without any worker while tasks wait: queues of batch systems give new ones after minutes.
+#: Maximum time without any worker while tasks wait, s: the queue of a batch system may take minutes to start workers.
 PATIENCE_SECONDS = 600.0
 
-#: Seconds between two looks at whether the executor is still there, and whether somebody wants the work to end.
+#: Interval between checks of the executor and of cancellation, s.
 LOOK_SECONDS = 0.2
 
-#: How often a task may end the worker that does it alone, before it is given up.
+#: A task is given up after it has killed its worker this many times while running alone.
 ATTEMPTS = 3
 
-#: Most workers that a person may ask for.
+#: Maximum number of workers that the user may request.
 MOST_WORKERS = 1024
 
-#: Tasks that are given out per worker: one that it does, and one that waits so that it never stands idle.
+#: Submitted tasks per worker: one running, and one waiting so that the worker is never idle.
 GIVEN_OUT = 2
 
 
 class ExecutorError(LeafcutError):
-    """A cluster is not there, is gone, or does not suit; or a task ended each worker that tried it."""
+    """A cluster is unreachable, lost or incompatible, or a task killed every worker that tried it."""
 
 
 class WatchedExecutor(Executor):
-    """An executor that knows how many workers it has, whether they see this memory, and whether it is still there.
+    """An executor with a known number of workers, which can check whether it is still working.
 
     Attributes
     ----------
     workers
-        How many tasks it does at once.
+        Number of tasks that run at once.
     shared
-        Whether tasks see the memory of this process, so that they can be told to stop.
+        Whether tasks share the memory of this process, so that they can be cancelled.
     """
 
     shared = False
-    #: How many tasks are done at once in one process, whose processor time is that of all of them.
+    #: Number of tasks that run at once in one process and share its measured processor time.
     together = 1
 
     def __init__(self, workers: int) -> None:
         self.workers = workers
 
     def check(self) -> None:
-        """Raise `ExecutorError` when nothing that was given out will ever come back."""
+        """Raise `ExecutorError` if submitted tasks can never finish."""
 
 
 class _Threads(WatchedExecutor):
@@ -100,14 +100,14 @@ class _Threads(WatchedExecutor):
 
 
 class _Processes(WatchedExecutor):
-    """Processes of this machine; when one dies the others end with it, and new ones are begun for what comes next."""
+    """Local processes; when one dies the whole pool ends, and a new pool runs the next tasks."""
 
     def __init__(self, workers: int) -> None:
         super().__init__(workers)
         self.pool = self._new()
 
     def _new(self) -> ProcessPoolExecutor:
-        # Spawned: a fork of a process that has threads may wait for ever for a lock that one of them held.
+        # Spawn: a fork of a process with threads may deadlock on a lock that a thread held.
         context = multiprocessing.get_context("spawn")
         stop, self._alive = context.Pipe(duplex=False)
         return ProcessPoolExecutor(self.workers, context, _begin_worker, (stop,))
@@ -129,7 +129,7 @@ class _Processes(WatchedExecutor):
 
 @contextmanager
 def _without_interrupts() -> Iterator[None]:
-    """Block Ctrl-C, and with it in processes that are started here, until they ignore it."""
+    """Block Ctrl-C in this process; processes started in the block inherit that until they ignore the signal."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -142,7 +142,7 @@ def _without_interrupts() -> Iterator[None]:
 
 
 def _begin_worker(stop: connection.Connection) -> None:
-    """Leave Ctrl-C to the parent process; exit when the other end of `stop` is closed or the parent ends."""
+    """Ignore Ctrl-C, which the parent handles; exit when the parent closes `stop` or ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
 
@@ -155,9 +155,9 @@ def _begin_worker(stop: connection.Connection) -> None:
 
 
 class _Dask(WatchedExecutor):
-    """The workers of a Dask cluster. What they are given and what they return is pickled here, not by Dask.
+    """Executor on a Dask cluster. Arguments and results are pickled here, not by Dask.
 
-    Arrays that Dask sends may be read-only, which is another type to compiled kernels.
+    Dask may deliver read-only arrays, which are a different type for compiled kernels.
     """
 
     def __init__(self, client: Any, spec: str, workers: int) -> None:
@@ -180,7 +180,7 @@ class _Dask(WatchedExecutor):
         try:
             known = self.client.scheduler_info(n_workers=-1).get("workers")
         except Exception:
-            return  # the connection is about to be found broken
+            return  # the broken connection will be detected soon
         now = time.monotonic()
         if known:
             self.seen = now
@@ -192,12 +192,12 @@ class _Dask(WatchedExecutor):
             raise ExecutorError(f"{self.spec}: the scheduler is gone; start it again and repeat the command")
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        with suppress(Exception):  # a scheduler that is gone cannot be told
+        with suppress(Exception):  # the scheduler may be gone
             self.client.close(timeout=2)
 
 
 def _pass_on(done: Future[Any], answer: Future[Any]) -> None:
-    """Give an answer what Dask's own has: its pickled result, its error, or that it was lost."""
+    """Copy the outcome of a Dask future to `answer`: pickled result, error or cancellation."""
     if done.cancelled():
         answer.set_exception(CancelledError())
         return
@@ -211,7 +211,7 @@ def _pass_on(done: Future[Any], answer: Future[Any]) -> None:
 
 
 def _unpacked_call(version: str, packed: bytes) -> bytes:
-    """Do a task on a worker of a cluster; one with another leafcut could have another answer."""
+    """Run a task on a cluster worker; a worker with another version of leafcut could return another result."""
     _check_version(version)
     fn, args, kwargs = pickle.loads(packed)
     return pickle.dumps(fn(*args, **kwargs), pickle.HIGHEST_PROTOCOL)
@@ -223,12 +223,12 @@ def _check_version(version: str) -> None:
 
 
 def check_executor(spec: str) -> None:
-    """Refuse what names no executor.
+    """Check the name of an executor.
 
     Raises
     ------
     OptionError
-        It is not ``threads``, ``processes`` or ``dask://host:port``.
+        `spec` is not ``threads``, ``processes`` or ``dask://host:port``.
     """
     if spec not in (THREADS, PROCESSES) and not re.fullmatch(r"dask://(\[[0-9a-fA-F:.]+\]|[\w.-]+):\d{1,5}", spec):
         raise OptionError(f"--executor: unknown value '{spec}'; use threads, processes or dask://host:port")
@@ -236,21 +236,21 @@ def check_executor(spec: str) -> None:
 
 @contextmanager
 def open_executor(spec: str, workers: int = 0) -> Iterator[WatchedExecutor]:
-    """Give an executor, and end it: at the end of the block no thread, process or connection of it is left.
+    """Open an executor and close it, with all its threads, processes and connections, at the end of the block.
 
     Parameters
     ----------
     spec
         ``threads``, ``processes`` of this machine, or ``dask://host:port``, the scheduler of a Dask cluster.
     workers
-        How many tasks are done at once; 0 for one per core, and for all that the cluster has.
+        Number of tasks that run at once; 0 for one per core, or all workers of the cluster.
 
     Raises
     ------
     OptionError
         `spec` is none of these.
     ExecutorError
-        The cluster does not answer, has no worker, or another version of leafcut; or the extra is not installed.
+        The cluster does not respond, has no worker or another version of leafcut, or the extra is not installed.
     """
     check_executor(spec)
     if spec.startswith(DASK):
@@ -271,7 +271,7 @@ def open_executor(spec: str, workers: int = 0) -> Iterator[WatchedExecutor]:
 
 @contextmanager
 def _connected(spec: str) -> Iterator[Any]:
-    """Give a client of a Dask cluster that has a worker, all with this version of leafcut; closed at the end."""
+    """Connect to a Dask cluster with at least one worker, all with this version of leafcut; disconnect at the end."""
     try:
         import dask
         from distributed import Client
@@ -281,7 +281,7 @@ def _connected(spec: str) -> Iterator[Any]:
     level = log.level
     log.setLevel(logging.CRITICAL + 1)  # leafcut reports each failure in one line
     try:
-        # A large map is a large task, and is meant to be.
+        # Large maps make large tasks; no warning is needed.
         with dask.config.set({"admin.large-graph-warning-threshold": "10GB"}):
             try:
                 client = Client(f"tcp://{spec.removeprefix(DASK)}", timeout=CONNECT_SECONDS, set_as_default=False)
@@ -309,7 +309,7 @@ def _check_workers(client: Any, spec: str) -> None:
     for problem in client.run(_check_version, __version__, on_error="return").values():
         if isinstance(problem, LeafcutError):
             raise problem
-        # `OSError`: the worker has died meanwhile, and other workers take its tasks.
+        # `OSError`: the worker has died, and other workers take over its tasks.
         if isinstance(problem, Exception) and not isinstance(problem, OSError):
             why = f"{type(problem).__name__}: {problem}"
             raise ExecutorError(f"{spec}: a worker cannot run leafcut {__version__} ({why}); install it there")
@@ -323,23 +323,23 @@ def run_tasks(
     attempts: int = ATTEMPTS,
     ended: Callable[[], bool] = lambda: False,
 ) -> Iterator[tuple[TaskT, Any]]:
-    """Yield every task with what ``work(task)`` returns, or with the exception that it raises, as they finish.
+    """Yield every task with the result of ``work(task)``, or with its exception, as they finish.
 
-    Tasks whose worker died are done again, each alone, so that the one that ends its workers harms no other; after
+    Tasks whose worker died are repeated, each alone, so that a task that kills its worker harms no other. After
     `attempts` of these it is given up with an `ExecutorError`.
 
     Parameters
     ----------
     ended
-        Asked again and again while waiting; when it returns True, no more is yielded.
+        Called repeatedly while waiting; when it returns True, the iteration ends.
 
     Raises
     ------
     ExecutorError
-        The scheduler of a cluster is gone. What was yielded before stays done.
+        The scheduler of a cluster is lost. Results yielded earlier remain valid.
     """
-    # What was given out and is not waited for any more ends with the executor: a pool of processes that is broken would
-    # stumble over tasks that were called off one by one.
+    # Submitted tasks that are no longer needed end with the executor: cancelling them one by one would fail in a broken
+    # process pool.
     course = _Course(executor, work, iter(tasks), attempts)
     while not ended():
         course.give_out()
@@ -353,7 +353,7 @@ def run_tasks(
 
 
 class _Course:
-    """Tasks on their way: those that are given out, and those whose worker died, which are then done one at a time."""
+    """Submitted tasks, and suspects: tasks whose worker died, which are repeated one at a time."""
 
     def __init__(self, executor: Executor, work: Callable[[Any], Any], todo: Iterator[Any], attempts: int) -> None:
         self.executor, self.work, self.todo, self.attempts = executor, work, todo, attempts
@@ -364,7 +364,7 @@ class _Course:
         self.most = GIVEN_OUT * workers
 
     def give_out(self) -> None:
-        """Submit as many tasks as there is room for; a suspect when nothing else is under way."""
+        """Submit as many tasks as there are free slots; a suspect only if no other task is running."""
         if not self.given:
             self.alone = bool(self.suspects)
             if self.alone:
@@ -381,7 +381,7 @@ class _Course:
             raise ExecutorError(f"the workers are gone ({problem})") from problem
 
     def take(self, future: Future[Any]) -> Iterator[tuple[Any, Any]]:
-        """Yield a task with its result or its error; nothing where its worker died and it is to be done again."""
+        """Yield a task with its result or error; yield nothing if its worker died and the task is repeated."""
         task, deaths = self.given.pop(future)
         problem = future.exception()
         if not isinstance(problem, BrokenExecutor | CancelledError):

@@ -1,10 +1,10 @@
-"""`Instance`: a routing problem in the arrays that kernels take, as one closed tour.
+"""`Instance`: a routing problem as a closed tour, in arrays for the kernels.
 
-An open path becomes a closed tour by extra nodes: a given start and end are nodes whose edge to each other is tied; a
-free end is a node that costs nothing to reach. A tour over these nodes is a path over the clusters, at the same cost.
+Extra nodes turn an open path into a closed tour: a given start and end are nodes joined by a tied edge; a free end is a
+node at zero distance from all others. A tour over these nodes is a path over the clusters, at the same cost.
 
-Nodes are numbered for locality: what is near in the plane is near in memory. `Instance.label` says which cluster a node
-is; the extra nodes come last.
+Nodes are numbered for locality: neighbours in the plane are close in memory. `Instance.label` maps nodes to clusters;
+the extra nodes come last.
 """
 
 from __future__ import annotations
@@ -36,18 +36,18 @@ _CODES = {
     "dogleg": codes.DOGLEG,
 }
 
-#: Neighbours per quadrant in a candidate list, before the nearest of all fill it.
+#: Neighbours per quadrant in a candidate list; the nearest remaining nodes fill the rest.
 PER_QUADRANT = 2
 
-#: So many rows of a table are looked at in one go: bounds memory.
+#: Rows of the cost matrix processed at once; limits memory.
 ROWS_AT_ONCE = 256
 
-#: Up to this many nodes "all nodes are candidates" may be asked for: the lists then take n² memory.
+#: Maximum number of nodes for full candidate lists, which take n² memory.
 FULL_LISTS_LIMIT = 3000
 
 
 def cost_model(metric: Metric, xy: NDArray[np.float64], tied: tuple[int, int] = (-1, -1), free: int = -1) -> CostModel:
-    """Return the kernel's form of a metric over the points float64[n, 2]."""
+    """Return the cost model of a metric over the points float64[n, 2] for kernels."""
     zones = np.ascontiguousarray(metric.zones, dtype=np.float64).reshape(-1, 4)
     return CostModel(
         code=_CODES[metric.name],
@@ -68,7 +68,7 @@ def cost_model(metric: Metric, xy: NDArray[np.float64], tied: tuple[int, int] = 
 
 
 def _table(metric: Metric, xy: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the costs of an EXPLICIT metric, or the heights of places and tiles (`kernels.cost.RELIEF`)."""
+    """Return the costs of an EXPLICIT metric, or the heights of points and tiles (`kernels.cost.RELIEF`)."""
     if metric.matrix is not None:
         return np.ascontiguousarray(metric.matrix, dtype=np.float64)
     relief = metric.relief
@@ -87,7 +87,7 @@ def _table(metric: Metric, xy: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def matrix_of(cost: CostModel, nodes: NDArray[np.int32]) -> NDArray[np.float64]:
-    """Return the matrix of a cost model over some nodes, int32[m]: their costs, or their heights and the tiles."""
+    """Return the matrix of a cost model for a subset of nodes, int32[m]: costs, or heights and tiles."""
     if cost.code == codes.EXPLICIT:
         return np.ascontiguousarray(cost.matrix[np.ix_(nodes, nodes)])
     if not len(cost.matrix):
@@ -103,9 +103,9 @@ def matrix_of(cost: CostModel, nodes: NDArray[np.int32]) -> NDArray[np.float64]:
 
 
 def plant_tree(xy: NDArray[np.float64], apart: int = 0) -> tuple[Tree, NDArray[np.int32]]:
-    """Return the k-d tree of the points float64[n, 2], and int32[n]: which of them each point of the tree is.
+    """Return the k-d tree of the points float64[n, 2], and the original index int32[n] of each point of the tree.
 
-    The tree numbers the points in the order of its leaves; the last `apart` of them (at most two) keep their numbers.
+    The tree numbers the points in leaf order; the last `apart` points (at most two) keep their indices.
     """
     n = len(xy)
     x, y = np.ascontiguousarray(xy[:, 0]), np.ascontiguousarray(xy[:, 1])
@@ -121,7 +121,7 @@ def plant_tree(xy: NDArray[np.float64], apart: int = 0) -> tuple[Tree, NDArray[n
 
 
 def nearby_buffers(k: int) -> Nearby:
-    """Return what one worker needs to search for k neighbours."""
+    """Return the buffers of one worker for searching k neighbours."""
     width = max(k, MOST_TWINS)
     return Nearby(
         found=np.zeros((6, width), dtype=np.int32),
@@ -135,8 +135,8 @@ def nearby_buffers(k: int) -> Nearby:
 def candidate_lists(cost: CostModel, tree: Tree, n: int, total: int, k: int) -> tuple[NDArray, NDArray]:
     """Return candidates int32[total, k] of the first n nodes, and their costs float64[total, k].
 
-    By the tree, each in its quadrant; by looking at all nodes where the tree is of none, or where all are wanted. Where
-    there are fewer than k: -1, at an infinite cost.
+    The k-d tree provides them by quadrant. Without a tree, or if all nodes are candidates, all nodes are compared.
+    Lists with fewer than k candidates are padded with -1 at infinite cost.
     """
     candidates, lengths = np.full((total, k), -1, dtype=np.int32), np.full((total, k), np.inf)
     if len(tree.x) == 0 or k >= n - 1:
@@ -148,14 +148,14 @@ def candidate_lists(cost: CostModel, tree: Tree, n: int, total: int, k: int) -> 
 
 
 def costs_of_edges(cost: CostModel, leave: NDArray[np.int32], arrive: NDArray[np.int32]) -> NDArray[np.float64]:
-    """Return what it costs to travel from leave[e] to arrive[e], int32[m] each; `TIED` for a tied edge."""
+    """Return the travel costs from leave[e] to arrive[e], int32[m] each; `TIED` for a tied edge."""
     costs = np.zeros(len(leave))
     edge_costs(cost, leave, arrive, costs)
     return costs
 
 
 def _list_cheapest(cost: CostModel, n: int, candidates: NDArray[np.int32], lengths: NDArray[np.float64]) -> None:
-    """Fill the lists of the first n nodes with the cheapest others, of equally cheap ones the first."""
+    """Fill the lists of the first n nodes with the cheapest other nodes; ties go to the lower index."""
     nodes, size = np.arange(n, dtype=np.int32), min(candidates.shape[1], n - 1)
     if cost.code == codes.EXPLICIT and cost.tied_a < 0 and not 0 <= cost.free < n and 0 < size < n - 1:
         for begin in range(0, n, ROWS_AT_ONCE):
@@ -179,14 +179,14 @@ def _list_cheapest_of_table(
     lengths: NDArray[np.float64],
     size: int,
 ) -> None:
-    """Fill the first lists as `_list_cheapest` does, for some rows of a table of costs float64[m, n], in one go."""
+    """Do the work of `_list_cheapest` for several rows of a cost matrix float64[m, n] at once."""
     own = np.arange(len(rows))
     costs[own, rows] = np.inf
     row, column = np.nonzero(costs <= np.partition(costs, size - 1, axis=1)[:, size - 1 : size])
     others = column != rows[row]
     row, column = row[others], column[others]
     value = costs[row, column]
-    # Stable: of equally cheap ones the first stays first.
+    # Stable sort: ties keep the order of the indices.
     order = np.lexsort((value, row))
     place = np.arange(len(row)) - np.searchsorted(row, row)
     kept = place < size
@@ -196,24 +196,24 @@ def _list_cheapest_of_table(
 
 @dataclass(frozen=True, eq=False)
 class Instance:
-    """One closed tour to be found.
+    """A closed-tour problem.
 
     Attributes
     ----------
     problem
-        What it was made of.
+        The original routing problem.
     cost
-        Over the clusters' places, then the start, the end and the free node, as far as there are any.
+        Cost model over the positions of the clusters, then the start, the end and the free node if they exist.
     label
-        int32[n]: the cluster that a node stands for; the extra nodes, which come last, have their own numbers.
+        int32[n]: cluster of each node; the extra nodes, which come last, have their own numbers.
     tree
-        Of all nodes that have a place; of none when costs are explicit.
+        k-d tree of all nodes with a position; empty for explicit costs.
     candidates
-        int32[n, k], -1 where there are fewer. The free node is the first of every cluster; see `exchange_lists`.
+        int32[n, k], padded with -1. The free node is the first candidate of every cluster; see `exchange_lists`.
     lengths
-        float64[n, k]: their costs, infinite where there are fewer.
+        float64[n, k]: costs of the candidates, padded with infinity.
     first, second
-        The nodes that every construction begins with; -1 for any.
+        First nodes of every construction; -1 for any.
     """
 
     problem: RoutingProblem
@@ -227,15 +227,15 @@ class Instance:
 
     @property
     def n(self) -> int:
-        """Number of nodes of the tour, extra ones included."""
+        """Number of nodes of the tour, including extra nodes."""
         return len(self.candidates)
 
     @cached_property
     def exchange_lists(self) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-        """The candidates and their costs without the free node, int32[n, k] and float64[n, k]: those for exchanges.
+        """Candidate lists for exchanges, without the free node: nodes int32[n, k] and costs float64[n, k].
 
-        Moves that begin at the free node find all there is to gain with it. As first candidate of every node it made
-        the search longer, and its tours no shorter.
+        Moves that start at the free node already find every gain with it. As the first candidate of every node it made
+        the search slower without shortening the tours.
         """
         if self.cost.free < 0:
             return self.candidates, self.lengths
@@ -247,15 +247,15 @@ class Instance:
 
     @property
     def home(self) -> int:
-        """The node that a tour begins with when nothing else is said: the given start, or the first cluster."""
+        """Default first node of a tour: the given start, or the first cluster."""
         return self.first if self.first >= 0 else int(np.flatnonzero(self.label == 0)[0])
 
     def length(self, tour: NDArray[np.int32]) -> float:
-        """Return what a tour int32[n] costs."""
+        """Return the cost of a tour int32[n], without service times."""
         return float(tour_cost(self.cost, tour))
 
     def costs(self, leave: ArrayLike, arrive: ArrayLike) -> NDArray[np.float64]:
-        """Return what it costs to go from nodes to nodes, one by one or each from the same; `TIED` for a tied edge."""
+        """Return the costs of moves between nodes, broadcast against each other; `TIED` for a tied edge."""
         pairs = np.broadcast_arrays(np.atleast_1d(leave), np.atleast_1d(arrive))
         return costs_of_edges(self.cost, *(np.ascontiguousarray(nodes, dtype=np.int32) for nodes in pairs))
 
@@ -269,7 +269,7 @@ class Instance:
             rolled = np.roll(rolled[::-1], 1)
         order = rolled[rolled < count]
         if self.problem.closed:
-            # Both ways round cost the same: say it always the same way.
+            # Both directions cost the same: always return the same one.
             return np.concatenate([order[:1], order[:0:-1]]) if order[1] > order[-1] else order
         if self.problem.start is None and (self.problem.end is not None or order[0] > order[-1]):
             return order[::-1].copy()
@@ -277,7 +277,7 @@ class Instance:
 
     @property
     def service(self) -> float:
-        """The service time of all nodes, which lengths of tours leave out."""
+        """Total service time of all nodes, which tour lengths do not include."""
         return float(self.problem.service.sum())
 
     @property
@@ -290,7 +290,7 @@ class Instance:
         return cluster_places(self.problem)
 
     def places(self, tour: NDArray[np.int32]) -> NDArray[np.float64]:
-        """Return the places of the clusters along the tour int32[n], float64[m, 2], with the ends of the problem."""
+        """Return the positions along the tour int32[n], float64[m, 2], including the given start and end."""
         return with_ends(self.problem, self._places[self.path(tour)])
 
 
@@ -303,12 +303,12 @@ def is_directed(problem: RoutingProblem) -> bool:
 
 
 def is_symmetric(problem: RoutingProblem) -> bool:
-    """Return whether a tour of the clusters costs as much as the path: one node each, same costs in both directions."""
+    """Return whether each cluster has one node and costs are equal in both directions, so that a tour is exact."""
     return problem.n_nodes == problem.n_clusters and not is_directed(problem)
 
 
 def with_ends(problem: RoutingProblem, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the points float64[m, 2] of a path with the given ends; a closed path ends at its first point."""
+    """Return the points float64[m, 2] of a path with the given start and end; a closed path ends at its first point."""
     if problem.closed:
         return np.concatenate([points, points[:1]])
     ends = [None if p is None else np.array([p], dtype=np.float64) for p in (problem.start, problem.end)]
@@ -316,10 +316,10 @@ def with_ends(problem: RoutingProblem, points: NDArray[np.float64]) -> NDArray[n
 
 
 def build_instance(problem: RoutingProblem, n_candidates: int) -> Instance:
-    """Return the closed tour that stands for `problem`; `n_candidates` = 0 makes every node a candidate of every other.
+    """Return the closed-tour form of `problem`; `n_candidates` = 0 makes all nodes candidates of each other.
 
-    A cluster of several nodes stands at the mean of its entries and exits; which node serves is chosen afterwards
-    (`order.exact.choose_nodes`).
+    A cluster of several nodes is represented by the mean of its entries and exits; `order.exact.choose_nodes` chooses
+    the node afterwards.
     """
     places = cluster_places(problem)
     n = len(places)
@@ -354,7 +354,7 @@ def build_instance(problem: RoutingProblem, n_candidates: int) -> Instance:
 def _with_free(
     candidates: NDArray[np.int32], lengths: NDArray[np.float64], n: int, free: int
 ) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-    """Return the lists with the free node as the first candidate of the n clusters: any of them may be an end."""
+    """Insert the free node as the first candidate of the n clusters: any of them may be an end of the path."""
     total, k = candidates.shape
     wider, costs = np.full((total, k + 1), -1, dtype=np.int32), np.full((total, k + 1), np.inf)
     wider[:n, 0], costs[:n, 0] = free, 0.0
@@ -364,7 +364,7 @@ def _with_free(
 
 
 def cluster_places(problem: RoutingProblem) -> NDArray[np.float64]:
-    """Return the place of every cluster, float64[clusters, 2]: the mean of its nodes' entries and exits, mm."""
+    """Return the position of every cluster, float64[clusters, 2]: the mean of its nodes' entries and exits, mm."""
     middle = (problem.entry + problem.exit) / 2.0
     count = np.bincount(problem.cluster, minlength=problem.n_clusters).astype(np.float64)
     columns = [
@@ -374,7 +374,7 @@ def cluster_places(problem: RoutingProblem) -> NDArray[np.float64]:
 
 
 class MoveCosts:
-    """Costs of moves between the nodes of a problem, and from and to its given ends."""
+    """Costs of moves between the nodes of a problem, from its start and to its end."""
 
     def __init__(self, problem: RoutingProblem) -> None:
         n, self.problem = problem.n_nodes, problem
@@ -402,9 +402,7 @@ class MoveCosts:
         return costs_of_edges(self._cost, nodes + self._exits, np.full(len(nodes), self._end))
 
     def along(self, nodes: NDArray[np.int32]) -> NDArray[np.float64]:
-        """Return the costs of the moves along a path, given ends included."""
-        if not len(nodes) and self.has_start and self.has_end:
-            return costs_of_edges(self._cost, np.array([self._start]), np.array([self._end]))
+        """Return the costs of the moves along a path, including those from the start and to the end."""
         arrive = np.roll(nodes, -1) if self.problem.closed else nodes[1:]
         moves = costs_of_edges(self._cost, nodes[: len(arrive)] + self._exits, arrive)
         first = self.from_start(nodes[:1]) if self.has_start else moves[:0]
@@ -413,6 +411,6 @@ class MoveCosts:
 
 
 def path_cost(problem: RoutingProblem, nodes: NDArray[np.int32]) -> float:
-    """Return travel and service along `nodes`, added up edge by edge, ends included."""
+    """Return the cost of a path: travel, including the given start and end, plus service times."""
     nodes = np.asarray(nodes, dtype=np.int32)
     return float(problem.service[nodes].sum()) + float(MoveCosts(problem).along(nodes).sum())

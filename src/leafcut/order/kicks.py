@@ -1,4 +1,4 @@
-"""Local kicks: one good tour, changed at one place at a time and mended there. What it costs does not grow with n."""
+"""Iterated local search: perturb one tour locally and repair it there. The cost of a kick does not grow with n."""
 
 from __future__ import annotations
 
@@ -25,35 +25,35 @@ from leafcut.order.stop import Stop
 BREADTH = (0, 8, 4, 2, 1)
 CANDIDATES = 8
 
-#: Most places that a move may write anew while there are shorter ones to make. Measured: a million nodes take a quarter
-#: less time so, 86 thousand a fifth, for tours as good.
+#: Maximum number of tour positions that a move may rewrite while shorter moves remain. Measured for equally good tours:
+#: a million nodes take a quarter less time, 86 thousand a fifth less.
 LONGEST_REWRITE = 1000
 
-#: Nodes looked at between two looks at the clock in the first improvement: some ten milliseconds.
+#: Nodes processed between two checks of the clock in the first improvement: about 10 ms.
 NODES_PER_LOOK = 5000
 
-#: From so many nodes on there is time for few ants. So the first tour is looked through for long edges when no exchange
-#: helps any more, and kicks are made on several pieces of the tour at once.
+#: From this number of nodes on there is time for few ants only. The first tour is therefore also searched for long
+#: edges after the last improving exchange, and kicks are applied to several pieces of the tour in parallel.
 MANY = 20_000
 
-#: Most steps of an end of a long edge, and most places that all of them together write anew, per node.
+#: Maximum steps of one end of a long edge, and maximum positions rewritten by all of them together, per node.
 MOST_STEPS, PLACES_PER_NODE = 3000, 50
 
-#: Budget of a preset: kicks per node, and most kicks.
+#: Budget of each preset: kicks per node, and maximum number of kicks.
 PRESETS = {"fast": (10, 2e4), "default": (100, 2e5), "thorough": (2000, math.inf)}
 
-#: Seconds between two offers of a first tour that takes long: to add a tour up and copy it takes a tenth of one for a
-#: million nodes.
+#: Minimum interval between reports of an unfinished first tour, s. Evaluating and copying a tour of a million nodes
+#: takes 0.1 s.
 OFFER_EVERY = 0.5
 
 
 def kicks_per_iteration(n: int) -> int:
-    """Return how many kicks make an iteration: so many that to add up and keep the tour costs little beside them."""
+    """Return the kicks per iteration: enough that evaluating and copying the tour takes little time in comparison."""
     return max(200, n // 100)
 
 
 def work_tour(node: NDArray[np.int32], queued: bool = True, log: int = 0) -> Tour:
-    """Return a tour int32[n] with all that the kernels need to work on it: every node in the queue, or none."""
+    """Return a tour int32[n] with the buffers that the kernels need, and all nodes or none in the queue."""
     n = len(node)
     tour = Tour(
         node=node.copy(),
@@ -73,14 +73,14 @@ def work_tour(node: NDArray[np.int32], queued: bool = True, log: int = 0) -> Tou
 
 
 def queue_waiting(tour: Tour) -> None:
-    """Put the nodes whose move was too long for the buffer into the queue, which is empty, in the tour's order."""
+    """Fill the empty queue with the nodes whose move was too long for the buffer, in tour order."""
     waiting = tour.node[tour.queued[tour.node] == WAITING]
     tour.queue[: len(waiting)], tour.queued[waiting] = waiting, 1
     tour.counts[:2] = 0, len(waiting)
 
 
 def choices(instance: Instance, breadth: tuple[int, ...]) -> NDArray[np.int64]:
-    """Return how many candidates are tried at each depth, int64[DEPTH]: no more than there are."""
+    """Return the number of candidates tried at each depth, int64[DEPTH], limited to the length of the lists."""
     return np.minimum(np.array(breadth, dtype=np.int64), instance.exchange_lists[0].shape[1])
 
 
@@ -91,9 +91,9 @@ def descend(
     stop: Stop | None,
     look: Callable[[], None] | None = None,
 ) -> bool:
-    """Improve a tour at the nodes in its queue, until it is empty or `stop`; return whether it is empty.
+    """Improve a tour at the nodes in its queue until the queue is empty or `stop`; return whether it is empty.
 
-    `look` is called every now and then, so that the tour can be seen on its way.
+    `look` is called regularly, so that the caller can report the unfinished tour.
     """
     tries = choices(instance, breadth)
     for longest in (LONGEST_REWRITE, instance.n):
@@ -110,9 +110,9 @@ def descend(
 
 
 def shorten_long_edges(instance: Instance, tour: Tour) -> bool:
-    """Make edges shorter that are longer than any candidate of their ends; return whether any became so.
+    """Replace edges longer than every candidate edge at their ends; return whether the tour became shorter.
 
-    The nodes that were touched are in the queue.
+    The affected nodes are in the queue afterwards.
     """
     ahead = np.roll(tour.node, -1)
     candidates, lengths = instance.exchange_lists
@@ -128,10 +128,10 @@ def shorten_long_edges(instance: Instance, tour: Tour) -> bool:
 
 
 def first_tour(instance: Instance, breadth: tuple[int, ...], stop: Stop, best: Best) -> NDArray[np.int32]:
-    """Offer the greedy tour, and what `descend` makes of it, also on the way where that takes long; return it.
+    """Build the greedy tour, improve it with `descend`, and return it. Intermediate tours are offered to `best`.
 
     Long edges of a large tour are shortened last. Measured on pla85900, one thread, 1 s: 2.1 % above the optimum
-    instead of 2.6 %. Ants do without: those that meet lose long edges in assembly, and there is time for more of them.
+    instead of 2.6 %. Ants skip this step: recombination removes their long edges, and the time allows more ants.
     """
     start = greedy(instance)
     best.offer(start, float(tour_cost(instance.cost, start)), 0)
@@ -156,9 +156,9 @@ def first_tour(instance: Instance, breadth: tuple[int, ...], stop: Stop, best: B
 
 
 def improve_by_kicks(instance: Instance, seed: int, stop: Stop, best: Best) -> int:
-    """Improve the greedy tour to a local optimum and then kick by kick; return the iterations made.
+    """Improve the greedy tour to a local optimum, then by kicks; return the number of iterations.
 
-    An iteration is `kicks_per_iteration` kicks. What comes out depends on the seed and the number of iterations only.
+    An iteration has `kicks_per_iteration` kicks. The result depends only on the seed and the number of iterations.
     """
     return kick_on(instance, first_tour(instance, BREADTH, stop, best), seed, stop, best, 0, math.inf)
 
@@ -166,7 +166,7 @@ def improve_by_kicks(instance: Instance, seed: int, stop: Stop, best: Best) -> i
 def kick_on(
     instance: Instance, node: NDArray[np.int32], seed: int, stop: Stop, best: Best, iteration: int, most: float
 ) -> int:
-    """Kick a locally optimal tour int32[n] until `stop`, or `most` times; return the number of the last iteration."""
+    """Kick a locally optimal tour int32[n] until `stop`, at most `most` times; return the last iteration number."""
     tour = work_tour(node, queued=False, log=2 * instance.n + 1000)
     breadth, words = choices(instance, BREADTH), random_words(seed, 0, count=1)
     kicks, made = kicks_per_iteration(instance.n), 0
@@ -180,7 +180,7 @@ def kick_on(
 
 
 def run_kicks(instance: Instance, run: AlgorithmRun) -> SearchResult:
-    """Run the iterated local search on the budget of the preset."""
+    """Run the iterated local search with the budget of the preset."""
     options, stop, best = run.options, run.stop, run.best
     per_node, most = PRESETS[options.preset]
     set_budget(stop, options, min(per_node * instance.n, most) / kicks_per_iteration(instance.n))

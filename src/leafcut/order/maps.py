@@ -1,4 +1,4 @@
-"""A map to study the solver with, as a routing problem: a closed tour through its points or its sets of points."""
+"""Conversion of a benchmark map to a routing problem: a closed tour through its points or sets of points."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from leafcut.model.problem import Metric, RoutingProblem
 
 
 def problem_of_map(part: Part) -> RoutingProblem:
-    """Return the closed tour through the points of a map, by TSPLIB's rule of distance where the file has one.
+    """Return the closed-tour problem of a map, with the TSPLIB distance function if the file names one.
 
-    A way that is not allowed costs more than all others of a tour together.
+    A forbidden edge costs more than any tour of allowed edges.
 
     Raises
     ------
     PlanError
-        The cluster with which the tour begins must come after another one.
+        The first cluster of the tour has a predecessor.
     """
     metric = Metric(part.edge_weight_type or "euclidean", matrix=part.matrix)
     problem = RoutingProblem.of_points(part.hole_xy, metric, closed=True, name=part.name)
@@ -45,7 +45,7 @@ def problem_of_map(part: Part) -> RoutingProblem:
 
 
 def check_allowed(part: Part, nodes: NDArray[np.int32]) -> None:
-    """Raise `PlanError` if a closed tour through `nodes` takes a way that the map does not allow."""
+    """Raise `PlanError` if the closed tour through `nodes` uses a forbidden edge of the map."""
     if part.matrix is None or len(nodes) < 2:
         return
     behind = np.roll(nodes, -1)

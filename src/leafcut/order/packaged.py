@@ -1,4 +1,4 @@
-"""Algorithms of installed packages: found by their entry points, run with care, and their tours checked."""
+"""Algorithms of other packages: loaded from entry points; their exceptions are reported and their tours checked."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ class PackagedAlgorithm(Protocol):
 
     @property
     def title(self) -> str:
-        """Its line in ``leafcut list algorithms``."""
+        """Description in ``leafcut list algorithms``."""
         ...
 
     def solve(self, instance: Instance, run: AlgorithmRun) -> SearchResult:
-        """Return a tour int32[n] of all nodes, each once; `first` and `second`, if there are any, are neighbours.
+        """Return a tour int32[n] that visits each node once; `first` and `second`, if given, must be neighbours.
 
-        Offer every tour that may be the best to `run.best` with its `Instance.length`. Call `run.best.tell` after each
-        iteration, and ask `run.stop.reached` before the next one. The same seed gives the same tour.
+        Offer each improved tour to `run.best` with its `Instance.length`. Call `run.best.tell` after each iteration
+        and `run.stop.reached` before the next. The same seed must give the same tour.
         """
         ...
 
 
 def _algorithm_of(_: str, found: Any) -> PackagedAlgorithm:
-    """Return the algorithm that an entry point names: a class without parameters, or an object."""
+    """Return the algorithm of an entry point: an object, or an instance of a class without constructor parameters."""
     algorithm: PackagedAlgorithm = found() if isinstance(found, type) else found
     if not isinstance(algorithm.title, str) or not algorithm.title.isprintable() or not callable(algorithm.solve):
         raise TypeError("an algorithm has a title of one line and a method solve(instance, run)")
@@ -47,14 +47,14 @@ PACKAGED = PluginKind("algorithm", ALGORITHM_GROUP, lambda: ALGORITHM_TITLES, _a
 
 
 def run_packaged(name: str, instance: Instance, run: AlgorithmRun) -> SearchResult:
-    """Return the tour of a packaged algorithm; each of its iterations counts as one tour of all nodes.
+    """Run an algorithm of another package; each iteration counts as one tour of all nodes.
 
     Raises
     ------
     OptionError
-        It cannot be used.
+        The algorithm cannot be loaded.
     SolveError
-        It fails, or its result is no tour.
+        The algorithm fails, or its result is not a tour.
     """
     algorithm, best = PACKAGED.load(name), run.best
     set_budget_of_visits(run.stop, run.options, instance.n)
@@ -80,7 +80,7 @@ def run_packaged(name: str, instance: Instance, run: AlgorithmRun) -> SearchResu
 
 
 class _Ends:
-    """Passes progress on and keeps the exception by which its receiver ends the search."""
+    """Forwards progress and remembers the exception with which the receiver ends the search."""
 
     def __init__(self, progress: OnProgress | None) -> None:
         self.progress = progress
@@ -97,7 +97,7 @@ class _Ends:
 
 
 def _shortest(name: str, instance: Instance, tours: list[NDArray[np.int32]]) -> NDArray[np.int32]:
-    """Return the shortest tour; each is checked and measured here."""
+    """Check and measure the tours here, and return the shortest."""
     whole = [_checked(name, instance, tour) for tour in tours]
     return min(whole, key=instance.length)
 

@@ -47,22 +47,22 @@ HEATS = (0.3, 1.0, 3.0)
 #: Turns without a better path after which the search returns to the best path.
 TURNS_AWAY = 2
 
-#: A turn has as many kicks as for this number of nodes at least.
+#: Minimum number of nodes assumed for the kicks of a turn.
 FEWEST_KICKS = 50
 
 #: Kicks per node before parts of the path are forgotten for the first time.
 PHASE = 50
 
-#: Maximum ratio of a greedy path to an improved one; more comes from moves that are not allowed.
+#: Maximum plausible ratio of a greedy path to an improved one; a larger ratio comes from forbidden moves.
 GREEDY = 1.5
 
-#: Time of a kick for each square root of the nodes, s: about that of one core of 2024, from 30 nodes to 3000. It is
-#: counted and not measured, so that answers stay the same.
+#: Assumed time of a kick per square root of the number of nodes, s (one core of 2024, 30 to 3000 nodes). A constant
+#: instead of the clock keeps results reproducible.
 SECONDS_PER_KICK = 5e-6
 
 #: Maximum number of generations of Ant Colony System before the first kick on a small problem, and of those without a
 #: gain. Kicks alone stay near the greedy path: on contours around holes their paths were 0 to 2.4 % longer than those
-#: of the ants of the literature in the same time; after ants, 0 to 0.03 % (tests/order/test_students.py).
+#: of published ant algorithms in the same time; after ants, 0 to 0.03 % (tests/order/test_students.py).
 GENERATIONS, PATIENCE = 20, 10
 
 #: Maximum share of a time limit for these ants.
@@ -85,7 +85,7 @@ class PathSearch:
         self, instance: DirectedInstance, seed: int, best: Best, number: int = 0, layers: Clusters | None = None,
         alone: bool = True,
     ) -> None:  # fmt: skip
-        """Prepare; several searches that share `best` and `layers` have different numbers, and none is `alone`."""
+        """Set up a search; searches that share `best` and `layers` have different numbers and are not `alone`."""
         self.instance, self.stop, self.best, self.layers = instance, best.stop, best, layers
         self.alone = alone
         self.words, self.number = random_words(seed, number, count=1), number
@@ -94,7 +94,7 @@ class PathSearch:
         self.shortest = math.inf
 
     def run(self, most: float, start: Route, phase: float = PHASE) -> int:
-        """Improve a path to a local optimum and then kick by kick, until `stop` or `most` kicks; return the iterations.
+        """Improve a path to a local optimum, then by kicks, until `stop` or `most` kicks; return the iterations.
 
         A small problem alternates between kicks and annealing; the first phase has `phase` kicks per node, each further
         one twice as many. The result depends on the seed and on the number of iterations only.
@@ -125,7 +125,7 @@ class PathSearch:
         return self.kicks >= most or reached or not self._is_worth()
 
     def _is_worth(self) -> bool:
-        """Return whether more kicks are worth their time; always for several searches, which the clock ends."""
+        """Return whether more kicks are worth their time; always True for parallel searches, which the clock ends."""
         seconds = SECONDS_PER_KICK * math.sqrt(self.instance.n) * self.kicks
         return not self.alone or self.stop.thrift.goes_on(seconds, self.best.cost)
 
@@ -149,7 +149,7 @@ class PathSearch:
                     away = 0
 
     def _forget(self, forgetting: Forgetting, steps: int) -> None:
-        """Anneal the best path in so many steps and continue with the result; a step counts as a kick."""
+        """Anneal the best path for `steps` steps and continue with the result; a step counts as a kick."""
 
         def go_on(made: int) -> bool:
             self.iteration, self.kicks = self.iteration + 1, self.kicks + made
@@ -161,7 +161,7 @@ class PathSearch:
         self._offer()
 
     def _descend(self) -> None:
-        """Improve the path to a local optimum; exchanges that write few places come first."""
+        """Improve the path to a local optimum; exchanges that rewrite few positions come first."""
         instance, route = self.instance, self.route._replace(log=np.zeros(0, dtype=np.int32))
         offered = self.stop.elapsed()
         for longest in (LONGEST_REWRITE, instance.n):
@@ -232,7 +232,7 @@ def _turns(n: int) -> Iterator[tuple[float, int]]:
 
 
 class _PathView(SearchView):
-    """The path searches of a run, as observers see them."""
+    """View of the path searches of a run for observers."""
 
     def __init__(self, instance: DirectedInstance, searches: list[PathSearch]) -> None:
         super().__init__(instance)
@@ -272,7 +272,7 @@ def run_paths(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult:
             try:
                 return sum(job.result() for job in jobs)
             except BaseException:
-                stop.cancelled.set()  # else the pool waits until the time is over
+                stop.cancelled.set()  # otherwise the pool waits for the time limit
                 raise
 
     iterations = until_interrupted(work, best)

@@ -1,9 +1,9 @@
-"""Kicks on several pieces of a tour at once.
+"""Kicks on several pieces of a tour in parallel.
 
-What a kick changes lies in one place, so places that are far apart on the tour can be kicked at the same time. The
-tour is cut into pieces of nodes that follow each other. Each is an instance of its own, whose two ends are tied;
-workers kick them, and they are put together again. Every round cuts elsewhere. One worker gains a little, too: what it
-touches is near in memory, and a move writes no more than a piece anew.
+A kick changes the tour locally, so distant sections can be kicked at the same time. The tour is cut into pieces of
+consecutive nodes. Each piece is an instance with its two ends tied; workers kick the pieces, which are then joined
+again. Every round cuts at other positions. A single worker gains a little too: its data are close in memory, and a
+move rewrites at most one piece.
 
 Source: D. S. Johnson and L. A. McGeoch, The traveling salesman problem: a case study in local optimization, in Aarts
 and Lenstra (eds.), Local Search in Combinatorial Optimization, Wiley 1997 (tour-based partitioning).
@@ -25,26 +25,26 @@ from leafcut.order.kicks import BREADTH, choices, work_tour
 from leafcut.order.stop import Stop
 from leafcut.order.workers import Share, Workers
 
-#: Nodes of a piece, about. Moves that need nodes of two pieces are not found: pieces of 5,000 have twice the kicks per
-#: second of a whole tour of 100,000, and gain less by them.
+#: Approximate number of nodes in a piece. Moves across two pieces are not found: pieces of 5,000 nodes allow twice the
+#: kicks per second of a whole tour of 100,000, but gain less.
 PIECE = 20_000
 
-#: Kicks per node in a round: few, so that the next round may cut elsewhere soon.
+#: Kicks per node in a round: few, so that the next round soon cuts at other positions.
 KICKS_PER_NODE = 0.1
 
-#: Kicks between two looks at the clock: some milliseconds.
+#: Kicks between two checks of the clock: a few milliseconds.
 KICKS_PER_LOOK = 100
 
-#: Seconds per node that it takes to put the pieces together and to add them up.
+#: Time per node to join the pieces and evaluate the tour, s.
 PUTTING_TOGETHER = 1.5e-7
 
-# What random numbers are for: with the seed this begins their stream.
+# Purposes of random numbers; together with the seed they select the stream.
 _KICKING, _CUTTING = 3, 4
 
 
 @dataclass(frozen=True, eq=False)
 class TourPiece:
-    """What one worker does in a round: a piece of a tour int32[m], a random word uint64[1], how often to kick it."""
+    """Task of one worker in a round: a piece of a tour int32[m], a random state uint64[1], the number of kicks."""
 
     nodes: NDArray[np.int32]
     word: NDArray[np.uint64]
@@ -52,9 +52,9 @@ class TourPiece:
 
 
 def cut(instance: Instance, tour: NDArray[np.int32], random: np.random.Generator) -> list[NDArray[np.int32]]:
-    """Return the tour int32[n] in pieces of about `PIECE` nodes, cut at random places, and where an edge is tied.
+    """Cut the tour int32[n] into pieces of about `PIECE` nodes, at random positions and at the tied edge.
 
-    How many there are depends on n alone.
+    The number of pieces depends only on n.
     """
     n, a, b = len(tour), instance.cost.tied_a, instance.cost.tied_b
     count = max(2, round(n / PIECE))
@@ -68,13 +68,13 @@ def cut(instance: Instance, tour: NDArray[np.int32], random: np.random.Generator
 
 
 def instance_of(instance: Instance, nodes: NDArray[np.int32]) -> tuple[Instance, NDArray[np.int32], NDArray[np.int32]]:
-    """Return a piece int32[m] as an instance whose first and last node are tied, the piece in its numbers, and labels.
+    """Return the instance of a piece int32[m] with its ends tied, the piece in the new numbering, and the labels.
 
-    The label int32[m] of a node is its number in the whole instance. Candidates outside of the piece are left out.
+    The label int32[m] of a node is its number in the whole instance. Candidates outside the piece are removed.
     """
     cost, m = instance.cost, len(nodes)
     label = np.sort(nodes)
-    # One entry more: candidate -1 stays -1.
+    # The extra entry maps candidate -1 to -1.
     number = np.full(instance.n + 1, -1, dtype=np.int32)
     number[label] = np.arange(m, dtype=np.int32)
     candidates = number[instance.candidates[label]]
@@ -95,7 +95,7 @@ def instance_of(instance: Instance, nodes: NDArray[np.int32]) -> tuple[Instance,
 
 
 def kick_piece(instance: Instance, piece: TourPiece, stop: Stop | None = None) -> Share:
-    """Return the piece int32[1, m] after its kicks, its first and its last node where they were, and no costs."""
+    """Return the piece int32[1, m] after its kicks, with its first and last node unchanged, and no costs."""
     own, start, label = instance_of(instance, piece.nodes)
     tour, word = work_tour(start, queued=False, log=2 * own.n + 1000), piece.word.copy()
     breadth, spare = choices(own, BREADTH), PUTTING_TOGETHER * instance.n
@@ -114,7 +114,7 @@ def kick_piece(instance: Instance, piece: TourPiece, stop: Stop | None = None) -
 def kick_pieces(
     instance: Instance, tour: NDArray[np.int32], seed: int, best: Best, workers: Workers, iteration: int, most: float
 ) -> int:
-    """Kick the pieces of a tour int32[n], round after round, until it is to stop or `most` times; return the iteration.
+    """Kick the pieces of a tour int32[n] in rounds until `stop`, at most `most` times; return the last iteration.
 
     A round is an iteration.
     """

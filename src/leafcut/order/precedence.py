@@ -11,7 +11,7 @@ from leafcut.errors import SolveError
 from leafcut.geometry.arrays import Ints
 from leafcut.model.problem import RoutingProblem
 
-#: Up to this many clusters all pairs that follow from the given ones are worked out, in n² bits; above, those given.
+#: Maximum number of clusters for computing the transitive closure, in n² bytes; above, only the given pairs are used.
 CLOSURE_LIMIT = 3000
 
 
@@ -21,7 +21,7 @@ def checked_pairs(problem: RoutingProblem) -> Ints:
     Raises
     ------
     SolveError
-        A pair names a cluster that there is not, or the pairs form a ring, so that no order keeps them.
+        A pair names an unknown cluster, or the pairs form a cycle, so that no order satisfies them.
     """
     given = np.asarray(problem.precedence, dtype=np.int64).reshape(-1, 2)
     if len(given) and not (given.min() >= 0 and given.max() < problem.n_clusters):
@@ -29,7 +29,7 @@ def checked_pairs(problem: RoutingProblem) -> Ints:
         raise SolveError(
             f"precedence pair {tuple(wrong)}: clusters are numbered 0 to {problem.n_clusters - 1}; correct the pair"
         )
-    # Where there are none NumPy is not asked: it would import what it has for masked arrays.
+    # Without pairs `np.unique` is not called: it would import the masked-array modules of NumPy.
     pairs: Ints = (np.unique(given, axis=0) if len(given) else given).astype(np.int32)
     order = _sorted(pairs, problem.n_clusters)
     if len(order) < problem.n_clusters:
@@ -38,27 +38,27 @@ def checked_pairs(problem: RoutingProblem) -> Ints:
 
 
 def keeps(pairs: Ints, order: NDArray[np.int32]) -> bool:
-    """Return whether an order int32[clusters] keeps all pairs."""
+    """Return whether an order int32[clusters] satisfies all pairs."""
     place = np.argsort(order)
     return bool((place[pairs[:, 0]] < place[pairs[:, 1]]).all())
 
 
 def broken_pair(pairs: Ints, order: NDArray[np.int32]) -> tuple[int, int] | None:
-    """Return the first pair that an order does not keep, or None."""
+    """Return the first pair that an order violates, or None."""
     place = np.argsort(order)
     wrong = np.flatnonzero(place[pairs[:, 0]] >= place[pairs[:, 1]])
     return None if not len(wrong) else (int(pairs[wrong[0], 0]), int(pairs[wrong[0], 1]))
 
 
 def rows(pairs: Ints, n: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Return begin int32[n + 1] and other int32[k]: what v is paired with is other[begin[v] … begin[v + 1] - 1]."""
+    """Return begin int32[n + 1] and other int32[k]; the partners of v are other[begin[v] … begin[v + 1] - 1]."""
     ordered = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
     begin = np.searchsorted(ordered[:, 0], np.arange(n + 1)).astype(np.int32)
     return begin, np.ascontiguousarray(ordered[:, 1])
 
 
 def followers(pairs: Ints, n: int) -> NDArray[np.bool_]:
-    """Return bool[n, n]: whether i must come before j, also by way of others."""
+    """Return the transitive closure bool[n, n]: whether i must come before j."""
     later = np.zeros((n, n), dtype=np.bool_)
     begin, after = rows(pairs, n)
     for v in reversed(_sorted(pairs, n)):
@@ -69,9 +69,9 @@ def followers(pairs: Ints, n: int) -> NDArray[np.bool_]:
 
 
 def consequences(pairs: Ints, n: int) -> tuple[NDArray[np.bool_], Ints]:
-    """Return what no path can do, bool[n, n], and the pairs that say all the others.
+    """Return the impossible moves bool[n, n] and the transitive reduction of the pairs.
 
-    No path goes straight from i to j when j must come before i, or something between them.
+    A move from i to j is impossible if j must precede i, or if another cluster must come between them.
     """
     later, between = followers(pairs, n), np.zeros((n, n), dtype=np.bool_)
     begin, after = rows(pairs, n)
@@ -81,11 +81,11 @@ def consequences(pairs: Ints, n: int) -> tuple[NDArray[np.bool_], Ints]:
 
 
 def _sorted(pairs: Ints, n: int) -> list[int]:
-    """Return the clusters in an order that keeps the pairs; those on a ring and behind one are left out."""
+    """Return the clusters in topological order, without those on a cycle or after one."""
     begin, after = rows(pairs, n)
     missing = np.bincount(pairs[:, 1], minlength=n)
     order: list[int] = np.flatnonzero(missing == 0).tolist()
-    for v in order:  # it grows meanwhile
+    for v in order:  # grows during the loop
         for w in after[begin[v] : begin[v + 1]].tolist():
             missing[w] -= 1
             if missing[w] == 0:

@@ -23,7 +23,7 @@ Tours = tuple[NDArray[np.int32], NDArray[np.float64]]
 
 @dataclass(frozen=True)
 class AlgorithmRun:
-    """Arguments of an algorithm beside the instance: the options, and the best tour with the rule when to stop."""
+    """Arguments of an algorithm besides the instance: the options, and the best tour with the stopping criteria."""
 
     options: SolveOptions
     aco: AcoOptions
@@ -32,7 +32,7 @@ class AlgorithmRun:
 
     @property
     def stop(self) -> Stop:
-        """Return the rule when to stop."""
+        """The stopping criteria."""
         return self.best.stop
 
 
@@ -57,10 +57,10 @@ class Population(SearchView):
 
 
 def search(population: Population, best: Best) -> int:
-    """Run an algorithm until its stop; return the number of finished iterations.
+    """Run an algorithm until a stopping criterion holds; return the number of finished iterations.
 
-    The winner of an iteration is the first of its cheapest tours, whichever thread constructed it. Ctrl-C ends the
-    search and keeps the best tour.
+    The best tour of an iteration is the first of its cheapest tours, regardless of the thread. Ctrl-C ends the search
+    and keeps the best tour.
     """
     best.view = population
 
@@ -81,7 +81,7 @@ def search(population: Population, best: Best) -> int:
 
 
 def until_interrupted(work: Callable[[], int], best: Best) -> int:
-    """Return the iterations of `work`; Ctrl-C ends it and keeps the best tour, if there is one."""
+    """Run `work` and return its iterations; Ctrl-C ends it and keeps the best tour, if there is one."""
     try:
         return work()
     except KeyboardInterrupt:
@@ -92,7 +92,7 @@ def until_interrupted(work: Callable[[], int], best: Best) -> int:
 
 
 def set_budget(stop: Stop, options: SolveOptions, iterations: float, patience: float = math.inf) -> None:
-    """Stop after the iterations of the options; with neither these nor a time limit, after those of the preset."""
+    """Set the iteration limit from the options; without it and without a time limit, use the preset's limits."""
     if options.iterations is not None:
         stop.iterations = options.iterations
     elif options.time_limit is None:
@@ -101,6 +101,6 @@ def set_budget(stop: Stop, options: SolveOptions, iterations: float, patience: f
 
 
 def set_budget_of_visits(stop: Stop, options: SolveOptions, visited: float) -> None:
-    """Set the budget of ants that visit `visited` nodes in an iteration."""
+    """Set the budget of a preset for ants that visit `visited` nodes per iteration."""
     visits, patience = PRESETS[options.preset]
     set_budget(stop, options, visits / visited, patience)

@@ -56,8 +56,8 @@ def solve(
     OptionError
         The algorithm belongs to a package and cannot be used.
     SolveError
-        The precedence cannot be kept, or not by this algorithm; there are too many nodes for full candidate lists, or
-        no lower bound for a gap.
+        The precedence cannot be satisfied, or not by this algorithm; there are too many nodes for full candidate lists;
+        or no lower bound is available for the target gap.
     """
     options, aco, firefly = options or SolveOptions(), aco or AcoOptions(), firefly or FireflyOptions()
     cancelled, bounds = cancelled or threading.Event(), bounds or Deadline()
@@ -94,9 +94,9 @@ def solve(
 def _order_without_search(
     problem: RoutingProblem, pairs: Ints, options: SolveOptions
 ) -> tuple[Ints, str, float | None] | None:
-    """Return an order that needs no search, the name of its algorithm, and its lower bound; None if a search is needed.
+    """Return an order, its algorithm's name and its lower bound if no search is needed, otherwise None.
 
-    The order is that of the drawing for `none`, else the best one of a few clusters, whose cost is the bound.
+    For `none` the order is that of the drawing. A few clusters are ordered exactly, and the cost is the bound.
     """
     few = problem.n_clusters <= TRY_ALL
     if options.algorithm == "none":
@@ -125,7 +125,7 @@ def _cost(problem: RoutingProblem, order: Ints) -> float:
 def _solution(
     problem: RoutingProblem, order: Ints, options: SolveOptions, found: SearchResult, best: Best, exact: bool = True
 ) -> Solution:
-    """Return the solution; `exact`: the history of the search contains the costs of paths."""
+    """Return the solution; `exact`: the costs in the search history are costs of real paths."""
     nodes = choose_nodes(problem, order)
     cost = path_cost(problem, nodes)
     seconds = best.stop.elapsed()
@@ -145,7 +145,7 @@ def _solution(
 
 
 def _history(best: Best, seconds: float, cost: float, exact: bool) -> tuple[tuple[float, float], ...]:
-    """Return the cost of the best path at every improvement, service included; the last one is `cost`."""
+    """Return the time and the cost of the best path at each improvement, with service; the last cost is `cost`."""
     if not best.history or not exact:
         return ((seconds, cost),)
     *before, (last, _) = best.history
@@ -153,7 +153,7 @@ def _history(best: Best, seconds: float, cost: float, exact: bool) -> tuple[tupl
 
 
 def keep_better(problem: RoutingProblem, solution: Solution, other: Ints) -> Solution:
-    """Return `solution`, with the nodes int32[clusters] of `other` if these cost less and keep the precedence."""
+    """Return `solution` with the nodes int32[clusters] of `other` if these are cheaper and satisfy the precedence."""
     cost = path_cost(problem, other)
     if cost >= solution.cost or not keeps(checked_pairs(problem), problem.cluster[other]):
         return solution

@@ -1,4 +1,4 @@
-"""The smallest spanning tree of all nodes but one, under penalties: what proves a lower bound."""
+"""Minimum spanning tree of all nodes but one under node penalties; it proves a lower bound."""
 
 from __future__ import annotations
 
@@ -16,38 +16,38 @@ from leafcut.kernels.one_tree import Graph
 from leafcut.kernels.spanning_tree import ForestParts, dense_tree, join_parts, leave_by_graph, leave_by_tree
 from leafcut.order.instance import Instance, costs_of_edges
 
-#: Most pairs and boxes that are looked at, and the same per node; only lifts that outweigh distances need so many.
+#: Maximum number of pairs and boxes checked, in total and per node; reached only if lifts outweigh distances.
 MOST_LOOKS, MOST_LOOKS_PER_NODE = 2e7, 2000
 
-#: Up to this many nodes all pairs are looked at: some ten microseconds, and nothing else has to be compiled.
+#: Maximum number of nodes for checking all pairs, which takes microseconds and needs no further compilation.
 ALL_PAIRS = 150
 
-#: Room for boxes to be looked into: one more than the k-d tree is high, which is at most about 60 for a million points.
+#: Stack size for boxes: one more than the height of the k-d tree, which is at most about 60 for a million points.
 STACK = 128
 
 StopAsked = Callable[[], bool]
 
 
 class SpanningTree(NamedTuple):
-    """The edges of a spanning tree of all nodes but one, int32[2, n - 2], and what they cost."""
+    """Edges of a spanning tree of all nodes but one, int32[2, n - 2], and their costs."""
 
     edges: NDArray[np.int32]
     length: Floats
 
 
 def in_the_plane(cost: CostModel) -> bool:
-    """Return whether an edge to a box of places cannot cost less than one to the box's nearest point."""
+    """Return whether the nearest point of a box gives a lower bound on the cost of an edge to any point in the box."""
     return cost.code not in (codes.GEO, codes.EXPLICIT) and cost.lift >= 0.0 and cost.per_mm >= 0.0
 
 
 def edge_lengths(cost: CostModel, edges: NDArray[np.int32]) -> Floats:
-    """Return what the edges int32[2, e] cost; a tied edge costs nothing."""
+    """Return the costs of the edges int32[2, e]; a tied edge costs 0."""
     length = costs_of_edges(cost, edges[0], edges[1])
     return np.where(length == codes.TIED, 0.0, length)
 
 
 def all_pairs(cost: CostModel, hub: int, penalty: Floats) -> SpanningTree:
-    """Return the smallest spanning tree under finite penalties of all nodes but the hub, by looking at all pairs."""
+    """Return the minimum spanning tree of all nodes but the hub under finite penalties, by checking all pairs."""
     n = len(penalty)
     edges, left, near = np.zeros((2, n - 2), dtype=np.int32), np.zeros(n, dtype=np.int32), np.zeros(n, dtype=np.int32)
     dense_tree(cost, penalty, hub, left, np.zeros(n), near, edges[0], edges[1])
@@ -55,11 +55,11 @@ def all_pairs(cost: CostModel, hub: int, penalty: Floats) -> SpanningTree:
 
 
 def smallest_tree(instance: Instance, hub: int, penalty: Floats, graph: Graph, stop: StopAsked) -> SpanningTree | None:
-    """Return the smallest spanning tree under penalties of all nodes but the hub, over all pairs of them.
+    """Return the minimum spanning tree of all nodes but the hub under penalties, over all pairs of nodes.
 
-    By rounds over the k-d tree in the plane; elsewhere by looking at all pairs. The graph may be any; the more of its
-    edges are in the tree, the less has to be looked at. None when `stop` says so, when there would be too much to look
-    at, or when costs overflow.
+    In the plane it is built in rounds over the k-d tree, otherwise by checking all pairs. Any graph is valid; the more
+    of its edges are in the tree, the faster the search. Returns None if `stop` returns True, if too many pairs would
+    have to be checked, or if costs overflow.
     """
     cost, n = instance.cost, instance.n
     if not in_the_plane(cost):
@@ -81,7 +81,7 @@ def smallest_tree(instance: Instance, hub: int, penalty: Floats, graph: Graph, s
 
 
 def _parts(instance: Instance, hub: int, penalty: Floats) -> ForestParts:
-    """Return the nodes, each a part of its own."""
+    """Return the initial forest: each node is a separate tree."""
     n, m = instance.n, len(instance.tree.child)
     up, leave, arrive = (np.arange(n, dtype=np.int64) for _ in range(3))
     part, found = np.arange(n, dtype=np.int32), np.full(n, -1, dtype=np.int32)
@@ -92,16 +92,16 @@ def _parts(instance: Instance, hub: int, penalty: Floats) -> ForestParts:
 
 
 def _survey(instance: Instance, hub: int, parts: ForestParts) -> None:
-    """Find which parts have nodes in the boxes of the k-d tree. Changes: parts.low, high."""
+    """Set the range of tree numbers in each box of the k-d tree. Changes: parts.low, high."""
     parts.low[:] = _in_boxes(instance, np.minimum, parts.part, hub, instance.n)
     parts.high[:] = _in_boxes(instance, np.maximum, parts.part, hub, -1)
 
 
 def _in_boxes(instance: Instance, extreme: np.ufunc, values: NDArray, hub: int, none: float) -> NDArray:
-    """Return the least or the greatest of the values of the nodes in every box; of the hub: none."""
+    """Return the minimum or maximum node value in every box; the hub has the value `none`."""
     tree = instance.tree
     runs = np.stack([tree.begin, tree.stop], axis=1).ravel()
     values = np.append(values[: len(tree.x)], none).astype(values.dtype)
     values[min(hub, len(tree.x))] = none
-    # Contiguous also for several boxes: the kernels are then compiled for one kind of array only.
+    # Always contiguous, so that the kernels are compiled for one array type only.
     return np.ascontiguousarray(extreme.reduceat(values, runs)[::2])

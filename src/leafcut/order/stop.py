@@ -1,4 +1,4 @@
-"""When to stop: good enough, a budget of iterations, a clock, a person, or nothing new for long."""
+"""Stopping criteria: target cost, iterations, time limit, cancellation, and iterations without improvement."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from dataclasses import dataclass, field
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import SolveOptions
 
-#: The first stretch of work takes so long, s: nobody minds it, and in less there is little to judge by.
+#: Length of the first period, s: short enough to be acceptable, long enough to judge the progress.
 FIRST_STRETCH = 1.0
 
 
 def clock() -> float:
-    """Return seconds from any beginning: time limits and histories are measured in them. Compiling takes none."""
+    """Return the time in seconds for limits and histories; its origin is arbitrary, and it excludes compilation."""
     from leafcut.order.compiling import compile_seconds  # imports Numba
 
     return time.perf_counter() - compile_seconds()
@@ -25,17 +25,17 @@ def clock() -> float:
 
 @dataclass
 class Thrift:
-    """Compares what a search gains with what it takes, which is counted from its work: answers stay the same.
+    """Ends a search when it takes longer than the machine time it saves.
 
-    Gains become smaller from stretch to stretch, so one that would have to gain more than the stretch before did is not
-    worth it.
+    The search time is derived from the work done, so that results are reproducible. Gains shrink from period to period.
+    A period is therefore not worth its time if it lasts longer than the machine time that the previous one saved.
 
     Attributes
     ----------
     holds
-        Whether the search ends so; else everything is worth it.
+        Whether the rule is active; otherwise every period is worth its time.
     spared
-        Whether it has ended so.
+        Whether the rule has ended the search.
     """
 
     holds: bool = False
@@ -45,18 +45,21 @@ class Thrift:
 
     @classmethod
     def of(cls, options: SolveOptions, problem: RoutingProblem) -> Thrift:
-        """Return the rule for a search: who asks for time, iterations or thoroughness gets them."""
+        """Return the rule for a search.
+
+        It is inactive with a time limit, an iteration limit or the preset `thorough`, and if costs are not times.
+        """
         counted = options.iterations is not None or options.time_limit is not None
         return cls(not counted and options.preset != "thorough" and problem.metric.unit == "s")
 
     def is_worth(self, seconds: float, gained: float) -> bool:
-        """Return whether to search for so many seconds more, when the stretch before gained so many of the machine."""
+        """Return whether a period of `seconds` is worth it after the previous one saved `gained` s of machine time."""
         if self.holds and gained < seconds:
             self.spared = True
         return not self.spared
 
     def goes_on(self, seconds: float, cost: float) -> bool:
-        """Return whether to go on after so many seconds in all, with a path of this cost; stretches double."""
+        """Return whether to continue after `seconds` in total with a path of cost `cost`; the periods double."""
         if math.isinf(self._cost):
             self._cost = cost
         if seconds < self._until:
@@ -67,25 +70,25 @@ class Thrift:
 
 @dataclass
 class Stop:
-    """All reasons to stop in one place.
+    """All stopping criteria of a search.
 
-    `now` is asked often (between ants): only a person, the clock, or a tour that is good enough stops there. `reached`
-    is asked between iterations.
+    `now` is called often (between ants) and checks only cancellation, the time limit and the target. `reached` is
+    called between iterations.
 
     Attributes
     ----------
     iterations, patience
-        Most iterations, and most of them without a better tour.
+        Maximum number of iterations, and of iterations without a better tour.
     seconds
-        Most seconds since the object was made, by the clock.
+        Time limit from the creation of the object, s.
     target
-        A tour that costs no more is good enough, in the search's costs (without service).
+        Cost at which a tour is good enough, as the search counts it (without service).
     satisfied
-        Set by `Best.offer` when it was given such a tour.
+        Set by `Best.offer` when a tour reaches the target.
     cancelled
-        Set from outside (Ctrl-C, a button) to stop and keep the best.
+        Set from outside (Ctrl-C, a button) to stop and keep the best tour.
     thrift
-        Says whether more work is worth its seconds.
+        Decides whether more work is worth its time.
     """
 
     iterations: float = math.inf
@@ -98,16 +101,16 @@ class Stop:
     began: float = field(default_factory=lambda: clock())  # noqa: PLW0108  # whichever clock there is then
 
     def elapsed(self) -> float:
-        """Return the seconds since the beginning."""
+        """Return the time since the start, s, without pauses."""
         return clock() - self.began
 
     def now(self, spare: float = 0.0) -> bool:
-        """Return whether to stop at once, with what there is, when `spare` seconds are still needed afterwards."""
+        """Return whether to stop immediately, given that `spare` seconds are still needed afterwards."""
         return self.satisfied or self.cancelled.is_set() or self.elapsed() + spare >= self.seconds
 
     @contextmanager
     def paused(self) -> Iterator[None]:
-        """Do something that is not the search, such as seeking a lower bound, with the clock stopped."""
+        """Stop the clock for work outside the search, such as computing a lower bound."""
         began = clock()
         try:
             yield
@@ -115,5 +118,5 @@ class Stop:
             self.began += clock() - began
 
     def reached(self, iteration: int, since_better: int) -> bool:
-        """Return whether to stop before `iteration` (counted from 0), `since_better` iterations after the last gain."""
+        """Return whether to stop before `iteration` (from 0), `since_better` iterations after the last improvement."""
         return iteration >= self.iterations or since_better >= self.patience or self.now()

@@ -19,11 +19,11 @@ class AntSystem(Trails):
     """All ants deposit 1/C (equations 3.2 to 3.4)."""
 
     def usual_pheromone(self) -> float:
-        """Return m / C_nn."""
+        """Initial pheromone m / C_nn."""
         return float(self.parameters.ants / self.c_nn)
 
     def update(self, iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
-        """Evaporate; each ant that finished its tour deposits."""
+        """Evaporate, then deposit on every finished tour."""
         self.evaporate()
         for tour, cost in zip(tours, costs, strict=True):
             if cost < math.inf:
@@ -34,17 +34,17 @@ class ElitistAntSystem(AntSystem):
     """Ant System in which the best tour so far deposits e/C in addition (equation 3.5)."""
 
     def usual_pheromone(self) -> float:
-        """Return (e + m) / (ρ C_nn)."""
+        """Initial pheromone (e + m) / (ρ C_nn)."""
         p = self.parameters
         return float((p.elitist_weight + p.ants) / (p.rate * self.c_nn))
 
     def update(self, iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
-        """Update as Ant System; then the best tour so far deposits."""
+        """Update as in Ant System, then deposit on the best tour so far."""
         super().update(iteration, tours, costs, best)
         self.deposit(best.tour, self.parameters.elitist_weight / best.cost)
 
     def constants(self) -> dict[str, float]:
-        """Return e."""
+        """Weight e of the best tour."""
         return {"e": self.parameters.elitist_weight}
 
 
@@ -52,12 +52,12 @@ class RankBasedAntSystem(Trails):
     """The w - 1 best ants deposit by rank, the best tour so far with weight w (equation 3.6)."""
 
     def usual_pheromone(self) -> float:
-        """Return w(w - 1) / 2 / (ρ C_nn)."""
+        """Initial pheromone w(w - 1) / 2 / (ρ C_nn)."""
         p = self.parameters
         return max(1.0, 0.5 * p.ranks * (p.ranks - 1)) / (p.rate * self.c_nn)
 
     def update(self, iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
-        """Evaporate; the best ants and the best tour so far deposit."""
+        """Evaporate, then deposit on the tours of the best ants and on the best tour so far."""
         self.evaporate()
         w = self.parameters.ranks
         for rank, ant in enumerate(np.argsort(costs, kind="stable")[: w - 1], start=1):
@@ -66,5 +66,5 @@ class RankBasedAntSystem(Trails):
         self.deposit(best.tour, w / best.cost)
 
     def constants(self) -> dict[str, float]:
-        """Return w."""
+        """Weight w of the best tour."""
         return {"w": self.parameters.ranks}

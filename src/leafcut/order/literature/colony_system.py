@@ -1,4 +1,4 @@
-"""Ant Colony System: ants reduce the pheromone of their edges, and only the best tour so far is reinforced.
+"""Ant Colony System: ants lower the pheromone on their edges; only the best tour so far deposits pheromone.
 
 Source: M. Dorigo and T. Stützle, Ant Colony Optimization, MIT Press 2004, section 3.4.1. The local update (equation
 3.12) is part of the construction (`kernels.construct.Decay`).
@@ -19,11 +19,11 @@ class AntColonySystem(Trails):
     """Evaporation and deposit on the edges of the best tour so far only (equation 3.11)."""
 
     def usual_pheromone(self) -> float:
-        """Return 1 / (n C_nn)."""
+        """Initial pheromone 1 / (n C_nn)."""
         return 1.0 / (len(self.lists) * self.c_nn)
 
     def update(self, iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
-        """Reinforce the best tour so far."""
+        """Deposit 1/C on the best tour so far."""
         self.deposit(best.tour, 1.0 / best.cost)
 
     def _add(self, tour: Ints, amount: float) -> None:
@@ -31,5 +31,5 @@ class AntColonySystem(Trails):
         reinforce_and_decay(self.lists, tour, rate, amount, self.one_way, self.pheromone)
 
     def constants(self) -> dict[str, float]:
-        """Return q0 and ξ."""
+        """Greedy probability q0 and local evaporation rate ξ."""
         return {"q_0": self.parameters.greedy_probability, "xi": self.parameters.local_rate}

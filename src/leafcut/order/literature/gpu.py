@@ -1,8 +1,8 @@
-"""Ants on a GPU: the tours of an iteration are constructed there, one ant to a thread.
+"""Tour construction on a GPU, one ant per thread.
 
-The kernel `kernels.construct.construct_tour` and its callees are compiled for CUDA from the source for the CPU, so an
-ant draws the same random numbers and compares the same edges. The GPU may round a product and a sum once instead of
-twice, so the last digit can differ from the CPU. The same seed gives the same answer on the same GPU.
+The kernel `kernels.construct.construct_tour` and its callees are compiled for CUDA from the CPU source, so an ant draws
+the same random numbers and compares the same edges. The GPU may use fused multiply-add, so the last digit can differ
+from the CPU. The same seed gives the same result on the same GPU.
 """
 
 from __future__ import annotations
@@ -25,26 +25,26 @@ from leafcut.order.literature.pheromone import Trails
 from leafcut.order.literature.places import Places
 from leafcut.order.stop import Stop
 
-#: Stands for Numba's module of that name in the source of the kernel: it is not loaded unless a GPU is asked for.
+#: Placeholder for `numba.cuda` in the source of the kernel; the module is loaded only when a GPU is used.
 cuda: Any = None
 
-#: Threads of a block. Ants part ways at every step, so that larger blocks would wait for their slowest.
+#: Threads per block. Ants diverge at every step, so larger blocks would wait for their slowest thread.
 _BLOCK = 32
-#: Ants are built in so many shares that what they need takes at most this part of the memory that is free.
+#: Maximum share of the free GPU memory for one batch of ants.
 _OF_FREE_MEMORY = 0.5
 
 
 def check_gpu() -> None:
-    """Refuse where there is no GPU that this machine can use.
+    """Check that a CUDA GPU is available.
 
     Raises
     ------
     SolveError
-        Says what is missing, in one line.
+        The package numba-cuda, a GPU or its driver is missing.
     """
     from numba import config
 
-    if config.ENABLE_CUDASIM:  # tests: CUDA's threads as threads of Python
+    if config.ENABLE_CUDASIM:  # tests simulate CUDA threads in Python
         return
     if find_spec("numba_cuda") is None:
         raise SolveError("--parallel gpu: needs the package numba-cuda: pip install 'leafcut[gpu]'")
@@ -55,12 +55,12 @@ def check_gpu() -> None:
 
 
 class GpuAnts(Ants):
-    """Ants whose tours are constructed on a GPU; local search and costs stay with the threads of the CPU.
+    """Ants whose tours are constructed on a GPU; local search and costs are computed by CPU threads.
 
     Raises
     ------
     SolveError
-        There is no GPU, or it refuses the work; the reason in one line.
+        The GPU reports an error; the message has its first line.
     """
 
     def __init__(
@@ -76,7 +76,7 @@ class GpuAnts(Ants):
 
 
 class _Builder:
-    """The instance and the trails on the GPU, and buffers for a share of the ants."""
+    """The instance and the trails on the GPU, and buffers for one batch of ants."""
 
     def __init__(self, instance: Instance, trails: Trails, tours: NDArray[np.int32]) -> None:
         from numba import cuda as there
@@ -96,7 +96,7 @@ class _Builder:
         self.made = there.device_array((self.share, n), tours.dtype)
 
     def build(self, words: NDArray[np.uint64]) -> None:
-        """Build the tours of all ants, share by share. Changes: tours, words."""
+        """Build the tours of all ants, batch by batch. Changes: tours, words."""
         from numba import cuda as there
 
         instance, q0 = self.instance, self.trails.parameters.greedy_probability
@@ -117,7 +117,7 @@ def _build_tours(
     cost: Any, tree: Any, candidates: Any, weights: Any, nearness: Any, greedy_probability: float, first: int,
     second: int, words: Any, tours: Any, visited: Any, alive: Any, stack: Any,
 ) -> None:  # fmt: skip
-    """Build the tour of one ant in each thread."""
+    """Build the tour of one ant per thread."""
     ant = cuda.grid(1)
     if ant < len(words):
         construct_tour(
@@ -135,14 +135,14 @@ def _kernel() -> Any:
 
 @cache
 def for_gpu(function: Any) -> Any:
-    """Return a kernel of the CPU, and all kernels that it calls, compiled for a GPU from the same source."""
+    """Compile a CPU kernel and its callees for the GPU from the same source."""
     from numba import cuda as there
 
     return there.jit(device=True)(_with_names_for_gpu(function, {}))
 
 
 def _with_names_for_gpu(function: Any, more: dict[str, Any]) -> Any:
-    """Return the source of a function as a function whose names stand for what is compiled for a GPU."""
+    """Return a copy of a function whose global names refer to GPU versions of the kernels."""
     source = getattr(function, "py_func", function)
     names = {**source.__globals__, **more}
     for name in source.__code__.co_names:
@@ -159,7 +159,7 @@ def _placed(arrays: Any) -> Any:
 
 
 def _on_gpu(work: Any) -> Any:
-    """Return what work on a GPU returns; its driver raises errors of many kinds, of which the first line says most."""
+    """Run `work` on the GPU; turn the driver's various exceptions into a `SolveError` with their first line."""
     try:
         return work()
     except (ImportError, MemoryError, RuntimeError, OSError) as problem:

@@ -1,7 +1,7 @@
 """MAX–MIN Ant System.
 
-Source: M. Dorigo and T. Stützle, Ant Colony Optimization, MIT Press 2004, section 3.3.4; the schedule of deposits with
-local search is that of the authors' program ACOTSP.
+Source: M. Dorigo and T. Stützle, Ant Colony Optimization, MIT Press 2004, section 3.3.4. The deposit schedule for local
+search follows ACOTSP, the authors' program.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from leafcut.geometry.arrays import Ints
 from leafcut.order.best import Best
 from leafcut.order.literature.pheromone import AntParameters, Trails
 
-#: Probability of constructing the best tour again at convergence (p_best), from the book.
+#: Probability of reconstructing the best tour at convergence (p_best), from the book.
 BEST_PROBABILITY = 0.05
 
 #: The trails restart if they have converged and the best tour is this many iterations old.
@@ -27,7 +27,7 @@ class MaxMinAntSystem(Trails):
     restarted_at = 0
 
     def usual_pheromone(self) -> float:
-        """Return 1 / (ρ C_nn)."""
+        """Initial pheromone 1 / (ρ C_nn)."""
         return 1.0 / (self.parameters.rate * self.c_nn)
 
     def update(self, iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
@@ -51,7 +51,7 @@ class MaxMinAntSystem(Trails):
             self.deposit(tours[winner], 1.0 / costs[winner])
 
     def constants(self) -> dict[str, float]:
-        """Return the trail limits."""
+        """Trail limits τ_max and τ_min."""
         return {"tau_max": self.highest, "tau_min": self.lowest}
 
 
