@@ -1,10 +1,10 @@
-"""Active comments and settings: lines that a controller acts on though they are not G-code to an interpreter.
+"""Active comments and settings: lines on which a controller acts although its interpreter ignores them.
 
     is_active_comment("MSG, turn it over")                                           True
     controller_settings(["(o=0, kw=1.5, ph=4, pd=0.5, ch=1.5, fr=1200)"], dialect("qtplasmac"))
 
-A setting may choose another material, a slower hole, or no cut at all. The dialect lists those of its controller.
-They are taken in the order of the text, as by the filter of a controller's screen, which ignores loops and subprograms.
+A setting may select another material, slower holes, or no cutting at all. The dialect lists those of its controller.
+They apply in the order of the text, as in the filter of the controller's screen, which ignores loops and subprograms.
 """
 
 from __future__ import annotations
@@ -16,29 +16,29 @@ from typing import NamedTuple
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.words import split_line
 
-#: A comment that stops the program with an error. Source: LinuxCNC 2.9, `convert_comment`; seen with rs274.
+#: A comment that aborts the program with an error. Source: LinuxCNC 2.9, `convert_comment`; confirmed with rs274.
 _STOP = re.compile(r"abort[ \t]*,", re.IGNORECASE)
-#: Comments that run something, write a record, or show a text, of any controller: a program may be read in the wrong
+#: Comments that run a command, write a record, or show a text, on any controller: a program may be read in the wrong
 #: dialect. docs/programs.md lists the controllers and sources.
 _ACTION = re.compile(
     r"(?:debug|print|log|logopen|logappend|py|pyrun|axis|preview)[ \t]*,"
     r"|(?:msg|logclose|probeopen|probeclose|pyreload)(?![a-z0-9_])|\{",
     re.IGNORECASE,
 )
-#: Words of Fanuc and Haas that show the comment of their line to a person: alarm, stop, question.
+#: Words of Fanuc and Haas that display the comment of their line to the operator: alarm, stop, question.
 _PROMPT = re.compile(r"#[ \t]*300[06][ \t]*=|M[ \t]*0*109(?![0-9.])", re.IGNORECASE)
 #: The parameter that makes QtPlasmaC turn all cuts after it into pierces.
 _PIERCE_ONLY = "pierce-only"
 _NUMBER = re.compile(r"^/?n[0-9.]+", re.IGNORECASE)
 _SETTING = re.compile(r"#<([^<>]+)>=([^(;]*)")
-#: Figures that are equal with more zeros after the point; the others are whole numbers or names.
+#: Parameters compared as decimal numbers; the others are integers or names.
 _MEASURES = frozenset({"ph", "pd", "ch", "fr", "kw", "jh", "jd", "ca", "cv", "pe", "gp", "cm"})
-#: Longest text of a setting in a message, characters.
+#: Maximum length of a setting in a message, characters.
 _LONGEST = 60
 
 
 def is_active_comment(comment: str) -> bool:
-    """Return whether some controller acts on a comment, given without its parentheses or semicolon."""
+    """Return whether any controller acts on a comment, given without its parentheses or semicolon."""
     return bool(_STOP.match(comment) or _ACTION.match(comment))
 
 
@@ -50,14 +50,14 @@ def may_stop(comments: Iterable[str]) -> bool:
 def active_comments(comments: Sequence[str]) -> list[str]:
     """Return the comments of a block from the first active one on.
 
-    The comments after it count, too: of several comments in a block LinuxCNC obeys only the last.
+    Later comments are included, because LinuxCNC acts only on the last comment of a block.
     """
     first = next((at for at, comment in enumerate(comments) if is_active_comment(comment)), len(comments))
     return list(comments[first:])
 
 
 def shown_comments(line: str, dialect: Dialect) -> list[str]:
-    """Return the active comments of a line, or all if its controller shows them with an alarm, a stop or a question."""
+    """Return the active comments of a line, or all if an alarm, stop or question of the line displays them."""
     if "(" not in line and ";" not in line:
         return []
     comments = split_line(line, nested=True)[1]
@@ -70,11 +70,11 @@ class ControllerSetting(NamedTuple):
     Attributes
     ----------
     line
-        Its number in the text, from 1.
+        Line number in the text, from 1.
     value
-        Equal for two lines that mean the same.
+        Normalized value, equal for equivalent lines.
     text
-        Its text, for messages.
+        Text of the line, for messages.
     """
 
     line: int
@@ -83,12 +83,12 @@ class ControllerSetting(NamedTuple):
 
     @property
     def pierces_only(self) -> bool:
-        """Whether all cuts after it are turned into pierces."""
+        """Whether the setting turns all following cuts into pierces."""
         return self.value[0] == _PIERCE_ONLY and str(self.value[1]).startswith("1")
 
 
 def controller_settings(lines: Sequence[str], dialect: Dialect) -> tuple[ControllerSetting, ...]:
-    """Return the settings of the controller in a program, in order."""
+    """Return the controller settings in a program, in order."""
     if not dialect.obeyed_comments and not dialect.obeyed_parameters:
         return ()
     openings = tuple(_without_spaces(opening) for opening in dialect.obeyed_comments)
@@ -121,9 +121,9 @@ def _number(text: str) -> float | str:
 
 
 def _figures(line: str, bare: str) -> Sequence[object]:
-    """Return the figures of a comment such as ``(o=0, kw=1.5, na=steel)``, by name; else its text.
+    """Return the parameters of a comment such as ``(o=0, kw=1.5, na=steel)``, by name; otherwise its text.
 
-    The filter does not see a figure with a space between name and sign, and takes the last of two with one name.
+    The filter ignores a parameter with a space before the equals sign, and uses the last of duplicate names.
     """
     if not bare.startswith("("):
         return [bare]

@@ -1,11 +1,11 @@
-"""Descriptions of blocks whose effect is unknown, by value, so that a proof can compare them.
+"""Descriptions of blocks with unknown effects, by value, so that verification can compare them.
 
     A[#3+90]        A93.
     G65 P100 A5.    G65 P100. A5. [parameters …] [calls …]
     (MSG, turn it)  itself, and the comments after it
 
-Two such blocks are equal only if all that they read is: their words by value, the parameters that a macro of the
-controller may read, the text that they may call (after the end of the program), their messages.
+Two such blocks are equal only if all their inputs are equal: their words by value, the parameters that a macro of the
+controller may read, the text that they may call (after the end of the program), and their messages.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from collections.abc import Iterable, Sequence
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.words import COMMENT, Block, Word
 
-#: M words of LinuxCNC that call no macro: their effect is unknown, but they read only their own words.
+#: M words of LinuxCNC that do not call macros: their effect is unknown, but they read only their own words.
 _PLAIN_M = frozenset({19, *range(48, 54), 60, 61, *range(62, 69), 190})
 _END = re.compile(r"M0*(?:2|30|99)(?![0-9.])")
 _SUB = re.compile(r"O([0-9]+|<[^<>]*>)(SUB|ENDSUB)")
@@ -34,8 +34,8 @@ _DIGEST = re.compile(r" ?\[(parameters|calls|again) ([^\]]*)\]")
 def describe(block: Block, comments: Sequence[str], parameters: str | None, called: str, dialect: Dialect) -> str:
     """Return the description of a block: words by value, active comments, and digests of its other inputs.
 
-    `parameters` is the digest of the parameters that a macro or a message may read, None without such; `called` that of
-    the subprograms. With Fanuc, a number with a decimal point differs from one without: their units may differ.
+    `parameters` is the digest of the parameters that a macro or a message may read, or None; `called` is the digest of
+    the subprograms. With Fanuc, numbers with and without a decimal point differ, since their units may differ.
     """
     points = dialect.groups == "fanuc"
     words = [
@@ -49,12 +49,12 @@ def describe(block: Block, comments: Sequence[str], parameters: str | None, call
 
 
 def without_digests(description: str) -> str:
-    """Return a description for a message: without the digests of its inputs."""
+    """Return a description without the digests of its inputs, for messages."""
     return _DIGEST.sub("", description)
 
 
 def changed_inputs(left: str, right: str) -> list[str]:
-    """Return, in words, the inputs that differ between two descriptions with the same words."""
+    """Return the names of the inputs that differ between two descriptions with the same words."""
     digests = [dict(_DIGEST.findall(description)) for description in (left, right)]
     return [words for name, words in _INPUTS.items() if digests[0].get(name) != digests[1].get(name)]
 
@@ -67,14 +67,14 @@ def may_read_parameters(unknown: Iterable[Word], comments: Sequence[str], dialec
 
 
 def _number(value: float) -> str:
-    # Nine decimals: sums are never exact, and no machine resolves less.
+    # Nine decimals: sums are not exact, and no machine has a finer resolution.
     return f"{round(value, 9) + 0.0:.12g}"
 
 
 def subprogram_digest(lines: Sequence[str], dialect: Dialect) -> str:
-    """Return a digest of the text after the end of a program and of its subroutines (o… sub); "" without any.
+    """Return a digest of the text after the end of a program and of its subroutines (o… sub); "" if there is none.
 
-    A block that is not understood can call only this text, whether its number is stated, computed or implied.
+    An unsupported block can call only this text, regardless of whether its number is stated, computed or implied.
     """
     kept, ended, started, sub = [], False, False, ""
     for line in lines:
@@ -108,17 +108,17 @@ class RangeDigests:
             self._count.append(self._count[-1] + bool(text))
 
     def between(self, first: int, last: int) -> str:
-        """Return the digest of lines `first` to `last`, both included."""
+        """Return the digest of lines `first` to `last`, inclusive."""
         count = self._count[last + 1] - self._count[first]
         value = self._upto[last + 1] - self._upto[first] * pow(self._BASE, count, self._PRIME)
         return f"{count}:{value % self._PRIME:032x}"
 
 
 def significant_text(line: str, dialect: Dialect) -> str:
-    """Return the significant text of a line for a controller; for a Fagor, comments may be statements."""
+    """Return the significant text of a line; on a Fagor this includes comments, which may be statements."""
     return "".join(line.split()).upper() if dialect.cycle_words == "fagor" else normalized(line)
 
 
 def normalized(line: str) -> str:
-    """Return a line in capitals without number, comments and spaces."""
+    """Return a line in capitals, without line number, comments and spaces."""
     return _NUMBER.sub(r"\1", "".join(COMMENT.sub("", line).split()).upper())

@@ -1,10 +1,10 @@
-"""Canned cycles: words in, `DrillCycle` rows out. `model.cycles` has their motions.
+"""Canned cycles: conversion of words to `DrillCycle` rows. `model.cycles` has their motions.
 
-In RS274/NGC (3.5.16), Z is the bottom, R the plane where rapid becomes feed, Q the peck, P the dwell. In the
+In RS274/NGC (3.5.16), Z is the bottom, R the plane at which rapid changes to feed, Q the peck, P the dwell. In the
 Fagor 8055, Z is that plane, I the bottom and K the dwell.
 
-LinuxCNC moves to the next hole of a series on a slant if the tool must rise for it, by G98 after G99 or a higher R
-(`DrillCycle.approach`); other controllers cross at the current height, or rise to R first.
+If the tool must rise for the next hole of a series (G98 after G99, or a higher R), LinuxCNC moves there on a slant
+(`DrillCycle.approach`). Other controllers cross at the current height, or rise to R first.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from leafcut.gcode.words import BlockError, UnclearBlock, Word
 from leafcut.model.cycles import DWELLING, PECKING
 from leafcut.model.toolpath import DrillCycle
 
-#: More repeats or pecks than this are a mistake, and would fill the memory.
+#: Maximum number of repeats or pecks; more are an error in the program, and would fill the memory.
 MAX_REPEATS = 9_999
-#: Most holes of all repeated cycles of a program.
+#: Maximum number of holes of all repeated cycles in a program.
 MAX_REPEATED_HOLES = 1_000_000
 MAX_PECKS = 10_000
 
 
 def start_cycle(state: InterpreterState, number: int) -> None:
-    """Activate a cycle. In RS274/NGC a change of cycle clears the words of the last one."""
+    """Activate a cycle. In RS274/NGC a change of cycle clears the words of the previous one."""
     if state.cycle != number and state.dialect.groups == "rs274":
         state.cycle_values = CycleValues()
     elif state.cycle != number:
@@ -33,7 +33,7 @@ def start_cycle(state: InterpreterState, number: int) -> None:
 
 
 def end_cycle(state: InterpreterState) -> None:
-    """G80, or a move that ends the cycle."""
+    """End the active cycle (G80 or a move)."""
     state.cycle = None
     state.cycle_values = CycleValues()
     state.path.end_cycles()
@@ -72,7 +72,7 @@ def _place(state: InterpreterState, letters: dict[str, Word], letter: str, here:
 def _repeats(state: InterpreterState, letters: dict[str, Word]) -> int:
     letter = state.dialect.repeat_letter
     if state.stores_cycles and letter == "K" and "K" not in letters:
-        letter = "L"  # as older Fanucs have it
+        letter = "L"  # older Fanuc controls
     word = letters.pop(letter, None) if letter else None
     repeats = 1 if word is None else whole(word, MAX_REPEATS)
     if repeats == 0 and not state.stores_cycles:
@@ -81,7 +81,7 @@ def _repeats(state: InterpreterState, letters: dict[str, Word]) -> int:
 
 
 def _cycle(state: InterpreterState, letters: dict[str, Word]) -> DrillCycle:
-    """Return the cycle of the words of this block and of the blocks before it."""
+    """Return the cycle defined by the words of this block and of earlier blocks."""
     fagor = state.dialect.cycle_words == "fagor"
     name = f"G{state.cycle}"
     words = state.cycle_values
@@ -104,27 +104,27 @@ def _cycle(state: InterpreterState, letters: dict[str, Word]) -> DrillCycle:
         raise BlockError(f"G82 needs its dwell, {state.dialect.dwell_letter}")
     dwell = words.dwell or 0.0
     if name == "G84" and words.dwell is None and state.dialect.groups == "rs274":
-        # LinuxCNC 2.9 (rs274): a tap without P dwells as the last cycle with P did, even across G80.
+        # LinuxCNC 2.9 (rs274): a tap without P uses the dwell of the last cycle with P, even across G80.
         dwell = state.last_dwell
-    # A word that its cycle does not use counts: some controls dwell, and a proof must see it.
+    # Unused words count: some controls dwell, and verification must notice that.
     waits = name in DWELLING or "P" in words.spare
     return DrillCycle(name, r_plane, bottom, state.to_initial, peck, dwell if waits else 0.0)
 
 
 def _peck_word(state: InterpreterState, word: Word) -> float:
-    """Return the Q of a cycle, mm. Without a point it is in thousandths on many Fanucs, whatever holds for X."""
+    """Return the Q of a cycle, mm. Without a decimal point, many Fanuc controls read thousandths, unlike for X."""
     if state.keeps_unknown and state.dialect.point_required and "." not in word.text:
         raise UnclearBlock(f"{word} has no decimal point: its unit differs between controls")
     return state.mm(word)
 
 
 def _take(state: InterpreterState, letters: dict[str, Word], words: CycleValues, names: tuple[str, str]) -> None:
-    """Take the words of the R plane and of the bottom; refuse old ones whose meaning has changed."""
+    """Take the words of the R plane and the bottom; raise an error for old words whose meaning has changed."""
     given = [name in letters for name in names]
     known = words.r is not None or words.z is not None
     changed = words.incremental != state.incremental or words.unit != state.unit
     if known and changed and not all(given):
-        # RS274/NGC takes the old numbers in the new mode, other controls in the old one.
+        # RS274/NGC interprets the old numbers in the new mode, other controls in the old mode.
         kind = BlockError if words.unit != state.unit else UnclearBlock
         raise kind(f"units or G90/G91 changed inside a cycle; give {names[0]} and {names[1]} again")
     words.incremental, words.unit = state.incremental, state.unit

@@ -17,10 +17,10 @@ from leafcut.gcode.expressions import ARGUMENTS, ProgramParameters, Scanner
 from leafcut.gcode.jumps import Jumps, Undecided
 from leafcut.gcode.words import BlockError, split_line
 
-#: Subroutines inside subroutines: LinuxCNC has ten levels, the program itself among them.
+#: Maximum depth of nested subroutines: LinuxCNC has ten levels, including the program itself.
 MAX_CALLS = 9
-#: Most characters that loops and subprograms may run in all, or per character of the program, if that is more; a
-#: block counts at least `LEAST`. Reading that many takes some seconds; a longer loop is taken to be endless.
+#: Maximum number of characters executed in loops and subprograms: in total, or per character of the program if that is
+#: more. A block counts at least `LEAST`. The limit takes a few seconds; a longer loop is considered endless.
 MAX_REPEATED, REPEATED_PER_LETTER, LEAST = 6_000_000, 24, 24
 
 _OPENING = r"(?:[ \t]|\([^()]*\))*+/?[ \t]*+(?:[nN][ \t]*+[0-9]++[ \t]*+)?[oO][ \t]*+"
@@ -66,7 +66,7 @@ def control_of(line: str) -> Control | None:
         return None
     label, keyword = re.sub(r"\s+", "", found.group(1)).lower(), found.group(2).lower()
     if keyword not in _KEYWORDS:
-        # "O100G0X1": a program number with words behind it.
+        # "O100G0X1": a program number followed by words.
         return None if not label.startswith("<") and keyword not in _KEYWORDS else _unknown(label, keyword)
     return Control(label.lstrip("0") or "0", keyword, split_line(line[found.end() :])[0])
 
@@ -102,7 +102,7 @@ class Construct:
 
 @dataclass(slots=True)
 class SubprogramCall:
-    """A running subprogram: its first line, the line to return to, repeats left, and the parameters to restore."""
+    """A running subprogram: first line, return line, remaining repeats, and the parameters to restore."""
 
     start: int
     back: int
@@ -138,12 +138,12 @@ class Flow:
         return bool(self.calls) or (line < len(self._looped) and self._looped[line] == 1)
 
     def count(self, line: int) -> None:
-        """Count a block that loops or subprograms run.
+        """Count a block executed in a loop or subprogram.
 
         Raises
         ------
         BlockError
-            There are more than in any sensible program.
+            The limit is exceeded.
         """
         if not self.looped(line):
             return
@@ -153,7 +153,7 @@ class Flow:
             raise BlockError(f"loops and subprograms run more than {self.repeated:,} blocks; is this loop endless?")
 
     def obey(self, control: Control, line: int) -> int:
-        """Carry out the O-word on `line`; return the next line."""
+        """Execute the O-word on `line`; return the next line."""
         if self._of_line is None:
             self._survey()
         scanner = Scanner(control.rest, self.parameters)
@@ -184,7 +184,7 @@ class Flow:
     def call_program(self, number: int, times: int, line: int) -> int | None:
         """Start the subprogram O`number` (M98), to be run `times` times; return its first line, or None.
 
-        In a number of more than four digits the first may be the repeats: P30012 calls O12 three times.
+        In a number with more than four digits, the leading digits may be the repeats: P30012 calls O12 three times.
         """
         if self._labels is None:
             self._labels = {}
@@ -236,7 +236,7 @@ class Flow:
             try:
                 control = control_of(text)
             except BlockError:
-                continue  # It is refused when it is run.
+                continue  # An error is raised when the line is executed.
             if control is not None and control.keyword != "call":
                 self._place(control, at, open_ones)
 
@@ -350,7 +350,7 @@ class Flow:
         Raises
         ------
         BlockError
-            The parameters and calls are those of the last iteration: the loop is endless.
+            Parameters and calls are the same as in the last iteration: the loop is endless.
         """
         own = self.parameters
         calls = [(c.back, c.again, dict(c.numbered), dict(c.local), dict(c.counters)) for c in self.calls]

@@ -397,7 +397,7 @@ _TABLES = ("torch", "sources")
 
 
 def _on_base(said: dict[str, Any], base: str | None) -> dict[str, Any]:
-    """Fill the missing keys of a table from the shipped dialect `base`."""
+    """Return the table with missing keys filled from the shipped dialect `base`."""
     if base is None:
         return said
     below = parse_toml(_content(base), base, DIALECT)

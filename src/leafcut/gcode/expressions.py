@@ -28,20 +28,20 @@ from leafcut.gcode.words import (
     words_of,
 )
 
-#: LinuxCNC 2.9 compares numbers with this tolerance (seen with rs274: 9e-5 is, 11e-5 is not).
+#: Tolerance with which LinuxCNC 2.9 compares numbers (confirmed with rs274: 9e-5 is equal to 0, 11e-5 is not).
 EQUAL = 1e-4
-#: Most nested brackets.
+#: Maximum depth of nested brackets.
 MAX_DEPTH = 40
-#: #1 to #30 belong to the subroutine that runs.
+#: Number of parameters local to a subroutine: #1 to #30.
 ARGUMENTS = 30
 #: First parameter of the machine: probe results, offsets, positions.
 FIRST_OF_MACHINE = 5000
-#: The same of Fanuc and Haas: inputs, offsets, alarms, the clock.
+#: The same on Fanuc and Haas: inputs, offsets, alarms, the clock.
 FIRST_OF_FANUC = 1000
 
 #: A value that only the machine knows.
 UNKNOWN = math.nan
-#: Number of a parameter that is not known: it may be any.
+#: Parameter number that is unknown at reading time.
 ANY_NUMBER = -1
 
 _SPECIAL = re.compile(r"[#\[\]=<>*$@^/]")
@@ -64,9 +64,9 @@ _LEVELS = {
 
 @dataclass
 class ProgramParameters:
-    """The parameters that the program has set. `known` returns the few that follow from the state of the program.
+    """Parameters set by the program. `known` returns the few that follow from its modal state.
 
-    Any other is `UNKNOWN`, except a local name that the program does not set, which is an error.
+    Any other parameter is `UNKNOWN`; a local name that the program does not set is an error.
     """
 
     known: Callable[[str], float | None] = lambda _: None
@@ -74,11 +74,11 @@ class ProgramParameters:
     shared: dict[str, float] = field(default_factory=dict)
     local: dict[str, float] = field(default_factory=dict)
     inside: bool = False
-    #: A value was read that the program has not set: it may differ elsewhere in the text.
+    #: The program read a parameter that it has not set; the value may differ at another position in the text.
     asked: bool = False
     #: Number of such reads.
     asks: int = 0
-    #: Fanuc: a value may be an expression without brackets, and the parameters of the machine start at #1000.
+    #: Fanuc: a value may be an expression without brackets, and machine parameters start at #1000.
     fanuc: bool = False
 
     @property
@@ -132,7 +132,7 @@ class ProgramParameters:
             (self.shared if key.startswith("_") else self.local)[key] = value
 
     def forget(self, names: bool = True) -> None:
-        """Forget all values, which something invisible may have changed; `names`: those of named parameters, too."""
+        """Mark all values as unknown, as they may have changed invisibly; `names`: including named parameters."""
         self.numbered = dict.fromkeys(range(1, ARGUMENTS + 1), UNKNOWN)
         if names:
             self.shared.clear()
@@ -140,7 +140,7 @@ class ProgramParameters:
 
 
 class _Unread(ProgramParameters):
-    """Parameters of which no value is known."""
+    """Parameters whose values are all unknown."""
 
     def number(self, number: int) -> float:
         return UNKNOWN
@@ -156,7 +156,7 @@ Setting = tuple[int | str, float]
 
 
 class Reading(NamedTuple):
-    """A block, the parameters it sets, whether a number is computed, and whether a parameter of the machine is set."""
+    """A block, the parameters that it sets, and flags for computed numbers and for setting machine parameters."""
 
     block: Block
     settings: list[Setting]
@@ -165,7 +165,7 @@ class Reading(NamedTuple):
 
     @property
     def unknown(self) -> bool:
-        """Whether any number in it, or any that it sets, is not known."""
+        """Whether any number in the block, or any parameter that it sets, is unknown."""
         values = [word.value for word in self.block.words] + [value for _, value in self.settings]
         return self.of_machine or (self.computed and any(map(math.isnan, values)))
 
@@ -176,7 +176,7 @@ def read_block(line: str, number: int, parameters: ProgramParameters) -> Reading
     Raises
     ------
     BlockError
-        As `words.tokenise`, and for an expression that has no value.
+        As in `words.tokenise`, or an expression has no value.
     """
     if _SPECIAL.search(line) is None and line.count("(") < 2:
         return Reading(tokenise(line, number), [])
@@ -185,7 +185,7 @@ def read_block(line: str, number: int, parameters: ProgramParameters) -> Reading
         return Reading(Block(number, (), comments, percent=body[1:].strip()), [])
     deleted = body.startswith("/")
     if deleted:
-        # Nine switches are common: /1 … /9.
+        # Controls have up to nine block-delete switches: /1 … /9.
         body = body[1:].lstrip(" \t").lstrip("123456789") if body[1:2].isdigit() else body[1:]
     if _SPECIAL.search(body) is None:
         return Reading(Block(number, words_of(body), comments, deleted=deleted), [])
@@ -202,9 +202,9 @@ def read_block(line: str, number: int, parameters: ProgramParameters) -> Reading
 
 
 def spelled_words(line: str) -> tuple[Word, ...] | None:
-    """Return the words of a line with the texts of their numbers; the value of an expression is nan.
+    """Return the words of a line with their numbers as text; the value of an expression is nan.
 
-    None if a parameter is set, if other numbers than lengths, feeds, speeds and times are computed, or on an error.
+    None if the line sets a parameter, computes a number other than a length, feed, speed or time, or has an error.
     """
     try:
         body, _ = split_line(line)
@@ -224,9 +224,9 @@ def spelled_words(line: str) -> tuple[Word, ...] | None:
 
 
 class Scanner:
-    """Reads values from a text, one after the other.
+    """Parser for words, parameters and expressions of a line.
 
-    `computed`: one of them was more than a number; `of_machine`: a parameter of the machine is set.
+    `computed`: a value was not a plain number; `of_machine`: a machine parameter is set.
     """
 
     def __init__(self, text: str, parameters: ProgramParameters) -> None:
@@ -243,11 +243,11 @@ class Scanner:
         return self.text[self.position : self.position + 1]
 
     def at_end(self) -> bool:
-        """Return whether the text is finished."""
+        """Return whether only spaces remain."""
         return not self.peek()
 
     def word(self) -> Word:
-        """Take a letter and its value."""
+        """Parse a letter and its value."""
         letter = self._match(_WORD_LETTER)
         if letter is None:
             if self.peek() in "]=<>*":
@@ -264,7 +264,7 @@ class Scanner:
         return Word(letter.upper(), value, plain if plain is not None else _shown(value))
 
     def setting(self) -> Setting:
-        """Take `#… = value`."""
+        """Parse `#… = value`."""
         key = self._target()
         if self.peek() != "=":
             found = self.text[self.position : self.position + 12]
@@ -279,7 +279,7 @@ class Scanner:
         return key, value
 
     def value(self) -> float:
-        """Take a number, a parameter, an expression or a function."""
+        """Parse a number, a parameter, an expression or a function."""
         sign = self.peek()
         plain = self._match(_NUMBER)
         if plain is not None:
@@ -305,7 +305,7 @@ class Scanner:
             self._depth -= 1
 
     def expression(self) -> float:
-        """Take `[ … ]`."""
+        """Parse `[ … ]`."""
         if self.peek() != "[":
             raise BlockError("'[' is expected")
         self.position += 1
@@ -317,7 +317,7 @@ class Scanner:
         return value
 
     def _operation(self, level: int) -> float:
-        """Take operands and operators of at least the precedence `level`."""
+        """Parse operands and operators of at least the precedence `level`."""
         left = self.value()
         while True:
             self.peek()
@@ -329,7 +329,7 @@ class Scanner:
             left = _checked(_OPERATORS[name], name, left, self._operation(_LEVELS[name] + 1))
 
     def _target(self) -> int | str:
-        """Take the `#` and what follows it: a number or a name."""
+        """Parse `#` and the number or name after it."""
         self.peek()
         self.position += 1
         if self.peek() == "<":
@@ -399,7 +399,7 @@ def _shown(value: float) -> str:
 
 
 def _checked(function: Callable[..., float], name: str, *arguments: float) -> float:
-    """Return the value of a function; refuse arguments without one."""
+    """Return the value of a function; raise an error for arguments outside its domain."""
     if any(math.isnan(a) for a in arguments):
         return UNKNOWN
     try:

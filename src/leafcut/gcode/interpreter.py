@@ -5,9 +5,9 @@ T, tool change, spindle, coolant, dwell, plane, units, offsets, distance mode, m
 
     interpret("G21\\nG0 Z5\\nG81 X1 Y2 Z-3 R1 F100\\nM2", dialect("linuxcnc"))
 
-A block that is not understood is an error in leafcut's own programs. In programs of other CAMs (the state
-`keeps_unknown`) it becomes a row FOREIGN: it is kept word for word in its place, and the axes that it may move are
-unknown until they are programmed again. A block that makes no sense is an error in both.
+An unsupported block is an error in leafcut's own programs. In programs of other CAMs (`keeps_unknown` in the state) it
+becomes a row FOREIGN: the block is kept unchanged in its position, and the axes that it may move are unknown until they
+are programmed again. An invalid block is an error in both.
 """
 
 from __future__ import annotations
@@ -50,17 +50,17 @@ _SHIFTS = (920, 921)
 _PROBE = 38
 _PROBES = (382, 383, 384, 385)
 _MOTIONS = frozenset({0, 10, 20, 30})
-#: Cycles of `model.cycles`; G76, G87 and G88 wait for a person or move aside at the bottom.
+#: Cycles of `model.cycles`; G76, G87 and G88 wait for the operator or move aside at the bottom.
 _CYCLES = frozenset({730, 810, 820, 830, 840, 850, 860, 890})
 #: M words that may call another program; M72 restores stored modes, M73 restores them at the end of a call.
 _CALLS = frozenset({197, 198, 72})
 _JUMPS_ON_SIGNAL = 96
 _RESTORES_LATER = 73
-#: Statements that Fagor controls have in parentheses: those that do something, jump, and show a message.
+#: Statements in parentheses on Fagor controls: actions, jumps and messages.
 _FAGOR_STATEMENT = re.compile(r"P[ \t]*[0-9]+[ \t]*=|(?:CALL|PCALL|MCALL|PROBE|DIGIT|ERROR|OPEN|WRITE|DGWZ)\b", re.I)
 _FAGOR_JUMP = re.compile(r"(?:GOTO|RPT|IF|SUB|RET|WHILE|ENDIF|ENDWHILE)\b", re.I)
 _FAGOR_MESSAGE = re.compile(r"MSG\b", re.I)
-#: Groups and letters that a block with an unknown number may have to be understood in part.
+#: A block with an unknown number can be interpreted in part if it has only these groups and letters.
 _CLEAR_GROUPS = frozenset(
     {"motion", "cycle", "plane", "distance", "arc distance", "feed mode", "units", "retract", "radius", "path",
      "length", "offset", "non-modal"}
@@ -70,7 +70,7 @@ _OF_MACHINE = "only the machine knows the numbers in it"
 _MESSAGE = "it shows a message or writes a record"
 _ALL = (True, True, True)
 _NONE = (False, False, False)
-#: A program with more rows has a slip in a repeat, and would fill the memory.
+#: Maximum number of rows; a longer program has an error in a repeat count, and would fill the memory.
 MAX_ROWS = 10_000_000
 
 
@@ -83,10 +83,10 @@ def interpret(
     left_over: bool = False,
     material_feeds: Mapping[int, float] | None = None,
 ) -> Toolpath:
-    """Return the motions and commands of a program in which every word must be understood.
+    """Return the motions and commands of a program; every word must be supported.
 
-    Positions are NaN until the program moves their axis. Text after the end of the program is ignored. G28 and G30 are
-    taken to end at machine zero.
+    Coordinates are NaN until the program moves their axis. Text after the end of the program is ignored. G28 and G30
+    are assumed to end at machine zero.
 
     Parameters
     ----------
@@ -99,17 +99,16 @@ def interpret(
     units
         "mm" or "in" for a program that does not state its units before the first length; None: that is an error.
     left_over
-        True: start with modes that another program may have left active (G1, G18, G91, G95, G99), so that a program
-        that does not state its own modes is read wrong. False: start with the modes at switch-on.
+        True: start with modes that another program may have left active (G1, G18, G91, G95, G99), which exposes a
+        program that does not state its own modes. False: start with the power-on modes.
     material_feeds
-        Feeds of the controller's table of materials, mm/s, by number: M190 selects the number, and the F word of the
-        dialect takes its feed. Selecting any other number is refused. None: any number may be selected, but the feed
-        of none is known.
+        Feeds in the controller's material table, mm/s, by number. M190 selects the number, and the material F word of
+        the dialect uses its feed. Other numbers are errors. None: any number may be selected; all feeds are unknown.
 
     Raises
     ------
     ReadError
-        A word or a block is not understood, with its line; or the end is missing where the controller requires it.
+        A word or block is unsupported (the message has its line), or the end required by the controller is missing.
     """
     if units is not None and units not in MM_PER_UNIT:
         raise OptionError(f"unknown unit '{units}'; use mm or in")
@@ -139,7 +138,7 @@ def interpret(
 
 
 def _known_codes(dialect: Dialect) -> frozenset[int]:
-    """Return the G codes, in tenths, whose meaning is known in programs of other CAMs."""
+    """Return the supported G codes, in tenths, in programs of other CAMs."""
     if dialect.cycle_words == "fagor":
         return dialect.g_codes
     # G69 ends a rotation nearly everywhere. G70 and G71 are bolt circles on Haas, and cycles of a lathe in LinuxCNC.
@@ -154,23 +153,23 @@ def _probes(words: SortedBlock) -> bool:
 
 
 class Interpreter:
-    """Carries out block after block.
+    """Executes blocks one at a time.
 
     Attributes
     ----------
     ended
         The program has ended.
     begins
-        Set before `run`: a subprogram starts with this block, so it may have a program number.
+        Set before `run`: the block starts a subprogram, so it may have a program number.
 
     The following describe the last block; all but `call` and `returns` concern programs of other CAMs.
 
     reason
-        Why the block must stay in its place, or ``""``.
+        Reason to keep the block in its position, or ``""``.
     unclear
-        What is not understood, each with the axes that are unknown afterwards.
+        Reasons why the block is not fully understood, each with the axes that are unknown afterwards.
     unknown, obeyed
-        Words that are not understood; comments that a controller acts on.
+        Unsupported words; comments on which the controller acts.
     named
         The word that distinguishes a stop or a reference point from others.
     refused
@@ -181,7 +180,7 @@ class Interpreter:
         The subprogram that the block calls (M98) and how often; the N number that it calls (M97) or returns to
         (M99 P); whether it ends a subprogram (M99).
     jumps, restores
-        It jumps to an unknown line; it restores modes at the end of the call (M73).
+        The block jumps to an unknown line; it restores modes at the end of the call (M73).
     """
 
     def __init__(self, state: InterpreterState) -> None:
@@ -196,7 +195,7 @@ class Interpreter:
             self._g, self._m = _known_codes(dialect), frozenset(M_GROUP_OF) - OUTPUT_CODES - {PAUSE}
         else:
             self._g, self._m = dialect.g_codes, dialect.m_codes
-            # A beam may be lit by M4. In other CAMs' programs M3 and M4 differ: the power follows the speed or not.
+            # M4 may switch on a beam. In other CAMs' programs M3 and M4 differ in whether the power follows the speed.
             if dialect.torch is not None:
                 self._turning[dialect.torch.on_code] = 1
         self._reset()
@@ -211,7 +210,7 @@ class Interpreter:
         self.returns = self.jumps = self.restores = self.refused = False
 
     def run(self, block: Block) -> None:
-        """Carry out one block."""
+        """Execute one block."""
         state = self.state
         self._reset()
         if block.percent is not None:
@@ -286,14 +285,14 @@ class Interpreter:
 
     def _sorted(self, block: Block) -> SortedBlock:
         keeps_unknown = self.state.keeps_unknown
-        # G80 with G0 to G3 is in the safe start line of most posts, and has only one meaning.
+        # G80 with G0 to G3 occurs in the safe start line of most posts, and is unambiguous.
         separate = self._separate or (keeps_unknown and any(w.letter == "G" and w.value == 80 for w in block.words))
         return sort_words(block, self._g, self._m, separate, keeps_unknown)
 
     # -- start and end of the program ----------------------------------------------------------------------------------
 
     def check_end(self, file: str) -> None:
-        """End the program where its text ends; refuse one without the end that its controller requires."""
+        """End the program at the end of its text; raise an error if the controller requires an end word."""
         required = self.state.dialect.end_required
         if not self.state.dialect.end_word and not self.ended:
             self.state.path.end(line=self.state.line)
@@ -315,7 +314,7 @@ class Interpreter:
     # -- comments, subprograms and blocks that are kept ----------------------------------------------------------------
 
     def _comments(self, block: Block) -> None:
-        """Note block delete and comments that a controller acts on."""
+        """Record block delete and comments on which the controller acts."""
         self.obeyed = active_comments(block.comments)
         if block.deleted:
             self.reason = "a switch of the machine may skip it"
@@ -332,7 +331,7 @@ class Interpreter:
                 self.reason = _MESSAGE
 
     def _subprograms(self, words: SortedBlock) -> None:
-        """Note calls and ends of subprograms, and the codes after which nothing is certain."""
+        """Record calls and ends of subprograms, and codes after which the state is unknown."""
         unknown, letters = words.unknown or [], words.letters
         for word in list(unknown):
             if word.letter != "M":
@@ -358,7 +357,7 @@ class Interpreter:
                 unknown.remove(word)
 
     def _run_without_values(self, words: SortedBlock, unknown: set[str]) -> None:
-        """Carry out a block in which the numbers of the letters `unknown` are not known; it becomes a row FOREIGN."""
+        """Execute a block in which the numbers of the letters `unknown` are not known; it becomes a row FOREIGN."""
         state, g = self.state, words.g
         named = named_axes({**words.letters, **dict.fromkeys(unknown, Word("", 0.0, ""))})
         clear = unknown <= _CLEAR_LETTERS and g.keys() <= _CLEAR_GROUPS and not words.unknown
@@ -398,11 +397,11 @@ class Interpreter:
         state.path.set_place(Kind.FOREIGN, (UNKNOWN, UNKNOWN, UNKNOWN), 1, state.line)
 
     def _keep(self, reason: str, lost: tuple[bool, bool, bool]) -> None:
-        """Note why this block is kept unchanged, and which axes are unknown afterwards."""
+        """Record the reason to keep this block unchanged, and the axes that are unknown afterwards."""
         self.unclear.append((reason, lost))
 
     def _act_or_keep(self, words: SortedBlock) -> None:
-        """Carry out offsets and motion; if anything is unclear, one row FOREIGN replaces them."""
+        """Execute offsets and motion; if anything is unclear, one row FOREIGN replaces them."""
         state, path = self.state, self.state.path
         named = named_axes(words.letters)
         rows, arcs, place = len(path), len(path.arcs), tuple(path.position)
@@ -452,7 +451,7 @@ class Interpreter:
             self._keep(f"{word} is not understood", named if str(word) == "G31" and any(named) else _ALL)
 
     def _feed_output(self, word: Word, letters: dict[str, Word]) -> None:
-        """Let the analog output of a torch's feed lower the feed; the block is kept all the same."""
+        """Apply the analog output that reduces the feed of a torch; the block is kept in any case."""
         state = self.state
         if state.dialect.torch is not None and word.value == 52:
             state.adaptive = "P" not in letters or letters["P"].value != 0.0
@@ -525,7 +524,7 @@ class Interpreter:
             state.length, state.path.position[2] = state.offset_number or 0, UNKNOWN
 
     def _edge(self, word: Word) -> None:
-        """Take the lengths of the tool's first cutting edge (D1), or none (D0)."""
+        """Select the lengths of the tool's first cutting edge (D1), or none (D0)."""
         number = whole(word, 1)
         if number and self.state.tool is None:
             raise BlockError(f"{word} before a tool was called")
@@ -541,7 +540,7 @@ class Interpreter:
         state.next_tool = None if state.dialect.changes_by_hand else number
 
     def _switches(self, words: SortedBlock, off: bool | None) -> None:
-        """Spindle and coolant: all of them, or only those that switch off (True), or on (False)."""
+        """Spindle and coolant: all words, or only those that switch off (True) or on (False)."""
         state = self.state
         other = words.letters.get("$") if state.keeps_unknown else None
         if "spindle" in words.m and "speed" in state.unknown_modes and 5 not in words.m["spindle"]:
@@ -566,7 +565,7 @@ class Interpreter:
     # -- modes ---------------------------------------------------------------------------------------------------------
 
     def _modes(self, words: SortedBlock) -> None:
-        """Dwell, plane, distance modes, retract, compensation and path control: the motion in the block obeys them."""
+        """Dwell, plane, distance modes, retract, compensation and path control, which apply to the block's motion."""
         state, g, letters = self.state, words.g, words.letters
         radius = path = None
         if state.call is None or state.keeps_unknown:  # with a called cycle, a block is only a place
@@ -590,9 +589,9 @@ class Interpreter:
             self._path_control(path, letters)
 
     def _path_control(self, code: int, letters: dict[str, Word]) -> None:
-        """G61, G61.1 or G64 with P, the tolerance of corners, and Q, that of short moves.
+        """G61, G61.1, or G64 with P (corner tolerance) and Q (tolerance for short moves).
 
-        Without Q, P is for short moves, too. Source: LinuxCNC, G64; seen with rs274.
+        Without Q, P also applies to short moves. Source: LinuxCNC, G64; confirmed with rs274.
         """
         state = self.state
         given = [letters.pop(letter, None) if code == 640 else None for letter in "PQ"]
@@ -620,7 +619,7 @@ class Interpreter:
             state.path.radius(mode, 0.0 if register is None else register.value, line=state.line)
 
     def _compensation(self, code: int, letters: dict[str, Word]) -> None:
-        """Radius compensation of leafcut's programs: a torch keeps half of its kerf away."""
+        """Radius compensation in leafcut's programs: a torch is offset by half the kerf."""
         state = self.state
         if code == 400 and state.radius == 40:
             return
@@ -649,9 +648,9 @@ class Interpreter:
         raise BlockError(f"G4 needs its time, {dialect.dwell_letter}")
 
     def _states_dwell(self, letters: dict[str, Word]) -> bool:
-        """Return whether a dwell states its time in the form of its controller; otherwise take its words.
+        """Return whether a dwell states its time in the form of its controller; otherwise remove its words.
 
-        Fanuc, Haas and Mach take X as well, or U, in seconds; a number without a point may be in thousandths.
+        Fanuc, Haas and Mach also accept X or U, in seconds; a number without a point may be in thousandths.
         """
         dialect = self.state.dialect
         given = [letter for letter in "PXUFSK" if letter in letters]
@@ -671,7 +670,7 @@ class Interpreter:
     # -- offsets -------------------------------------------------------------------------------------------------------
 
     def _offsets(self, words: SortedBlock) -> None:
-        """Tool length and work offset of leafcut's programs."""
+        """Tool length and work offset in leafcut's programs."""
         state, g = self.state, words.g
         length = g.get("length")
         if length == 430:
@@ -699,7 +698,7 @@ class Interpreter:
         return number
 
     def _offsets_or_keep(self, words: SortedBlock) -> None:
-        """Tool length and work offset of any program; the position in another one is unknown."""
+        """Tool length and work offset in any program; the position is unknown after a change."""
         state, g, letters = self.state, words.g, words.letters
         length = g.get("length")
         if length == 490 or (length is not None and state.dialect.length_offset_off == f"G{length // 10}"):
@@ -749,7 +748,7 @@ class Interpreter:
             start_cycle(state, cycle // 10)
 
     def _choose_motion_or_keep(self, g: dict[str, int]) -> None:
-        """Choose the motion or the cycle; note the name of one that is not understood."""
+        """Select the motion or cycle; record the name of an unsupported one."""
         state = self.state
         motion, cycle = g.get("motion"), g.get("cycle")
         if motion is None and cycle is None:
@@ -826,7 +825,7 @@ class Interpreter:
             self.reason = "the tap dwells as a cycle before it does"
 
     def _check_clear(self, special: int | None, words: SortedBlock, moving: bool) -> None:
-        """Raise `UnclearBlock` for a move whose axes, motion or modes are not understood."""
+        """Raise `UnclearBlock` for a move with unsupported axes, motion or modes."""
         state, g, letters = self.state, words.g, words.letters
         other = next((letter for letter in OTHER_AXES if letter in letters), None)
         if other is not None:
@@ -835,7 +834,7 @@ class Interpreter:
             raise UnclearBlock(f"the axis {other} is not understood")
         if state.transform and moving:
             raise UnclearBlock(f"G{state.transform / 10:g} is active, which is not understood")
-        # G28 and G30 move at rapid, whatever motion is active.
+        # G28 and G30 move at rapid, regardless of the active motion.
         home = special in (280, 300) and "motion" not in g
         if state.unknown_motion and not home and (moving or "motion" in g or g.get("cycle", 800) != 800):
             raise UnclearBlock(f"{state.unknown_motion} is not understood")
@@ -866,7 +865,7 @@ class Interpreter:
                 raise UnclearBlock(f"{words} is active is not known")
 
     def _drill_or_keep(self, words: SortedBlock) -> None:
-        """Drill a hole of a cycle; if it is not understood, neither are the holes that follow."""
+        """Drill a hole of a cycle; if it is unclear, so are the following holes."""
         state, letters, fagor = self.state, words.letters, self.state.dialect.cycle_words == "fagor"
         repeat = state.dialect.repeat_letter
         for letter in "ZIKB" if fagor else "RZPQ":
@@ -910,7 +909,7 @@ class Interpreter:
 
 
 def _split_tool(letters: dict[str, Word]) -> None:
-    """Take T5.2 of a Fagor for T5 D2. Source: Fagor 8055, programming manual, 5.6.4."""
+    """Convert T5.2 of a Fagor to T5 D2. Source: Fagor 8055, programming manual, 5.6.4."""
     tool, point, offset = letters["T"].text.partition(".")
     if point and offset.isdecimal() and tool.isdecimal():
         letters["T"] = Word("T", float(tool), tool)
@@ -918,7 +917,7 @@ def _split_tool(letters: dict[str, Word]) -> None:
 
 
 def _check_one_command(block: Block, tool_alone: bool) -> None:
-    """Refuse a block of a firmware that obeys only the first command of it; T may be one."""
+    """Raise an error for a block with several commands: the firmware executes only the first. T may be a command."""
     if tool_alone and [word.letter for word in block.words] == ["T"]:
         return
     commands = [word for word in block.words if word.letter in "GM"]

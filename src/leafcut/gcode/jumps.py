@@ -2,8 +2,8 @@
 
     IF [#1 GT 3] GOTO 20    IF [#1 EQ 0] THEN #2=5    WHILE [#1 LT 5] DO 1 … END 1    GOTO 20
 
-A jump goes to the line N20 of the same program: it is searched after the jump first, then from the top. Source: Fanuc
-30i user's manual (B-63944EN), custom macro: repetition and branching; Haas mill operator's manual, macros.
+A jump goes to line N20 of the same program, which is searched forward from the jump first, then from the top. Source:
+Fanuc 30i user's manual (B-63944EN), custom macro: repetition and branching; Haas mill operator's manual, macros.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _OPENING = r"(?:[ \t]|\([^()]*\))*+/?[1-9]?[ \t]*+(?:[nN][ \t]*+[0-9]++[ \t]*+)?
 _STATEMENT = re.compile(
     _OPENING + r"(IF(?=[ \t]*\[)|WHILE(?=[ \t]*\[)|GOTO|DO(?=[ \t]*[0-9])|END(?=[ \t]*[0-9]))", re.IGNORECASE
 )
-#: ``$H``, ``$J=…``, ``$132=300``, ``$$``; no word of LinuxCNC such as ``$0``.
+#: GRBL commands such as ``$H``, ``$J=…``, ``$132=300``, ``$$``; LinuxCNC words such as ``$0`` do not match.
 _BOARD = re.compile(r"\s*(\$(?:[A-Za-z]+[0-9]*=?|[0-9]+=|[$#]))")
 _OUTPUT = re.compile(_OPENING + r"(?:DPRNT|BPRNT|POPEN|PCLOS)(?![A-Za-z])", re.IGNORECASE)
 _LABEL = re.compile(r"(?:[ \t]|\([^()]*\))*+/?[1-9]?[ \t]*+[nN][ \t]*+([0-9]{1,18})(?![0-9])")
@@ -40,9 +40,9 @@ class Undecided(Exception):
     Attributes
     ----------
     last
-        The last line, from 0, that may or may not be run; None: that of the program.
+        The last line, from 0, whose execution is undecided; None: the last line of the program.
     again
-        The first line from which text may be repeated, or None.
+        The first line of text that may be repeated, or None.
     """
 
     def __init__(self, last: int | None, again: int | None = None) -> None:
@@ -72,17 +72,17 @@ def board_command(line: str) -> str:
 
 
 def is_output(line: str) -> bool:
-    """Return whether a line sends a record to a printer or a file: DPRNT and its relatives."""
+    """Return whether a line sends data to a printer or file (DPRNT, BPRNT, POPEN, PCLOS)."""
     return _OUTPUT.match(line) is not None
 
 
 def has_statements(lines: Sequence[str]) -> bool:
-    """Return whether a program has such statements."""
+    """Return whether a program has macro statements."""
     return any("[" in line or "GOTO" in line.upper() for line in lines) and any(map(_STATEMENT.match, lines))
 
 
 def compact(line: str) -> str:
-    """Return a line without comments and spaces; with its comments if they cannot be parsed."""
+    """Return a line without comments and spaces; comments that cannot be parsed are kept."""
     try:
         return "".join(split_line(line, nested=True)[0].split())
     except BlockError:
@@ -100,7 +100,7 @@ class Jumps:
         self._loops: dict[int, tuple[int, int]] | None = None
 
     def is_goal(self, line: int) -> bool:
-        """Return whether a jump may lead to a line."""
+        """Return whether a line may be the target of a jump."""
         if self._goals is None:
             self._goals = self._find_goals()
         return line in self._goals
@@ -111,7 +111,7 @@ class Jumps:
         return "" if found is None else f"N{int(found.group(1))}"
 
     def label(self, number: int, line: int) -> int | None:
-        """Return the line N`number` that a jump from `line` leads to, or None."""
+        """Return the line N`number` to which a jump from `line` leads, or None."""
         if self._labels is None:
             self._labels = {}
             for at, text in enumerate(self._lines):
@@ -129,14 +129,14 @@ class Jumps:
         return mine[behind] if behind < len(mine) else mine[0] if mine else None
 
     def obey(self, statement: Statement, line: int) -> tuple[int, str]:
-        """Carry out the statement on `line`; return the next line, and a text to be run first.
+        """Execute the statement on `line`; return the next line, and a block to be executed first.
 
         Raises
         ------
         Undecided
             The next line is not known.
         BlockError
-            The statement makes no sense.
+            The statement is invalid.
         """
         keyword, rest = statement
         if keyword == "GOTO":
@@ -157,9 +157,9 @@ class Jumps:
         return (line + 1 if condition else end + 1), ""
 
     def undecided(self, line: int, last: int, again: int | None = None) -> Undecided:
-        """Return the exception for text up to the line `last` that may or may not be run.
+        """Return the exception for text up to the line `last` whose execution is undecided.
 
-        If that text may jump out, all that follows is undecided.
+        If that text may jump out, all following text is undecided.
         """
         inside = [compact(self._lines[at]) for at in range(line, last + 1)]
         goals = [self._goal(found, line) for text in inside for found in _GOAL.finditer(text)]
@@ -169,7 +169,7 @@ class Jumps:
         return Undecided(last, again)
 
     def all_that_follows(self, line: int) -> Undecided:
-        """Return the exception for all text from a line on, with the first line that it may jump back to."""
+        """Return the exception for all text from a line on, with the first target of its backward jumps."""
         goals = [
             self._goal(found, at)
             for at in range(len(self._lines))

@@ -1,4 +1,4 @@
-"""Heidenhain Klartext, as far as leafcut writes it: drilling with cycle 200 and straight moves only.
+"""Reader for the subset of Heidenhain Klartext that leafcut writes: drilling with cycle 200 and straight moves.
 
     0 BEGIN PGM LEAFCUT MM
     5 TOOL CALL 1 Z S1000
@@ -10,7 +10,7 @@
     9 L X+10 Y+5 R0 FMAX M99
     10 END PGM LEAFCUT MM
 
-Cycle 200 is run by M99: at rapid over the position, down to Q203 + Q200, at feed to Q203 + Q201, and at rapid up to
+M99 runs cycle 200: rapid to the XY position, rapid down to Q203 + Q200, feed to Q203 + Q201, and rapid up to
 Q203 + Q204.
 """
 
@@ -58,7 +58,7 @@ def interpret_klartext(text: str, file: str = "program") -> Toolpath:
     Raises
     ------
     ReadError
-        A block that leafcut does not write, with its line; or the program has no end.
+        A block is outside the subset (the message has its line), or the program has no end.
     """
     reader = _Reader()
     last = 0
@@ -73,7 +73,7 @@ def interpret_klartext(text: str, file: str = "program") -> Toolpath:
 
 
 def _blocks(program: str) -> Iterator[tuple[int, str]]:
-    """Yield (line, block) with its continuations (~); the blocks are numbered without gaps."""
+    """Yield (line, block) with continuation lines (~) joined; block numbers must be consecutive."""
     begin, parts, expected = 0, list[str](), 0
     for number, line in lines(program):
         if len(line) > MAX_LINE:

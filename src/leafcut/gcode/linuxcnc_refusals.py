@@ -1,4 +1,4 @@
-"""Blocks that LinuxCNC refuses although their meaning is clear (seen with rs274)."""
+"""Blocks that LinuxCNC rejects although their meaning is clear (confirmed with rs274)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _TAKES_P, _TAKES_Q = frozenset({74, 76, 82, 84, 86, 88, 89}), frozenset({73, 76,
 
 
 def is_linuxcnc(dialect: Dialect) -> bool:
-    """Return whether a dialect is read by LinuxCNC."""
+    """Return whether LinuxCNC reads programs of a dialect."""
     return dialect.family in _FAMILIES
 
 
@@ -28,7 +28,7 @@ def is_malformed(words: tuple[Word, ...]) -> bool:
 
 
 def is_refused(state: InterpreterState, words: SortedBlock) -> bool:
-    """Return whether LinuxCNC refuses a block in the state before it; updates `state.feed_forgotten`."""
+    """Return whether LinuxCNC rejects a block, given the state before it. Changes: state.feed_forgotten."""
     g, letters = words.g, words.letters
     starts = g.get("radius", 400) != 400
     again = starts and state.radius != 40
@@ -47,7 +47,7 @@ def is_refused(state: InterpreterState, words: SortedBlock) -> bool:
 
 
 def _has_spare_words(state: InterpreterState, words: SortedBlock) -> bool:
-    """Return whether a cycle is given a P or a Q that it does not use."""
+    """Return whether a block has a P or Q that its cycle does not use."""
     cycle, letters = words.g.get("cycle", 10 * (state.cycle or 0)) // 10, words.letters
     others = words.unknown or words.m or not words.g.keys().isdisjoint(("non-modal", "path"))
     if cycle in (0, 80) or others:
@@ -56,7 +56,7 @@ def _has_spare_words(state: InterpreterState, words: SortedBlock) -> bool:
 
 
 def _feeds(state: InterpreterState, words: SortedBlock) -> bool:
-    """Return whether a block chooses G1, or moves at feed rate."""
+    """Return whether a block selects G1 or moves at feed rate."""
     g = words.g
     active = state.cycle if state.cycle is not None else state.motion
     chosen = g.get("cycle", g.get("motion", active))

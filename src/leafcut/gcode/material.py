@@ -1,10 +1,10 @@
-"""Materials of a controller that the program defines in comments, and the moves that it adds at every cut.
+"""Controller materials that a program defines in comments, and the moves that the controller adds at every cut.
 
     with_controller_moves(path, program.lines, 10.0)
 
-`gcode.torch.for_controller` removes heights and waits from the program of such a controller; this adds them again.
-Source: QtPlasmaC manual, material handling: ``(o=0, …)`` is for this program, ``o=1`` and ``o=2`` go to the table
-under their number ``nu``, from which M190 chooses.
+`gcode.torch.for_controller` removes heights and waits from programs for such a controller; this module adds them again.
+Source: QtPlasmaC manual, material handling: ``(o=0, …)`` applies to this program; ``o=1`` and ``o=2`` are stored in
+the table under the number ``nu``, and selected by M190.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ _FIGURE = re.compile(r"\b([a-z]{2})\s*=\s*([0-9]{1,9}(?:\.[0-9]{0,9})?|\.[0-9]{1
 _CHOICE = re.compile(r"(?:^|[\s0-9])M190\s*P([0-9]{1,9})", re.IGNORECASE)
 _FLOWING = re.compile(r"^(?:\s*N[0-9]+)?\s*M(?:62|63|67)(?![0-9])", re.IGNORECASE)
 _UNITS = re.compile(r"(?:^|[\s0-9])G(20|21)(?![0-9.])", re.IGNORECASE)
-#: Most rows between the start of the torch and its cut: outputs and pauses.
+#: Maximum number of rows (outputs and pauses) between the start of the torch and the cut.
 _NEAR = 40
-#: Difference that marks a feed as the controller's, units per minute.
+#: Offset that marks a feed as taken from the controller's table, units per minute.
 _APART = 1e-6
 _CUTTING = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)
 _MOVING = [int(kind) for kind in MOTIONS]
@@ -44,12 +44,12 @@ class Material:
     feed: float
 
 
-#: The material from a line of the program on; None: only the controller knows it.
+#: Line from which a material applies, and the material; None if only the controller knows it.
 Choice = tuple[int, Material | None]
 
 
 def materials_of(lines: Sequence[str]) -> list[Choice]:
-    """Return the materials that a program chooses, in the order of its lines."""
+    """Return the materials that a program selects, in the order of its lines."""
     unit, table, choices = 1.0, dict[int, Material](), list[Choice]()
     for number, line in enumerate(lines, 1):
         units = _UNITS.search(line)
@@ -69,25 +69,25 @@ def materials_of(lines: Sequence[str]) -> list[Choice]:
 
 
 class MaterialFeeds:
-    """Feeds that a program takes from the controller's material, by the number that it selects.
+    """Feeds that a program takes from the selected material of the controller.
 
     Attributes
     ----------
     word
         The word in a block, such as ``F#<_hal[plasmac.cut-feed-rate]>``.
     words
-        `word` by the feeds that it stands for. No program states such a feed: it is a millionth more than that of the
-        material.
+        Maps marked feeds to `word`. A marked feed exceeds that of the material by a millionth, so that it differs from
+        every feed that a program states.
     """
 
     def __init__(self, lines: Sequence[str], word: str, otherwise: float) -> None:
-        """Take the materials of a program; `otherwise` is the feed of materials that it does not define, mm/s."""
+        """Read the materials of a program; `otherwise` is the feed of materials that it does not define, mm/s."""
         self.word, self.words = word, dict[float, str]()
         self._choices, self._otherwise = materials_of(lines), otherwise
         self._starts = [line for line, _ in self._choices]
 
     def feed_at(self, line: int, unit: float) -> float:
-        """Return the feed at a line, in units of the program per minute; `unit` is one of them in mm."""
+        """Return the feed at a line, in program units per minute; `unit` is the program unit in mm."""
         chosen = bisect_right(self._starts, line)
         material = self._choices[chosen - 1][1] if chosen else None
         known = material.feed if material is not None and material.feed > 0.0 else self._otherwise
@@ -108,15 +108,15 @@ def _material(figures: dict[str, float], unit: float) -> Material:
 def with_controller_moves(path: Toolpath, lines: Sequence[str], clearance: float) -> tuple[Toolpath, int]:
     """Return a path with the moves that its controller adds at every cut, and the number of cuts of unknown material.
 
-    The torch goes down to the pierce height, waits, goes down to the cut height at the feed of the first move of the
-    cut (as in leafcut's plans: the controller's own is a setting), and up again; marking has no delay. Probing is not
-    included: its path and feed are settings. Outputs that change with the motion (M62, M63, M67) are left out, since
-    the machine does not stop for them.
+    The torch descends to the pierce height, waits, descends to the cut height, and retracts after the cut; marking has
+    no delay. The second descent uses the feed of the first cutting move, as in leafcut's plans; the real feed is a
+    controller setting. Probing is not included, because its path and feed are settings. Outputs synchronized with
+    motion (M62, M63, M67) are left out, since the machine does not stop for them.
 
     Parameters
     ----------
     path
-        That of a program that does not move Z, without canned cycles.
+        Path of a program without Z moves and canned cycles.
     lines
         The lines of that program.
     clearance
@@ -127,7 +127,7 @@ def with_controller_moves(path: Toolpath, lines: Sequence[str], clearance: float
     unknown, switched, place = 0, 0, (math.nan, math.nan, clearance)
     rows = [Motion(Kind.RAPID, place, 0.0, 0, 0)]
     for index, row in enumerate(path):
-        # The word for the number of the torch ($1) is kept as FOREIGN; it stops nothing.
+        # The torch number ($1) is kept as FOREIGN; the machine does not stop for it.
         if row.kind is Kind.FOREIGN and (row.line == switched or _FLOWING.search(lines[row.line - 1])):
             continue
         if row.kind in PLACES:
@@ -157,7 +157,7 @@ def _feed_after(path: Toolpath, index: int) -> float:
 
 
 def _switching(row: Motion, material: Material, place: Point3, clearance: float, feed: float) -> Iterator[Motion]:
-    """Yield the moves of a controller where the program switches the torch at a place and then cuts at a feed."""
+    """Yield the moves of the controller where the program switches the torch; `feed` is that of the following cut."""
 
     def to(kind: Kind, z: float, feed: float = 0.0) -> Motion:
         return Motion(kind, (place[0], place[1], z), feed, 0, row.line)

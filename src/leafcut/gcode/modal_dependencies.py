@@ -1,7 +1,7 @@
-"""Modal dependencies of a range of blocks: the modes it takes from the blocks before it, and the modes it sets.
+"""Modal dependencies of a range of blocks: the modes it inherits from earlier blocks, and the modes it sets.
 
-`G1 Z-1` takes the feed from a line above it, `X5` takes the motion and the position of Y. If the range is moved, these
-must be stated at its new place.
+`G1 Z-1` inherits the feed from an earlier line; `X5` inherits the motion and the Y position. If the range is moved,
+they must be restated at its new position.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from leafcut.gcode.program import Program
 from leafcut.gcode.words import BlockError, tokenise
 from leafcut.model.toolpath import Kind
 
-#: Modes that a block may take from the blocks before it, besides the position.
+#: Modes that a block may inherit from earlier blocks, in addition to the position.
 GROUPS = frozenset({"motion", "plane", "distance", "centres", "retract", "feed", "feed_mode", "speed"})
 #: G codes, in tenths, that state a mode.
 _STATES = {
@@ -29,7 +29,7 @@ _STATES = {
     "retract": (980, 990),
     "feed_mode": (930, 940, 950),
 }
-#: Letters of M words for outputs and inputs: numbers and waits, no lengths.
+#: Letters of M words for outputs and inputs; their values are not lengths.
 _OF_OUTPUTS = frozenset("PQEL$")
 _STATED_BY = {code: group for group, codes in _STATES.items() for code in codes}
 _CUTS = frozenset({int(Kind.FEED), int(Kind.ARC_CW), int(Kind.ARC_CCW), int(Kind.DRILL)})
@@ -39,14 +39,14 @@ _MOVES = _CUTS | {int(Kind.RAPID)}
 
 @dataclass(frozen=True, slots=True)
 class BlockWords:
-    """The `GROUPS` that a block states, the text of the number of every letter, and whether it has M3 or M4."""
+    """The `GROUPS` that a block states, the number of each letter as text, and whether the block has M3 or M4."""
 
     states: frozenset[str]
     letters: dict[str, str]
     starts_spindle: bool
-    #: It has no words: a comment, perhaps an active one.
+    #: The block has no words, only comments, which may be active.
     empty: bool = False
-    #: It has only M words for outputs and their letters.
+    #: The block has only M words for outputs and their letters.
     outputs: bool = False
 
 
@@ -59,7 +59,7 @@ class Reliance:
 
 
 class BlockReader:
-    """Reads the words of a program's blocks, each once. With `beam`, S is a power, which may act in rapids, too."""
+    """Parses and caches the words of a program's blocks. With `beam`, S is a power, which may also act in rapids."""
 
     def __init__(self, program: Program, *, beam: bool = False) -> None:
         self.program = program
@@ -71,7 +71,7 @@ class BlockReader:
 
     @cached_property
     def stated(self) -> dict[str, tuple[list[int], list[str]]]:
-        """By letter: the blocks that state it, in order, and its text; cycle words only of cycles."""
+        """By letter: the blocks that state it, in order, and its text; cycle words count in cycles only."""
         found: dict[str, tuple[list[int], list[str]]] = {}
         for block in range(self.program.n_blocks):
             words = self.words(block)
@@ -104,7 +104,7 @@ class BlockReader:
         return self._kinds[self._first[block] : self._first[block + 1]]
 
     def words(self, block: int) -> BlockWords | None:
-        """Return the words of a block, or None if they are not plain."""
+        """Return the words of a block, or None if they include expressions or other special syntax."""
         if block not in self._words:
             self._words[block] = self._read(block)
         return self._words[block]
@@ -126,7 +126,7 @@ class BlockReader:
         return BlockWords(frozenset(states - {""}), letters, spindle, not words, outputs)
 
     def reliance(self, begin: int, end: int) -> Reliance:
-        """Return the modes that blocks begin … end - 1 take from before, and those that they set."""
+        """Return the modes that blocks begin … end - 1 inherit from earlier blocks, and those that they set."""
         relies: set[str] = set()
         sets: set[str] = set()
         for block in range(begin, end):
@@ -181,7 +181,7 @@ HERE = "here"
 def next_place(reader: BlockReader, blocks: Iterable[int], clearance: float) -> tuple[float, float] | str | None:
     """Return the first position in X and Y in `blocks`; `HERE` if it depends on the position before them.
 
-    None: they do not move. `clearance` is the height above which the tool may come down anywhere, mm.
+    None if they do not move. `clearance` is the height above which the tool may descend anywhere, mm.
     """
     program = reader.program
     path, first = program.path, program.first
@@ -214,7 +214,7 @@ def next_place(reader: BlockReader, blocks: Iterable[int], clearance: float) -> 
                     return HERE
             elif kind in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.FRAME, Kind.SHIFT, Kind.RADIUS, Kind.FOREIGN):
                 return HERE
-    # If only one axis was given, the other has not moved.
+    # If only one axis was stated, the other has not moved.
     return HERE if stated or waits else None
 
 

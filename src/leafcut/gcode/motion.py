@@ -9,13 +9,13 @@ from leafcut.gcode.words import BlockError, UnclearBlock, Word
 from leafcut.geometry.arrays import Point3
 from leafcut.model.toolpath import Arc, plane_axes
 
-#: Largest difference of the two radii of an arc, mm, …
+#: Maximum difference between the start and end radius of an arc, mm, …
 _RADIUS_TOLERANCE = 0.0127
 #: … or relative to the radius, if that is more (LinuxCNC: SPIRAL_RELATIVE_TOLERANCE; GRBL has the same 0.1 %).
 _RADIUS_RELATIVE_TOLERANCE = 0.001
-#: Largest difference of a radius that is too small to reach the end, mm.
+#: Maximum amount by which a radius may be too small to reach the end, mm.
 SHORT_RADIUS_TOLERANCE = 0.002
-#: More turns than this in one block are a mistake.
+#: Maximum number of turns in a block; more are an error in the program.
 MAX_TURNS = 10_000
 
 
@@ -54,7 +54,7 @@ def run_machine(state: InterpreterState, letters: dict[str, Word]) -> None:
 
 
 def run_home(state: InterpreterState, letters: dict[str, Word]) -> None:
-    """Run G28 or G30: at rapid through the programmed point, then to machine zero in the same axes.
+    """Run G28 or G30: a rapid through the programmed point, then to machine zero in the same axes.
 
     By convention the reference point is machine zero; the program does not state it.
     """
@@ -126,7 +126,7 @@ def _centre_of_offsets(
 
 
 def check_radii(u0: float, v0: float, u1: float, v1: float, uc: float, vc: float) -> None:
-    """Refuse an arc from (u0, v0) to (u1, v1) round (uc, vc) whose start and end are on different circles."""
+    """Raise an error if start (u0, v0) and end (u1, v1) of an arc have different distances from (uc, vc)."""
     inner, outer = math.hypot(u0 - uc, v0 - vc), math.hypot(u1 - uc, v1 - vc)
     if inner == 0.0:
         raise BlockError("an arc of radius 0")
@@ -137,7 +137,7 @@ def check_radii(u0: float, v0: float, u1: float, v1: float, uc: float, vc: float
 def _centre_of_radius(
     begin: Point3, end: list[float], axes: tuple[int, int, int], radius: float, clockwise: bool
 ) -> list[float]:
-    """Return the centre of an arc of given radius; a negative radius is for more than half a turn."""
+    """Return the centre of an arc of given radius; a negative radius selects the arc of more than half a turn."""
     (u0, v0), (u1, v1) = _flat(begin, axes), _flat(end, axes)
     du, dv = u1 - u0, v1 - v0
     half = math.hypot(du, dv) / 2.0
@@ -145,7 +145,7 @@ def _centre_of_radius(
         raise BlockError("an arc with R cannot end where it starts; write it with a centre")
     if half > abs(radius) + SHORT_RADIUS_TOLERANCE:
         raise BlockError(f"the radius {abs(radius):g} mm is too small to reach the end of the arc")
-    # From the middle of the chord to the centre, square to the chord: to its right for a short clockwise arc.
+    # From the midpoint of the chord to the centre, perpendicular to the chord: right for a short clockwise arc.
     height = math.sqrt(max(radius * radius - half * half, 0.0))
     side = -1.0 if clockwise == (radius > 0.0) else 1.0
     center = list(begin)

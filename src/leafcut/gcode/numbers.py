@@ -1,4 +1,4 @@
-"""Numbers as controllers want them: fixed decimals, no exponent, never -0, a decimal point where one is needed."""
+"""Number formats for controllers: fixed decimals, no exponent, never -0, a decimal point if required."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from leafcut.errors import PostError
 from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
 
-#: Nothing on a machine tool is longer than this, mm (or mm/min).
+#: Maximum length or feed on any machine tool, mm or mm/min.
 MAX_LENGTH = 1e6
 
 
 def format_number(value: float, decimals: int, point: bool = False) -> str:
-    """Return a number rounded to `decimals`, without needless zeros; `point` keeps the point of a whole number.
+    """Format a number with at most `decimals` decimals, without trailing zeros; `point` keeps the point of an integer.
 
     >>> format_number(-0.0004, 3), format_number(12.5, 3), format_number(3.0, 3, point=True)
     ('0', '12.5', '3.')
@@ -34,7 +34,7 @@ def format_number(value: float, decimals: int, point: bool = False) -> str:
 
 @dataclass(frozen=True, slots=True)
 class NumberFormat:
-    """How lengths and feeds of one program are written: unit (mm or inch), decimals, and the decimal point."""
+    """Format of the lengths and feeds in a program: unit (mm or inch), decimals, and decimal point."""
 
     inch: bool
     decimals: int
@@ -47,24 +47,24 @@ class NumberFormat:
 
     @property
     def resolution(self) -> float:
-        """The smallest step that a length of the program can say, mm."""
+        """Resolution of lengths in the program, mm."""
         return self.unit * 10.0**-self.decimals
 
     def length(self, mm: float) -> str:
-        """Return the text of a length given in mm."""
+        """Format a length given in mm."""
         return format_number(mm / self.unit, self.decimals, self.point)
 
     def said(self, mm: float) -> float:
-        """Return the length, mm, that the controller understands when `mm` is written."""
+        """Return a length rounded to the resolution of the program, mm."""
         return float(self.length(mm)) * self.unit
 
     def feed(self, mm_per_s: float) -> str:
-        """Return the text of a feed given in mm/s, in units per minute.
+        """Format a feed given in mm/s, in units per minute.
 
         Raises
         ------
         PostError
-            The feed is nothing, or too small to be written.
+            The feed is zero after rounding, or out of range.
         """
         text = format_number(mm_per_s * SECONDS_PER_MINUTE / self.unit, self.decimals, self.point)
         if not float(text) > 0:

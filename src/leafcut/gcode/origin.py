@@ -1,4 +1,4 @@
-"""Words that move the origin of the program's coordinates: G10, G52, G92 and their relatives.
+"""Words that move the origin of the program coordinates: G10, G52, G92 and related codes.
 
 The position in the new coordinates is known only if the word states it (G92 X0, G10 L20 of the active frame); otherwise
 the axis is unknown until it is programmed again.
@@ -19,7 +19,7 @@ def chooses_origin(code: int) -> bool:
 
 
 def run_shift(state: InterpreterState, code: int, letters: dict[str, Word]) -> None:
-    """Run G92 with axes, or G92.1 and its relatives, which have no effect before the first G92: a row SHIFT."""
+    """Run G92 with axes, or G92.1 to G92.3, which have no effect before the first G92: add a row SHIFT."""
     if code in _G92_OFF:
         if state.shift:
             state.move_origin((True, True, True))
@@ -31,14 +31,14 @@ def run_shift(state: InterpreterState, code: int, letters: dict[str, Word]) -> N
 
 
 def run_origin(state: InterpreterState, code: int, letters: dict[str, Word]) -> None:
-    """Run one of these codes: a row SHIFT.
+    """Run a code that moves the origin: add a row SHIFT.
 
     Raises
     ------
     BlockError
         A word is missing.
     UnclearBlock
-        It stores a value that the program does not show.
+        The stored value is not in the program.
     """
     if code in _G92_OFF:
         state.move_origin((True, True, True))
@@ -55,7 +55,7 @@ def run_origin(state: InterpreterState, code: int, letters: dict[str, Word]) -> 
 
 
 def _set_table(state: InterpreterState, letters: dict[str, Word]) -> None:
-    """Run G10: L2 and L20 set a work offset, the other tables are not understood."""
+    """Run G10: L2 and L20 set a work offset; other tables are not supported."""
     if "L" not in letters:
         raise UnclearBlock("G10 without L is not understood")
     table = whole(letters.pop("L"), 999)
@@ -79,6 +79,6 @@ def _set_table(state: InterpreterState, letters: dict[str, Word]) -> None:
 
 
 def _take_axes(letters: dict[str, Word]) -> tuple[tuple[bool, bool, bool], dict[int, Word]]:
-    """Take X, Y and Z: return which are named, and their words."""
+    """Remove X, Y and Z from `letters`; return flags for the stated axes, and their words."""
     named = named_axes(letters)
     return named, {axis: letters.pop(AXES[axis]) for axis in range(3) if named[axis]}

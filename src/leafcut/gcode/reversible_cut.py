@@ -1,9 +1,9 @@
-"""Cuts that can be reversed: blocks that go to a position, cut at one level from there, and come up.
+"""Reversible cuts: blocks that move to a position, cut at constant Z, and retract.
 
     G0 X0 Y0 / G1 Z-1 F50  |  X5 F200 / G2 X9 I2  |  G0 Z5
     lead                   |  body                |  tail
 
-Only plain words are allowed: a block that is not fully understood cannot be reversed.
+Only plain words are allowed: a block that is not fully supported cannot be reversed.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from leafcut.gcode.program import Program
 from leafcut.gcode.words import Block, BlockError, tokenise
 from leafcut.model.toolpath import Kind
 
-#: G codes, in tenths, that may be in the lead and the tail, where they stay.
+#: G codes, in tenths, allowed in the lead and the tail, where they stay.
 _ASIDE = frozenset({0, 10, 170, 400, 900, 901, 911, 940})
 _SPINDLE = frozenset({3.0, 4.0, 5.0})
 _LETTERS = frozenset("NGMXYZFS")
@@ -33,14 +33,14 @@ _TOLERANCE = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class ReversibleCut:
-    """Blocks begin … body - 1 lead to the cut, body … tail - 1 are the cut, tail … end - 1 come up from it.
+    """Blocks begin … body - 1 are the lead, body … tail - 1 the cut, tail … end - 1 the retract.
 
     Attributes
     ----------
     rows
         The row of every block of the cut.
     places
-        The X and Y, as text, of the positions along the cut, one more than it has blocks; None if no word states it.
+        X and Y, as text, of all points along the cut, including the start; None for a coordinate without a word.
     """
 
     begin: int
@@ -52,7 +52,7 @@ class ReversibleCut:
 
 
 def find_stroke(program: Program, begin: int, end: int) -> ReversibleCut | None:
-    """Return blocks begin … end - 1 as a reversible cut; None if one is not plain, or they are not at one level."""
+    """Return blocks begin … end - 1 as a reversible cut; None if a block is not plain or Z is not constant."""
     return _CutReader(program, begin, end).stroke()
 
 
@@ -123,7 +123,7 @@ class _CutReader:
         )
 
     def _level(self, rows: list[int]) -> bool:
-        """Return whether the cut is at one level, and no arc has more than one turn."""
+        """Return whether the cut has constant Z, and no arc has more than one turn."""
         z = [*(float(self._before_z(row)) for row in rows), *(float(self.path.end[row, 2]) for row in rows)]
         level = all(math.isnan(v) for v in z) or max(z) - min(z) < _TOLERANCE
         arcs = [row for row in rows if self.path.kind[row] != Kind.FEED]
@@ -135,7 +135,7 @@ class _CutReader:
         letters = {word.letter for word in words.words}
         if self.path.kind[rows.start : rows.stop].tolist() == [int(Kind.DWELL)]:
             codes = [round(word.value * 10) for word in words.words if word.letter == "G"]
-            # It waits at the start or the end of the cut.
+            # A dwell at the start or the end of the cut.
             return letters <= _DWELL_LETTERS and codes == [40] and self._near(self._before(rows.start), at)
         plain = _LETTERS.issuperset(letters) and all(
             round(word.value * 10) in _ASIDE if word.letter == "G" else word.value in _SPINDLE
@@ -155,14 +155,14 @@ class _CutReader:
         )
 
     def _at_once(self, low: int, high: int, *, down: bool) -> bool:
-        """Return whether the feeds among rows that lead down to the cut, or up from it, are next to it."""
+        """Return whether the feed moves of the lead or retract are adjacent to the cut."""
         kinds = [int(k) for k in self.path.kind[low:high] if k in (Kind.RAPID, Kind.FEED)]
         return kinds == sorted(kinds, reverse=not down)
 
     def _places(
         self, blocks: list[Block], body: int, tail: int, rows: list[int]
     ) -> tuple[tuple[str | None, str | None], ...] | None:
-        """Return the text of every position of the cut; None if a text differs from its position."""
+        """Return the text of every point of the cut; None if a text differs from its coordinate."""
         unit = self.program.modal(body).unit or 1.0
         said: dict[str, str | None] = {"X": None, "Y": None}
         places: list[tuple[str | None, str | None]] = []
@@ -195,7 +195,7 @@ class _CutReader:
     # -- places ------------------------------------------------------------------------------------------------------
 
     def _before_row(self, row: int) -> int:
-        """Return the motion before a row; a cut has its lead before it."""
+        """Return the motion row before a row; a cut always has a lead before it."""
         row -= 1
         while row > 0 and self.path.kind[row] > Kind.DRILL:
             row -= 1

@@ -1,4 +1,4 @@
-"""The state of the interpreter between two blocks, and the meaning of single words that depends on it."""
+"""State of the interpreter between two blocks, and the interpretation of single words in that state."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from leafcut.model.toolpath import UNKNOWN, DrillCycle, Kind, ToolpathBuilder
 from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
 
 AXES = ("X", "Y", "Z")
-#: Register of a tool length that is in no register (G43.1, G43.2); registers go up to 99,999.
+#: Pseudo-register for a tool length outside the registers (G43.1, G43.2); real registers go up to 99,999.
 DYNAMIC_LENGTH = 100_000
 #: Rows after which an active length offset may have another value: the tool or the controller's table may have changed.
 #: Moves in machine coordinates (G28, G53) cancel the offset on Fanuc and Haas.
@@ -26,8 +26,8 @@ _modal_values = attrgetter(*(f.name for f in fields(Modal)))
 class CycleValues:
     """Modal words of a canned cycle, in mm and s.
 
-    `incremental` and `unit` are the distance mode and the unit (mm) that the words were given in.
-    `spare` holds letters that the active cycle was given and does not use.
+    `incremental` and `unit` are the distance mode and the unit (mm) in which the words were stated.
+    `spare` contains the stated letters that the active cycle does not use.
     """
 
     r: float | None = None
@@ -41,43 +41,43 @@ class CycleValues:
 
 @dataclass
 class InterpreterState(Modal):
-    """Modal state, the toolpath so far, and all else that the interpreter remembers.
+    """Modal state, the toolpath so far, and the other memory of the interpreter.
 
     Attributes
     ----------
     keeps_unknown
-        The policy for blocks that are not understood. True (programs of other CAMs): they are kept, and what they may
-        change is unknown afterwards. False (leafcut's own programs): they are errors.
+        Policy for unsupported blocks. True (programs of other CAMs): they are kept, and the state that they may change
+        is unknown afterwards. False (leafcut's own programs): they are errors.
     motion
         As in `Modal`, but kept while a cycle is active.
     feed_rate
-        mm/s, or mm per revolution with G95. With G93 every cutting block has its own.
+        mm/s, or mm per revolution with G95. With G93 every cutting block has its own feed.
     cycle_values
         The words of the active cycle in mm and s.
     call
-        The cycle that a Siemens control runs at every place (MCALL).
+        The cycle that a Siemens control runs at every position (MCALL).
     last_dwell
         Dwell of the last cycle that had one, s.
     offset_number, offset_on
-        The last D word, where lengths are chosen by D, and whether a length offset is active.
+        The last D word if D selects the length offset, and whether a length offset is active.
     length_row
         First row since the last G43; -1 before the first.
     override, adaptive
         Factor of the feed that an analog output sets, and whether it is active (M52).
     dark, holds_height
-        Outputs keep a lit torch dark, and at its height.
+        Outputs keep the arc off although the torch is on, and hold its height.
     material, material_feeds
-        The controller's material that M190 selected; the known feeds of its table by number, mm/s.
+        Material selected by M190; known feeds of the controller's material table by number, mm/s.
     rounds, blending_stated
         The program has stated G64, or any of G61, G61.1 and G64.
     default_unit, assumed_units
         Unit, mm, of a program that does not state its units before the first length, and whether that was the case.
     unknown_modes
-        Modes that something invisible may have changed: plane, distance, retract, feed, speed.
+        Modes that may have changed invisibly: plane, distance, retract, feed, speed.
     unknown_motion
-        The active motion or cycle where it is not understood, or ``""``.
+        The active motion or cycle if it is unsupported, otherwise ``""``.
     transform
-        G code, in tenths, that rotates, scales or mirrors all that follows; 0 without one.
+        G code, in tenths, of an active rotation, scaling or mirroring; 0 without one.
     surface
         G96 (constant surface speed) is active.
     rotary
@@ -126,12 +126,12 @@ class InterpreterState(Modal):
 
     @property
     def stores_cycles(self) -> bool:
-        """Whether a cycle with no repeats is stored, and G82 and pecks may come without their words."""
+        """Whether a cycle with zero repeats is stored, and G82 and pecks may omit their words."""
         return self.keeps_unknown and self.dialect.groups == "fanuc"
 
     @property
     def takes_plain_lines(self) -> bool:
-        """Whether a line of G0 to G3, coordinates, F and S is carried out at once: all modes are known and ordinary."""
+        """Whether a line of G0 to G3, coordinates, F and S needs no checks: all modes are known and ordinary."""
         return (
             self.unit is not None
             and self.motion is not None
@@ -151,10 +151,10 @@ class InterpreterState(Modal):
         return values if self.cycle is None else (None, *values[1:])
 
     def forget(self, cause: str) -> None:
-        """Forget position and modes after `cause` has done something that the program does not show.
+        """Mark position and modes as unknown after `cause`, whose effect the program does not show.
 
-        Units and feed mode are assumed to be unchanged: the numbers that follow would make no sense otherwise, and the
-        order of the work does not depend on them.
+        Units and feed mode are assumed to be unchanged: otherwise the following numbers would be meaningless, and the
+        order of operations does not depend on them.
         """
         self.path.position = [UNKNOWN, UNKNOWN, UNKNOWN]
         self.path.initial_plane = None
@@ -168,7 +168,7 @@ class InterpreterState(Modal):
         self.shift += 1
 
     def set_unit(self, unit: float) -> None:
-        """Take the unit that the program states, in mm."""
+        """Set the unit stated by the program, in mm."""
         self.unit = unit
         if self._feed_without_unit is not None:
             feed, self._feed_without_unit = self._feed_without_unit, None
@@ -197,7 +197,7 @@ class InterpreterState(Modal):
         return word.value * self.unit
 
     def target(self, letters: dict[str, Word], axis: int) -> float | None:
-        """Take the word of an axis and return the coordinate it moves to, mm; None without such a word."""
+        """Remove the word of an axis from `letters` and return its target coordinate, mm; None without the word."""
         word = letters.pop(AXES[axis], None)
         if word is None:
             return None
@@ -209,7 +209,7 @@ class InterpreterState(Modal):
         return None if math.isnan(here) else here + value
 
     def set_feed(self, word: Word) -> None:
-        """Take an F word in the active feed mode; before the units are stated, it may wait for them."""
+        """Apply an F word in the active feed mode; before the units are stated, it may be deferred."""
         self.unknown_modes.discard("feed")
         if self.unit is None and self.default_unit is not None and word.value > 0.0:
             self._feed_without_unit = word.value
@@ -227,7 +227,7 @@ class InterpreterState(Modal):
     def feed_for(self, letters: dict[str, Word], length: float) -> float:
         """Return the feed, mm/s, of a cut of `length` mm.
 
-        With G93, F is the reciprocal of the minutes that the cut takes, and every block needs its own.
+        With G93, F is the reciprocal of the duration of the cut in minutes, and every block needs its own.
         """
         if self._feed_without_unit is not None:
             self._assume_unit()
@@ -271,21 +271,21 @@ class InterpreterState(Modal):
         self.path.set_place(Kind.SHIFT, (place[0], place[1], place[2]), self.shift, line=self.line)
 
     def set_frame(self, number: int) -> None:
-        """Take a work offset, in tenths; the position in another one is not known."""
+        """Select a work offset, in tenths; the position is unknown if the offset changes."""
         if number != self.frame:
             self.frame = number
             self.path.set_place(Kind.FRAME, (UNKNOWN, UNKNOWN, UNKNOWN), number, line=self.line)
 
     def set_dynamic_length(self) -> None:
-        """Take a tool length that is in no register (G43.1, G43.2), until the next G43 or G49."""
+        """Set a tool length outside the registers (G43.1, G43.2), until the next G43 or G49."""
         self.length = DYNAMIC_LENGTH
         self.path.offset(DYNAMIC_LENGTH, line=self.line)
 
     def set_length(self, register: int) -> None:
-        """Take the tool length offset of a register; 0 cancels it.
+        """Select the tool length offset of a register; 0 cancels it.
 
-        Another one than the active moves the origin of Z by an amount that the program does not state. The active one
-        changes nothing, unless the tool or the table may have changed since.
+        A different register moves the Z origin by an unknown amount. Selecting the active register again changes
+        nothing, unless the tool or the table may have changed since.
         """
         self.offset_on = register != 0
         since, self.length_row = self.length_row, len(self.path)
@@ -298,7 +298,7 @@ class InterpreterState(Modal):
             self.path.initial_plane = None
 
     def dwell(self, word: Word) -> float:
-        """Return the seconds that a dwell word means in this dialect."""
+        """Return the duration of a dwell word in this dialect, s."""
         if word.value < 0.0:
             raise BlockError(f"{word}: a dwell cannot be negative")
         unit, whole = self.dialect.dwell_unit, "." not in word.text
@@ -309,7 +309,7 @@ class InterpreterState(Modal):
         return word.value / (100.0 if unit == "cs" else 1000.0)
 
     def known_value(self, name: str) -> float | None:
-        """Return the value of a system parameter that follows from the program itself, or None."""
+        """Return the value of a system parameter if the program determines it, otherwise None."""
         if name.isdecimal() and self.dialect.groups != "rs274":
             return None
         lengths = {"_x": 0, "_y": 1, "_z": 2, "5420": 0, "5421": 1, "5422": 2}

@@ -14,9 +14,9 @@ from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind
 from leafcut.units import MM_PER_INCH
 
-#: Most lines above a section, and before its tool change, that may describe its tool.
+#: Maximum distance of a comment that describes a tool: lines above a section, and lines before its tool change.
 _FARTHEST_COMMENT, _BEFORE_CHANGE = 2000, 20
-#: Lines at the top of a program that may hold a list of tools.
+#: Number of lines at the top of a program that may contain a tool list.
 _TOP = 200
 _NUMBER = r"([0-9]{1,3}\s?/\s?[0-9]{1,3}|[0-9]{0,4}\.?[0-9]{1,6})\.?"
 _UNIT = r"\s?(mm|inch|in\b|\")?"
@@ -49,7 +49,7 @@ _SIZE = re.compile(
 _NAMED = re.compile(r"\bT\s?([0-9]{1,9})\b|^[\s(;]*([0-9]{1,9})\s?=", re.IGNORECASE)
 
 
-#: Words for kinds of tools; the first match counts, anything else is an end mill.
+#: Words for kinds of tools; the first match counts; without a match the tool is an end mill.
 _SHAPES = (
     (ToolKind.BALL_MILL, re.compile(r"\bball", re.IGNORECASE)),
     (ToolKind.V_BIT, re.compile(r"\bv-?\s?(?:bit|carve|groove)", re.IGNORECASE)),
@@ -59,14 +59,14 @@ _SHAPES = (
 )
 _ANGLE = re.compile(r"([0-9]{1,3}(?:\.[0-9]{0,6})?)\s?(?:deg|°)", re.IGNORECASE)
 _CORNER = re.compile(r"\bCR\s?=\s?([0-9]{0,4}\.?[0-9]{1,6})", re.IGNORECASE)
-#: Point angle of a drill without a stated one, rad.
+#: Default point angle of a drill, rad.
 _USUAL_POINT = math.radians(118)
 
 
 def sizes_in_other_unit(lines: Iterable[str], unit: str) -> tuple[int, str]:
-    """Return line and text of the first size in a comment that has another unit than `unit`, ``mm`` or ``in``.
+    """Return line and text of the first size in a comment with a unit other than `unit` (``mm`` or ``in``).
 
-    Line 0 without any, or if comments also give sizes in `unit`.
+    Line 0 if there is none, or if other comments give sizes in `unit`.
     """
     first = (0, "")
     for number, text in enumerate(lines, 1):
@@ -81,15 +81,15 @@ def sizes_in_other_unit(lines: Iterable[str], unit: str) -> tuple[int, str]:
 
 
 def tool_width(program: Program, block: int) -> float:
-    """Return the diameter, mm, that the last comment before a block gives for its tool, or 0.
+    """Return the tool diameter, mm, from the last comment about it before a block, or 0.
 
-    Comments that name another tool are ignored. A list of tools at the top counts, too.
+    Comments about other tools are ignored. A tool list at the top is included.
     """
     return _described(program, block)[0]
 
 
 def tool_in_comments(program: Program, block: int, since: int = 0) -> Tool | None:
-    """Return the tool of a block from the same comment; None without a diameter, or without the angle of a V-bit.
+    """Return the tool of a block from its comments; None without a diameter, or without the angle of a V-bit.
 
     Mills are flat unless the comment names another kind. A comment up to line `since` counts only if it names the tool.
     """
@@ -99,7 +99,7 @@ def tool_in_comments(program: Program, block: int, since: int = 0) -> Tool | Non
     number = program.modal(block).tool or 0
     kind = next((kind for kind, pattern in _SHAPES if pattern.search(comment)), ToolKind.END_MILL)
     angle, corner = _ANGLE.search(comment), _CORNER.search(comment)
-    # CAM programs write the point angle of a drill as TAPER.
+    # CAM programs give the point angle of a drill as TAPER.
     degrees = float(angle.group(1)) if angle else 0.0
     point = math.radians(degrees) if 0 < degrees < 180 else _USUAL_POINT if kind is ToolKind.DRILL else math.pi
     if kind is ToolKind.V_BIT:
@@ -111,7 +111,7 @@ def tool_in_comments(program: Program, block: int, since: int = 0) -> Tool | Non
 
 
 def _described(program: Program, block: int, since: int = 0) -> tuple[float, str]:
-    """Return the diameter in the last comment before a block about its tool, mm, and the comment; 0 without any."""
+    """Return the diameter, mm, from the last comment about a block's tool, and the comment; 0 if there is none."""
     # In a subprogram the line of its call counts: the last tool change in the text may belong to a later call.
     line = int(program.text_line[block]) - 1
     modal = program.modal(block)
@@ -134,7 +134,7 @@ def _described(program: Program, block: int, since: int = 0) -> tuple[float, str
 
 
 def _diameter_in(text: str, unit: float) -> tuple[float, int | None, str] | None:
-    """Return the diameter in a comment, mm, the number of the tool that it names, if any, and the comment."""
+    """Return the diameter in a comment, mm, the tool number in it or None, and the comment."""
     if "(" not in text and ";" not in text:
         return None
     match = next((m for pattern in _DIAMETERS if (m := pattern.search(text))), None)

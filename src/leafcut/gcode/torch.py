@@ -1,4 +1,4 @@
-"""Outputs of a controller that drive a torch: arc off for a while, height held, feed lowered.
+"""Controller outputs for a torch: arc off during a move, height hold, reduced feed.
 
 Source: LinuxCNC, M-code reference, M52 and M62 to M68; QtPlasmaC manual, outputs.
 """
@@ -19,14 +19,14 @@ from leafcut.gcode.words import Block, BlockError, Word, split_line, tokenise
 from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Arc, Kind, Motion, Toolpath
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: Register of the controller that holds half a kerf, where G41 and G42 take it from one.
+#: Controller register with half the kerf width, if G41 and G42 use a register.
 KERF_REGISTER = 1
-#: QtPlasmaC takes a feed override outside these limits for 100 %.
+#: QtPlasmaC treats a feed override outside these limits as 100 %.
 LEAST_PERCENT, MOST_PERCENT = 10.0, 100.0
 
 
 def run_outputs(state: InterpreterState, words: SortedBlock) -> None:
-    """Carry out M52, M62 to M68 and M190 of a block."""
+    """Execute M52, M62 to M68 and M190 of a block."""
     letters = words.letters
     if "adaptive" in words.m:
         state.adaptive = whole(letters.pop("P")) != 0 if "P" in letters else True
@@ -45,12 +45,12 @@ def run_outputs(state: InterpreterState, words: SortedBlock) -> None:
 
 
 def material_block(state: InterpreterState, line: str, number: int) -> Block:
-    """Return the block of a line; F may be the feed of the selected material of the controller.
+    """Parse the block of a line; F may be the feed of the controller's selected material.
 
     Raises
     ------
     BlockError
-        As `words.tokenise`; or no material is selected, or its feed is not known.
+        As in `words.tokenise`; or no material is selected, or its feed is unknown.
     """
     word = "" if state.dialect.torch is None else state.dialect.torch.material_feed
     if not word or word not in line or word not in split_line(line)[0]:
@@ -77,7 +77,7 @@ def _needed(letters: dict[str, Word], letter: str, code: int) -> Word:
 
 
 def leave_outputs(state: InterpreterState) -> None:
-    """Set the outputs as an aborted program may leave them: feed lowered, torch dark, height held."""
+    """Set the outputs as an aborted program may leave them: feed reduced, arc off, height held."""
     torch = state.dialect.torch
     if torch is None:
         return
@@ -89,13 +89,13 @@ def leave_outputs(state: InterpreterState) -> None:
 
 
 def spindle_number(letters: dict[str, Word]) -> int:
-    """Take the `$` of a spindle word: 0 without it, and for -1, which means all spindles."""
+    """Remove the `$` word and return the spindle number; 0 without it, and for -1 (all spindles)."""
     word = letters.pop("$", None)
     return 0 if word is None or word.value == -1.0 else whole(word, 7)
 
 
 def _take_wait(letters: dict[str, Word]) -> None:
-    """Take the words of M66, which waits for an input and changes nothing in a toolpath."""
+    """Remove the words of M66, which waits for an input and does not change the toolpath."""
     if ("P" in letters) == ("E" in letters):
         raise BlockError("M66 needs P or E")
     for letter in ("P", "E", "L", "Q"):
@@ -103,7 +103,7 @@ def _take_wait(letters: dict[str, Word]) -> None:
 
 
 def lower_feed(state: InterpreterState, number: int, percent: float) -> None:
-    """Set an analog output; that of the torch's feed lowers the feed from here on."""
+    """Set an analog output; the feed output of the torch reduces the feed from here on."""
     torch = state.dialect.torch
     if torch is not None and number == torch.feed_output:
         state.override = percent / 100.0 if LEAST_PERCENT <= percent <= MOST_PERCENT else 1.0
@@ -122,7 +122,7 @@ def _switch(state: InterpreterState, number: int, high: bool) -> None:
 
 
 def set_speed(state: InterpreterState, rpm: float) -> None:
-    """Take an S word: the speed of a spindle that turns, or the power of a beam that is on; 0 keeps a beam dark."""
+    """Apply an S word: spindle speed, or the power of a beam; 0 keeps the beam off."""
     state.rpm = rpm
     if not state.spindle:
         return
@@ -135,15 +135,15 @@ def set_speed(state: InterpreterState, rpm: float) -> None:
 
 
 def for_controller(path: Toolpath, dialect: Dialect) -> Toolpath:
-    """Return a cutting toolpath in the form that its controller takes; unchanged if the dialect drives no torch.
+    """Convert a cutting toolpath to the form that its controller accepts; unchanged for a dialect without a torch.
 
-    Probing, moves of Z and waits are left out if the controller does them. A torch that cannot be dark while it moves
-    is switched off earlier. Height control and G64 are only for controllers that have them.
+    Probing, Z moves and waits are left out if the controller performs them. If the arc cannot be off during a move, the
+    torch is switched off earlier. Height control and G64 are kept only for controllers that support them.
 
     Raises
     ------
     PostError
-        The controller has no word for marking, or for a torch that is dark for a while.
+        The controller has no word for marking, or for moving with the arc off.
     """
     torch = dialect.torch
     if torch is None:
@@ -164,7 +164,7 @@ def _with_arcs(rows: list[Motion], arcs: list[Arc]) -> Toolpath:
 
 
 class _TorchWriter:
-    """Passes on the rows that a controller takes, changed where it takes another form."""
+    """Forwards the rows that a controller accepts, converted where necessary."""
 
     def __init__(self, torch: Torch, dialect: Dialect, keep: Callable[[Motion], None]) -> None:
         self.torch, self.dialect, self.keep = torch, dialect, keep
@@ -173,7 +173,7 @@ class _TorchWriter:
         self.displaced = False
 
     def write(self, row: Motion, before: np.ndarray) -> None:
-        """Pass one row on; `before` is the position of the torch before it."""
+        """Forward one row; `before` is the position of the torch before it."""
         torch, kind = self.torch, row.kind
         if kind is Kind.SPINDLE:
             self._light(row)
@@ -196,13 +196,13 @@ class _TorchWriter:
         elif kind in MOTIONS and not self.dialect.states_z:
             self._go(row, before)
         else:
-            # Another tool has another position.
+            # Another tool has a different offset.
             self.displaced |= kind is Kind.TOOL
             self.keep(row)
         self.piercing &= kind not in MOTIONS
 
     def _go(self, row: Motion, before: np.ndarray) -> None:
-        """Pass on a move without its height; moves of Z alone are left out."""
+        """Forward a move without its Z; moves along Z only are left out."""
         x, y, _ = row.end
         if row.kind not in (Kind.RAPID, Kind.FEED) or self.displaced or not _same((x, y), before):
             self.keep(row._replace(end=(x, y, math.nan)))

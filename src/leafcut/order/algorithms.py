@@ -1,7 +1,7 @@
-"""The registry of algorithms: each entry says which of the two move sets it has.
+"""Registry of algorithms, with one or both of two move sets.
 
-A tour of *places* has one node per cluster, the same costs in both directions and no precedence. A path of *choices*
-has clusters of several nodes, costs that differ by direction, or precedence.
+The move set *places* is for tours with one node per cluster, symmetric costs and no precedence. The move set *choices*
+is for paths with several nodes per cluster, asymmetric costs, or precedence.
 """
 
 from __future__ import annotations
@@ -38,18 +38,18 @@ from leafcut.order.path_search import run_paths, warm_paths
 from leafcut.order.search import AlgorithmRun, SearchResult
 from leafcut.order.stop import Stop
 
-#: Candidates of each node for ants that choose every edge of a tour among them.
+#: Candidates per node for ants, which choose every edge of a tour from them.
 ANTS_CANDIDATES = 16
 
-#: Maximum number of clusters, some of them with several nodes, that are ordered as choices. More are ordered as tours
-#: of their mean places. Measured on 6000 contours of 8 nodes: 2 % shorter after 3 s and 3 % after 15 s.
+#: Maximum number of clusters for the move set of choices if some have several nodes. More are ordered by the mean
+#: positions of their nodes. Measured on 6000 contours of 8 nodes: choices 2 % shorter after 3 s and 3 % after 15 s.
 MOST_CHOICES = 20_000
 
 #: Nodes of the problem for which kernels are compiled.
 WARM_NODES = 40
 
 Search = Callable[[Any, AlgorithmRun], SearchResult]
-#: Short search that calls all kernels; the flag says whether the problem is large.
+#: A short search that calls all kernels; the flag marks a large problem.
 Warm = Callable[[Any, AlgorithmRun, bool], Ints]
 
 
@@ -60,11 +60,12 @@ class Algorithm:
     Attributes
     ----------
     places, choices
-        The searches of its move sets; None if it has none. `warm_places` and `warm_choices` call their kernels.
+        Search functions of the two move sets; None if not available. `warm_places` and `warm_choices` call their
+        kernels.
     few
-        `choices` orders few clusters only (`FEW_CLUSTERS`, `FEW_NODES`).
+        `choices` is limited to few clusters (`FEW_CLUSTERS`, `FEW_NODES`).
     check
-        Refuses options, given the options of ants and fireflies and whether the problem has choices.
+        Raises an error for unsupported options, given those of ants and fireflies and whether there are choices.
     """
 
     places: Search
@@ -78,7 +79,7 @@ class Algorithm:
 
 @dataclass(frozen=True)
 class Method:
-    """An algorithm with the move set for one problem."""
+    """An algorithm and its move set for a problem."""
 
     name: str
     algorithm: Algorithm
@@ -86,7 +87,7 @@ class Method:
 
     @property
     def search(self) -> Search:
-        """Return the search of the move set."""
+        """Search function of the move set."""
         return self.algorithm.choices if self.has_choices and self.algorithm.choices else self.algorithm.places
 
     def warm(self, instance: AnyInstance, run: AlgorithmRun, large: bool) -> Ints:
@@ -95,21 +96,21 @@ class Method:
         return self.search(instance, run).tour if warm is None else warm(instance, run, large)
 
     def instance(self, problem: RoutingProblem, candidates: int | None) -> AnyInstance:
-        """Return the problem in the arrays of the move set."""
+        """Return the instance of the problem for the move set."""
         k = self.algorithm.candidates if candidates is None else candidates
         return build_directed(problem, k) if self.has_choices else build_instance(problem, k)
 
 
 def method_for(problem: RoutingProblem, options: SolveOptions) -> Method:
-    """Return the algorithm of the options and its move set for a problem.
+    """Return the algorithm named in the options, with its move set for a problem.
 
     Raises
     ------
     SolveError
-        The algorithm cannot keep the precedence or costs that differ by direction, or not of so many clusters.
+        The algorithm does not support precedence, asymmetric costs, or the number of clusters.
     """
     name = "colony" if options.algorithm == "auto" else options.algorithm
-    algorithm = OWN[name] if name in OWN else _packaged(name)
+    algorithm = OWN[name] if name in OWN else Algorithm(partial(run_packaged, name))
     wanted, ordered = needs_choices(problem), len(problem.precedence) > 0
     if wanted and algorithm.choices is not None and (is_few(problem) or not algorithm.few):
         return Method(name, algorithm, True)
@@ -127,19 +128,13 @@ def method_for(problem: RoutingProblem, options: SolveOptions) -> Method:
     return Method(name, algorithm, False)
 
 
-@cache
-def _packaged(name: str) -> Algorithm:
-    """Return the entry of a package's algorithm; always the same one, so that its warm-up runs once."""
-    return Algorithm(partial(run_packaged, name))
-
-
 def is_few(problem: RoutingProblem) -> bool:
-    """Return whether a search may keep the costs of all moves between the nodes."""
+    """Return whether the problem is small enough to store the costs of all moves between its nodes."""
     return problem.n_clusters < FEW_CLUSTERS and problem.n_nodes <= FEW_NODES
 
 
 def needs_choices(problem: RoutingProblem) -> bool:
-    """Return whether the move set of choices is needed; very many clusters are ordered by their mean places instead."""
+    """Return whether the move set of choices is needed; above `MOST_CHOICES`, mean positions are used instead."""
     if len(problem.precedence):
         return True
     if problem.n_nodes > problem.n_clusters:
@@ -148,18 +143,18 @@ def needs_choices(problem: RoutingProblem) -> bool:
 
 
 def algorithm_titles() -> dict[str, str]:
-    """Return the values of ``--algorithm`` with their titles; of a broken plug-in its error."""
+    """Return the values of ``--algorithm`` with their titles; a broken plug-in has its error instead."""
     titles = {one.name: one.refusal if one.adds is None else one.adds.title for one in PACKAGED.plugins()}
     return {**titles, **ALGORITHM_TITLES}
 
 
 def check_algorithm(name: str) -> None:
-    """Refuse an unknown algorithm.
+    """Check the name of an algorithm.
 
     Raises
     ------
     OptionError
-        No package has it, or it cannot be used.
+        The algorithm is unknown, or its package cannot be loaded.
     """
     if name not in ALGORITHM_TITLES:
         PACKAGED.load(name)
@@ -168,12 +163,12 @@ def check_algorithm(name: str) -> None:
 def check_options(
     problem: RoutingProblem, method: Method, options: SolveOptions, aco: AcoOptions, firefly: FireflyOptions
 ) -> None:
-    """Refuse options that an algorithm cannot keep, before anything is compiled.
+    """Check the options of an algorithm before anything is compiled.
 
     Raises
     ------
     SolveError
-        There is such an option.
+        The algorithm does not support an option, or full candidate lists would be too large.
     """
     method.algorithm.check(method.name, aco, firefly, method.has_choices)
     if options.candidates == 0 and problem.n_clusters > FULL_LISTS_LIMIT:
@@ -186,10 +181,9 @@ def check_options(
 def warm_up(
     problem: RoutingProblem, options: SolveOptions, aco: AcoOptions | None = None, firefly: FireflyOptions | None = None
 ) -> None:
-    """Compile every kernel that the search needs, or load it from disk, before a clock starts.
+    """Compile every kernel that the search needs, or load it from disk, before the clock starts.
 
-    It runs one iteration on a small problem of the same kind: next to nothing if the kernels exist. Ctrl-C ends it, and
-    the next call runs again.
+    This runs one or two iterations on a small problem of the same kind, which is fast if the kernels are compiled.
     """
     method, firefly = method_for(problem, options), firefly or FireflyOptions()
     options = replace(
@@ -206,8 +200,8 @@ def warm_up(
 def _warm_up(
     method: Method, directed: bool, large: bool, options: SolveOptions, aco: AcoOptions, firefly: FireflyOptions
 ) -> None:
-    """Warm up once in a process for problems of the same kind."""
-    # Spread as by chance; NumPy's random numbers take longer to import than all this.
+    """Warm up once per process for problems of the same kind."""
+    # Pseudo-random points; importing NumPy's generator would take longer than the rest.
     places = np.arange(2.0 * WARM_NODES)[:, None] * (75.4878, 56.9840) % 100.0
     entry, pairs = places[:WARM_NODES], [(0, 1)] if method.has_choices else []
     small = RoutingProblem(
@@ -218,10 +212,7 @@ def _warm_up(
         precedence=np.array(pairs, dtype=np.int32).reshape(-1, 2),
     )
     instance = method.instance(small, CANDIDATES)
-    stop = Stop()
-    tour = method.warm(instance, AlgorithmRun(options, aco, firefly, Best(stop)), large)
-    if stop.cancelled.is_set():
-        raise KeyboardInterrupt  # the search caught it to keep its best tour; an aborted warm-up is not cached
+    tour = method.warm(instance, AlgorithmRun(options, aco, firefly, Best(Stop())), large)
     path_cost(small, choose_nodes(small, instance.path(tour)))
 
 
@@ -240,7 +231,7 @@ def _nearest_path(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult
 
 _ANTS = Algorithm(run_ants, run_ants, few=True, check=check_ants)
 
-#: The algorithms of leafcut by name; `auto` is one of them, and `none` needs no search.
+#: Built-in algorithms by name; `auto` selects `colony`, and `none` needs no search.
 OWN = {
     "colony": Algorithm(run_colony, run_paths, warm_colony, warm_paths, candidates=CANDIDATES),
     **dict.fromkeys(ANT_ALGORITHMS, _ANTS),

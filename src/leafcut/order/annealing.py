@@ -1,8 +1,8 @@
 """Simulated annealing of a path: remove some clusters and insert each at its cheapest place.
 
-If few clusters of many nodes must come before others, exchanges along candidate lists do not reach every good path.
-Removal and insertion do, with the nodes chosen by dynamic programming. A step examines the whole path, so the method is
-for paths of few clusters.
+With precedence among few clusters of many nodes, exchanges along candidate lists do not reach every good path. Removal
+and insertion do, with the nodes chosen by dynamic programming. A step examines the whole path, so the method suits
+paths of few clusters.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class Forgetting:
     """The annealing of one path, with its buffers."""
 
     def __init__(self, instance: DirectedInstance, words: NDArray[np.uint64], layers: Clusters | None = None) -> None:
-        """Prepare with a random word uint64[1]; `layers` are the layers of the instance if they exist already."""
+        """Allocate the buffers; `words` is a random state uint64[1], `layers` the clusters if they already exist."""
         self.instance, self.words, self.layers = instance, words, layers or layers_of(instance)
         self.turn = 0
         m, widest = instance.n, int(np.diff(self.layers.begin).max())
@@ -72,7 +72,7 @@ class Forgetting:
         self.number[instance.rules.way] = np.arange(len(instance.rules.way), dtype=np.int32)
 
     def cool_down(self, nodes: Ints, mean: float, steps: int, least: float, go_on: Callable[[int], bool]) -> Ints:
-        """Return the best path, as the problem's nodes int32[clusters], of a number of steps from a given path.
+        """Anneal from a given path for `steps` steps; return the best path as the problem's nodes int32[clusters].
 
         `mean` is the mean cost of a move. `go_on` is called with the number of steps since its last call, and returns
         whether to continue.

@@ -19,11 +19,11 @@ from leafcut.order.deadline import Deadline
 from leafcut.order.directed import AnyInstance, least_costs
 from leafcut.order.instance import Instance, build_instance, is_directed, is_symmetric
 
-#: Candidates of each node for the bound of an order without a search.
+#: Candidates per node for the lower bound of an order that needed no search.
 CANDIDATES = 8
 
-#: If costs differ by direction or clusters have several nodes, the bound is computed on a table of the cheapest moves
-#: between clusters: maximum number of clusters, and of nodes.
+#: With asymmetric costs or several nodes per cluster, the bound is computed on a table of the cheapest moves between
+#: clusters: maximum number of clusters, and of nodes.
 MOST_CLUSTERS, MOST_WAYS = 2000, 6000
 
 #: Maximum number of clusters for a lower bound before an observed search.
@@ -34,14 +34,14 @@ ROUNDING = 1e-9
 
 
 def aim(options: SolveOptions, instance: AnyInstance, best: Best, deadline: Deadline) -> None:
-    """With `--target-gap`, compute the lower bound and let the search stop near it. The clock is stopped meanwhile.
+    """With `--target-gap`, compute the lower bound and set the target of the search, with the clock stopped.
 
-    If the deadline comes before a bound, the search has no target.
+    If the deadline passes before a bound is proved, the search has no target.
 
     Raises
     ------
     SolveError
-        There is no bound for this problem.
+        No bound can be computed for this problem.
     """
     if options.target_gap is None:
         return
@@ -56,9 +56,9 @@ def aim(options: SolveOptions, instance: AnyInstance, best: Best, deadline: Dead
 
 
 def foresee(options: SolveOptions, instance: AnyInstance, best: Best) -> None:
-    """Compute a lower bound for an observed search, which shows its gap from the start. The clock is stopped meanwhile.
+    """Compute a lower bound for an observed search, which shows its gap from the start, with the clock stopped.
 
-    The solution gets its own bound afterwards, so observing changes nothing.
+    The solution gets its own bound afterwards, so observing does not change the result.
     """
     if not (best.observer.wants_bound and best.bound is None and options.bound):
         return
@@ -69,7 +69,7 @@ def foresee(options: SolveOptions, instance: AnyInstance, best: Best) -> None:
 
 
 def _first_bound(instance: AnyInstance, cancelled: threading.Event, late: Callable[[], bool]) -> float | None:
-    """Return the lower bound by the nearest-neighbour tour, or None."""
+    """Return a lower bound computed with the nearest-neighbour tour as upper bound, or None."""
     relaxed = tour_instance(instance.problem, instance, late)
     if relaxed is None:
         return None
@@ -79,7 +79,7 @@ def _first_bound(instance: AnyInstance, cancelled: threading.Event, late: Callab
 def tour_instance(
     problem: RoutingProblem, instance: AnyInstance | None, late: Callable[[], bool] = lambda: False
 ) -> Instance | None:
-    """Return the tour whose lower bound holds for `problem` (`relaxation`); that of the search if it is the same."""
+    """Return the instance of the relaxed problem (`relaxation`); reuse that of the search if it is the same."""
     relaxed = relaxation(problem, late)
     if isinstance(instance, Instance) and relaxed is problem:
         return instance
@@ -98,11 +98,12 @@ def _no_bound(problem: RoutingProblem) -> SolveError:
 
 
 def relaxation(problem: RoutingProblem, late: Callable[[], bool] = lambda: False) -> RoutingProblem | None:
-    """Return a problem with equal costs in both directions whose bound also holds for `problem`, or None.
+    """Return a symmetric problem whose lower bound also holds for `problem`, or None.
 
-    It has no precedence and one node per cluster. A move between two clusters costs as much as the cheapest move
-    between their nodes in either direction, and the work in a cluster as much as its cheapest node. A path from a start
-    to an end becomes a closed tour with an additional node. None if it is `late` or if the table is too large.
+    It has no precedence and one node per cluster. The cost of a move between two clusters is that of the cheapest move
+    between their nodes in either direction; the service time of a cluster is the minimum over its nodes. A path from a
+    start to an end becomes a closed tour with an additional node. Returns None after the deadline (`late`), or if the
+    table would be too large.
     """
     if is_symmetric(problem):
         return problem
@@ -119,7 +120,7 @@ def relaxation(problem: RoutingProblem, late: Callable[[], bool] = lambda: False
 
 
 def _least_service(problem: RoutingProblem) -> Floats:
-    """Return the least service time of each cluster, float64[clusters]."""
+    """Return the minimum service time of each cluster, float64[clusters]."""
     least = np.full(problem.n_clusters, np.inf)
     np.minimum.at(least, problem.cluster, problem.service)
     return least
@@ -129,10 +130,10 @@ def certify(
     problem: RoutingProblem, solution: Solution, bound: float | None, cancelled: threading.Event,
     instance: AnyInstance | None = None, deadline: Deadline | None = None,
 ) -> Solution:  # fmt: skip
-    """Return `solution` with its lower bound: `bound` if it is known, else a new one.
+    """Return `solution` with its lower bound, which is computed unless `bound` is given.
 
-    The bound ignores precedence, which can only raise the cost (`relaxation`). A cancelled search gets no new bound. A
-    bound above the cost of the solution is dropped. At the deadline, the bound is the best one proved so far.
+    The bound ignores precedence, which can only raise the cost (`relaxation`). No bound is computed for a cancelled
+    search. A bound above the cost of the solution is dropped. At the deadline, the best bound so far is used.
     """
     if bound is None and not cancelled.is_set():
         with (deadline or Deadline()).running(cancelled) as late:
@@ -147,10 +148,10 @@ def certify(
 def bound_of(
     instance: Instance, upper: float, cancelled: threading.Event, late: Callable[[], bool] = lambda: False
 ) -> float | None:
-    """Return the lower bound of the cost of any path of the problem, service included, or None.
+    """Return a lower bound on the cost of any path of the problem, including service, or None.
 
-    `upper` is the travel cost of a known path. The computation ends when `cancelled` is set, which Ctrl-C does, or when
-    it is `late`.
+    `upper` is the travel cost of a known path. The computation ends when `cancelled` is set (for example by Ctrl-C) or
+    when `late` returns True.
     """
     from leafcut.order.bound import lower_bound
 

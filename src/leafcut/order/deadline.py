@@ -17,10 +17,10 @@ BOUND_PART = 0.1
 
 
 class Deadline:
-    """Seconds that the searches of a run may take together.
+    """Time budget shared by the searches of a run.
 
-    Only searches and lower bounds count: reading, planning, compiling and proof always finish. Each search gets a part
-    of the time left. Later searches get the time that an earlier search does not need.
+    Only searches and lower bounds count; reading, planning, compiling and verification always finish. Each search gets
+    a share of the remaining time. Time that an earlier search does not need goes to later searches.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class Deadline:
     """
 
     def __init__(self, limit: float | None = None, parent: Deadline | None = None) -> None:
-        """Start a deadline of `limit` seconds, None for no limit; `parent` is the deadline that contains it."""
+        """Create a deadline of `limit` seconds, None for no limit, inside the deadline `parent`."""
         self.limit = math.inf if limit is None else limit
         self._spent, self._parent = 0.0, parent
         self._started: float | None = None
@@ -48,30 +48,30 @@ class Deadline:
 
     @property
     def left(self) -> float:
-        """Seconds left, 0 or more; infinite without a limit."""
+        """Remaining time, s, at least 0; infinite without a limit."""
         running = 0.0 if self._started is None else clock() - self._started
         return max(self.limit - self._spent - running, 0.0)
 
     @property
     def seconds(self) -> float | None:
-        """Seconds left as a time limit of `SolveOptions`: None without a limit, else more than 0."""
+        """Remaining time as a time limit for `SolveOptions`, s: None without a limit, otherwise positive."""
         return None if math.isinf(self.limit) else max(self.left, LEAST_SECONDS)
 
     def part(self, share: float) -> Deadline:
-        """Return the deadline of searches that do a share of the remaining work."""
+        """Return a deadline for searches that do a share of the remaining work."""
         if math.isinf(self.limit):
             return Deadline(None, self)
         return Deadline(max(share * self.left, LEAST_PART * share * self.limit, LEAST_SECONDS), self)
 
     def spend(self, seconds: float) -> None:
-        """Count the seconds of a finished search."""
+        """Subtract the time of a finished search."""
         self._spent += seconds
         if self._parent is not None:
             self._parent.spend(seconds)
 
     @contextmanager
     def running(self, cancelled: Event) -> Iterator[Callable[[], bool]]:
-        """Count the time of a search; yield a function that is true when the search must stop."""
+        """Measure the time of a search; yield a function that returns True when the search must stop."""
         self._started = clock()
         try:
             yield lambda: cancelled.is_set() or self.left <= 0.0

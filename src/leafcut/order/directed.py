@@ -46,7 +46,7 @@ BREADTH = (16, 8)
 #: A gain smaller than this share of a mean move is rounding.
 LEAST = 1e-8
 
-#: Exchanges between two checks of the clock: some ten milliseconds.
+#: Exchanges between two checks of the clock: about 10 ms.
 LOOKS = 5000
 
 #: Nodes int32[n, k], cheapest first, and their costs float64[n, k].
@@ -64,11 +64,11 @@ class DirectedInstance:
     pairs
         int32[k, 2]: the precedence without implied pairs.
     cost
-        Over the entries of the problem's nodes, their exits if any differs, and the ends.
+        Cost model over the entries of the problem's nodes, their exits if any differs, and the start and end.
     rules
         Precedence, nodes of clusters and candidates for the kernels.
     enter, leave
-        int32[n]: a row of `cost` for every cluster, by its first node.
+        int32[n]: row of `cost` for the first node of every cluster.
     twisted
         Some costs differ by direction.
     anchored
@@ -86,7 +86,7 @@ class DirectedInstance:
 
     @property
     def n(self) -> int:
-        """Number of nodes, the anchor included."""
+        """Number of nodes, including the anchor."""
         return len(self.enter)
 
     @property
@@ -127,7 +127,7 @@ class DirectedInstance:
         return (np.concatenate([[self.n - 1], node]).astype(np.int32) if self.anchored else node), enter
 
     def length(self, node: Ints, enter: Ints, leave: Ints) -> float:
-        """Return travel and service along a path int32[n], added up edge by edge."""
+        """Return the total travel cost and service time along a path int32[n]."""
         travels = costs_of_edges(self.cost, leave[node], enter[np.roll(node, -1)])
         return float(travels.sum()) + float(self.rules.service[enter].sum())
 
@@ -155,7 +155,7 @@ def build_directed(problem: RoutingProblem, k: int) -> DirectedInstance:
     Raises
     ------
     SolveError
-        The precedence cannot be kept, or the problem has both a table of costs and a start or an end.
+        The precedence has a cycle, or the problem has both a table of costs and a start or an end.
     """
     m, twisted = problem.n_clusters, is_directed(problem)
     pairs, barred = checked_pairs(problem), None
@@ -226,9 +226,10 @@ def greedy_path(instance: DirectedInstance) -> Route:
 
 
 def least_costs(problem: RoutingProblem, late: Callable[[], bool] = lambda: False) -> NDArray[np.float64] | None:
-    """Return the least cost of a move from each cluster to each other, over all their nodes, float64[n, n].
+    """Return the minimum cost of a move from each cluster to each other, over all their nodes, float64[n, n].
 
-    The last row and column of an open path are its anchor. Precedence is ignored. None if it is `late` before a row.
+    The last row and column of an open path are its anchor. Precedence is ignored. Returns None if `late` returns True
+    before the last row.
 
     Raises
     ------
@@ -293,7 +294,7 @@ def _candidates(
     if m == nodes and beyond:
         exits = way + np.int32(beyond)
         return _nearest(cost, exits, way, k + 1), _nearest(cost, way, exits, k + 1)
-    # Of clusters with many nodes in all: by their middles, which is good enough to know who is near.
+    # With many nodes, cluster centres are accurate enough to find near clusters.
     xy = problem.entry[way] if m == nodes else cluster_places(problem)
     tree, label = plant_tree(xy)
     lists, costs = candidate_lists(cost_model(problem.metric, xy[label]), tree, m, m, k)
@@ -311,7 +312,7 @@ def _cheapest(grid: NDArray[np.float64], k: int) -> Listed:
 
 
 def _nearest(cost: CostModel, query: Ints, goal: Ints, k: int) -> Listed:
-    """Return near numbers in `goal` for every row in `query`; they may contain its own."""
+    """Return indices into `goal` of near rows for every row in `query`, possibly including the row itself."""
     tree, label = plant_tree(cost.xy[goal])
     tree = tree._replace(
         x=np.append(tree.x, 0.0), y=np.append(tree.y, 0.0), leaf_of=np.append(tree.leaf_of, np.int32(0))
@@ -339,16 +340,16 @@ def _possible(listed: Listed, pairs: Ints, barred: NDArray[np.bool_] | None, bac
 
 
 def _cheapest_way(cost: CostModel, ways: Ints, begin: Ints, end: np.int32, barred: Ints) -> NDArray[np.float64]:
-    """Return the least travel cost between each cluster and an end of the path; infinite for excluded clusters."""
+    """Return the minimum travel cost between each cluster and an end of the path; infinite for excluded clusters."""
     costs = np.minimum.reduceat(costs_of_edges(cost, ways, np.full(len(ways), end)), begin[:-1])
     costs[barred] = np.inf
     return costs
 
 
 def _with_anchor(listed: Listed, there: NDArray[np.float64], back: NDArray[np.float64]) -> Listed:
-    """Return the lists with the anchor, at the cost float64[clusters] of the move to it, and a list for the anchor.
+    """Insert the anchor into the lists, at the cost float64[clusters] of the move to it, and add its own list.
 
-    If all moves from the anchor are free, its list is empty.
+    If all moves from the anchor cost nothing, its list is empty.
     """
     near, costs = listed
     m, k = near.shape

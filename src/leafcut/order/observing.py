@@ -1,4 +1,4 @@
-"""Pheromone and brightness as observers see them: memory and time grow with the number of nodes and candidates."""
+"""Pheromone and brightness for observers; memory and time grow with the number of nodes and candidates."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from leafcut.geometry.arrays import Ints, Points
 from leafcut.model.snapshot import Pheromone
 from leafcut.order.instance import Instance, cluster_places
 
-#: Edges with a smaller share of the pheromone are not shown; maximum number of edges, the strongest first.
+#: Minimum share of the pheromone for an edge to be shown, and maximum number of edges, strongest first.
 FAINT, MOST_EDGES = 0.02, 60_000
 
-#: Maximum number of ants that stand for a colony, spread evenly; fewer if their tours have more nodes in all.
+#: Maximum number of ants sampled from a colony, and maximum total number of nodes in their tours.
 MOST_ANTS, MOST_STEPS = 32, 4_000_000
 
 
@@ -63,5 +63,5 @@ def _strongest(points: Points, here: Ints, there: Ints, share: NDArray[np.float6
 
 
 def brightness_of(lengths: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the brightness 1 / length of fireflies; 0 for a length that is not known or not positive."""
+    """Return the brightness 1 / length of fireflies; 0 if the length is unknown or not positive."""
     return np.where(np.isfinite(lengths) & (lengths > 0.0), 1.0 / np.where(lengths > 0.0, lengths, 1.0), 0.0)

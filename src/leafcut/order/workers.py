@@ -1,4 +1,4 @@
-"""Workers: tasks of a search in threads or in any other executor, and the figures of each worker."""
+"""Workers: run tasks of a search in threads or another executor, and record statistics per worker."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Share = tuple[NDArray[np.int32], NDArray[np.float64]]
 
 @dataclass
 class WorkerLog:
-    """Sums of the work of each worker."""
+    """Totals of the work of each worker."""
 
     ants: list[int]
     seconds: list[float]
@@ -44,13 +44,13 @@ class WorkerLog:
         return self.known.index(identity) % len(self.ants)
 
     def add(self, worker: int, ants: int, seconds: float, best: float) -> None:
-        """Add a task."""
+        """Add a task to the totals."""
         self.ants[worker] += ants
         self.seconds[worker] += seconds
         self.best[worker] = min(self.best[worker], best)
 
     def figures(self) -> tuple[WorkerFigures, ...]:
-        """Return the sums of each worker."""
+        """Return the totals of each worker."""
         rows = zip(self.ants, self.seconds, self.best, strict=True)
         return tuple(WorkerFigures(w, ants, seconds, best) for w, (ants, seconds, best) in enumerate(rows))
 
@@ -66,7 +66,7 @@ class Workers:
     count
         Number of workers.
     shared
-        Whether workers share this memory. Others (processes, machines) cannot be stopped and finish their tasks.
+        Whether workers share memory with this process. Others (processes, machines) cannot be stopped during a task.
     """
 
     executor: Executor | None
@@ -76,9 +76,9 @@ class Workers:
     shared: bool = True
 
     def shares(self, work: Callable[..., Share], instance: Instance, items: list[Any]) -> list[Share]:
-        """Return ``work(instance, item, stop)`` for each item, in their order.
+        """Return ``work(instance, item, stop)`` for each item, in the order of the items.
 
-        The answer does not depend on the number of workers.
+        The result does not depend on the number of workers.
         """
         if self.executor is None:
             done = [_timed(work, instance, item, self.stop) for item in items]
@@ -99,7 +99,7 @@ class Workers:
 def _timed(
     work: Callable[..., Share], instance: Instance, item: Any, stop: Stop | None
 ) -> tuple[tuple[int, int], float, Share]:
-    """Do a task; return the identity of the worker, the time in seconds, and the result."""
+    """Run a task; return the identity of the worker, the time in seconds, and the result."""
     began = time.perf_counter()
     share = work(instance, item, stop)
     return (os.getpid(), threading.get_ident()), time.perf_counter() - began, share
@@ -107,7 +107,7 @@ def _timed(
 
 @contextmanager
 def thread_pool(threads: int) -> Iterator[Executor | None]:
-    """Give a pool of threads; None if one thread is enough."""
+    """Open a thread pool for the block; yield None for a single thread."""
     if threads <= 1:
         yield None
         return

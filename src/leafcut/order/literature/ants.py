@@ -1,4 +1,4 @@
-"""The ant algorithms on the search loop: ants construct tours of places or orders of choices, and reinforce trails."""
+"""Ant algorithms on the search loop: ants construct tours of places or orders of choices, and deposit pheromone."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def move_set(instance: AnyInstance, local_search: bool, workers: int = 1) -> Mov
 
 
 def trails_of(moves: MoveSet, parameters: AntParameters, c_nn: float, seed: int) -> Trails:
-    """Return the first trails of an algorithm."""
+    """Return the initial trails of an algorithm."""
     trails = TRAILS[parameters.algorithm](moves.lists, parameters, c_nn, moves.one_way, seed=seed)
     moves.fill_nearness(trails)
     trails.weigh()
@@ -50,7 +50,7 @@ def trails_of(moves: MoveSet, parameters: AntParameters, c_nn: float, seed: int)
 
 
 class AntColony(Population):
-    """Ants with their trails; without trails, the workers have trails of their own."""
+    """Ants with shared trails; `trails` is None if each worker has its own."""
 
     def __init__(self, moves: MoveSet, trails: Trails | None, ants: int, workers: int) -> None:
         super().__init__(moves.instance, WorkerLog.of(workers))
@@ -59,12 +59,12 @@ class AntColony(Population):
         self.costs = np.full(ants, math.inf)
 
     def reinforce(self, iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
-        """Evaporate and deposit as the algorithm says."""
+        """Update the trails by the rule of the algorithm."""
         if self.trails is not None:
             self.trails.reinforce(iteration, tours, costs, best)
 
     def result(self, tour: Ints) -> Ints:
-        """Return a tour in the terms of the instance."""
+        """Convert a tour to nodes of the instance."""
         return self.moves.result(tour)
 
     def parts(self, best: Best) -> dict[str, Any]:
@@ -99,7 +99,7 @@ class Ants(AntColony):
         return self.tours, self.costs
 
     def share(self, iteration: int, worker: int, workers: int) -> Tours:
-        """Return the tours and costs of every `workers`-th ant, the first of which is `worker`."""
+        """Return the tours and costs of every `workers`-th ant, starting with ant `worker`."""
         words = self._words(iteration)
         built = self._construct_with_decay(words, worker, workers) if self._decays else None
         self._work(worker, words, built, workers)
@@ -111,7 +111,7 @@ class Ants(AntColony):
 
     @property
     def _decays(self) -> bool:
-        """Whether ants change the pheromone as they move, so that they construct their tours one after another."""
+        """Whether ants change the pheromone as they move, so that tours must be constructed sequentially."""
         return self.trails.parameters.algorithm == "acs"
 
     def _construct_all(self, words: NDArray[np.uint64]) -> int | None:
@@ -119,7 +119,7 @@ class Ants(AntColony):
         return self._construct_with_decay(words, 0, 1) if self._decays else None
 
     def _construct_with_decay(self, words: NDArray[np.uint64], first: int, step: int) -> int:
-        """Construct tours one after another; return the number of the first ant without time."""
+        """Construct tours sequentially; return the index of the first ant for which there was no time."""
         for ant in range(first, len(self.tours), step):
             if ant > first and self.stop.now():
                 return ant
@@ -127,7 +127,7 @@ class Ants(AntColony):
         return len(self.tours)
 
     def _work(self, worker: int, words: NDArray[np.uint64], built: int | None, step: int) -> None:
-        """Construct the tour of every `step`-th ant unless it is `built` already, and finish it."""
+        """Construct and finish the tour of every `step`-th ant; if `built` is set, only finish the first `built`."""
         began, ants, mine = clock(), 0, worker % self.workers
         for ant in range(worker, len(self.costs) if built is None else built, step):
             if ant >= step and self.stop.now():

@@ -1,7 +1,7 @@
-"""The move set of choices: ants order clusters, and the node of each cluster is chosen exactly.
+"""The move set of choices: ants order clusters, and dynamic programming chooses the node of each cluster.
 
-An order keeps the precedence, and its costs may differ by direction. Dynamic programming along the order chooses the
-nodes. With local search the exchanges of `order.path_search` then improve the path.
+Orders respect the precedence, and costs may differ by direction. With local search, the exchanges of
+`order.path_search` then improve the path.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Choices:
         self, instance: DirectedInstance, local_search: bool, layers: Clusters | None = None,
         greedy: Route | None = None,
     ) -> None:  # fmt: skip
-        """Prepare; `layers` and `greedy` are the layers and the greedy path of the instance if they exist already."""
+        """Allocate buffers; `layers` and `greedy` are the clusters and the greedy path if they already exist."""
         self.instance, self.local_search = instance, local_search
         self.layers, self.greedy = layers or layers_of(instance), greedy
         m, widest = instance.n, int(np.diff(self.layers.begin).max())
@@ -83,11 +83,11 @@ class Choices:
         lay_order(self.layers, even, even, even, 1.0, 0.0, 0.0, 1.0, words, number, self.missing, order)
 
     def length(self, order: Ints) -> float:
-        """Return the length of the best path of an order, and keep the nodes of that path."""
+        """Return the length of the best path of an order, and store the nodes of that path."""
         return float(choose_all(self.layers, order, self.chosen, self.trial, self.sums, self.links))
 
     def nodes(self) -> Ints:
-        """Return the problem's nodes int32[clusters] of the path that `length` kept."""
+        """Return the problem's nodes int32[clusters] of the path stored by `length`."""
         instance = self.instance
         chosen = self.chosen[1:] if instance.anchored else self.chosen
         enter = instance.enter.copy()

@@ -53,16 +53,16 @@ from leafcut.order.search import AlgorithmRun, SearchResult, Tours, search, set_
 from leafcut.order.stop import Stop
 from leafcut.order.workers import on_all_workers, thread_pool
 
-#: Flights of an iteration for every node. A repaired move does as much as some hundred others.
+#: Flights per iteration and node, without and with repair. A repaired move does the work of about a hundred others.
 FLIGHTS, FLIGHTS_MENDED = 1.0, 0.05
 
-#: Inversions of a preset, and repaired moves.
+#: Budget of each preset: inversions, and repaired moves.
 PRESETS = {"fast": (2e7, 2e4), "default": (4e8, 2e5), "thorough": (1e10, 1e7)}
 
-#: Maximum number of inversions between two checks of the clock, some ten milliseconds; and of repaired moves.
+#: Maximum number of inversions, and of repaired moves, between two checks of the clock: about 10 ms.
 MOVES_PER_LOOK, MENDED_PER_LOOK = 500_000, 500
 
-#: Maximum number of nodes without local search, which stores the costs between all nodes: a tenth of a gigabyte.
+#: Maximum number of nodes without local search: the costs between all nodes then take 0.1 GB.
 MOST_NODES = 5000
 
 
@@ -84,7 +84,7 @@ class PlaceFireflies(Swarm):
         self.breadth = choices(instance, BREADTH)
 
     def set_budget(self, stop: Stop, options: SolveOptions) -> None:
-        """Set a number of moves."""
+        """Set the preset's budget as a number of moves."""
         moves = self.flight.fireflies * self.moves_of(self.flight.attractiveness)
         set_budget(stop, options, PRESETS[options.preset][self.mended] / moves)
 
@@ -115,7 +115,7 @@ class PlaceFireflies(Swarm):
         return self.tours, self.lengths
 
     def apart(self, one: int, other: int) -> int:
-        """Return the number of edges of a firefly that another one does not have."""
+        """Return the number of edges in tour `one` that are missing in tour `other`."""
         return int(edges_apart(self.swarm[one].node, self.swarm[other].node, self.swarm[other].place))
 
     def _plan(self, f: int) -> tuple[int, int]:
@@ -184,11 +184,11 @@ class ChoiceFireflies(Swarm):
             self.moves.construct_at_random(words, f, self.orders[f])
 
     def set_budget(self, stop: Stop, options: SolveOptions) -> None:
-        """Set a number of visited clusters."""
+        """Set the preset's budget as a number of visited clusters."""
         set_budget_of_visits(stop, options, self.size * self.flight.fireflies * max(1.0, self.flight.attractiveness))
 
     def start(self, best: Best) -> None:
-        """Give the nearest-neighbour order to the first firefly, and offer it."""
+        """Use the nearest-neighbour order for the first firefly, and offer it."""
         self.moves.start(best)
         self.orders[0] = best.tour
 
@@ -210,7 +210,7 @@ class ChoiceFireflies(Swarm):
         return self.orders, self.lengths
 
     def apart(self, one: int, other: int) -> int:
-        """Return the number of steps of a firefly that another one does not have."""
+        """Return the number of directed steps in order `one` that are missing in order `other`."""
         place = np.zeros(self.size, dtype=np.int32)
         place[self.orders[one]] = np.arange(self.size, dtype=np.int32)
         return int(steps_apart(self.orders[other], place))
@@ -255,7 +255,7 @@ def check_fireflies(_: str, __: AcoOptions, firefly: FireflyOptions, choices: bo
 
 
 def run_fireflies(instance: Instance | DirectedInstance, run: AlgorithmRun) -> SearchResult:
-    """Run the swarm."""
+    """Run the firefly algorithm."""
     options, stop, best = run.options, run.stop, run.best
     flight = Flight.of(run.firefly, limited=options.is_limited)
     threads = min(options.threads or os.cpu_count() or 1, flight.fireflies)

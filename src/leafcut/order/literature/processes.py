@@ -1,16 +1,16 @@
-"""Ants in processes that share no memory: a master and its workers, which exchange messages.
+"""Ants in processes without shared memory: a master and workers that exchange messages.
 
-``processes``: the master has the pheromone. In each iteration it sends the pheromone to the workers, each of which
-constructs the tours of its ants; the master waits for all of them and updates. The answer is that of threads.
+``processes``: the master holds the pheromone. In each iteration it sends the pheromone to the workers, and each
+constructs the tours of its ants. The master waits for all of them and updates. The result is the same as with threads.
 
-``exchange``: each worker has its own pheromone. It constructs the tours of its ants, evaporates and deposits as its
-algorithm says, with its own best tour, and sends its deposits to all others, which add them before their next tours.
-The answer depends on the seed and on the number of workers only.
+``exchange``: each worker has its own pheromone. It constructs the tours of its ants, updates its pheromone with its own
+best tour, and sends its deposits to all others, which add them before their next tours. The result depends only on the
+seed and the number of workers.
 
-Source: of the first, the thesis on parallel ant colony optimisation for drilling (2011); of the second, M. Bolondi and
-M. Bondanza, Parallelizzazione di un algoritmo per la risoluzione del problema del commesso viaggiatore, Politecnico di
-Milano 1993, as later work on parallel ant colonies describes it. Differs: the master passes the messages on; workers do
-not exchange random places.
+Source: for ``processes``, the thesis on parallel ant colony optimisation for drilling (2011); for ``exchange``,
+M. Bolondi and M. Bondanza, Parallelizzazione di un algoritmo per la risoluzione del problema del commesso viaggiatore,
+Politecnico di Milano 1993, as described in later work on parallel ant colonies. Differs: the master forwards the
+messages; workers do not exchange random positions.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ LOOK = 0.05
 
 @dataclass(frozen=True, eq=False)
 class WorkerStart:
-    """Start of a worker: the problem, the parameters, its number, and the best tour so far; `run` is unique."""
+    """Initial data of a worker: problem, parameters, number, and the best tour so far; `run` is a unique ID."""
 
     run: str
     instance: Instance | DirectedInstance
@@ -78,7 +78,7 @@ class AntAnswer:
 
 
 class AntWorker:
-    """One worker: its ants, its pheromone, and the best tour that it knows."""
+    """A worker: its ants, its pheromone, and its best known tour."""
 
     def __init__(self, start: WorkerStart) -> None:
         self.start = start
@@ -108,12 +108,12 @@ class AntWorker:
 
 @cache
 def _worker(packed: bytes) -> AntWorker:
-    """Return the worker of a process; it lives as long as its process."""
+    """Return the worker of this process, which is created once."""
     return AntWorker(pickle.loads(packed))
 
 
 def do_task(packed: bytes, task: AntTask) -> AntAnswer:
-    """Do a task of the worker with this pickled start."""
+    """Run a task on the worker with the pickled initial data `packed`."""
     return _worker(packed).do(task)
 
 
@@ -121,7 +121,7 @@ class AntProcesses(AntColony):
     """The master: each worker has an executor with one process, which starts with the first iteration."""
 
     def __init__(self, moves: MoveSet, run: AlgorithmRun, parameters: AntParameters, c_nn: float) -> None:
-        """Prepare as many workers as the options say, but no more than ants."""
+        """Prepare the workers; their number is set by the options and is at most the number of ants."""
         count, exchange = min(run.aco.n_processes, parameters.ants), run.aco.parallel == "exchange"
         seed, best, name = run.options.seed, run.best, uuid.uuid4().hex
         trails = None if exchange else trails_of(moves, parameters, c_nn, seed)

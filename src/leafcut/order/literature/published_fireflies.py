@@ -1,4 +1,4 @@
-"""The discrete firefly algorithm as published for pockets; `fireflies` is leafcut's own variant.
+"""The discrete firefly algorithm as published for pocket milling; `fireflies` is leafcut's own variant.
 
 Source: G. K. Jati and Suyanto, ICAIS 2011, LNAI 6943, 393–403; distances, modes and percentages are those of the
 published system for milling pockets. A swarm of n random tours; two tours with different nodes at A of their h places
@@ -7,13 +7,13 @@ tours are the swarm.
 
 Open points of the sources are settled as follows.
 
-- A move tries as many inversions as the attractiveness β = β0·exp(-γ·r²), all from the same tour, and takes the best of
-  them, shorter or not. A firefly that sees no other tries β0.
-- The sources do not say to what the percentages for complex pockets refer; here to the iterations, or to the time
-  limit. As the share by which the other firefly is brighter, as Ii = Ij for simple ones might suggest, tours of 318
-  cities stayed at twice the optimum: all are nearly as bright, and never made short moves.
-- A long move inverts runs of up to h - 2 nodes, a short one at most a quarter of the nodes; a firefly that does not
-  explore also keeps to A nodes. In simple mode a firefly that sees none as bright makes long moves.
+- The attractiveness β = β0·exp(-γ·r²) is the number of inversions that a move tries, all from the same tour. The move
+  takes the best of them, even if it is longer. A firefly without a brighter one tries β0.
+- The sources do not define the percentages for complex pockets. Here they are shares of the iterations or of the time
+  limit. The condition Ii = Ij for simple pockets suggests relative brightness instead. With that, tours of 318 cities
+  stayed at twice the optimum: all were nearly equally bright and never made short moves.
+- A long move inverts runs of up to h - 2 nodes, a short one at most a quarter of the nodes; without exploration the
+  limit is also A nodes. In simple mode, a firefly makes long moves if no other is as bright.
 """
 
 from __future__ import annotations
@@ -39,10 +39,10 @@ from leafcut.order.stop import Stop
 #: Moves of a firefly in an iteration (m).
 MOVES = 2
 
-#: For complex pockets: fireflies explore below this share of the iterations, and make long moves below the other.
+#: For complex pockets: share of the iterations in which fireflies explore, and in which they make long moves.
 EXPLORE_BELOW, LONG_BELOW = 0.37, 0.27
 
-#: Iterations of the presets: 2000 to 6000 are published.
+#: Iterations of the presets; the published range is 2000 to 6000.
 PRESETS = {"fast": 2000, "default": 4000, "thorough": 6000}
 
 
@@ -52,11 +52,11 @@ def longest_run(flight: Flight, as_bright: bool, done: float, apart: int, h: int
     Parameters
     ----------
     as_bright
-        Its target is as bright as itself, or there is none.
+        The target is as bright as the firefly, or there is no target.
     done
         Share of the iterations, or of the time limit, that has passed.
     apart
-        Number of places at which its target has another node; h if there is none.
+        Number of positions at which the target has another node; h without a target.
     """
     short = math.ceil(SHORT_SHARE * h)
     far = done < LONG_BELOW if flight.complex else as_bright
@@ -66,7 +66,7 @@ def longest_run(flight: Flight, as_bright: bool, done: float, apart: int, h: int
 
 
 class PublishedFireflies(Swarm):
-    """The swarm and its moves; on one thread, since an iteration is short."""
+    """The swarm and its moves, on one thread because iterations are short."""
 
     def __init__(self, instance: Instance, flight: Flight, options: SolveOptions, stop: Stop) -> None:
         super().__init__(instance, flight, options)
@@ -101,7 +101,7 @@ class PublishedFireflies(Swarm):
         self.tours, self.lengths = self.moved[kept], lengths[kept]
 
     def aim_of(self, f: int) -> tuple[int, int]:
-        """Return the number of inversions that a move of a firefly tries, and the nodes of the longest."""
+        """Return the number of inversions that a move of firefly `f` tries, and the maximum length of one."""
         flight, h, length = self.flight, self.size, float(self.lengths[f])
         others = [j for j in np.flatnonzero(self.lengths <= length).tolist() if j != f]
         if not others:
@@ -112,5 +112,5 @@ class PublishedFireflies(Swarm):
         return tries, longest_run(flight, bool(as_bright), self.done, apart[target], h)
 
     def step(self, best: Best) -> SearchStep | None:
-        """Return no step: the lesson shows the moves of leafcut's variant."""
+        """Return None: the lesson explains the moves of leafcut's variant."""
         return None
