@@ -2,7 +2,7 @@
 
     other_language("BEGIN PGM 12 MM\\nTOOL CALL 1 Z S3000")      'this is a program in Heidenhain's plain language …'
 
-Each kind has words that never occur outside comments in a program for a mill, a laser or a torch.
+Each of them has words that never occur outside comments in a program for a mill, a laser or a torch.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Reader of programs of any CAM: text in, `Program` out, with the modal state before every block.
 
-`control_flow` and `jumps` choose the next line, `expressions` evaluates its numbers, `interpreter` carries it out.
-Plain lines (G0 to G3, coordinates, F and S in ordinary modes) need none of this and are carried out directly.
+`control_flow` and `jumps` choose the next line, `expressions` evaluates its numbers, `interpreter` executes it. Plain
+lines (G0 to G3, coordinates, F and S in ordinary modes) skip these steps and are executed directly.
 
     interpret_program("G21\\nG90 G0 Z5\\nX1 Y2\\nG1 Z-1 F100\\nG0 Z5\\nM2", dialect("linuxcnc")).path
 """
@@ -49,11 +49,11 @@ from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.toolpath import STILL, Arc, Kind
 from leafcut.units import MM_PER_UNIT, SECONDS_PER_MINUTE
 
-#: Spaces, and characters that old editors and tape punches leave at the end of a file.
+#: Spaces, and filler characters that old editors and tape punches leave at the end of a file.
 _FILLING = " \t\f\x1a\0"
-#: Most lines of a title above the first percent sign.
+#: Maximum number of title lines above the first percent sign.
 _MOST_TITLE = 200
-#: Reasons for keeping blocks that only direct or repeat others.
+#: Reasons for keeping control-flow blocks and repeated blocks.
 _DIRECTS = "it directs a loop, a condition or a subprogram"
 _LOOPED = "it is run from a loop or a subprogram"
 CALLED = frozenset((_DIRECTS, _LOOPED))
@@ -145,7 +145,7 @@ def _first_line(lines: tuple[str, ...]) -> int:
 
 
 def _readable(line: str) -> bool | None:
-    """Return whether a line has words of G-code; None for a line with other text."""
+    """Return whether a line has G-code words; None for a line with other text."""
     try:
         body, _ = split_line(line.strip(_FILLING + "\r\n"), nested=True)
         if set("#[") & set(body) or control_of(line) is not None or statement_of(line) is not None:
@@ -208,7 +208,7 @@ class _BlockRecord:
             self.calls.append((self._called, len(self.line)))
 
     def current_of(self, motion: int, feed: float, speed: float) -> int:
-        """Return the number of the state that differs from the last one only by motion, feed and speed."""
+        """Return the number of the state that equals the last state except for motion, feed and speed."""
         number = self._plain.get((motion, feed, speed))
         if number is None:
             values = list(self.state.modal_values())
@@ -296,7 +296,7 @@ class _ProgramReader:
         return program if self.feeds is None else replace(program, feed_words=self.feeds.words)
 
     def _run_plain_lines(self, start: int) -> int:
-        """Carry out plain lines from `start` (from 0) on; return the first line that `_step` must carry out."""
+        """Execute plain lines from `start` (from 0) on; return the first line that `_step` must execute."""
         state, record, lines = self.state, self.record, self.lines
         path, arcs, feed = state.path, state.path.arcs, state.feed_rate
         unit, motion = state.unit or 1.0, state.motion or 0
@@ -381,7 +381,7 @@ class _ProgramReader:
                 self.record.fixed.setdefault(block, _AGAIN)
 
     def _step(self, at: int) -> int:
-        """Carry out the line `at` (from 0); return the next line, or the number of lines read at the end."""
+        """Execute the line `at` (from 0); return the next line, or the number of lines at the end."""
         line = self.lines[at].rstrip("\r\n").replace("\r", " ")
         if not line.strip(_FILLING):
             return at + 1
@@ -434,7 +434,7 @@ class _ProgramReader:
         return body not in ("", "%") or any(map(is_active_comment, comments)) or (fagor and bool(comments))
 
     def _state(self, statement: Statement, at: int) -> int:
-        """Carry out IF, WHILE, GOTO, DO or END."""
+        """Execute IF, WHILE, GOTO, DO or END."""
         self.state.line = at + 1
         after, consequence = self.flow.jumps.obey(statement, at)
         self._note_jump(at, after)
@@ -549,7 +549,7 @@ class _ProgramReader:
                 runner.opaque = "M73"
             goal = None if to is None else flow.jumps.label(to, at)
             if back is None and (goal is None or goal <= at):
-                # The controller starts again from there; one pass shows everything.
+                # The controller restarts from there; one pass covers the whole program.
                 self.state.path.end(line=at + 1)
                 if to is not None:
                     self._endless = self._repeated_text(goal or 0, at)
@@ -574,7 +574,7 @@ class _ProgramReader:
         return after
 
     def _repeated_text(self, goal: int, line: int) -> str:
-        """Return a digest of the text from `goal` to `line`, which a jump back may run again."""
+        """Return a digest of the text from `goal` to `line`, which a backward jump may repeat."""
         return f"[again {self._line_digests.between(goal, line)}]"
 
     @cached_property

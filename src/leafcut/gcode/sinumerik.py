@@ -1,4 +1,4 @@
-"""Blocks of the Siemens SINUMERIK language, as far as leafcut writes it; all others are refused.
+"""Parser for the subset of Siemens SINUMERIK blocks that leafcut writes; all other blocks are errors.
 
     N10 G0 X1 Y2 ; a comment
     T="3"
@@ -29,12 +29,12 @@ _MOST_ARGUMENTS = {"CYCLE81": 4, "CYCLE82": 6, "CYCLE83": 12}
 
 
 def sinumerik_block(line: str, number: int) -> Block:
-    """Return the block of one line.
+    """Parse a line.
 
     Raises
     ------
     BlockError
-        It has words that leafcut does not write: expressions, parameters, names, other cycles …
+        The line has words outside the subset: expressions, parameters, names, other cycles …
     """
     body, _, comment = line.partition(";")
     body = body.strip()
@@ -56,12 +56,12 @@ def _shown(text: str) -> str:
 
 
 def call_cycle(state: InterpreterState, name: str, arguments: tuple[str, ...]) -> None:
-    """Carry out MCALL with a cycle: it is run in every following block with a position.
+    """Execute MCALL with a cycle, which then runs in every following block with a position.
 
     Raises
     ------
     BlockError
-        An argument is missing, or is one that leafcut does not write.
+        An argument is missing, or has a value that leafcut does not write.
     """
     if state.call is not None:
         raise BlockError("MCALL within MCALL; a MCALL alone is missing before it")
@@ -123,7 +123,7 @@ def drill_call(state: InterpreterState, words: SortedBlock) -> None:
     Raises
     ------
     BlockError
-        The block has more than a position and G0, and would drill a hole that is not intended.
+        The block has more than a position and G0, so it would drill an unintended hole.
     """
     letters, cycle = words.letters, state.call
     if cycle is None or words.m or set(words.g) - {"motion"} or not letters or not set(letters) <= {"X", "Y"}:
@@ -139,6 +139,6 @@ def drill_call(state: InterpreterState, words: SortedBlock) -> None:
 
 
 def end_call(state: InterpreterState) -> None:
-    """Carry out MCALL without a cycle."""
+    """Execute MCALL without a cycle."""
     state.call = None
     state.path.end_cycles()

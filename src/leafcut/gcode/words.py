@@ -2,7 +2,7 @@
 
     N10 g0x1.5 Y-.5 (over the hole) ; go
 
-Spaces between words do not matter, nor does the case of letters; a number has no space inside.
+Spaces between words and the case of letters do not matter; a number contains no space.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from typing import NamedTuple, NoReturn
 
 from leafcut.errors import LeafcutError
 
-#: Longest line of a program, characters; the RS274/NGC limit is 256.
+#: Maximum line length, characters; the RS274/NGC limit is 256.
 MAX_LINE = 10_000
-#: Largest number in any unit.
+#: Maximum absolute value of a number, in any unit.
 MAX_NUMBER = 1e9
 
 # The possessive `++` keeps a line of a thousand digits linear in its length.
@@ -33,18 +33,18 @@ def _plain_line(coordinate: str) -> re.Pattern[str]:
     return re.compile(rf"{start}{words}[\r\n]*+")
 
 
-#: Most lines of most programs: G0 to G3, coordinates, feed and speed, such as `G1X12.5Y3.F600`.
+#: A plain line, the most common kind: G0 to G3, coordinates, feed and speed, such as `G1X12.5Y3.F600`.
 PLAIN_LINE = _plain_line(_SHORT_NUMBER)
 #: The same for controllers that require a decimal point in a coordinate.
 PLAIN_LINE_WITH_POINTS = _plain_line(r"([+-]?(?:[0-9]{1,8}+\.[0-9]{0,20}+|\.[0-9]{1,20}+))")
 
 
 class BlockError(LeafcutError):
-    """A block makes no sense or is not understood; the caller adds file and line."""
+    """A block is invalid or unsupported; the caller adds file and line."""
 
 
 class UnclearBlock(BlockError):
-    """A block that makes sense, but whose effect the program does not show; it can be kept word for word."""
+    """A block is valid, but its effect is not evident from the program; it can be kept unchanged."""
 
 
 class Word(NamedTuple):
@@ -76,17 +76,17 @@ class Block:
 
 
 def lines(text: str) -> Iterator[tuple[int, str]]:
-    """Yield number (from 1) and text of the lines of a text with any line ends."""
+    """Yield number (from 1) and text of each line; any line ends are accepted."""
     return enumerate(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), start=1)
 
 
 def tokenise(line: str, number: int = 0) -> Block:
-    """Return the block of one line.
+    """Parse a line.
 
     Raises
     ------
     BlockError
-        An unclosed or nested comment, a letter without a number, a number out of range, or any other character.
+        An unclosed or nested comment, a letter without a number, a number out of range, or an invalid character.
     """
     body, comments = split_line(line)
     if body.startswith("%"):
@@ -105,7 +105,7 @@ def split_line(line: str, nested: bool = False) -> tuple[str, tuple[str, ...]]:
     Raises
     ------
     BlockError
-        The line is too long, or a comment is unclosed, or nested and that may not be.
+        The line is too long, or a comment is unclosed, or nested although `nested` is False.
     """
     if len(line) > MAX_LINE:
         raise BlockError(f"the line has {len(line)} characters; this is not G-code")

@@ -130,7 +130,7 @@ def find_cycles(a: Assembly, states: NDArray, k: int) -> int:
             walk[length] = v
             a.trail[v, SEEN + (length & 1)] = length
             continue
-        # The walk was here before an edge of the same kind: the part since then is a cycle, from an edge of A.
+        # The walk has already left this node by an edge of the same kind, so the part since then closes a cycle.
         for step in range(length - since):
             index = since + (since & 1) + step
             cycles[filled] = walk[index if index < length else index - length + since]

@@ -29,7 +29,7 @@ REACH = 2
 
 @part
 def forget(layers: Clusters, walk: AntPath, states: NDArray, k: int) -> int:
-    """Remove some clusters near each other, in pieces of the path; return their number.
+    """Remove a few neighbouring clusters, in pieces of the path; return their number.
 
     Changes: place, out, states[k].
     """

@@ -56,7 +56,7 @@ class Clusters(NamedTuple):
 def fill_table(
     cost: CostModel, leave: NDArray, enter: NDArray, service: NDArray, owner: NDArray, table: NDArray, least: NDArray
 ) -> None:
-    """Compute the costs from every node to every other, and the minimum between clusters.
+    """Compute the costs between all nodes, and the minimum costs between clusters.
 
     Symbols: leave, enter int32[n], rows of the cost model; service float64[n]; owner int32[n].
     Changes: table float64[n, n], least float64[m, m] (infinite from a cluster to itself).
@@ -83,7 +83,7 @@ def ring_length(layers: Clusters, path: NDArray) -> float:
 
 @part
 def choose_between(layers: Clusters, path: NDArray, first: int, last: int, sums: NDArray, links: NDArray) -> None:
-    """Choose the nodes of the clusters at the places first … last again, so that the path through them is shortest.
+    """Choose the nodes of the clusters at the places first … last again to minimize the length of the path.
 
     The nodes before and after are fixed. Places may exceed the end of the array, where the ring continues at its start.
     Dynamic programming, layer by layer.

@@ -103,7 +103,7 @@ def bring_home(
     cost: CostModel, tour: Tour, candidates: NDArray, lengths: NDArray, edges: NDArray, joined_to: NDArray,
     steps: NDArray, places: int,
 ) -> float:  # fmt: skip
-    """Try to shorten long edges, with first one end walking, then the other; return the gain.
+    """Try to shorten long edges by walking one end, then the other; return the gain.
 
     ========== =============== ==========================================================
     candidates int32[n, k]     neighbours of every node, nearest first, -1 for none

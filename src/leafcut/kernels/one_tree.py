@@ -148,7 +148,7 @@ def sparse_tree(graph: Graph, penalty: NDArray, root: int, work: TreeScratch) ->
 
 @part
 def two_spokes(spokes: NDArray, penalty: NDArray, hub: int, tied: int) -> tuple[int, int]:
-    """Return the other ends of the hub's two cheapest edges, including the tied one if there is one (otherwise -1).
+    """Return the neighbours of the hub along its two cheapest edges, including `tied` unless that is -1.
 
     Symbols: spokes float64[n], the cost of the edge from the hub to every node.
     """

@@ -65,9 +65,9 @@ def find_neighbours(
 ) -> None:  # fmt: skip
     """Find the smallest disc that touches the tangent at each point, on the side of its normal, and another point.
 
-    A disc through q that touches the tangent at p has the radius (q − p)² / (2 n·(q − p)). All discs smaller than half
-    the reach are known when all q within the reach are, so the reach grows until a disc is found. Among discs whose
-    radii are equal within a relative tolerance, the one whose q is highest above the tangent counts.
+    A disc through q that touches the tangent at p has the radius (q − p)² / (2 n·(q − p)). The points q within the
+    reach determine all discs smaller than half the reach, so the reach grows until a disc is found. Among discs with
+    equal radii (within a relative tolerance), the disc with the highest q above the tangent is used.
 
     ============ =========== ==============================================
     x, y, nx, ny float64[n]  points p, mm, and unit normals there

@@ -1,4 +1,4 @@
-"""Parameters of the fireflies, and the swarm that the variants share; the sources are in `fireflies`."""
+"""Parameters of the firefly algorithm, and the base class of its variants; for the sources see `fireflies`."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ from leafcut.order.workers import WorkerLog
 
 @dataclass(frozen=True)
 class Mode:
-    """Settings of a mode of the published system: fireflies, β0, and the share at which it switches, %."""
+    """Settings of a mode of the published system: number of fireflies, β0, and the switch to short moves, %."""
 
     fireflies: int
     attractiveness: float
     switch_at: float
 
 
-#: By the value of `--variant`.
+#: Modes by the value of `--variant`.
 MODES = {
     "leafcut": Mode(11, 20.0, 27.0),
     "published": Mode(11, 20.0, 27.0),
@@ -42,13 +42,13 @@ MODES = {
 #: Iterations without a shorter tour after which the published system ends.
 PATIENCE = 20
 
-#: Maximum number of nodes of a short inversion: as a share of all, and with repair.
+#: Maximum number of nodes in a short inversion: as a share of all nodes, and as a number with repair.
 SHORT_SHARE, SHORT_MENDED = 0.25, 50
 
 
 @dataclass(frozen=True)
 class Flight:
-    """The options with the published values filled in."""
+    """Options of the firefly algorithm, with the published values as defaults."""
 
     fireflies: int
     attractiveness: float
@@ -73,13 +73,13 @@ class Flight:
         )
 
     def attraction(self, apart: int, h: int) -> float:
-        """Return β between two tours of h nodes with `apart` different edges."""
+        """Return the attractiveness β between two tours of h nodes with `apart` different edges."""
         r = 10.0 * apart / h
         return self.attractiveness * math.exp(-self.absorption * r * r)
 
     def target(self, lengths: NDArray[np.float64], f: int, apart: dict[int, int], h: int) -> int:
         """Return the most attractive of the brighter fireflies; brightness is 1 / length."""
-        # Costs of a table may be negative; then all are equally bright.
+        # Costs from a table may be negative; then all fireflies are equally bright.
         floor = max(float(lengths[f]), 1e-300)
         return max(apart, key=lambda j: self.attraction(apart[j], h) * floor / max(float(lengths[j]), 1e-300))
 
@@ -88,7 +88,7 @@ class Flight:
     ) -> tuple[float, int]:
         """Return the attractiveness of the target of a firefly, and the number of nodes of its longest inversion.
 
-        `apart` returns the number of edges that another firefly does not have. The brightest moves at random.
+        `apart` returns the number of edges that differ from another firefly. The brightest firefly moves at random.
         """
         short = SHORT_MENDED if mended else math.ceil(SHORT_SHARE * h)
         seen = {j: apart(j) for j in np.flatnonzero(lengths < lengths[f]).tolist()}
@@ -98,27 +98,27 @@ class Flight:
         return self.attraction(away, h), self.longest(away, h, done, short)
 
     def longest(self, apart: int, h: int, share_done: float, short: int) -> int:
-        """Return the number of nodes of the longest inversion, 2 to h - 2."""
+        """Return the maximum number of nodes in an inversion, 2 to h - 2."""
         limit = apart if share_done < self.switch else min(apart, short)
         return max(2, min(limit, h - 2))
 
 
 def share_done(stop: Stop, iteration: int) -> float:
-    """Return the share of the iterations or of the time that has passed, 0 to 1."""
+    """Return the completed share of the iterations or of the time limit, 0 to 1."""
     of_time = stop.elapsed() / stop.seconds if stop.seconds < math.inf else 0.0
     of_count = iteration / stop.iterations if stop.iterations < math.inf else 0.0
     return max(of_time, of_count)
 
 
 class Swarm(Population):
-    """Fireflies: their parameters and lengths, and how observers see them."""
+    """Fireflies with their parameters and tour lengths, and their view for observers."""
 
     def __init__(self, instance: AnyInstance, flight: Flight, options: SolveOptions, workers: int = 1) -> None:
         super().__init__(instance, WorkerLog.of(workers))
         self.flight, self.seed, self.mended = flight, options.seed, options.local_search
         self.size = instance.n
         self.lengths = np.full(flight.fireflies, math.inf)
-        #: Share of the search that had passed at the last move.
+        #: Completed share of the search at the last move.
         self.done = 0.0
 
     def set_budget(self, stop: Stop, options: SolveOptions) -> None:
@@ -129,7 +129,7 @@ class Swarm(Population):
         """Offer the first tour if its cost is known."""
 
     def apart(self, one: int, other: int) -> int:
-        """Return the number of edges of a firefly that another one does not have."""
+        """Return the number of edges in tour `one` that are missing in tour `other`."""
         raise NotImplementedError
 
     def moves_of(self, attraction: float) -> int:
@@ -166,7 +166,7 @@ class Swarm(Population):
 
 
 def first_of(instance: Instance, flight: Flight, seed: int, f: int) -> Ints:
-    """Return the first tour int32[h] of a firefly: a random one, or a greedy one with small changes."""
+    """Return the initial tour int32[h] of a firefly: random, or greedy with small random changes."""
     rng = np.random.default_rng((seed, f))
     if not flight.at_random:
         return greedy(instance, rng if f else None)

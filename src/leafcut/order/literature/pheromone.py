@@ -1,4 +1,4 @@
-"""Parameters of the ant algorithms, and the trails that they share.
+"""Parameters of the ant algorithms, and the base class of their trails.
 
 Source: M. Dorigo and T. Stützle, Ant Colony Optimization, MIT Press 2004, chapter 3 ("the book" in this package).
 Differs: pheromone is kept on candidate edges only, so memory grows with n; see `kernels.construct`.
@@ -24,8 +24,8 @@ from leafcut.order.best import Best
 class Recommended:
     """Recommended number of ants (0: one per node) and evaporation rate ρ, without and with local search.
 
-    Without local search from box 3.1 of the book. With local search the few ants of its section 3.7 and of the authors'
-    program ACOTSP.
+    The values without local search are from box 3.1 of the book. With local search, fewer ants are used, as in its
+    section 3.7 and in ACOTSP, the authors' program.
     """
 
     ants: int
@@ -51,7 +51,7 @@ MOST_ANTS = 1000
 #: λ of the branching factor.
 BRANCHING_SHARE = 0.05
 
-#: Number of next places that an observer sees, the most probable first.
+#: Number of next places shown to an observer, the most probable first.
 MOST_CHOICES = 5
 
 # First word of the random stream of the first trails.
@@ -63,7 +63,7 @@ Deposit = tuple[Ints, float]
 
 @dataclass(frozen=True)
 class AntParameters:
-    """The options with the recommended values for one instance."""
+    """Options of an ant algorithm, with the recommended values for an instance as defaults."""
 
     algorithm: str
     ants: int
@@ -100,7 +100,7 @@ class AntParameters:
 
 
 class Trails:
-    """Pheromone on the candidate edges int32[n, k]; a subclass is an algorithm, and says how it is updated.
+    """Pheromone on the candidate edges int32[n, k]; each subclass implements the update rule of an algorithm.
 
     Attributes
     ----------
@@ -109,7 +109,7 @@ class Trails:
     one_way
         Each direction of an edge has its own trail.
     changes
-        Deposits of this iteration; None if nobody needs them.
+        Deposits of this iteration; None if they are not recorded.
     depositor
         Origin of the last deposit of MAX–MIN Ant System (`model.snapshot.SearchStep`).
     """
@@ -117,7 +117,7 @@ class Trails:
     def __init__(
         self, lists: Ints, parameters: AntParameters, c_nn: float, one_way: bool = False, *, seed: int = 1
     ) -> None:
-        """Start with equal trails, or with trails drawn by the `seed`; `c_nn` is the nearest-neighbour cost C_nn."""
+        """Start with equal or random trails (`seed`); `c_nn` is the cost C_nn of the nearest-neighbour tour."""
         self.lists, self.parameters, self.c_nn, self.one_way = lists, parameters, c_nn, one_way
         self.initial = self._initial_pheromone()
         self.highest, self.lowest = math.inf, 0.0
@@ -132,7 +132,7 @@ class Trails:
         self.changes: list[Deposit] | None = None
 
     def usual_pheromone(self) -> float:
-        """Return τ0 of the algorithm (box 3.1)."""
+        """Return the initial pheromone τ0 of the algorithm (box 3.1)."""
         raise NotImplementedError
 
     def update(self, iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
@@ -187,7 +187,7 @@ class Trails:
         return float(trails.branching(self.lists, self.pheromone, BRANCHING_SHARE))
 
     def step(self, best: Best, here: int = 0, choices: tuple[NextPlace, ...] = ()) -> SearchStep:
-        """Return the last iteration in the numbers of the formulas; an example has a place and its next places."""
+        """Return the variables of the last iteration, and an example: a place and its next places."""
         p = self.parameters
         values = {
             "alpha": p.alpha, "beta": p.beta, "rho": p.rate, "m": p.ants, "tau_0": self.initial,

@@ -23,13 +23,13 @@ from leafcut.order.observing import on_candidates
 from leafcut.order.search import AlgorithmRun, SearchResult
 from leafcut.order.stop import Stop
 
-#: Moves between two checks of the clock: some milliseconds of work.
+#: Moves between two checks of the clock: a few milliseconds.
 MOVES_PER_LOOK = 2000
 
 
 @dataclass(frozen=True, eq=False)
 class LocalSearch:
-    """2-opt, and Or-opt if wanted, on the candidate lists of an instance; each worker has its own buffers."""
+    """2-opt and optional Or-opt on the candidate lists of an instance; each worker has its own buffers."""
 
     instance: Instance
     place: NDArray[np.int32]
@@ -114,7 +114,7 @@ class Places:
         return float(tour_cost(self.instance.cost, tour))
 
     def result(self, tour: Ints) -> Ints:
-        """Return the tour in the terms of the instance."""
+        """Convert the tour to nodes of the instance."""
         return tour
 
     def parts(self, trails: Trails, best: Best) -> dict[str, Any]:
@@ -123,7 +123,7 @@ class Places:
         return {"pheromone": pheromone, "step": trails.step(best, *self._example(trails))}
 
     def _example(self, trails: Trails) -> tuple[int, tuple[NextPlace, ...]]:
-        """Return the number of the first place, and the most probable next places of an ant that starts there."""
+        """Return the first place, and the most probable next places of an ant that starts there."""
         instance = self.instance
         here = int(np.flatnonzero(instance.label == 0)[0])
         near = instance.candidates[here]
