@@ -95,7 +95,7 @@ class Construct:
         return line
 
     def next_branch(self, line: int) -> tuple[int, str]:
-        """Return the part of an `if` that follows the one on `line`."""
+        """Return the next branch of an `if` after `line`: its line and keyword."""
         self.closing()
         return next((at, keyword) for at, keyword in self.parts if at > line)
 
@@ -315,7 +315,7 @@ class Flow:
         if condition:
             return line + 1
         if keyword == "elseif":
-            # Not the end of a branch: the condition of the elseif decides.
+            # This is not the end of an executed branch: the condition of the elseif decides.
             self._deciding = after
             return after
         return after + 1 if keyword == "else" else after

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator
 
 from leafcut.gcode.words import COMMENT
 
-#: Number of characters examined; the kind of a program is evident from its beginning.
+#: Number of characters examined; the start of a program is enough to recognize its kind.
 _LOOKED_AT = 400_000
 
 _HEIDENHAIN = re.compile(

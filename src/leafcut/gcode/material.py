@@ -76,8 +76,8 @@ class MaterialFeeds:
     word
         The word in a block, such as ``F#<_hal[plasmac.cut-feed-rate]>``.
     words
-        Maps marked feeds to `word`. A marked feed exceeds that of the material by a millionth, so that it differs from
-        every feed that a program states.
+        Maps marked feeds to `word`. A marked feed is a millionth higher than the feed of the material, so that it
+        differs from every feed that a program states.
     """
 
     def __init__(self, lines: Sequence[str], word: str, otherwise: float) -> None:

@@ -83,7 +83,7 @@ class Modal:
     rpm, spindle, coolant
         S; 1 for M3, -1 for M4, 0 for M5; 0 off, 1 mist, 2 flood, 3 both.
     tool, next_tool
-        The tool in the spindle, and that of the last T; None if not stated.
+        The tool in the spindle, and the tool of the last T word; None if not stated.
     length, radius, frame
         Register of the length offset (0: G49); 40, 41 or 42; work offset in tenths (540 for G54, 591 for G59.1).
     shift
@@ -189,7 +189,7 @@ class Program:
 
     @cached_property
     def text_line(self) -> NDArray[np.int32]:
-        """int32[m]: the line of each block in the main program: its own, or that of the call."""
+        """int32[m]: the line of each block, or of the call in the main program for a block of a subprogram."""
         line = self.line.copy()
         for begin, end in self.calls:
             line[begin:end] = line[begin]

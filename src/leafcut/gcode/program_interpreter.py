@@ -129,7 +129,7 @@ def lines_of(text: str, dialect: Dialect, file: str) -> tuple[str, ...]:
 
 
 def _first_line(lines: tuple[str, ...]) -> int:
-    """Return the first line of the program, from 0: that of the percent sign below a title, else 0.
+    """Return the first line of the program, from 0: the line of the percent sign below a title, or 0.
 
     A title is text above the first percent sign that is not G-code. If there is a block of G-code above it, the sign
     ends the program.
@@ -591,7 +591,7 @@ class _ProgramReader:
         return self.flow.jumps.named(at) + text if self.flow.jumps.is_goal(at) else text
 
     def _full_text(self, at: int) -> str:
-        """Return the description of a line with unknown effects: its text and all parameters set so far."""
+        """Return the description of a line with unknown effects: its text and all parameters set before it."""
         line = self.lines[at].rstrip("\r\n")
         shown = shown_comments(line, self.state.dialect)
         parameters = f"[parameters {self.parameters.digest()}]"

@@ -79,7 +79,7 @@ def _first_bound(instance: AnyInstance, cancelled: threading.Event, late: Callab
 def tour_instance(
     problem: RoutingProblem, instance: AnyInstance | None, late: Callable[[], bool] = lambda: False
 ) -> Instance | None:
-    """Return the instance of the relaxed problem (`relaxation`); reuse that of the search if it is the same."""
+    """Return the instance of the relaxed problem (`relaxation`); reuse `instance` if the problem is unchanged."""
     relaxed = relaxation(problem, late)
     if isinstance(instance, Instance) and relaxed is problem:
         return instance
@@ -100,10 +100,10 @@ def _no_bound(problem: RoutingProblem) -> SolveError:
 def relaxation(problem: RoutingProblem, late: Callable[[], bool] = lambda: False) -> RoutingProblem | None:
     """Return a symmetric problem whose lower bound also holds for `problem`, or None.
 
-    It has no precedence and one node per cluster. The cost of a move between two clusters is that of the cheapest move
-    between their nodes in either direction; the service time of a cluster is the minimum over its nodes. A path from a
-    start to an end becomes a closed tour with an additional node. Returns None after the deadline (`late`), or if the
-    table would be too large.
+    It has no precedence and one node per cluster. Moves between two clusters cost as much as the cheapest move between
+    their nodes in either direction; the service time of a cluster is the minimum over its nodes. A path from a start to
+    an end becomes a closed tour with an additional node. Returns None after the deadline (`late`), or if the table
+    would be too large.
     """
     if is_symmetric(problem):
         return problem

@@ -1,9 +1,9 @@
 """The search for paths with choices: clusters of several nodes, costs that differ by direction, and precedence.
 
-One path is kicked at one place at a time, repaired there by exchanges that keep the precedence, and restored if it
-became longer, as in `order.kicks`. Now and then it may become longer for a while to leave a local optimum: with
-directions and precedence many more paths than without have no improving exchange. Small problems start from the best
-path of a few ants, and alternate with `order.annealing`.
+As in `order.kicks`, the path is kicked locally, repaired by exchanges that respect the precedence, and restored if it
+became longer. From time to time it may become longer, to escape a local optimum: with asymmetric costs and precedence,
+many more paths have no improving exchange. Small problems start from the best path of a few ants, and alternate with
+`order.annealing`.
 """
 
 from __future__ import annotations
@@ -37,20 +37,20 @@ from leafcut.order.stop import Stop
 #: Budget of a preset in kicks: per node, fewest and most.
 PRESETS = {"fast": (60, 5e3, 1e5), "default": (250, 2e4, 5e5), "thorough": (2000, 1e5, math.inf)}
 
-#: Kicks per node before the path may become longer; then alternately kicks in which it may, and in which it may not.
+#: Kicks per node: first only improving ones (cold), then alternately hot kicks, which may lengthen the path, and cold.
 FIRST_COLD, HOT, COLD = 10, 1, 4
 
-#: Maximum growth of the path by a kick in hot times, in mean moves between nodes, in turn. The best value depends on
-#: the precedence; with more precedence larger values were better.
+#: Maximum growth of the path by a hot kick, in mean moves between nodes; the values are used in turn. The best value
+#: depends on the precedence: with more precedence, larger values were better.
 HEATS = (0.3, 1.0, 3.0)
 
-#: Turns without a better path after which the search returns to the best path.
+#: The search returns to the best path after this many turns without improvement.
 TURNS_AWAY = 2
 
 #: Minimum number of nodes assumed for the kicks of a turn.
 FEWEST_KICKS = 50
 
-#: Kicks per node before parts of the path are forgotten for the first time.
+#: Kicks per node before the first annealing (`Forgetting`).
 PHASE = 50
 
 #: Maximum plausible ratio of a greedy path to an improved one; a larger ratio comes from forbidden moves.
@@ -76,7 +76,7 @@ def budget(preset: str, clusters: int) -> float:
 
 
 class PathSearch:
-    """The search of one path.
+    """Local search for a path with choices.
 
     `iteration` counts runs of up to `kicks_per_iteration` kicks, `kicks` counts all of them.
     """
@@ -96,8 +96,8 @@ class PathSearch:
     def run(self, most: float, start: Route, phase: float = PHASE) -> int:
         """Improve a path to a local optimum, then by kicks, until `stop` or `most` kicks; return the iterations.
 
-        A small problem alternates between kicks and annealing; the first phase has `phase` kicks per node, each further
-        one twice as many. The result depends on the seed and on the number of iterations only.
+        A small problem alternates between kicks and annealing. The first phase has `phase` kicks per node, and each
+        further phase twice as many. The result depends only on the seed and the number of iterations.
         """
         instance = self.instance
         self.route = route_of(instance, start.node, start.enter, log=3 * instance.n + 1000)
@@ -245,7 +245,7 @@ class _PathView(SearchView):
 
 
 def run_paths(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult:
-    """Run one search for each thread, which return to the best path of all now and then.
+    """Run one search per thread; each occasionally restarts from the best path of all.
 
     With a budget there is one search: the result of several depends on their speed.
     """

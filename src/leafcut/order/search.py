@@ -46,7 +46,7 @@ class SearchResult:
 
 
 class Population(SearchView):
-    """A population algorithm on the loop: it constructs tours and learns from them."""
+    """Base class of population algorithms: they construct tours and learn from them."""
 
     def construct(self, iteration: int) -> Tours:
         """Return the tours of an iteration and their costs."""

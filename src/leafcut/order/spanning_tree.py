@@ -81,7 +81,7 @@ def smallest_tree(instance: Instance, hub: int, penalty: Floats, graph: Graph, s
 
 
 def _parts(instance: Instance, hub: int, penalty: Floats) -> ForestParts:
-    """Return the initial forest: each node is a separate tree."""
+    """Return the initial forest, in which each node is a separate part."""
     n, m = instance.n, len(instance.tree.child)
     up, leave, arrive = (np.arange(n, dtype=np.int64) for _ in range(3))
     part, found = np.arange(n, dtype=np.int32), np.full(n, -1, dtype=np.int32)
@@ -92,7 +92,7 @@ def _parts(instance: Instance, hub: int, penalty: Floats) -> ForestParts:
 
 
 def _survey(instance: Instance, hub: int, parts: ForestParts) -> None:
-    """Set the range of tree numbers in each box of the k-d tree. Changes: parts.low, high."""
+    """Set the range of part numbers in each box of the k-d tree. Changes: parts.low, high."""
     parts.low[:] = _in_boxes(instance, np.minimum, parts.part, hub, instance.n)
     parts.high[:] = _in_boxes(instance, np.maximum, parts.part, hub, -1)
 

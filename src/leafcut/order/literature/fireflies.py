@@ -13,12 +13,12 @@ Open points of the sources are settled as follows.
   switch, at a share of the iterations (or of the time limit), and short afterwards: first far, then fine.
 - The settings for simple and for complex pockets differ in their defaults only: fireflies, β0, and the switch.
 
-Differs: inversions are made one after the other, and each is kept unless the tour becomes longer, instead of trying all
-from one place and keeping the n best tours of all, which soon are copies of one (`published_fireflies`). All fireflies
-see the swarm at the start of the iteration, so they can move in threads. With local search a move is two inversions
-near each other, repaired by sequential exchanges (`kernels.lin_kernighan`) at their nodes, since these would undo a
-single one. Orders of clusters: the distance counts steps, which have a direction; runs that precedence fixes are not
-inverted; an iteration is one flight of every firefly, since each inversion is followed by the choice of all nodes.
+Differs: inversions are applied sequentially, and each is kept unless it lengthens the tour. The published algorithm
+tries all from the same tour and keeps the n best tours, which soon become identical (`published_fireflies`). All
+fireflies see the swarm at the start of the iteration, so they can move in threads. With local search, a move consists
+of two nearby inversions, repaired by sequential exchanges (`kernels.lin_kernighan`) at their nodes; the exchanges would
+undo a single inversion. For orders of clusters, the distance counts directed steps, runs fixed by precedence are not
+inverted, and an iteration is one flight per firefly, because all nodes are chosen again after each inversion.
 Copying edges of the brighter tour instead (G. K. Jati, R. Manurung and Suyanto, Discrete firefly algorithm for
 traveling salesman problem: a new movement scheme, in: Swarm Intelligence and Bio-Inspired Computation, Elsevier 2013,
 295–312) was no better on grids of 344 to 849 points.

@@ -5,7 +5,7 @@ published system for milling pockets. A swarm of n random tours; two tours with 
 have the distance r = 10·A/h. In an iteration every firefly makes m moves from its tour; the n shortest of the m·n new
 tours are the swarm.
 
-Open points of the sources are settled as follows.
+The sources leave some points open, which are decided as follows.
 
 - The attractiveness β = β0·exp(-γ·r²) is the number of inversions that a move tries, all from the same tour. The move
   takes the best of them, even if it is longer. A firefly without a brighter one tries β0.
@@ -101,7 +101,7 @@ class PublishedFireflies(Swarm):
         self.tours, self.lengths = self.moved[kept], lengths[kept]
 
     def aim_of(self, f: int) -> tuple[int, int]:
-        """Return the number of inversions that a move of firefly `f` tries, and the maximum length of one."""
+        """Return the number of inversions that a move of firefly `f` tries, and their maximum length."""
         flight, h, length = self.flight, self.size, float(self.lengths[f])
         others = [j for j in np.flatnonzero(self.lengths <= length).tolist() if j != f]
         if not others:
