@@ -57,7 +57,7 @@ def active_comments(comments: Sequence[str]) -> list[str]:
 
 
 def shown_comments(line: str, dialect: Dialect) -> list[str]:
-    """Return the active comments of a line, or all if an alarm, stop or question of the line displays them."""
+    """Return the active comments of a line, or all comments if the line displays them (alarm, stop, question)."""
     if "(" not in line and ";" not in line:
         return []
     comments = split_line(line, nested=True)[1]

@@ -28,7 +28,7 @@ _LABEL = re.compile(r"(?:[ \t]|\([^()]*\))*+/?[1-9]?[ \t]*+[nN][ \t]*+([0-9]{1,1
 _PROGRAM = re.compile(r"[ \t]*[oO:][ \t]*[0-9]")
 _MAY_JUMP = re.compile(r"GOTO|M[ \t]*9[79]", re.IGNORECASE)
 _GOAL = re.compile(r"(?:GOTO|M97P|M99P)([0-9]{1,18}(?![0-9]))?", re.IGNORECASE)
-#: Words other than GOTO targets that may leave a range of text.
+#: Words that may leave a range of text: returns, loop exits, and GOTO with a computed target.
 _LEAVES = re.compile(r"M99(?![0-9])|O(?:[0-9]+|<[^<>]*>)(?:RETURN|BREAK|CONTINUE)|GOTO(?![0-9])", re.IGNORECASE)
 _AFTER_IF = re.compile(r"[ \t]*(GOTO|THEN)[ \t]*", re.IGNORECASE)
 _AFTER_WHILE = re.compile(r"[ \t]*DO[ \t]*([0-9]{1,9})[ \t]*$", re.IGNORECASE)

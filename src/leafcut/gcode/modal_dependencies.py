@@ -71,7 +71,7 @@ class BlockReader:
 
     @cached_property
     def stated(self) -> dict[str, tuple[list[int], list[str]]]:
-        """By letter: the blocks that state it, in order, and its text; cycle words count in cycles only."""
+        """For each letter, the blocks that state it, in order, and its text; cycle words count in cycles only."""
         found: dict[str, tuple[list[int], list[str]]] = {}
         for block in range(self.program.n_blocks):
             words = self.words(block)
@@ -87,7 +87,7 @@ class BlockReader:
 
     @cached_property
     def first_stated(self) -> dict[str, int]:
-        """By group: the first block that states it."""
+        """The first block that states each group."""
         found: dict[str, int] = {}
         for block in range(self.program.n_blocks):
             for group in self.states(block, block + 1):

@@ -598,7 +598,7 @@ class _ProgramReader:
         return " ".join([self._significant_text(at), *shown, parameters, f"[calls {self._subprograms}]"])
 
     def _describe(self, block: Block, line: str) -> None:
-        """Describe a block with unknown effects or with a comment that the controller acts on."""
+        """Describe a block with unknown effects or with an active comment."""
         dialect, unknown = self.state.dialect, self.runner.unknown
         obeyed = shown_comments(line, dialect)
         read = may_read_parameters(unknown, obeyed, dialect)

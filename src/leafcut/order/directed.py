@@ -39,8 +39,8 @@ DENSE_LIMIT = 3000
 #: Maximum number of clusters, with the anchor, and of nodes for searches that store the costs of all moves: n² memory.
 FEW_CLUSTERS, FEW_NODES = 500, 2500
 
-#: Number of candidates that are tried for the first and for the second new edge of an exchange. Measured on contours
-#: whose holes come first: 16 candidates with (16, 8) are far better than 8, which are mostly the contour's own holes.
+#: Number of candidates tried for the first and the second new edge of an exchange. Measured on contours with holes that
+#: must be cut first: 16 candidates with (16, 8) are far better than 8, which are mostly the contour's own holes.
 BREADTH = (16, 8)
 
 #: A gain smaller than this share of a mean move is rounding.
@@ -55,7 +55,7 @@ Listed = tuple[Ints, NDArray[np.float64]]
 
 @dataclass(frozen=True, eq=False)
 class DirectedInstance:
-    """A search for one path.
+    """A path problem with choices, asymmetric costs or precedence.
 
     Attributes
     ----------

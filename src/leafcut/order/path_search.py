@@ -60,9 +60,9 @@ GREEDY = 1.5
 #: instead of the clock keeps results reproducible.
 SECONDS_PER_KICK = 5e-6
 
-#: Maximum number of generations of Ant Colony System before the first kick on a small problem, and of those without a
-#: gain. Kicks alone stay near the greedy path: on contours around holes their paths were 0 to 2.4 % longer than those
-#: of published ant algorithms in the same time; after ants, 0 to 0.03 % (tests/order/test_students.py).
+#: Maximum number of generations of Ant Colony System before the first kick on a small problem, in total and without a
+#: gain. Kicks alone stay near the greedy path: on contours around holes, their paths were 0 to 2.4 % longer than the
+#: paths of published ant algorithms in the same time; after ants, 0 to 0.03 % (tests/order/test_students.py).
 GENERATIONS, PATIENCE = 20, 10
 
 #: Maximum share of a time limit for these ants.
@@ -247,7 +247,7 @@ class _PathView(SearchView):
 def run_paths(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult:
     """Run one search per thread; each occasionally restarts from the best path of all.
 
-    With a budget there is one search: the result of several depends on their speed.
+    A work budget allows a single search only, because the result of several depends on their speed.
     """
     options, stop, best = run.options, run.stop, run.best
     if options.iterations is not None:

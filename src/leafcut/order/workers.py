@@ -57,7 +57,7 @@ class WorkerLog:
 
 @dataclass(frozen=True)
 class Workers:
-    """The workers of a search.
+    """Executor and settings for the workers of a search.
 
     Attributes
     ----------

@@ -1,17 +1,17 @@
-"""The discrete firefly algorithm: tours or orders move towards shorter ones by inversions.
+"""Discrete firefly algorithm: tours or orders move towards shorter ones by inversions.
 
 Source: G. K. Jati and Suyanto, Evolutionary discrete firefly algorithm for travelling salesman problem, ICAIS 2011,
-LNAI 6943, 393–403; the parameters are those of the published system for milling pockets that uses it. Two tours of h
+LNAI 6943, 393–403; the parameters come from the published system for pocket milling that uses it. Two tours of h
 nodes with A different edges have the distance r = 10·A/h. The attractiveness of a shorter tour, β = β0·exp(-γ·r²),
-decreases with the distance. A firefly moves to the most attractive of the shorter tours, by inversions of runs of 2 to
-A nodes at random places. The shortest sees none and moves at random.
+decreases with the distance. A firefly moves towards the most attractive of the shorter tours, by inversions of runs of
+2 to A nodes at random positions. The firefly with the shortest tour moves at random.
 
-Open points of the sources are settled as follows.
+The sources leave some points open, which are decided as follows.
 
-- β is the number of inversions of a flight; an iteration has as many flights as there are nodes (`FLIGHTS`).
-- Long inversions have 2 to A nodes, short ones at most a share of all nodes, or 50 with repair. They are long until the
-  switch, at a share of the iterations (or of the time limit), and short afterwards: first far, then fine.
-- The settings for simple and for complex pockets differ in their defaults only: fireflies, β0, and the switch.
+- β is the number of inversions of a flight; an iteration has one flight per node (`FLIGHTS`).
+- Long inversions have 2 to A nodes, short ones at most a share of all nodes, or 50 with repair. The switch from long to
+  short comes at a share of the iterations (or of the time limit): coarse search first, then fine.
+- The settings for simple and for complex pockets differ only in their defaults: fireflies, β0, and the switch.
 
 Differs: inversions are applied sequentially, and each is kept unless it lengthens the tour. The published algorithm
 tries all from the same tour and keeps the n best tours, which soon become identical (`published_fireflies`). All

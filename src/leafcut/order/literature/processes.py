@@ -89,7 +89,7 @@ class AntWorker:
         self.best.offer(start.tour, start.cost, 0)
 
     def do(self, task: AntTask) -> AntAnswer:
-        """Construct the tours of an iteration; reinforce the pheromone if it is the worker's own."""
+        """Construct the tours of an iteration; in ``exchange`` mode, also update the worker's own pheromone."""
         began, trails = time.perf_counter(), self.trails
         if task.pheromone is not None:
             trails.pheromone[:] = task.pheromone

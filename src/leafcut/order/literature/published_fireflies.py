@@ -1,6 +1,6 @@
 """The discrete firefly algorithm as published for pocket milling; `fireflies` is leafcut's own variant.
 
-Source: G. K. Jati and Suyanto, ICAIS 2011, LNAI 6943, 393–403; distances, modes and percentages are those of the
+Source: G. K. Jati and Suyanto, ICAIS 2011, LNAI 6943, 393–403; distances, modes and percentages come from the
 published system for milling pockets. A swarm of n random tours; two tours with different nodes at A of their h places
 have the distance r = 10·A/h. In an iteration every firefly makes m moves from its tour; the n shortest of the m·n new
 tours are the swarm.
