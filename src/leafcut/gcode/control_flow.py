@@ -84,11 +84,11 @@ class Construct:
 
     @property
     def first(self) -> int:
-        """The line that opens it."""
+        """The line of the opening keyword."""
         return self.parts[0][0]
 
     def closing(self) -> int:
-        """Return the line that closes it."""
+        """Return the line of the closing keyword."""
         line, keyword = self.parts[-1]
         if keyword not in _CLOSING and not (self.kind == "do" and keyword == "while"):
             raise BlockError(f"'{self.kind}' is not closed")
@@ -124,7 +124,7 @@ class Flow:
         self._letters, self._most = 0, max(MAX_REPEATED, REPEATED_PER_LETTER * sum(map(len, lines)))
         self._lines = lines
         self._counters: dict[int, int] = {}
-        #: By line of a loop: the parameters and calls at the start of its last iteration.
+        #: Parameters and calls at the start of the last iteration of each loop, by the line of the loop.
         self._iterations: dict[int, tuple[object, ...]] = {}
         self._deciding = -1
         self._broken = False

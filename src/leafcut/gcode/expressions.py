@@ -96,7 +96,7 @@ class ProgramParameters:
         return UNKNOWN if value is None else value
 
     def named(self, name: str) -> float:
-        """Return #<name>."""
+        """Return the value of parameter #<`name`>."""
         value = self._find(name)
         if value is None and not name.startswith("_"):
             raise BlockError(f"#<{name}> is used, but the program does not set it before")

@@ -268,7 +268,7 @@ class _ProgramReader:
         self._title = _first_line(self.lines)
         #: Digest of the text that the program repeats endlessly (M99 P in the main program).
         self._endless = ""
-        #: Text that may be run again: up to a block, from a line.
+        #: Text that may be repeated: (number of blocks up to its end, first line from 0).
         self._again: list[tuple[int, int]] = []
         #: Depths of calls at whose end the modes are restored (M73).
         self.restored: list[int] = []

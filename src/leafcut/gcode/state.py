@@ -41,7 +41,7 @@ class CycleValues:
 
 @dataclass
 class InterpreterState(Modal):
-    """Modal state, the toolpath so far, and the other memory of the interpreter.
+    """Complete state of the interpreter: modal state, the toolpath so far, and hidden state.
 
     Attributes
     ----------

@@ -39,7 +39,7 @@ def on_lists(points: Points, owner: Ints, lists: Ints, trails: NDArray[np.float6
 
 
 def of_tours(instance: Instance, tours: Ints) -> Pheromone:
-    """Return the tours int32[m, n] of a colony as pheromone: the share of ants that use each edge."""
+    """Convert the tours int32[m, n] of a colony to pheromone: the share of ants that use each edge."""
     ants, n = tours.shape
     few = max(1, min(MOST_ANTS, MOST_STEPS // n))
     chosen = tours[np.linspace(0, ants - 1, min(few, ants)).astype(np.int64)]

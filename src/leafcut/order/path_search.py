@@ -70,7 +70,7 @@ ANTS_SHARE = 0.15
 
 
 def budget(preset: str, clusters: int) -> float:
-    """Return the kicks of a preset."""
+    """Return the number of kicks of a preset."""
     per_node, fewest, most = PRESETS[preset]
     return min(max(per_node * clusters, fewest), most)
 

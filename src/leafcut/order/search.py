@@ -53,7 +53,7 @@ class Population(SearchView):
         raise NotImplementedError
 
     def reinforce(self, iteration: int, tours: NDArray[np.int32], costs: NDArray[np.float64], best: Best) -> None:
-        """Learn from the tours of an iteration; by default nothing."""
+        """Learn from the tours of an iteration; does nothing by default."""
 
 
 def search(population: Population, best: Best) -> int:

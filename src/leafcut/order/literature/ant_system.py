@@ -19,7 +19,7 @@ class AntSystem(Trails):
     """All ants deposit 1/C (equations 3.2 to 3.4)."""
 
     def usual_pheromone(self) -> float:
-        """Initial pheromone m / C_nn."""
+        """Return the initial pheromone, m / C_nn."""
         return float(self.parameters.ants / self.c_nn)
 
     def update(self, iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
@@ -34,7 +34,7 @@ class ElitistAntSystem(AntSystem):
     """Ant System in which the best tour so far deposits e/C in addition (equation 3.5)."""
 
     def usual_pheromone(self) -> float:
-        """Initial pheromone (e + m) / (ρ C_nn)."""
+        """Return the initial pheromone, (e + m) / (ρ C_nn)."""
         p = self.parameters
         return float((p.elitist_weight + p.ants) / (p.rate * self.c_nn))
 
@@ -44,7 +44,7 @@ class ElitistAntSystem(AntSystem):
         self.deposit(best.tour, self.parameters.elitist_weight / best.cost)
 
     def constants(self) -> dict[str, float]:
-        """Weight e of the best tour."""
+        """Return the weight e of the best tour."""
         return {"e": self.parameters.elitist_weight}
 
 
@@ -52,7 +52,7 @@ class RankBasedAntSystem(Trails):
     """The w - 1 best ants deposit by rank, the best tour so far with weight w (equation 3.6)."""
 
     def usual_pheromone(self) -> float:
-        """Initial pheromone w(w - 1) / 2 / (ρ C_nn)."""
+        """Return the initial pheromone, w(w - 1) / 2 / (ρ C_nn)."""
         p = self.parameters
         return max(1.0, 0.5 * p.ranks * (p.ranks - 1)) / (p.rate * self.c_nn)
 
@@ -66,5 +66,5 @@ class RankBasedAntSystem(Trails):
         self.deposit(best.tour, w / best.cost)
 
     def constants(self) -> dict[str, float]:
-        """Weight w of the best tour."""
+        """Return the weight w of the best tour."""
         return {"w": self.parameters.ranks}

@@ -19,7 +19,7 @@ class AntColonySystem(Trails):
     """Evaporation and deposit on the edges of the best tour so far only (equation 3.11)."""
 
     def usual_pheromone(self) -> float:
-        """Initial pheromone 1 / (n C_nn)."""
+        """Return the initial pheromone, 1 / (n C_nn)."""
         return 1.0 / (len(self.lists) * self.c_nn)
 
     def update(self, iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
@@ -31,5 +31,5 @@ class AntColonySystem(Trails):
         reinforce_and_decay(self.lists, tour, rate, amount, self.one_way, self.pheromone)
 
     def constants(self) -> dict[str, float]:
-        """Greedy probability q0 and local evaporation rate ξ."""
+        """Return the greedy probability q0 and the local evaporation rate ξ."""
         return {"q_0": self.parameters.greedy_probability, "xi": self.parameters.local_rate}

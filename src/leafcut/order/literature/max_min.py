@@ -27,7 +27,7 @@ class MaxMinAntSystem(Trails):
     restarted_at = 0
 
     def usual_pheromone(self) -> float:
-        """Initial pheromone 1 / (ρ C_nn)."""
+        """Return the initial pheromone, 1 / (ρ C_nn)."""
         return 1.0 / (self.parameters.rate * self.c_nn)
 
     def update(self, iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
@@ -51,7 +51,7 @@ class MaxMinAntSystem(Trails):
             self.deposit(tours[winner], 1.0 / costs[winner])
 
     def constants(self) -> dict[str, float]:
-        """Trail limits τ_max and τ_min."""
+        """Return the trail limits τ_max and τ_min."""
         return {"tau_max": self.highest, "tau_min": self.lowest}
 
 
