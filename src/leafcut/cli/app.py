@@ -44,7 +44,7 @@ REPLACED = {
     "warm-up": "leafcut install kernels",
     "cutting-data": "leafcut tools speeds",
 }
-#: Words that are not commands, and the command to type instead.
+#: Words mistaken for commands, and the command to type instead.
 _MEANT = {
     "help": "leafcut --help, or leafcut COMMAND --help",
     "mill": "leafcut pocket DRAWING, or leafcut reorder PROGRAM",
@@ -63,7 +63,7 @@ _MAIN = {
     "solve": ("algorithm", "preset", "time_limit", "seed", "target_gap", "threads"),
     "speeds": ("material", "tools", "holes", "depth", "thickness", "machine", "shop_rate"),
 }
-#: Defaults of `tools speeds` that differ from those of drilling.
+#: Defaults of `tools speeds` that differ from the defaults of drilling.
 _HELPS_OF_SPEEDS = {
     "material": ("", "must be given"),
     "tools": ("", "one drill per diameter of the drawing, or --tool-diameter"),
@@ -249,7 +249,7 @@ def _add(application: App, name: str, command: Callable[..., int], help: str | N
 
 
 def _working_names() -> tuple[str, ...]:
-    """Return the commands with options of the option groups: `optimize`, those of the processes, and others."""
+    """Return the commands with options of the option groups: `optimize`, the processes' commands, and others."""
     return ("optimize", *registry.commands(), *_WORKING)
 
 

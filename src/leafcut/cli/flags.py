@@ -79,13 +79,13 @@ def command_of(
     fixed
         Values of arguments of the function that have no flag.
     annotations
-        Annotations of arguments that replace those of the function.
+        Annotations of arguments, which replace the annotations in the function.
     help
         Replaces the docstring of the function.
     helps
-        Returns help texts and default words that replace those of the options; "" keeps the original.
+        Returns replacements for the help texts and displayed defaults of options; "" keeps the original.
     all_shown
-        Show all options in the help; otherwise only the main ones, if there are any.
+        Show all options in the help; otherwise only the main options, if the command has any.
     """
     fixed = fixed or {}
     own_parameters = [

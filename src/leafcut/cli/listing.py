@@ -1,4 +1,4 @@
-"""The command `leafcut list`: known machines, materials and so on, and the file of one of them."""
+"""The command `leafcut list`: lists machines, materials and so on, and prints their files."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ class DefaultRow:
     source
         File and line, ``leafcut``, or leafcut for this kind of work.
     used_by
-        Commands that use it; empty if the rows are those of a single command.
+        Commands that use it; empty if all rows belong to a single command.
     """
 
     option: str
@@ -63,7 +63,9 @@ class DefaultRow:
 
 
 def shop_defaults(command: str | None, options_file: Path | None, defaults_file: Path | None) -> list[DefaultRow]:
-    """Return all options of a command with their sources, those from files first; without a command, only those.
+    """Return all options of a command with their sources, options from files first.
+
+    Without a command, only options from files are returned.
 
     Raises
     ------

@@ -43,7 +43,7 @@ M30
 
 
 def warm_all(on_compile: Callable[[str], None] = lambda _: None) -> Compilations:
-    """Compile every kernel that is not cached on disk; `on_compile` is called once if there is any."""
+    """Compile every kernel that is not cached on disk; `on_compile` is called once, before the first compilation."""
     with announced(on_compile) as compilations:
         _order()
         _follow_programs()

@@ -1,4 +1,4 @@
-"""The choice of a strategy for each pocket: all are tried, and the one with the fewest retracts near the best wins."""
+"""Choice of a strategy for each pocket: tries all, and takes the fewest retracts among near-optimal results."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ if TYPE_CHECKING:
     from leafcut.processes.pocket.plan.toolpath import Clearing
     from leafcut.processes.pocket.strategies import ClearingStrategy, SearchTime
 
-#: Among strategies within this factor of the least cost, the one with the fewest retracts wins: each plunge wears the
-#: tool and marks the floor.
+#: Among strategies within this factor of the least cost, the fewest retracts win: each plunge wears the tool and marks
+#: the floor.
 NEARLY = 1.05
 
 
@@ -52,9 +52,9 @@ class ClearedPocket:
     plan
         The results of all strategies, and the chosen one.
     clearings
-        Strategy → its regions, of strategies with a path.
+        Strategy → cleared regions, for strategies with a path.
     even
-        The same at one feed, if the feeds of `clearings` follow the load.
+        The same at a constant feed, if the feeds of `clearings` follow the load.
     """
 
     plan: PocketPlan
@@ -63,7 +63,7 @@ class ClearedPocket:
 
     @property
     def usual(self) -> list[Clearing]:
-        """The regions, cleared by the strategy that shops use."""
+        """The regions, cleared by the usual strategy of shops."""
         return self.clearings[self.plan.usual.strategy]
 
 
@@ -81,7 +81,7 @@ class PocketWork:
 
 
 def clear_pocket(job: PocketJob, pocket: Pocket, number: int, time: SearchTime) -> tuple[ClearedPocket, list[Issue]]:
-    """Clear a pocket by the requested strategy, or by all of them, and choose one."""
+    """Clear a pocket by the requested strategy, or by every strategy, and choose the best."""
     from leafcut.processes.pocket.plan.region import centre_regions
     from leafcut.processes.pocket.strategies import WAYS
 
@@ -121,7 +121,7 @@ def _tried(
     roughed: list[CentreRegion],
     time: SearchTime,
 ) -> tuple[PocketResult, list[Clearing], list[Clearing]]:
-    """Return the result of a strategy, and its regions at one feed and at feeds that follow the load.
+    """Return the result of a strategy, and its regions at a constant feed and at load-dependent feeds.
 
     A refused strategy has no regions.
     """
@@ -146,10 +146,10 @@ def _tried(
 
 
 def _fitted(job: PocketJob, clearings: list[Clearing]) -> tuple[list[Clearing], float]:
-    """Return the regions with feeds that follow the load, if requested, and their time, s.
+    """Return the regions with load-dependent feeds, if requested, and their time, s.
 
-    Some machines stop after each move, and a divided move is blended differently. So feeds change anywhere, only at the
-    ends of moves, or not at all, whichever is fastest. A cut beyond the power of the spindle is always slowed down.
+    Some machines stop after each move, and dividing a move changes its blending. So three variants are compared: feed
+    changes anywhere, only between moves, or not at all. Cuts beyond the spindle power are always slowed down.
     """
     from leafcut.processes.pocket.feeds import with_feeds
 
@@ -160,7 +160,7 @@ def _fitted(job: PocketJob, clearings: list[Clearing]) -> tuple[list[Clearing], 
     tried = []
     for anywhere in (True, False):
         divided = [
-            # Each region by itself: their order is not known yet.
+            # Each region separately, since their order is not known yet.
             _aired(c, iter(with_feeds(c.path.pieces, job.limits, job.exact, acceleration, anywhere=anywhere)))
             for c in clearings
         ]
@@ -190,7 +190,7 @@ def _clearing(
     roughed: list[CentreRegion],
     time: SearchTime,
 ) -> Clearing:
-    """Return one region cleared by a strategy: all of it, or less the stock and then along its walls."""
+    """Return a region cleared by a strategy: directly, or roughed with stock left and then finished along its walls."""
     from leafcut.processes.pocket.plan.arcs import fitted
     from leafcut.processes.pocket.plan.toolpath import Clearing
     from leafcut.processes.pocket.plan.walls import wall_passes
@@ -211,7 +211,7 @@ def _clearing(
 
 
 def _chosen(job: PocketJob, pocket: Pocket, results: list[PocketResult]) -> int:
-    """Return the requested strategy, or the best of those that clear the whole pocket.
+    """Return the index of the requested strategy, or of the best strategy that clears the whole pocket.
 
     Raises
     ------
@@ -251,7 +251,7 @@ def _cost(job: PocketJob, result: PocketResult, measures: PocketMeasures) -> flo
 
 
 def with_reasons(job: PocketJob, results: list[PocketResult], written: PocketResult) -> list[PocketResult]:
-    """Return the results; each that costs less than the written one states why it is not written."""
+    """Return the results, with reasons why cheaper strategies than the written strategy were rejected."""
     best = written.measures
     if best is None:
         return results
@@ -315,7 +315,7 @@ def order_problem(job: PocketJob, pockets: list[list[Clearing]]) -> RoutingProbl
 
 
 def _before(job: PocketJob, pockets: list[list[Clearing]]) -> NDArray[np.int32]:
-    """Return the precedence, int32[n, 2]: a pocket comes before those in its floor."""
+    """Return the precedence, int32[n, 2]: a pocket comes before the pockets in its floor."""
     last = np.cumsum([len(regions) for regions in pockets])
     rows = [list(range(end - len(regions), end)) for regions, end in zip(pockets, last.tolist(), strict=True)]
     pairs = [
@@ -329,7 +329,7 @@ def _before(job: PocketJob, pockets: list[list[Clearing]]) -> NDArray[np.int32]:
 
 
 def generated(job: PocketJob, clearings: list[Clearing]) -> PocketMotion:
-    """Return the motion that clears regions in this order."""
+    """Return the motion that clears the regions in the given order."""
     from leafcut.processes.pocket.plan.toolpath import pocket_motion
     from leafcut.timing.toolpath import measure
 
@@ -352,9 +352,9 @@ def generated(job: PocketJob, clearings: list[Clearing]) -> PocketMotion:
 
 
 def programs(job: PocketJob, cleared: list[ClearedPocket], nodes: Sequence[int]) -> tuple[PocketProgram, ...]:
-    """Return the program as written, and that of every strategy that clears all pockets; () for one pocket.
+    """Return the written program, and the programs of all strategies that clear every pocket; () for a single pocket.
 
-    `nodes` is the written order of the regions; all programs have it.
+    All programs have the order of regions `nodes`.
     """
     if len(cleared) < 2:
         return ()

@@ -13,7 +13,7 @@ from leafcut.options.option_spec import OptionGroup, option
 class PocketOptions(OptionGroup):
     """How pockets are cleared.
 
-    Depth, safe height, retract height, spindle speed, and the first and last place are those of `JobOptions`.
+    `JobOptions` has depth, safe height, retract height, spindle speed, and start and end points.
     """
 
     section: ClassVar[str] = "pocket"

@@ -1,4 +1,4 @@
-"""Milling pockets as a process: what it takes, how it is run, what its form shows."""
+"""The process of pocket milling: inputs, planning, proof, and form."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _MAIN = (
 )  # fmt: skip
 #: Suitability of drawings with layers named for pockets, and without.
 _BY_NAME, _UNNAMED = 0.98, 0.01
-#: Share of the time limit for the order of several pockets.
+#: Share of the time limit for ordering several pockets.
 ORDERING = 0.1
 _PLACES = ("clearance_height", "retract_height", "start_point", "end_point", "work_offset")
 
@@ -55,7 +55,7 @@ class Pocketing(Process):
     )
     uses |= use(FeedOptions)
     uses |= use(PocketDrawingOptions) | use(MachineOptions) | use(JobOptions, but=("keep_order",)) | ORDERED | WRITTEN
-    #: Whatever the algorithm is, fireflies may order the grid: every strategy is tried.
+    #: Fireflies may order the grid with any algorithm, since every strategy is tried.
     uses |= {name: tuple(one for one in needs if one != FIREFLIES) for name, needs in use(FireflyOptions).items()}
     helps = {  # noqa: RUF012  # a class attribute of the protocol
         "depth": ("depth of the pockets below Z0", "must be given"),
@@ -87,7 +87,7 @@ class Pocketing(Process):
     )
 
     def suits(self, drawing: WholeDrawing) -> Suitability | None:
-        """Return a high value if layers are named for pockets or islands; other outlines may be anything."""
+        """Return a high suitability if layers are named for pockets or islands, otherwise a low suitability."""
         from leafcut.processes.suitability import Suitability
         from leafcut.read.pocket_outlines import ISLAND_NAMES, POCKET_NAMES
 
@@ -136,7 +136,7 @@ class Pocketing(Process):
         )
 
     def given(self, plan: Plan) -> Candidate:
-        """Return the motion of the strategy that shops use."""
+        """Return the motion of the usual strategy of shops."""
         from leafcut.model.plan import Order, Stage
         from leafcut.processes.ordering import find_order
         from leafcut.processes.pocket.clearing import order_problem
@@ -151,7 +151,7 @@ class Pocketing(Process):
         return self.generate(plan, Order((order.choices[0] + len(work.regions),)))
 
     def generate(self, plan: Plan, order: Order) -> Candidate:
-        """Return the motion through the regions; those of the usual strategies follow the chosen ones."""
+        """Return the motion of an order of regions, for the chosen and for the usual strategies."""
         from leafcut.model.plan import Candidate
         from leafcut.processes.pocket.clearing import generated
 
@@ -161,7 +161,7 @@ class Pocketing(Process):
         return Candidate(order, motion.path, motion.measure, motion)
 
     def prove(self, plan: Plan, given: Candidate, best: Candidate) -> Candidate:
-        """Compare the program with the motion, and simulate it: no gouge, and all of the pocket cleared."""
+        """Compare the program with the motion, and simulate it: no gouges, and the whole pocket cleared."""
         from leafcut.processes.pocket.proving import prove_pockets
 
         text = self.write(plan, given, best)
@@ -175,7 +175,7 @@ class Pocketing(Process):
         return needed_holes(plan.work.job, best.detail.descents)
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
-        """Return the regions in their order; one region has no order, and so no bound."""
+        """Return the regions in order; a single region needs no order, and so has no bound."""
         from leafcut.model.outcome import OperationOutcome
 
         (solution,) = best.order.solutions
@@ -190,7 +190,7 @@ class Pocketing(Process):
         return (*entry_issues(best.detail.descents), *stops(plan.work.job), *best.detail.left)
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> PocketDetail:
-        """Return the strategies that were tried, and the effect of feeds that follow the load."""
+        """Return the tried strategies, and the effect of load-dependent feeds."""
         from leafcut.model.pace_change import PaceChange
         from leafcut.processes.pocket.clearing import generated, programs
         from leafcut.processes.pocket.model import PocketDetail
@@ -216,7 +216,7 @@ class Pocketing(Process):
         return PocketReport(outcome)
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
-        """Return the pockets, as they are placed."""
+        """Return the placed pockets."""
         from leafcut.processes.placing import placed
         from leafcut.read import read_pockets
 

@@ -1,4 +1,4 @@
-"""Strategies that clear a pocket: each has a name and a function that makes the path of one region."""
+"""Strategies that clear a pocket: each has a name and a function that returns the path through a region."""
 
 from __future__ import annotations
 
@@ -19,30 +19,30 @@ if TYPE_CHECKING:
     from leafcut.processes.pocket.plan.grid import GridContext
     from leafcut.processes.pocket.plan.region import CentreRegion
 
-#: Ants that --algorithm may select; with any other algorithm, the strategy `ants` uses leafcut's own.
+#: Ant algorithms that --algorithm may select; with any other algorithm, the strategy `ants` uses the colony.
 ANTS = ("colony", "as", "eas", "asrank", "mmas", "acs")
 #: Algorithms that each strategy with a grid accepts.
 OF_GRID = {"ants": ("auto", *ANTS), "firefly": ("auto", "firefly")}
 
-#: Distances between rings, in step-overs: closer ones are tried if corners leave more than the step-over.
+#: Ring spacings, in step-overs: smaller spacings are tried if corners leave gaps above the step-over.
 NEARER = (1.0, 0.98, 0.95, 0.92, 0.89)
 
-#: Grids that one strategy ordered and another one has not ordered yet: region → problem and its context.
+#: Grids ordered by one strategy and still needed by another: region → problem and its context.
 Grids = dict["CentreRegion", tuple["RoutingProblem", "GridContext"]]
 
-#: Makes the path of the tool's centre over one level of one region.
+#: Returns the path of the tool's centre over one level of a region.
 Strategy = Callable[["CentreRegion", Job, Grids], PocketPath]
 
 
 def _planned(region: CentreRegion) -> CentreRegion:
-    """Return the region with the step-over of the planned passes."""
+    """Return the region with the planned step-over."""
     return replace(region, rules=region.rules.planned)
 
 
 def _too_wide(region: CentreRegion) -> Callable[[PocketPath], Points]:
-    """Return a function that finds places of a path where passes are further apart than the step-over.
+    """Return a function that finds points of a path where passes are further apart than the step-over.
 
-    It examines the path as it is written: arcs move passes by a few thousandths of a millimetre.
+    It examines the path with fitted arcs, as in the program: arcs move passes by a few thousandths of a millimetre.
     """
     from leafcut.material.too_wide import TooWide
     from leafcut.processes.pocket.plan.arcs import fitted
@@ -92,7 +92,7 @@ def check_algorithm(settings: Settings) -> None:
     Raises
     ------
     OptionError
-        Names the algorithms of the strategy.
+        The strategy does not use this algorithm; the message names the algorithms that it uses.
     """
     strategy, algorithm = settings.of(PocketOptions).strategy, settings.solve.algorithm
     taken = OF_GRID.get(strategy, (algorithm,))
@@ -115,7 +115,7 @@ def _grid(name: str) -> Strategy:
             grids[region] = problem, context
         options = replace(settings.solve, bound=False, target_gap=None, time_limit=run.deadline.seconds)
         if asked.strategy != name:
-            # A short search is enough for the comparison: it comes within a few thousandths of a long one.
+            # A short search is enough for the comparison: its cost is within a few tenths of a percent.
             options = replace(options, preset="fast")
         ants = options.algorithm if options.algorithm in ANTS else "auto"
         solution = solve(
@@ -165,7 +165,7 @@ class SearchTime:
     to_come
         Number of remaining searches.
     grids
-        Grids that wait for their second strategy.
+        Grids to be reused by a second strategy.
     """
 
     def __init__(self, deadline: Deadline) -> None:
@@ -173,7 +173,7 @@ class SearchTime:
         self.grids: Grids = {}
 
     def path(self, strategy: ClearingStrategy, region: CentreRegion, run: Job) -> PocketPath:
-        """Return the path of a strategy over a region; it gets its share of the time if it searches."""
+        """Return the path of a strategy through a region; searches get their share of the time."""
         if strategy.searches:
             run = replace(run, deadline=self.deadline.part(1.0 / max(self.to_come, 1)))
             self.to_come -= 1

@@ -1,9 +1,8 @@
-"""Changes of an order of cuts for what depends on its neighbours, and the motion of an order.
+"""Passes that adapt an order of cuts to effects between cuts, and the motion of an order.
 
-A search orders cuts as if each were alone. Whether leads meet, a pierce lies in a kerf, metal is hot or a part is
-detached depends on the cuts before. `PASSES` lists the changes in their sequence. Each does a bounded
-amount of work and ends with the time of the job; the order that it returns cuts every contour once, in precedence
-(`CutSequence`).
+The search treats cuts as independent. Whether leads meet, a pierce lies in a kerf, metal is hot or a part is detached
+depends on the earlier cuts. `PASSES` lists the passes in sequence. Each does a bounded amount of work and stops at the
+time limit of the job. Every pass returns a valid order: each contour is cut once, and precedence holds (`CutSequence`).
 """
 
 from __future__ import annotations
@@ -37,10 +36,10 @@ if TYPE_CHECKING:
     from leafcut.processes.plan import Pass, Plan
     from leafcut.processes.sheet.plan.starts import CutStart
 
-#: Maximum number of searches for an order whose leads do not meet, and of cuts for such a search.
+#: Maximum number of searches for an order in which no leads meet, and maximum number of cuts for such a search.
 ROUNDS, MOST_AGAIN = 2, 1000
 
-#: Share of the time left for the search; sliding and moving the starts have the rest.
+#: Share of the remaining time for the search; the rest is for moving the starts.
 SEARCH_SHARE = 0.9
 
 #: Maximum number of orders whose motion is kept for comparisons.
@@ -49,7 +48,7 @@ MOST_KEPT = 4
 
 @dataclass(frozen=True, eq=False)
 class SheetWork:
-    """Data of a sheet that all orders of its cuts share.
+    """Data of a sheet, independent of the order of its cuts.
 
     Attributes
     ----------
@@ -58,23 +57,23 @@ class SheetWork:
     cutting
         The cuts to be ordered, chains included.
     given
-        The order of the drawing, without chains, or that of the plan file.
+        The order of the drawing, without chains, or the order of the plan file.
     nearest
         The nearest-neighbour order, without chains.
     torch
-        Cutting data, and the abilities of the controller.
+        Cutting data, and the capabilities of the controller.
     head
-        Cost of its moves.
+        Travel costs of the head.
     planned
         The plan file, if all its choices fit.
     order_fixed
-        Whether heat, or bands beside a plan file, forbid to compare with the given order.
+        Whether heat, or bands with a plan file, rule out a comparison with the given order.
     parts
-        Parts that a head may hit that stays down between cuts; None if it rises.
+        Parts that the head may hit if it stays down between cuts; None if it retracts.
     obstacles
-        Keep-out zones: crossed at the clearance height, or avoided by a head that does not rise.
+        Keep-out zones: crossed at the clearance height, or avoided if the head does not retract.
     motions
-        The orders whose motion was used last, with it: passes compare them.
+        Cache of recent orders with their motion, for comparisons between passes.
     """
 
     drawn: Sheet
@@ -94,7 +93,7 @@ class SheetWork:
 
 
 def slide(plan: Plan, order: Order) -> Order:
-    """Slide the starts along their contours to where travel is shortest."""
+    """Slide the starts along their contours to shorten travel."""
     cuts = cuts_of(plan, order)
     if plan.job.settings.solve.algorithm == "none":
         return order
@@ -105,7 +104,7 @@ def slide(plan: Plan, order: Order) -> Order:
 
 
 def keep_off_heat(plan: Plan, order: Order) -> Order:
-    """Move cuts that start in hot metal to other places, or to other positions in the order."""
+    """Change the starts or the order of cuts that would start in hot metal."""
     cuts, options = cuts_of(plan, order), plan.job.settings.of(CutOptions)
     if options.heat_distance <= 0.0 or plan.job.settings.solve.algorithm == "none":
         return order
@@ -120,9 +119,9 @@ def pierce_in_metal(plan: Plan, order: Order) -> Order:
 
 
 def keep_leads_apart(plan: Plan, order: Order) -> Order:
-    """Move starts whose leads meet, or search again without such starts, if that takes less time.
+    """Move starts whose leads meet, or search again without these starts, whichever gives the faster order.
 
-    The nearest-neighbour order is compared before: a search that is no better than it ends the trials.
+    The nearest-neighbour order is compared first. The first search without improvement is the last.
     """
     before, best = cuts_of(plan, order).starts, _apart(plan, order)
     met = any(a is not b for a, b in zip(before, best.choices[0].starts, strict=True))
@@ -152,10 +151,9 @@ def _apart(plan: Plan, order: Order) -> Order:
 
 
 def detach_later(plan: Plan, order: Order) -> Order:
-    """Cut outlines after the moves of a head that stays down over their parts.
+    """Cut outlines after the travel moves over their parts, for a head that stays down.
 
-    The order is changed if fewer moves cross detached parts, then if fewer come close to one, then if it takes less
-    time.
+    Orders are compared by the number of moves across detached parts, then by moves close to them, then by time.
     """
     work, cuts, objective = plan.work, cuts_of(plan, order), plan.job.settings.solve.objective
     if work.parts is None or work.order_fixed or work.planned is not None:
@@ -168,7 +166,7 @@ def detach_later(plan: Plan, order: Order) -> Order:
     pairs = [(place_of[a], place_of[b]) for a, b in cuts.cutting.pairs if place_of[a] != place_of[b]]
     with plan.job.deadline.part(1.0).running(plan.job.cancelled) as late:
         place = cut_outlines_later(work.parts, cut_plan.cuts, pairs, work.head.cost, late)
-    # All starts of the sheet may be taken, not those of a second search alone.
+    # All starts of the sheet may be used, even if a second search had fewer.
     moved = CutSequence(work.cutting, tuple(cuts.starts[k] for k in place))
     other = _apart(plan, pierce_in_metal(plan, _changed(order, moved)))
     ranks = [(c.detail[0].crossings or 0, c.detail[0].close, c.cost(objective)) for c in (motion(plan, other), before)]
@@ -176,14 +174,14 @@ def detach_later(plan: Plan, order: Order) -> Order:
 
 
 def keep_nearest(plan: Plan, order: Order) -> Order:
-    """Keep the nearest-neighbour order, if that takes less time: the search does not see all that the clock sees."""
+    """Use the nearest-neighbour order if it is faster: the search uses a simpler time model than the final clock."""
     work, searches = plan.work, plan.job.settings.solve.algorithm == "auto"
     same = searches and work.planned is None and work.nearest.cutting is work.cutting
     return _less(plan, work.nearest, order) if same else order
 
 
 def keep_given(plan: Plan, order: Order) -> Order:
-    """Keep the order of the drawing or of the plan file, if that takes less time."""
+    """Use the order of the drawing or of the plan file if it is faster."""
     return _less(plan, plan.work.given, order)
 
 
@@ -194,7 +192,7 @@ def _less(plan: Plan, known: CutSequence, order: Order) -> Order:
     return other
 
 
-#: The changes of an order, in their sequence.
+#: The passes, in sequence.
 PASSES: tuple[Pass, ...] = (
     slide,
     keep_off_heat,
@@ -209,7 +207,7 @@ PASSES: tuple[Pass, ...] = (
 
 
 def stages_of(job: Job, cutting: Cutting, head: HeadTravel, known: Sequence[CutStart]) -> tuple[Stage, ...]:
-    """Return a stage for each band of the sweep, each from where the last one ends; `known` is an order of the cuts."""
+    """Return a stage per band of the sweep, each starting where the previous ends; `known` is an order of the cuts."""
     groups = bands(cutting, job.settings.of(CutOptions))
     stages = []
     for number, members in enumerate(groups):
@@ -223,14 +221,14 @@ def stages_of(job: Job, cutting: Cutting, head: HeadTravel, known: Sequence[CutS
 
 
 def cuts_of(plan: Plan, order: Order) -> CutSequence:
-    """Return the cuts of an order of the search, or of one that a pass has changed."""
+    """Return the cuts of an order from the search or from a pass."""
     if len(order.choices) == 1 and isinstance(order.choices[0], CutSequence):
         return order.choices[0]
     return sequence_of(plan.job, plan.work.cutting, order.choices)
 
 
 def sequence_of(job: Job, cutting: Cutting, choices: Sequence[Sequence[int]]) -> CutSequence:
-    """Return the cuts that a search has chosen, as choices of each band."""
+    """Return the cuts of a search result, given as choices per band."""
     groups = bands(cutting, job.settings.of(CutOptions))
     starts = [
         own[int(node)]
@@ -246,7 +244,7 @@ def _changed(order: Order, cuts: CutSequence) -> Order:
 
 
 def motion(plan: Plan, order: Order) -> Candidate:
-    """Return the motion of an order that a pass has changed, with (`CutPlan`, routes of a head that stays down)."""
+    """Return the motion of an order; its detail is (`CutPlan`, routes of a head that stays down)."""
     cuts, known = cuts_of(plan, order), plan.work.motions
     made: Candidate = known.pop(cuts, None) or _generated(plan, cuts)
     known[cuts] = made
@@ -287,7 +285,7 @@ def order_issues(plan: Plan, best: Candidate) -> list[Issue]:
     (cut_plan, routes), apart, issues = best.detail, plan.job.settings.of(CutOptions).heat_distance, list[Issue]()
     if apart > 0.0:
         issues.append(heat_issue(cuts_of(plan, best.order).starts, apart))
-    # A controller that probes before each cut would find a slat beside the sheet, or nothing.
+    # Probing before a cut beyond the sheet would touch a slat, or nothing.
     torch, beyond = plan.dialect.torch, [c.path.start for c in cut_plan.cuts if c.kind == "cut" and not c.pierce]
     if torch is not None and torch.heights == "controller" and beyond:
         many = "1 cut starts" if len(beyond) == 1 else f"{len(beyond)} cuts start"

@@ -1,4 +1,4 @@
-"""Cutting a sheet as a process: its inputs, its course, its files, and its form."""
+"""The process of sheet cutting: inputs, planning, files, and form."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _MAIN = (
 )  # fmt: skip
 _CUT = ("chains", "common_lines", "chart", "nozzle", "cut_speed")
 _JOB = ("thickness", "material", "clearance_height", "keep_out", "end_point", "keep_order")
-#: Suitability of a drawing with a layer that is named as a sheet.
+#: Suitability of a drawing with a layer named for a sheet.
 _BY_NAME = 0.95
 _PLACES = ("clearance_height", "keep_out", "start_point", "end_point")
 
@@ -79,11 +79,11 @@ class SheetCutting(Process):
     )
 
     def usual(self, settings: Settings) -> Settings:
-        """Return the settings with a machine for the process if none is named."""
+        """Return the settings, with a default machine for the process if needed."""
         return for_cutting(settings)
 
     def suits(self, drawing: WholeDrawing) -> Suitability | None:
-        """Return the suitability by the share of outlines, and by a layer with the name of a sheet."""
+        """Return the suitability, by the share of outlines and by layers named for a sheet."""
         from leafcut.processes.layers import SHEET_NAMES
         from leafcut.processes.suitability import COUNTED, Suitability
 
@@ -97,14 +97,14 @@ class SheetCutting(Process):
         return Suitability(COUNTED * drawing.share_of_outlines, "outlines", drawing.figures, *works)
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
-        """Return the cuts in one stage, or in one for each band; a cut has a choice for each start and direction."""
+        """Return the cuts in a single stage, or in a stage per band; each start and direction of a cut is a choice."""
         from leafcut.processes.sheet.spec import planned
 
         return planned(job, sources[0])
 
     @property
     def passes(self) -> Sequence[Pass]:
-        """Sliding starts, heat, pierces in metal, leads apart, detached parts, the given order."""
+        """Return the passes: sliding starts, heat, pierces in metal, leads apart, detached parts, the given order."""
         from leafcut.processes.sheet.passes import PASSES
 
         return PASSES
@@ -128,7 +128,7 @@ class SheetCutting(Process):
         return motion(plan, order)
 
     def write(self, plan: Plan, given: Candidate, best: Candidate) -> str:
-        """Return the program in the words of a torch or a beam."""
+        """Return the program for a torch or a beam."""
         from leafcut.processes.plan import header
         from leafcut.processes.sheet.post import write_cut_program
 
@@ -161,13 +161,13 @@ class SheetCutting(Process):
         return tuple(OperationOutcome(tool, "", (), False, s, cuts=len(s.nodes)) for s in best.order.solutions)
 
     def issues(self, plan: Plan, best: Candidate) -> Sequence[Issue]:
-        """Return the issues of the order: heat, starts in the air, and parts that a head may hit."""
+        """Return the issues of the order: heat, starts in the air, and parts that the head may hit."""
         from leafcut.processes.sheet.passes import order_issues
 
         return order_issues(plan, best)
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> SheetDetail:
-        """Return the cuts in the three orders, with their times and costs."""
+        """Return the cuts in the given, nearest-neighbour and best order, with times and costs."""
         from leafcut.processes.sheet.model import SheetDetail
 
         return SheetDetail((given.detail[0], None if nearest is None else nearest.detail[0], best.detail[0]))

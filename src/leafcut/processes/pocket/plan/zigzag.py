@@ -17,14 +17,14 @@ from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.rings import LINK_STEPS, free, kind_of, never, rings
 from leafcut.processes.pocket.plan.spurs import with_spurs
 
-#: Number of tried angles.
+#: Number of angles to try.
 ANGLES = 12
-#: Candidate distances of line ends from the finishing pass, step-overs; 0 if the first leaves passes too far apart, as
-#: along a wall that is nearly parallel to the lines.
+#: Distances of line ends from the finishing pass, step-overs. The second is tried if the first leaves gaps, as along a
+#: wall nearly parallel to the lines.
 MARGINS = (0.5, 0.0)
-#: Distance of samples along a wall, step-overs; maximum angle between a wall and a line beside it, rad.
+#: Distance of samples along a wall, step-overs; maximum angle between a wall and an adjacent line, rad.
 LOOKED, SIDE_BY_SIDE = 0.1, math.radians(30.0)
-#: Length of a run that has room for a ramp to a level of the usual depth, tool diameters.
+#: Minimum length of a run with room for an entry ramp of the usual depth, tool diameters.
 ENTRY_ROOM = 1.0
 
 
@@ -37,15 +37,14 @@ def zigzag(
 ) -> PocketPath:
     """Return zigzag lines at an angle (rad; None: the best of twelve), then passes along the walls.
 
-    Neighbouring lines form a run as long as the straight link between their ends is free. The nearest run follows.
-    Spurs clear any remaining material. When `stopped`, no further angle is tried.
+    Neighbouring lines form a run while the straight links between their ends are free. Each run is followed by the
+    nearest. Spurs clear any remaining material. Once `stopped` returns true, no further angle is tried.
 
     Parameters
     ----------
     too_wide
-        Returns the places of a path, float64[n, 2], where passes are further apart than the step-over. The shortest
-        path without such places is chosen; lines may not be further than the step-over from a wall pass beside them
-        either.
+        Returns the points of a path, float64[n, 2], where passes are further apart than the step-over. The shortest
+        path without gaps is chosen; gaps between lines and adjacent wall passes count too.
     """
     angles = [math.pi * k / ANGLES for k in range(ANGLES)] if angle is None else [angle]
     candidates: list[tuple[int, PocketPath]] = []
@@ -63,8 +62,7 @@ def zigzag(
 
 
 def _at(region: CentreRegion, angle: float, margin: float, finishing_pass: bool) -> tuple[PocketPath, int]:
-    """Return the path at one angle, with line ends `margin` mm from the walls, and the number of places on wall passes
-    that are further than the step-over from the line beside them."""
+    """Return the path at an angle, with line ends `margin` mm from the walls, and its gaps (see `_far_beside`)."""
     rules = region.rules
     inner = shrunk(region.polygon, margin, rules.tolerance) if margin else region.polygon
     runs = [run for part in polygons(inner) for run in _runs(region, part, angle, rules)]
@@ -86,9 +84,9 @@ def _at(region: CentreRegion, angle: float, margin: float, finishing_pass: bool)
 
 
 def _far_beside(runs: list[Points], walls: list[Points], step_over: float) -> int:
-    """Return the number of places on wall passes whose distance from the line beside them exceeds the step-over.
+    """Return the number of points on wall passes that are more than a step-over from the adjacent line.
 
-    A line further than two step-overs is not beside the wall; another wall lies between.
+    A line more than two step-overs away is not adjacent: another wall lies between.
     """
     if not runs or not walls:
         return 0
@@ -131,7 +129,7 @@ def _runs(region: CentreRegion, inner: Any, angle: float, rules: PocketRules) ->
 
 
 def _run(region: CentreRegion, rows: list[list[Points]], row: int, turned: Points) -> Points:
-    """Take one line from each row as long as a free straight link leads to the next row; join the lines."""
+    """Take a line from each row while a free straight link leads to the next row; join the lines."""
     lines = [rows[row].pop(0)]
     while row + 1 < len(rows):
         row += 1
@@ -149,7 +147,7 @@ def _run(region: CentreRegion, rows: list[list[Points]], row: int, turned: Point
 
 
 class _Path:
-    """Successive pieces, linked at depth if the straight link is short and free."""
+    """A path of successive pieces, linked at depth if the straight link is short and free."""
 
     def __init__(self, region: CentreRegion) -> None:
         self.region = region
@@ -161,7 +159,7 @@ class _Path:
         return np.array(self.pieces[-1].path.end) if self.pieces else self.region.rings[0][0]
 
     def nearest(self, paths: list[Points]) -> Points:
-        """Return the path that starts nearest to the tool; at first, a path with room for an entry ramp."""
+        """Return the path that starts nearest to the tool; the first path must have room for an entry ramp."""
         if self.pieces:
             return min(paths, key=lambda path: math.dist(self.end, path[0]))
         lengths = [float(np.hypot(*np.diff(path, axis=0).T).sum()) for path in paths]

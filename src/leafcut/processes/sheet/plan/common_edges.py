@@ -1,4 +1,4 @@
-"""Edges of two parts that one cut can make: edges a kerf apart, and edges that coincide without compensation."""
+"""Edges of two parts that can share a cut: a kerf apart, or coincident without compensation."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from leafcut.processes.sheet.plan.contours import CutContour
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.starts import CutStart
 
-#: Tolerance of the distance of edges that are a kerf apart, mm: half of it for either part.
+#: Tolerance of the distance between edges a kerf apart, mm; each part takes half.
 GAP = 0.02
-#: Minimum length over which edges face each other for a cut of their own, in kerfs and in mm.
+#: Minimum overlap of facing edges for a common line, in kerfs and in mm.
 LEAST_KERFS, LEAST = 4.0, 2.0
-#: Tolerance of edges that coincide, mm: chords of the same arc differ by less.
+#: Tolerance of coincident edges, mm: chords of the same arc differ by less.
 SAME_EDGE = 0.01
-#: Points of a bent edge that are nearer to its ends are rounding, mm.
+#: Points of a curved edge closer to its ends than this are rounding errors, mm.
 LEAST_STEP = 0.02
-#: Edges that coincide over less only cross or touch, mm.
+#: Edges that coincide over a shorter length merely cross or touch, mm.
 CROSSING = 0.2
-#: A contour that another cut follows over this share of its length is cut twice.
+#: A contour counts as cut twice if another cut follows this share of its length.
 MOST = 0.5
 
 
@@ -41,13 +41,13 @@ class EdgeGap:
     Attributes
     ----------
     parts
-        Positions of the two contours, the lesser first.
+        Indices of the two contours, in ascending order.
     begin, end
-        Of its middle, mm, over the length along which the edges face each other.
+        Ends of the centreline, where the edges face each other, mm.
     width, normal
-        mm, and the unit vector across.
+        Width, mm, and unit vector across the gap.
     between
-        Points of its middle between `begin` and `end`: chords of a bent edge, which has `width` 0 and no `normal`.
+        Centreline points between `begin` and `end`: chords of a curved edge, which has `width` 0 and no `normal`.
     """
 
     parts: tuple[int, int]
@@ -59,20 +59,20 @@ class EdgeGap:
 
     @property
     def points(self) -> tuple[Point, ...]:
-        """All points, from begin to end."""
+        """All points of the centreline."""
         return self.begin, *self.between, self.end
 
     @property
     def length(self) -> float:
-        """Length of the middle, mm."""
+        """Length of the centreline, mm."""
         return math.fsum(math.dist(a, b) for a, b in itertools.pairwise(self.points))
 
 
 def facing_edges(contours: Sequence[CutContour], rules: CutRules) -> list[EdgeGap]:
     """Return the gaps between straight edges of outlines that are one compensated kerf apart.
 
-    The outlines border on the same scrap: the sheet, or the same hole. Without compensation also bent edges that
-    coincide: arcs of the same circle, and polylines with the same corners.
+    Both outlines lie on the sheet, or in the same hole. Without compensation, coincident curved edges are included:
+    arcs of the same circle, and polylines with the same corners.
     """
     owner, ends = [], []
     for k, c in enumerate(contours):
@@ -101,7 +101,7 @@ def facing_edges(contours: Sequence[CutContour], rules: CutRules) -> list[EdgeGa
 
 
 def _with_bent(straight: list[EdgeGap], contours: Sequence[CutContour]) -> list[EdgeGap]:
-    """Return gaps between edges that coincide; one gap for each such edge that straight gaps do not cover."""
+    """Return the straight gaps, plus one for each coincident edge that they do not cover."""
     own = [k for k, c in enumerate(contours) if c.has_leads and not c.hole]
     lines: Any = np.array([contours[k].line for k in own], dtype=object)
     found = list(straight)
@@ -128,7 +128,7 @@ def _with_bent(straight: list[EdgeGap], contours: Sequence[CutContour]) -> list[
 def _between_corners(piece: Any, corners: Any) -> tuple[Point, ...]:
     """Return the points of a shared edge, from its first to its last drawn corner.
 
-    Beyond these the outlines diverge, but may stay within `SAME_EDGE` for a while.
+    Beyond these corners the outlines diverge, although they may stay within `SAME_EDGE` for a short length.
     """
     on = corners[shapely.dwithin(corners, piece, 2.0 * SAME_EDGE)]
     if len(on) < 2:
@@ -142,14 +142,14 @@ def _between_corners(piece: Any, corners: Any) -> tuple[Point, ...]:
 
 
 def least_length(rules: CutRules) -> float:
-    """Return the minimum length over which the edges of a common line face each other, mm."""
+    """Return the minimum overlap of facing edges for a common line, mm."""
     return LEAST if rules.half <= 0.0 else max(LEAST_KERFS * rules.kerf, LEAST)
 
 
 def _slot(parts: tuple[int, int], one: np.ndarray, other: np.ndarray, gap: float, least: float) -> EdgeGap | None:
-    """Return the gap between two edges, float64[2, 2] each; None if they do not face each other at that distance.
+    """Return the gap between two edges, float64[2, 2] each; None if they do not face each other at distance `gap`.
 
-    Outlines run counter-clockwise: the scrap is to the right of an edge, and a facing edge runs in the other direction.
+    Outlines run counter-clockwise: the scrap is to the right of an edge, and facing edges run in opposite directions.
     """
     length = float(np.hypot(*(one[1] - one[0])))
     along = (one[1] - one[0]) / length
@@ -175,12 +175,14 @@ def _slot(parts: tuple[int, int], one: np.ndarray, other: np.ndarray, gap: float
 
 
 def doubled_edges(contours: Sequence[CutContour], rules: CutRules) -> list[Issue]:
-    """Return the warning on edges that coincide and are cut twice; a kerf apart, that is usual without common lines.
+    """Return the warning about coincident edges that are cut twice.
+
+    Edges a kerf apart cause no warning: without common lines, separate cuts are normal.
 
     Raises
     ------
     PlanError
-        More than half of the path of a contour is that of another: it would be cut twice.
+        A contour shares more than half of its path with another contour.
     """
     cut = [c for c in contours if c.has_leads]
     lines: Any = np.array([c.line for c in cut], dtype=object)
@@ -209,9 +211,9 @@ def doubled_edges(contours: Sequence[CutContour], rules: CutRules) -> list[Issue
 def pierced_first(
     contours: Sequence[CutContour], starts: Sequence[CutStart], pairs: Iterable[tuple[int, int]], rules: CutRules
 ) -> list[tuple[int, int]]:
-    """Return pairs (before, after) that leave metal to pierce for contours whose starts all lie on other contours.
+    """Return precedence pairs (before, after) for contours whose starts all lie on other contours.
 
-    `pairs` is the precedence so far.
+    These contours are cut first, while there is still metal to pierce. `pairs` is the existing precedence.
     """
     burnt: Any = np.array([c.line if c.kind == "cut" else shapely.LineString() for c in contours], dtype=object)
     pierced = [s for s in starts if s.pierce and contours[s.contour].kind == "cut"]
@@ -237,7 +239,7 @@ def pierced_first(
 
 
 def has_order(pairs: Iterable[tuple[int, int]]) -> bool:
-    """Return whether some order keeps all pairs (before, after)."""
+    """Return whether the precedence pairs (before, after) have no cycle."""
     sorter: TopologicalSorter[int] = TopologicalSorter()
     for before, after in pairs:
         sorter.add(after, before)

@@ -1,11 +1,11 @@
-"""Common lines: parts share the cut between straight edges a kerf apart, or along edges that coincide.
+"""Common lines: one cut between straight edges a kerf apart, or along coincident edges.
 
-Parts that share edges make a group. Its common lines are cut first, as open cuts that start in the scrap beside the
-group and end in another kerf of it. The cut around the whole group comes last and detaches all parts. So nothing moves
-before everything else of the group is cut.
+Parts that share edges form a group. Its common lines are cut first: open cuts that start in the scrap next to the group
+and end in another of its kerfs. The cut around the whole group comes last and detaches all parts, so no part moves
+before the other cuts of the group are done.
 
-A common line runs half a kerf beside both parts, where their paths coincide. It reaches from kerf to kerf: to the
-middle of the path around the group, or of another common line.
+A common line is half a kerf from both parts, where their torch paths coincide. It reaches from kerf to kerf: to the
+centreline of the path around the group, or of another common line.
 """
 
 from __future__ import annotations
@@ -41,23 +41,23 @@ from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.leads import FLATNESS, LEAST_KERFS, LEAST_LEAD, lead_shape, placed
 from leafcut.processes.sheet.plan.scrap import SMALLER, Scrap
 
-#: Ends and paths with a smaller distance meet, mm.
+#: Ends and paths closer than this meet, mm.
 MEET = 0.01
-#: Lines within this distance run along each other, mm: a little more than the tolerance of the proof.
+#: Lines within this distance coincide, mm: slightly above the tolerance of the proof.
 BESIDE = 0.04
 #: Maximum extension of a common line to another kerf, in half kerfs: about a corner of 20 degrees.
 REACH = 6.0
 #: Methods whose cuts may cross kerfs: light and water need no metal to burn on.
 CROSSABLE = (CutMethod.LASER, CutMethod.WATERJET)
-#: A shorter uncut stretch of a path is rounding, mm; a drawn corner turns by more than this, rad.
+#: Shorter uncut stretches of a path are rounding errors, mm; a drawn corner turns by more than this, rad.
 SHORT, SHARP = 0.1, math.radians(3.0)
-#: Half a kerf beyond the end of an edge, metal within this distance is a bend, half kerfs; at a right angle it is 1.41.
+#: Beyond the end of an edge, metal within this distance means a bend, in half kerfs; a right angle gives 1.41.
 BEND = 1.3
 #: Lines are collinear if they turn by less than this, rad.
 STRAIGHT = 1e-3
-#: A fitted arc of a larger radius is a line, mm.
+#: Fitted arcs with a larger radius become lines, mm.
 ROUNDEST = 1e5
-#: Shares of the length of lead-ins that are tried, and their angles to the line, rad.
+#: Lead-ins to try: lengths as shares of the wanted length, and angles to the line, rad.
 SHARES = (1.0, 0.7, 0.45, 0.3)
 ANGLES = tuple(math.radians(a) for a in (0.0, 45.0, -45.0, 30.0, -30.0, 60.0, -60.0))
 
@@ -67,8 +67,8 @@ def with_common_lines(
 ) -> tuple[list[CutContour], list[tuple[int, int]], list[Issue]]:
     """Return the contours with common lines, their precedence as pairs (before, after), and issues.
 
-    The outlines of a group become one contour around it, and its common lines. Edges stay cut twice if the lines
-    between them cannot be cut from the scrap: a grid of three rows and more by plasma.
+    The outlines of a group are replaced by one contour around it and its common lines. Edges are still cut twice if
+    their line cannot start in the scrap, as in a grid of three or more rows cut by plasma.
     """
     rules = scrap.rules
     slots = facing_edges(contours, rules)
@@ -89,7 +89,7 @@ def with_common_lines(
 
 
 def beside_leads(scrap: Scrap, contours: Sequence[CutContour]) -> Scrap:
-    """Return the scrap with the lead-ins of common lines in it: others keep away from them."""
+    """Return the scrap with the lead-ins of common lines as obstacles for other leads."""
     leads = []
     for c in contours:
         for at, backward, lead in ((0.0, False, c.inlets[0]), (c.path.length, True, c.inlets[1])):
@@ -99,9 +99,9 @@ def beside_leads(scrap: Scrap, contours: Sequence[CutContour]) -> Scrap:
 
 
 def _groups(contours: list[CutContour], slots: Sequence[EdgeGap], scrap: Scrap) -> list[CommonCutGroup]:
-    """Return the groups: all connected parts, or fewer if not all of their lines can be cut.
+    """Return the groups: all connected parts if all lines between them can be cut.
 
-    Then parts are joined pair by pair, the longest edges first, as long as all lines can be cut.
+    Otherwise parts are joined pair by pair, longest edges first, as long as all lines can be cut.
     """
     grouper = Grouper(contours, slots, scrap)
     shared: dict[tuple[int, int], float] = {}
@@ -182,7 +182,7 @@ def _line(contours: list[CutContour], group: CommonCutGroup, number: int, n: int
 def _group_order(
     others: Sequence[CutContour], around: CutContour, group: CommonCutGroup, at: int
 ) -> Iterable[tuple[int, int]]:
-    """Yield pairs (before, after): contours in the parts before the lines, and a line before those that end at it."""
+    """Yield precedence pairs (before, after): inner contours before lines, a line before lines that end at it."""
     count = len(group.lines)
     inside, numbers = set(around.covers), group.parts
     for k, c in enumerate(others):
@@ -193,7 +193,7 @@ def _group_order(
 
 
 def _without(slots: Sequence[EdgeGap], rules: CutRules) -> list[Issue]:
-    """Return the reason why there are no common lines, if they were asked for."""
+    """Return the reason for the lack of common lines, if they were requested."""
     if not rules.common_lines:
         return []
     if slots:
@@ -214,7 +214,7 @@ def _no_common_lines(least: float, rules: CutRules) -> str:
 
 def _apart(slots: Sequence[EdgeGap], rules: CutRules) -> list[Issue]:
     """Return the note on edges that could be common lines and are cut separately."""
-    if not slots or rules.half <= 0.0:  # edges that coincide: `doubled_edges` reports them
+    if not slots or rules.half <= 0.0:  # `doubled_edges` reports coincident edges
         return []
     (x, y), (u, v) = slots[0].begin, slots[0].end
     words = f"{math.fsum(s.length for s in slots):.6g} mm of edges one kerf apart are cut separately: no line "
@@ -238,10 +238,10 @@ def _issues(slots: Sequence[EdgeGap], groups: Sequence[CommonCutGroup], rules: C
 
 @dataclass(frozen=True)
 class CommonLine:
-    """A common line through `points`; both its ends lie in the middle of other kerfs.
+    """A common line through `points`; both ends lie on the centreline of other kerfs.
 
-    `shared` is its length between two parts, mm. `inlets` are its possible lead-ins at either end; None if it cannot
-    start there. `parts` are positions of contours.
+    `shared` is its length between two parts, mm. `inlets` are the possible lead-ins at either end; None if the line
+    cannot start there. `parts` are indices of contours.
     """
 
     points: tuple[Point, ...]
@@ -262,13 +262,13 @@ class CommonCutGroup:
     Attributes
     ----------
     members
-        Positions of their outlines.
+        Indices of the outlines.
     parts
-        Their numbers.
+        Part numbers.
     shape, path
-        The edge of the parts with the gaps between them, and the path of the torch around it.
+        Edge of the parts including the gaps between them, and the torch path around it.
     lines
-        In an order in which they can be cut; `order` has the required pairs (before, after).
+        Common lines in a feasible order; `order` has the precedence pairs (before, after).
     """
 
     members: frozenset[int]
@@ -292,7 +292,7 @@ class Grouper:
         self.follows = list(self._in_line())
 
     def group(self, members: frozenset[int]) -> CommonCutGroup | None:
-        """Return the group of some parts; None if not all of it can be cut."""
+        """Return the group of the outlines `members`; None if not all of its lines can be cut."""
         inside = [n for n, s in enumerate(self.slots) if set(s.parts) <= members]
         shape = self._shape(members, inside)
         if shape is None:
@@ -322,7 +322,7 @@ class Grouper:
     # -- the path around ---------------------------------------------------------------------------------------------
 
     def _shape(self, members: frozenset[int], inside: Sequence[int]) -> Polyline | None:
-        """Return the edge of the parts with the gaps between them; None if scrap is enclosed."""
+        """Return the edge of the parts including the gaps between them; None if it encloses scrap."""
         whole: Any = shapely.union_all([*(self.metal[k] for k in sorted(members)), *(self.rooms[n] for n in inside)])
         if whole.geom_type != "Polygon":
             return None
@@ -346,7 +346,7 @@ class Grouper:
         return _straightened(rings[0] if rings[0].area > 0.0 else rings[0].reversed())
 
     def _covers(self, lines: Any, members: frozenset[int]) -> bool:
-        """Return whether the path of each part is cut, except arcs around sharp corners, and nothing nearer to it."""
+        """Return whether the path of each part is cut, except arcs at sharp corners, and no cut comes closer to it."""
         half = self.rules.half
         near = lines.buffer(ROUNDING)
         for k in members:
@@ -359,9 +359,9 @@ class Grouper:
         return True
 
     def _up_to_bends(self, slot: EdgeGap) -> EdgeGap:
-        """Return a gap without half a kerf at each end after which both edges bend.
+        """Return a gap shortened by half a kerf at each end where both edges bend.
 
-        The path around a group, half a kerf beside it, then leads to where the paths of the two parts meet.
+        The path around the group then passes through the point where the paths of the two parts meet.
         """
         half = self.rules.half
         along = (np.array(slot.end) - np.array(slot.begin)) / slot.length
@@ -376,7 +376,7 @@ class Grouper:
     # -- the lines between -------------------------------------------------------------------------------------------
 
     def _in_line(self) -> Iterator[tuple[int, int]]:
-        """Yield pairs of gaps on one line with at most a kerf between them."""
+        """Yield pairs of collinear gaps with at most a kerf between them."""
         if not len(self.middles):
             return
         reach = 2.0 * self.rules.half + 2.0 * GAP
@@ -389,7 +389,7 @@ class Grouper:
                     yield int(i), int(j)
 
     def _in_one(self, inside: Sequence[int]) -> list[list[int]]:
-        """Return the gaps in lists, each on one line without interruption."""
+        """Return the gaps grouped into continuous lines."""
         own = set(inside)
         lists = {n: [n] for n in inside}
         for i, j in self.follows:
@@ -411,7 +411,7 @@ class Grouper:
         )
 
     def _to_kerfs(self, lines: list[tuple[Point, ...]], around: Any) -> list[tuple[Point, ...]] | None:
-        """Return lines extended to the middle of the next kerf at both ends; None if there is none."""
+        """Return lines extended to the centreline of the next kerf at both ends; None if some end meets no kerf."""
         drawn = [shapely.LineString(line) for line in lines]
         found = []
         for number, line in enumerate(lines):
@@ -426,7 +426,7 @@ class Grouper:
         return found
 
     def _met(self, origin: Point, end: Point, kerfs: Any) -> Point | None:
-        """Return where the extension of a line reaches the middle of a kerf."""
+        """Return the point at which the extension of a line meets the centreline of a kerf."""
         along = (np.array(end) - np.array(origin)) / math.dist(origin, end)
         ray = shapely.LineString([end, np.array(end) + (REACH * self.rules.half + MEET) * along])
         hits = ray.intersection(kerfs)
@@ -436,7 +436,7 @@ class Grouper:
         return x, y
 
     def _corner(self, origin: Point, end: Point, others: Sequence[tuple[Point, ...]]) -> Point | None:
-        """Return where the extensions of two lines meet: in an inner corner of a part."""
+        """Return the intersection of the extensions of two lines, in an inner corner of a part."""
         reach = REACH * self.rules.half + MEET
         u, v = end[0] - origin[0], end[1] - origin[1]
         for line in others:
@@ -453,9 +453,9 @@ class Grouper:
         return None
 
     def _bent(self, lines: list[CommonLine], members: frozenset[int], around: Any) -> list[CommonLine]:
-        """Return the lines; one that cannot start at either end continues another that shares an end with it.
+        """Return the lines, with each line that has no lead-in appended to a line with a common end.
 
-        No third line may meet them there: its kerf would be crossed.
+        No third line may meet them there, since its kerf would be crossed.
         """
         left = list(lines)
         while True:
@@ -469,7 +469,7 @@ class Grouper:
             left.remove(pair[0])
 
     def _joined(self, one: CommonLine, other: CommonLine, members: frozenset[int], around: Any) -> CommonLine:
-        """Return two lines as one, through the end that they share."""
+        """Return two lines joined at their common end."""
         first = one.points if _meet(one.points[-1], other.ends) else one.points[::-1]
         then = other.points if _meet(first[-1], other.ends[:1]) else other.points[::-1]
         points = (*first, *then[1:])
@@ -499,7 +499,7 @@ class Grouper:
             return None
         wanted = self.rules.lead_in
         if wanted.style == "none":
-            # The kerf of a part beside the group, cut before, would leave no metal to pierce.
+            # The earlier kerf of a part next to the group would leave no metal to pierce.
             owners = [self.contours[k] for k in members]
             return Lead() if self.scrap.free([shapely.Point(here)], *owners, leaves_sheet=True)[0] else None
         travel = (np.array([to]) - np.array([here])) / math.dist(here, to)
@@ -513,7 +513,7 @@ class Grouper:
         return None
 
     def _has_room(self, lead: np.ndarray, members: frozenset[int], around: Any, splash: float) -> bool:
-        """Return whether a lead-in, float64[2, 2], comes straight from outside the group through free scrap."""
+        """Return whether a straight lead-in, float64[2, 2], comes from outside the group through free scrap."""
         kerf = self.rules.kerf
         owners = [self.contours[k] for k in members]
         if not self.scrap.free([shapely.LineString(lead)], *owners)[0]:
@@ -539,7 +539,7 @@ def _about_corner(piece: Any, contour: CutContour, half: float) -> bool:
 
 
 def _straightened(path: Polyline) -> Polyline:
-    """Return a path with lines for arcs that are straight except for rounding: no controller accepts their radius."""
+    """Return a path with lines for arcs that are straight but for rounding, as no controller accepts their radius."""
     rows = path.vertices.copy()
     chords = np.hypot(*(np.roll(rows, -1, axis=0) - rows)[:, :2].T)
     bulge = np.abs(rows[:, 2])
@@ -548,7 +548,7 @@ def _straightened(path: Polyline) -> Polyline:
 
 
 def _room(slot: EdgeGap) -> Any:
-    """Return the gap between two edges as a shapely polygon that reaches a little into both parts."""
+    """Return the gap between two edges as a shapely polygon that slightly overlaps both parts."""
     reach = 0.5 * slot.width + 0.5 * GAP
     if slot.between:
         return shapely.LineString(slot.points).buffer(reach, cap_style="flat")
@@ -558,7 +558,7 @@ def _room(slot: EdgeGap) -> Any:
 
 
 def _uncrossed(lines: Sequence[tuple[Point, ...]], half: float) -> list[tuple[Point, ...]]:
-    """Return lines that do not cross: a shorter one ends at a longer one, and continues beyond it."""
+    """Return the lines without crossings: shorter lines are split at longer lines."""
     placed: list[tuple[Point, ...]] = []
     for line in sorted(lines, key=lambda line: (-round(shapely.LineString(line).length, 3), line)):
         whole = shapely.LineString(line)
@@ -574,10 +574,10 @@ def _uncrossed(lines: Sequence[tuple[Point, ...]], half: float) -> list[tuple[Po
 
 
 def _order(lines: Sequence[CommonLine], half: float) -> tuple[tuple[int, int], ...] | None:
-    """Return pairs (before, after) of lines; None if a line can be pierced only in the kerf of an earlier one.
+    """Return precedence pairs (before, after) of lines; None if a line could only be pierced in an earlier kerf.
 
-    A line that ends at another comes after it. A line whose only pierces lie in the kerf of others, as without a
-    lead-in where two lines meet in a corner, comes before them.
+    A line that ends at another line comes after it. A line that can only be pierced in the kerf of other lines, as
+    without a lead-in where two lines meet in a corner, comes before them.
     """
     needed = set[tuple[int, int]]()
     drawn = [shapely.LineString(x.points) for x in lines]
@@ -596,13 +596,13 @@ def _order(lines: Sequence[CommonLine], half: float) -> tuple[tuple[int, int], .
 
 
 def _doubled(lines: Sequence[Any], least: float) -> bool:
-    """Return whether two lines run along each other over `least` mm, as where a bent edge ends along another edge."""
+    """Return whether two lines coincide over `least` mm, as where a curved edge ends along another edge."""
     beside = [line.buffer(BESIDE) for line in lines]
     return any(lines[a].intersection(beside[b]).length > least for a, b in itertools.permutations(range(len(lines)), 2))
 
 
 def _pierce(line: CommonLine, at: int) -> Any:
-    """Return the pierce at the first end of a line (0) or at its last (1); None if it cannot begin there."""
+    """Return the pierce at the first (0) or last (1) end of a line; None if the line cannot start there."""
     lead, points = line.inlets[at], line.points if not at else line.points[::-1]
     if lead is None:
         return None
@@ -611,7 +611,7 @@ def _pierce(line: CommonLine, at: int) -> Any:
 
 
 def _ends_at(lines: Sequence[CommonLine]) -> Iterator[tuple[int, int]]:
-    """Yield pairs (before, after): a line, and a later one that ends at it."""
+    """Yield precedence pairs (before, after): a line, and a line that ends at it."""
     drawn = [shapely.LineString(x.points) for x in lines]
     for a, b in itertools.combinations(range(len(lines)), 2):
         if any(shapely.dwithin(drawn[a], shapely.Point(p), 2.0 * MEET) for p in lines[b].ends):
@@ -623,7 +623,7 @@ def _meet(point: Point, ends: Sequence[Point]) -> bool:
 
 
 def _goes_on(a: CommonLine, b: CommonLine, lines: Sequence[CommonLine]) -> bool:
-    """Return whether two lines share an end at which no other line is."""
+    """Return whether two lines share an end that no other line shares."""
     end = next((end for end in a.ends if _meet(end, b.ends)), None)
     others = (shapely.LineString(c.points) for c in lines if c is not a and c is not b)
     return end is not None and not any(shapely.dwithin(other, shapely.Point(end), 2.0 * MEET) for other in others)

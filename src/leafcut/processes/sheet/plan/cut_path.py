@@ -1,9 +1,9 @@
 """The path of a cut from its chosen start: lead-in, contours, bridges, overcut, lead-out, and its speeds.
 
-A controller that compensates the kerf (G41, G42) keeps half a kerf away by itself. The contour is then programmed as it
-is drawn, and the arc of the lead with half a kerf more radius around the same middle. The compensation is taken up on
-the straight run-in: LinuxCNC moves the torch along the tangent to the circle of half a kerf around the end of the
-run-in, and the torch starts on that tangent.
+A controller with kerf compensation (G41, G42) offsets the path by half a kerf itself. The program then contains the
+drawn contour, and lead arcs with the same centre and half a kerf more radius. Compensation starts on the straight
+run-in: LinuxCNC moves along the tangent to the circle of radius half a kerf around the end of the run-in, so the torch
+must start on that tangent.
 """
 
 from __future__ import annotations
@@ -27,21 +27,21 @@ from leafcut.processes.sheet.plan.leads import FLATNESS
 from leafcut.processes.sheet.plan.scrap import Scrap
 from leafcut.processes.sheet.plan.starts import FEWEST_PLACES, CutStart, starts_of
 
-#: Points this near to each other are one place, mm.
+#: Points closer than this coincide, mm.
 SAME_PLACE = 1e-6
-#: Minimum length of lines and arcs at a concave corner, in kerfs: otherwise the path of the controller crosses itself.
+#: Minimum length of segments at a concave corner, in kerfs: otherwise the compensated path crosses itself.
 SHORTEST_KERFS = 2.0
-#: Minimum radius of a concave arc, in half kerfs: a controller does not get through a tighter one.
+#: Minimum radius of concave arcs, in half kerfs: a controller cannot compensate tighter arcs.
 TIGHTEST = 1.05
 
 #: (from, to) along a path, mm.
 Span = tuple[float, float]
-#: What a plan file fixes, by position of the contour.
+#: Choices fixed by a plan file, by index of the contour.
 Fixed = Mapping[int, tuple[str, ...]]
 
 
 def make_cut(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) -> Cut:
-    """Return the cut of a single contour from a start on."""
+    """Return the cut of a single contour from a start."""
     contour = contours[start.contour]
     rules, choice = contour.rules, choice_of(contour, start, fixed.get(start.contour, ()))
     if rules.compensation == "controller" and contour.has_leads:
@@ -87,9 +87,9 @@ def make_cut(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) -> C
 
 
 def make_chain(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) -> Cut:
-    """Return the cut of a chain: contour after contour with one pierce, and bridges through the scrap between them.
+    """Return the cut of a chain: several contours with one pierce, connected by bridges through the scrap.
 
-    Only the last contour has an overcut. The others are left where they close, or before that by a joint.
+    Only the last contour has an overcut. The others end where they close, or a joint earlier.
     """
     steps = [start, *start.then]
     first, last = contours[start.contour], contours[steps[-1].contour]
@@ -148,7 +148,7 @@ def chain_length(contours: Sequence[CutContour], start: CutStart) -> float:
 
 
 def body_of(contour: CutContour, start: CutStart, *, overcut: bool = True) -> tuple[Polyline, float]:
-    """Return the path of a contour from its start on, and its length past the start, mm, negative for a joint."""
+    """Return the path of a contour from its start, and its length beyond the start, mm (negative for a joint)."""
     path = contour.path
     if not path.closed:
         return (path.reversed() if start.clockwise else path), 0.0
@@ -157,14 +157,14 @@ def body_of(contour: CutContour, start: CutStart, *, overcut: bool = True) -> tu
 
 
 def _from(path: Polyline, at: float, length: float, clockwise: bool) -> Polyline:
-    """Return the piece of a closed path with a length that starts at a place."""
+    """Return the stretch of a closed path from `at` with the given length, mm."""
     if clockwise:
         return path.reversed().piece(path.length - at, path.length - at + length)
     return path.piece(at, at + length)
 
 
 def snapped(piece: Polyline) -> Polyline:
-    """Return an open path without segments that only rounding caused."""
+    """Return an open path without segments caused by rounding."""
     rows = piece.vertices
     step = np.hypot(*np.diff(rows[:, :2], axis=0).T)
     keep = np.append(step > SAME_PLACE, True)
@@ -172,7 +172,7 @@ def snapped(piece: Polyline) -> Polyline:
 
 
 def choice_of(contour: CutContour, start: CutStart, fixed: tuple[str, ...] = ()) -> CutChoice:
-    """Return the choice of a start as a plan file states it."""
+    """Return the plan-file entry of a start."""
     x, y = contour.path.point_at(start.at)
     words = ("clockwise", "counter-clockwise") if contour.path.closed else ("backward", "forward")
     return CutChoice(
@@ -186,12 +186,12 @@ def choice_of(contour: CutContour, start: CutStart, fixed: tuple[str, ...] = ())
 
 
 def _along(contour: CutContour, start: CutStart, at: float) -> float:
-    """Return the distance of a place from the start along the cut, mm."""
+    """Return the distance from the start to position `at` along the cut, mm."""
     return (start.at - at if start.clockwise else at - start.at) % contour.path.length
 
 
 def loops_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span, ...]:
-    """Return the loops around corners along a cut whose contour starts at `begin`, mm."""
+    """Return the corner loops of a cut; its contour starts `begin` mm along the path."""
     spans = []
     for low, high in contour.loops:
         first = _along(contour, start, high if start.clockwise else low)
@@ -200,9 +200,9 @@ def loops_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span, 
 
 
 def joints_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span, ...]:
-    """Return the micro-joints of a laser: evenly spaced, but not in corners; the beam is off for a joint and a kerf.
+    """Return the laser micro-joints of a cut, evenly spaced; the beam is off over a joint plus a kerf.
 
-    A joint in a corner is hard to break and to grind off. At the start and end of the cut there would be no joint.
+    Joints in corners are hard to break and grind off. At the start and end of the cut, the kerf would sever the joint.
     """
     rules = contour.rules
     wanted = contour.joints if rules.kind == CutMethod.LASER else 0
@@ -227,10 +227,10 @@ def joints_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span,
 
 
 def by_path_where_needed(contours: list[CutContour], scrap: Scrap) -> tuple[list[CutContour], list[Issue]]:
-    """Return the contours; the program compensates those that a controller cannot, and a note names them.
+    """Return the contours, with kerf compensation in the program where the controller cannot do it, and a note.
 
-    That is so if a run-in and an arc have no room, as in a small hole, and if a concave arc is tighter, or a notch
-    narrower, than the kerf: there a controller stops with the torch on, or cuts into the part.
+    This applies where run-in and arc do not fit, as in small holes, and where a concave arc is tighter, or a notch
+    narrower, than the kerf. There the controller would stop with the torch on, or cut into the part.
     """
     made = [
         replace(c, rules=c.rules.by_path()) if c.has_leads and not _suits_the_controller(k, c, scrap) else c
@@ -293,7 +293,7 @@ def programmed_path(contour: CutContour, start: CutStart) -> tuple[Polyline, flo
 
 
 def _wider(lead: Polyline, center: Point, radius: float, on: Point) -> Polyline:
-    """Return run-in and arc as they are programmed: another radius around the same middle, the same first point."""
+    """Return the programmed run-in and arc: same centre and first point, but another radius."""
     x, y = lead.vertices[1, :2].tolist()
     scale = radius / math.hypot(x - center[0], y - center[1])
     corner = (center[0] + scale * (x - center[0]), center[1] + scale * (y - center[1]))

@@ -1,7 +1,7 @@
-"""A sheet as a routing problem: each cut is a task, each of its starts a choice, inner contours before outer ones.
+"""A sheet as a routing problem: cuts are tasks, their starts are choices, inner contours precede outer contours.
 
-The choices of a cut differ in where along its contour it starts, and in its direction. The travel to the cut and from
-it depends on that choice; the time of the cut itself hardly does.
+The choices of a cut differ in starting point and direction. They affect the travel to and from the cut, but hardly the
+cutting time.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from leafcut.timing.travel import travel_cost
 
 @dataclass(frozen=True)
 class HeadTravel:
-    """Travel of the head: cost of rapids, time to lower and raise it at each cut, s, its first and last place."""
+    """Travel of the head: cost of rapids, time to lower and raise it at each cut, s, and its start and end points."""
 
     metric: Metric
     overhead: float = 0.0
@@ -48,11 +48,11 @@ class HeadTravel:
         return travel_cost(self.metric, a, b)
 
     def around(self, order: Sequence[CutStart], k: int) -> tuple[Point | None, Point | None]:
-        """Return where the head comes from before a cut of an order, and where it goes after it."""
+        """Return the positions of the head before and after the k-th cut of an order."""
         return order[k - 1].exit if k else self.start, order[k + 1].entry if k + 1 < len(order) else self.end
 
     def detour(self, around: tuple[Point | None, Point | None], start: CutStart) -> float:
-        """Return the cost of the moves to a cut and from it."""
+        """Return the cost of the travel moves to and from a cut."""
         before, after = around
         come = 0.0 if before is None else self.cost(before, start.entry)
         return come + (0.0 if after is None else self.cost(start.exit, after))
@@ -65,11 +65,11 @@ class Cutting:
     Attributes
     ----------
     starts
-        Contour by contour. Those of a chain belong to its first contour; its other contours have none.
+        All starts, grouped by contour. The first contour of a chain holds all starts of the chain.
     order
-        Pairs (before, after) of contours besides those of the process: of a plan file, and of common lines.
+        Additional precedence pairs (before, after) of contours, from a plan file or from common lines.
     fixed
-        What a plan file fixes, by contour.
+        Choices fixed by a plan file, by contour.
     """
 
     sheet: Sheet
@@ -84,41 +84,41 @@ class Cutting:
 
     @cached_property
     def heads(self) -> list[int]:
-        """Positions of the contours with which a cut can start: all but the later ones of chains."""
+        """Indices of contours that can start a cut: all but the later contours of chains."""
         return [k for k, own in enumerate(self.by_contour) if own]
 
     @cached_property
     def head_pairs(self) -> list[tuple[int, int]]:
-        """Pairs (before, after) of cuts, as positions of their first contours."""
+        """Precedence pairs (before, after) of cuts, as indices of their first contours."""
         head = {k: s.contour for s in self.starts for k in s.contours}
         return sorted({(head[a], head[b]) for a, b in self.pairs if head[a] != head[b]})
 
     @cached_property
     def pairs(self) -> list[tuple[int, int]]:
-        """Pairs (before, after) of positions in `contours`."""
+        """Precedence pairs (before, after), as indices into `contours`."""
         return sorted({*process_pairs(self.sheet, self.contours), *self.order})
 
     @cached_property
     def by_contour(self) -> list[list[int]]:
-        """The starts of each contour, as positions in `starts`."""
+        """The starts of each contour, as indices into `starts`."""
         found: list[list[int]] = [[] for _ in self.contours]
         for number, start in enumerate(self.starts):
             found[start.contour].append(number)
         return found
 
     def starts_of(self, members: Iterable[int]) -> list[CutStart]:
-        """Return the starts of some contours."""
+        """Return the starts of the contours `members`."""
         return [self.starts[number] for k in members for number in self.by_contour[k]]
 
     def cut(self, start: CutStart) -> Cut:
-        """Return the cut that begins at a start; each is generated once."""
+        """Return the cut from a start; cuts are cached."""
         if start not in self._made:
             make = make_chain if start.then else make_cut
             self._made[start] = make(self.contours, start, self.fixed)
         return self._made[start]
 
     def seconds(self, start: CutStart) -> float:
-        """Return the time of a cut without travel: the pierce, and its path at its speed, s."""
+        """Return the time of a cut without travel, s: the pierce plus the path at its feed rate."""
         contour, data = self.contours[start.contour], self.rules.data
         if start.then:
             length = chain_length(self.contours, start)
@@ -127,7 +127,7 @@ class Cutting:
         return length / contour.feed + (data.pierce_delay if start.pierce and contour.kind == "cut" else 0.0)
 
     def lead_lines(self, start: CutStart) -> list[Any]:
-        """Return the leads of a start at its own contour, as shapely lines."""
+        """Return the leads of a start at its first contour, as shapely lines."""
         contour = self.contours[start.contour]
         leads = [(start.lead_in, start.at, False)] if contour.path.closed or start.lead_in.length else []
         if contour.path.closed:
@@ -138,7 +138,7 @@ class Cutting:
 
 @dataclass(frozen=True, eq=False)
 class CutSequence:
-    """Cuts of a sheet in order, each by its start.
+    """Cuts of a sheet in order, each given by its start.
 
     Raises
     ------
@@ -150,11 +150,11 @@ class CutSequence:
     starts: tuple[CutStart, ...]
 
     def with_starts(self, starts: Sequence[CutStart]) -> CutSequence:
-        """Return the cuts in another order, or with other starts."""
+        """Return a sequence with these starts, in this order."""
         return CutSequence(self.cutting, tuple(starts))
 
     def __post_init__(self) -> None:
-        """Refuse an order that no later check would see."""
+        """Refuse invalid orders that no later check would detect."""
         contours, cut = self.cutting.contours, [k for s in self.starts for k in s.contours]
         at = {k: place for place, k in enumerate(cut)}
         if len(at) != len(contours) or len(cut) != len(at):
@@ -178,7 +178,7 @@ def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
     Raises
     ------
     PlanError
-        A kerf would touch another part or a clamp, or no lead has room: names the part and the place.
+        A kerf would touch another part or a clamp, or no lead fits; the message names the part and the position.
     """
     contours, issues = prepare_contours(sheet, rules)
     scrap = Scrap(sheet, contours, rules)
@@ -201,12 +201,12 @@ def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
 
 
 def check_room(contours: list[CutContour], scrap: Scrap) -> None:
-    """Refuse a kerf that touches another part or a clamp, or whose middle is beyond the edge of the sheet.
+    """Refuse kerfs that touch another part or a clamp, or whose centreline is off the sheet.
 
     Raises
     ------
     PlanError
-        The first place, and the number of others.
+        The message has the first position, and the number of further conflicts.
     """
     cut = [c for c in contours if c.kind == "cut"]
     lines = np.array([c.line for c in cut], dtype=object)
@@ -239,7 +239,7 @@ def check_room(contours: list[CutContour], scrap: Scrap) -> None:
 
 
 def _lead_issues(contours: list[CutContour], starts: list[CutStart], rules: CutRules) -> Iterable[Issue]:
-    """Yield a note on the contours whose starts all lack the wanted lead."""
+    """Yield a note on the contours where the wanted lead fits nowhere."""
     wanted, lesser, without = rules.lead_in, [], []
     by_contour: dict[int, list[CutStart]] = {}
     for start in starts:
@@ -261,7 +261,7 @@ def _lead_issues(contours: list[CutContour], starts: list[CutStart], rules: CutR
 
 
 def process_pairs(sheet: Sheet, contours: Sequence[CutContour]) -> Iterable[tuple[int, int]]:
-    """Yield (before, after): contours before the contour around them, marks of a part before its cuts."""
+    """Yield precedence pairs (before, after): inner before outer contours, marks of a part before its cuts."""
     position = {i: k for k, c in enumerate(contours) if not c.common for i in c.indices}
     marks: dict[int, list[int]] = {}
     for k, contour in enumerate(contours):
@@ -277,9 +277,9 @@ def process_pairs(sheet: Sheet, contours: Sequence[CutContour]) -> Iterable[tupl
 
 
 def _around(sheet: Sheet, position: Mapping[int, int], contour: CutContour) -> int | None:
-    """Return the next contour around one that is cut, by `position` of its index; None if there is none.
+    """Return the innermost contour around a contour that is cut, by `position` of its index, or None.
 
-    A hole too narrow to be cut is skipped. An outline is around the parts in its notches that the kerf closes.
+    Holes too narrow to cut are skipped. An outline counts as around the parts in its notches that the kerf closes.
     """
     parent = contour.notch_of if contour.notch_of >= 0 else contour.source.parent
     while parent >= 0 and parent not in position:
@@ -293,14 +293,14 @@ def _around(sheet: Sheet, position: Mapping[int, int], contour: CutContour) -> i
 def build_problem(
     cutting: Cutting, members: Sequence[int], head: HeadTravel, *, first: bool = True, last: bool = True
 ) -> RoutingProblem:
-    """Return the routing problem of some contours; its nodes are their starts (`Cutting.starts_of`).
+    """Return the routing problem of the contours `members`; its nodes are their starts (`Cutting.starts_of`).
 
     Parameters
     ----------
     members
-        Positions in `Cutting.contours`; they become the clusters, in this order.
+        Indices into `Cutting.contours`; they become the clusters, in this order.
     first, last
-        Whether the head comes from its first place, and goes to its last.
+        Whether the route starts at the start point of the head, and ends at its end point.
 
     Raises
     ------
@@ -326,13 +326,13 @@ def build_problem(
 
 
 def check_order(cutting: Cutting) -> None:
-    """Refuse a precedence with a cycle; only the fixed order of a plan file can cause one."""
+    """Refuse precedence with a cycle; only the fixed order of a plan file can cause a cycle."""
     if len(_sorted(cutting)) < len(cutting.heads):
         raise PlanError("the fixed order of the plan file contradicts inner before outer; remove 'order' from a cut")
 
 
 def _sorted(cutting: Cutting) -> list[int]:
-    """Return the contours in the order of the drawing, but each after its predecessors."""
+    """Return the contours in drawing order, but each after its predecessors."""
     after: dict[int, list[int]] = {}
     missing = [0] * len(cutting.contours)
     for a, b in cutting.head_pairs:
@@ -352,13 +352,13 @@ def _sorted(cutting: Cutting) -> list[int]:
 
 
 def drawing_order(cutting: Cutting) -> list[CutStart]:
-    """Return the first start of each contour, in the order of the drawing as far as precedence allows."""
+    """Return the first start of each contour, in drawing order as far as precedence allows."""
     check_order(cutting)
     return [cutting.starts[cutting.by_contour[k][0]] for k in _sorted(cutting)]
 
 
 def route_length(start: Point | None, order: Sequence[CutStart], travel: Any = math.dist) -> float:
-    """Return the cost of all moves from cut to cut, by `travel` from point to point."""
+    """Return the cost of all travel moves between cuts; `travel` is the cost between two points."""
     total, here = 0.0, start
     for s in order:
         total += travel(here, s.entry) if here is not None else 0.0
@@ -367,10 +367,10 @@ def route_length(start: Point | None, order: Sequence[CutStart], travel: Any = m
 
 
 def bands(cutting: Cutting, options: CutOptions, width: float = 0.0) -> list[list[int]]:
-    """Return the contours in bands along the axis of the sweep, in the order of the bands; without a sweep one band.
+    """Return the contours by band along the sweep axis, from the start corner on; without a sweep, in a single band.
 
-    A chain counts with its first contour. A part with all its contours is in the band of the middle of its outline. The
-    first band is the one at the start corner. `width` of a band, mm; 0: a fifth of the sheet, or its largest part.
+    A chain counts with its first contour. All contours of a part are in the band at the centre of its outline. `width`
+    of a band in mm; 0: a fifth of the sheet, or its largest part.
     """
     if options.sweep == "free":
         return [cutting.heads]
@@ -392,13 +392,13 @@ def bands(cutting: Cutting, options: CutOptions, width: float = 0.0) -> list[lis
 
 
 def in_bands(cutting: Cutting, order: Sequence[CutStart], options: CutOptions) -> list[CutStart]:
-    """Return cuts in the order of the bands of the sweep; the order within each band is unchanged."""
+    """Return the cuts sorted by band of the sweep; the order within each band is unchanged."""
     band = {k: number for number, members in enumerate(bands(cutting, options)) for k in members}
     return sorted(order, key=lambda s: band[s.contour])
 
 
 def _root(cutting: Cutting, k: int, position: dict[int, int], outlines: dict[int, int]) -> int:
-    """Return the outermost contour around a contour; itself if it lies in no part."""
+    """Return the outermost contour around a contour, or the contour itself."""
     contour = cutting.contours[k]
     if contour.kind == "mark" and contour.source.part in outlines:
         k = outlines[contour.source.part]

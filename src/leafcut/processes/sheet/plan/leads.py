@@ -1,7 +1,7 @@
-"""Shapes of leads: the path on which a cut comes to its contour, or leaves it.
+"""Shapes of lead-ins and lead-outs.
 
-Seen from the point where a lead meets its contour, travel is along +u and the scrap on the side of +v. A line starts at
-(−L·cos a, L·sin a). An arc of radius L/a is tangent to the contour and turns by a.
+The origin is the point where the lead meets its contour; +u is the direction of travel, +v points into the scrap. A
+straight lead starts at (−L·cos a, L·sin a). An arc of radius L/a is tangent to the contour and turns by a.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from leafcut.geometry.arrays import Point, Points
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import Lead
 
-#: Tolerance of chords, mm.
+#: Chord tolerance, mm.
 FLATNESS = 0.005
-#: Minimum length of a lead, in kerfs and in mm: the hole of the pierce must not reach the part.
+#: Minimum lead length, in kerfs and in mm: the pierce hole must not reach the part.
 LEAST_KERFS, LEAST_LEAD = 1.0, 0.2
 NO_LEAD = Lead()
 
 
 @lru_cache(maxsize=4096)
 def lead_shape(lead: Lead) -> Points:
-    """Return the points (u, v) of a lead-in, float64[k, 2], mm, the last one at (0, 0)."""
+    """Return the points (u, v) of a lead-in, float64[k, 2], mm; it ends at (0, 0)."""
     if lead.style == "none" or lead.length <= 0.0:
         return np.zeros((1, 2))
     if lead.style == "line":
@@ -44,14 +44,14 @@ def lead_shape(lead: Lead) -> Points:
 
 
 def placed(shape: Points, at: Points, travel: Points, left: bool, out: bool = False) -> NDArray[np.float64]:
-    """Return the points of a lead at n places, float64[n, k, 2]; `out`: as a lead-out, from the contour on.
+    """Return the points of a lead at n positions, float64[n, k, 2]; with `out`, as a lead-out.
 
     Parameters
     ----------
     shape
         Result of `lead_shape`.
     at, travel
-        Where the lead meets the contour, and the direction of travel there (unit vectors): float64[n, 2].
+        Points where the lead meets the contour, and unit vectors of travel there: float64[n, 2].
     left
         Whether the scrap is to the left of travel.
     """
@@ -66,7 +66,7 @@ def placed(shape: Points, at: Points, travel: Points, left: bool, out: bool = Fa
 
 
 def lead_path(lead: Lead, at: Point, travel: Point, left: bool, out: bool = False) -> Polyline | None:
-    """Return a lead at one place as a path in the direction of travel; None for no lead."""
+    """Return a lead as a path in the direction of travel; None if it has no length."""
     ends = placed(lead_shape(lead), np.array([at]), np.array([travel]), left, out)[0]
     if len(ends) < 2:
         return None
@@ -80,9 +80,9 @@ def lead_path(lead: Lead, at: Point, travel: Point, left: bool, out: bool = Fals
 
 
 def lead_variants(lead: Lead, kerf: float) -> list[Lead]:
-    """Return a lead and its substitutes if there is no room: shorter, at another angle, of another style.
+    """Return a lead, then substitutes for tight spaces: shorter, at another angle, or of another style.
 
-    Of two leads of one length, the one that comes in with the travel is before the one that comes against it.
+    Among leads of equal length, those that approach in the direction of travel come first.
     """
     if lead.style == "none":
         return [lead]

@@ -1,7 +1,7 @@
-"""Changes of the starts of cuts whose order is fixed: shorter travel, pierces in metal, leads apart.
+"""Moves the starts of cuts in a fixed order: to shorten travel, pierce solid metal, and keep leads apart.
 
-A search chooses starts as if each cut were alone. A pierce in the kerf of an earlier cut has no metal under it, and the
-arc goes out if a lead runs into another kerf.
+The search chooses the start of each cut independently. But a pierce in an earlier kerf hits no metal, and the arc goes
+out where a lead runs into another kerf.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ from leafcut.processes.sheet.plan.cutting import CutSequence, Cutting, HeadTrave
 from leafcut.processes.sheet.plan.leads import FLATNESS
 from leafcut.processes.sheet.plan.starts import CutStart, start_at
 
-#: Smallest and first step along a contour, mm and as a share of its length.
+#: Smallest step along a contour, mm, and first step as a share of its length.
 FINEST, FIRST_PART = 0.25, 1.0 / 16.0
-#: Maximum number of rounds over all cuts; they end if one gains less than this share of all travel.
+#: Maximum number of rounds over all cuts; minimum gain of a round, as a share of all travel.
 ROUNDS, LEAST_GAIN = 12, 1e-5
-#: Smaller gains are rounding, s or mm.
+#: Smaller gains are rounding errors, s or mm.
 NO_GAIN = 1e-9
-#: Passes over all leads that are too near, and over all pierces: one that moves away may come near another.
+#: Maximum number of passes over conflicting leads, and over pierces: a moved start may cause a new conflict.
 LEAD_PASSES, PIERCE_PASSES = 4, 8
-#: If more pierces than this are wrong, all move by the state before the pass; else each by the state at that time.
+#: With more conflicting pierces than this, a pass checks all against the starts before it, else against current starts.
 MOST_IN_TURN = 30
-#: A pierce that is this much farther away than half a kerf is out of it, mm.
+#: A pierce clears a kerf at a distance of half its width plus this, mm.
 ROOM = 0.05
 
 
@@ -40,10 +40,10 @@ ROOM = 0.05
 
 
 def slide_starts(cuts: CutSequence, head: HeadTravel, late: Callable[[], bool] = lambda: False) -> CutSequence:
-    """Return the cuts with starts moved along their contours until travel gets no shorter.
+    """Return the cuts with their starts moved along the contours until travel gets no shorter.
 
-    One start moves at a time, between the cut before and the cut after. Leads keep their shape and must fit. Starts
-    that a plan file fixes stay. Once it is `late`, nothing more moves.
+    Starts move individually, with the previous and the next cut fixed. Leads keep their shape and must fit. Starts
+    fixed by a plan file stay. The search stops when `late` returns true.
 
     Source: A. A. Petunin, E. G. Polishchuk and S. S. Ukolov, on the continuous cutting problem (routes of a fixed
     order).
@@ -69,7 +69,7 @@ def slide_starts(cuts: CutSequence, head: HeadTravel, late: Callable[[], bool] =
 def _slid(
     cutting: Cutting, start: CutStart, head: HeadTravel, around: tuple[Point | None, Point | None]
 ) -> tuple[CutStart, float]:
-    """Return a start moved to the cheapest place between its neighbours, and the gain."""
+    """Return a start moved to the cheapest point for the cuts before and after it, and the gain."""
     contour = cutting.contours[start.contour]
     if start.then or not contour.path.closed or not start.pierce or "start" in cutting.fixed.get(start.contour, ()):
         return start, 0.0
@@ -94,10 +94,10 @@ def _slid(
 
 
 def clear_pierces(cuts: CutSequence, head: HeadTravel) -> CutSequence:
-    """Return the cuts with other starts for those that would pierce in or at the kerf of an earlier cut.
+    """Return the cuts with new starts where a pierce would be in or next to the kerf of an earlier cut.
 
-    A pierce keeps a kerf from the middle of each earlier cut if a start of its contour does, else half a kerf, and then
-    at the least cost. Starts that a plan file fixes stay.
+    If possible, a pierce stays a full kerf from the centreline of each earlier cut, otherwise half a kerf. Among such
+    starts the cheapest is taken. Starts fixed by a plan file stay.
     """
     burnt = _Burnt(cuts)
     for _ in range(PIERCE_PASSES):
@@ -116,15 +116,15 @@ def clear_pierces(cuts: CutSequence, head: HeadTravel) -> CutSequence:
 
 
 class _Burnt:
-    """The paths of cuts in their order, and their pierces; marks burn nothing through."""
+    """The paths and pierces of the cuts in order; marks do not cut through."""
 
     def __init__(self, cuts: CutSequence) -> None:
         self.cutting, self.order = cuts.cutting, list(cuts.starts)
-        # With the start itself, so that no other start gets its id.
+        # Holds the start itself, so that its id is not reused.
         self._lines: dict[int, tuple[CutStart, Any]] = {}
 
     def line(self, start: CutStart) -> Any:
-        """Return the path of the torch from a start on, a shapely line; each is computed once."""
+        """Return the torch path of a start as a shapely line, cached."""
         if id(start) not in self._lines:
             path: Polyline = self.cutting.cut(start).path
             self._lines[id(start)] = start, shapely.LineString(path.flattened(FLATNESS))
@@ -143,9 +143,9 @@ class _Burnt:
         return self.cutting.contours[start.contour].kind == "cut"
 
     def conflicts(self, k: int, start: CutStart, line: Any = None) -> tuple[int, int]:
-        """Return the number of pierces inside a kerf, and of those at one, between the cut at `k` and all others.
+        """Return the number of pierces inside a kerf and next to a kerf, between cut `k` and all others.
 
-        With the `line` of a start that is tried, pierces of later cuts in its kerf count, too.
+        Given the `line` of a trial start, pierces of later cuts in its kerf count too.
         """
         if not start.pierce or not self._burns(start):
             return 0, 0
@@ -161,7 +161,7 @@ class _Burnt:
 
 
 def _clear_start(burnt: _Burnt, k: int, head: HeadTravel) -> CutStart | None:
-    """Return the start of the same contour with the fewest conflicts, then the least cost; None if none is better."""
+    """Return the start on the contour with the fewest conflicts, then the least cost; None for no improvement."""
     cutting, own = burnt.cutting, burnt.order[k]
     around, best = head.around(burnt.order, k), None
     least = (*burnt.conflicts(k, own, burnt.lines[k]), 0.0)
@@ -177,9 +177,9 @@ def _clear_start(burnt: _Burnt, k: int, head: HeadTravel) -> CutStart | None:
 
 
 def leads_apart(cuts: CutSequence, head: HeadTravel) -> CutSequence:
-    """Return the cuts with other starts for those whose leads would run into the kerfs of other leads.
+    """Return the cuts with new starts where leads would run into the kerfs of other leads.
 
-    The cheapest start without conflicts is taken. If there is none, or a plan file fixes the start, it stays.
+    The cheapest start without conflicts is taken. A start without an alternative, or fixed by a plan file, stays.
     """
     cutting, order = cuts.cutting, list(cuts.starts)
     for _ in range(LEAD_PASSES):
@@ -196,7 +196,7 @@ def leads_apart(cuts: CutSequence, head: HeadTravel) -> CutSequence:
 
 
 def starts_apart(cutting: Cutting, order: Sequence[CutStart]) -> Cutting:
-    """Return the cutting with the starts of an order, and all others whose leads keep away from the leads of these."""
+    """Return the cutting with the starts of an order, plus all starts whose leads stay clear of their leads."""
     extras = [_extras(cutting, s) for s in order]
     lines = [line for own in extras for line in own]
     owner = np.array([k for k, own in enumerate(extras) for _ in own], dtype=np.int64)
@@ -211,12 +211,12 @@ def starts_apart(cutting: Cutting, order: Sequence[CutStart]) -> Cutting:
 
 
 def _extras(cutting: Cutting, s: CutStart) -> list[Any]:
-    """Return the paths of a cut besides its contours: leads and bridges, as shapely lines."""
+    """Return the leads and bridges of a cut, as shapely lines."""
     leads = cutting.lead_lines(s)
     if not s.then:
         return leads
     steps = [s, *s.then]
-    # The exit of a chain is that of its last contour.
+    # A chain ends at the exit of its last contour.
     left = [cutting.contours[s.contour].path.point_at(s.at), *(step.exit for step in s.then)]
     between = [
         shapely.LineString([leave, cutting.contours[b.contour].path.point_at(b.at)])
@@ -226,7 +226,7 @@ def _extras(cutting: Cutting, s: CutStart) -> list[Any]:
 
 
 def _too_near(extras: Sequence[list[Any]], kerf: float) -> set[tuple[int, int]]:
-    """Return pairs of positions in the order whose leads (`_extras` of each) run into each other's kerf."""
+    """Return pairs of cuts, by position, whose leads (`_extras` of each) run into each other's kerf."""
     lines = [line for own in extras for line in own]
     owner = [k for k, own in enumerate(extras) for _ in own]
     if not lines:
@@ -238,7 +238,7 @@ def _too_near(extras: Sequence[list[Any]], kerf: float) -> set[tuple[int, int]]:
 def _apart_start(
     cutting: Cutting, order: Sequence[CutStart], extras: Sequence[list[Any]], k: int, head: HeadTravel
 ) -> CutStart | None:
-    """Return the cheapest start whose leads keep away from all others; None if its own must stay, or may."""
+    """Return the cheapest start whose leads stay clear of all others; None if the current start is fixed or fits."""
     own = order[k]
     if "start" in cutting.fixed.get(own.contour, ()):
         return None

@@ -1,4 +1,4 @@
-"""Starts of cuts: places along the contours, directions, and leads that have room in the scrap."""
+"""Starts of cuts: positions along the contours, directions, and leads that fit in the scrap."""
 
 from __future__ import annotations
 
@@ -18,39 +18,38 @@ from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.leads import NO_LEAD, as_lines, lead_shape, lead_variants, placed
 from leafcut.processes.sheet.plan.scrap import Scrap
 
-#: Shorter leads are tried until a contour has this number of starts, or starts at this share of its places.
+#: Shorter leads are tried until a contour has this number of starts, or starts at this share of its positions.
 ENOUGH, ENOUGH_SHARE = 8, 0.25
-#: Number of places of a contour, their distances, mm, and their limits; limit of places on all contours together.
+#: Usual number of positions per contour; minimum and maximum spacing, mm; maximum and minimum number per contour.
 PLACES, NEAREST, FARTHEST, MOST_PLACES, FEWEST_PLACES = 16, 10.0, 100.0, 32, 4
 MOST_NODES = 20_000
-#: Distance of a start in the air from the sheet, besides half a kerf, mm.
+#: Distance of a start in the air from the sheet, in addition to half a kerf, mm.
 IN_THE_AIR = 5.0
-#: Leads from the edge of the sheet run along the axes, as an operator would draw them.
+#: Directions of leads from the edge of the sheet: along the axes, as an operator would draw them.
 AXES = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
 
-#: A place along a path, mm, and whether it is passed clockwise.
+#: A position along a path, mm, and whether the direction is clockwise.
 Place = tuple[float, bool]
 
 
 @dataclass(frozen=True)
 class CutStart:
-    """A way to make a cut: a choice of its task.
+    """One choice of a cutting task: where and how the cut starts.
 
     Attributes
     ----------
     contour
-        Position in the list of contours.
+        Index of the contour.
     at
-        Place along the path of the contour, mm; of an open one 0, or its length to run it backward.
+        Start position along the contour, mm. On open contours 0, or the length for the reverse direction.
     clockwise
-        Direction of a closed contour; an open one is run backward.
+        Direction on closed contours; on open contours, whether the direction is reversed.
     entry, exit
-        Where the torch goes on, and where the next rapid starts.
+        Points where the torch switches on, and where the next rapid starts.
     pierce
-        False if it starts in the air, beyond the edge of the sheet.
+        False for a start in the air, beyond the edge of the sheet.
     then
-        The other contours of its chain, in order: a bridge ends at the entry of each, and the next one starts at its
-        exit.
+        The further contours of a chain, in order. Each bridge ends at an `entry`, and the next starts at its `exit`.
     """
 
     contour: int
@@ -65,7 +64,7 @@ class CutStart:
 
     @property
     def contours(self) -> tuple[int, ...]:
-        """Positions of all contours of the cut, in order."""
+        """Indices of all contours of the cut, in order."""
         return (self.contour, *(s.contour for s in self.then))
 
 
@@ -78,7 +77,7 @@ def find_starts(contours: list[CutContour], scrap: Scrap) -> list[CutStart]:
     Raises
     ------
     PlanError
-        Contours without room for a lead, with their places.
+        Some contours have no room for a lead; the message has their positions.
     """
     most = max(FEWEST_PLACES, min(MOST_PLACES, MOST_NODES // max(len(contours), 1)))
     found: list[CutStart] = []
@@ -100,7 +99,7 @@ def _refusal(stuck: list[CutContour], contours: list[CutContour], rules: CutRule
             f"the sheet is above the pierce capacity: cuts start at its edge, and no cut from there reaches "
             f"{names}; drill a hole there first and give --pierce-delay, or nest it nearer to the edge"
         )
-    # The controller cannot turn its compensation on without a lead.
+    # The controller needs a lead to switch its compensation on.
     instead = "--compensation geometry" if rules.compensation == "controller" else "--lead-in none"
     if not (rules.common_lines or rules.once) and any(_has_common_edge(one, contours) for one in stuck[:3]):
         instead = "cut edges that lie a kerf apart once (--common-lines), nested by leafcut nest --blocks"
@@ -113,14 +112,14 @@ def _refusal(stuck: list[CutContour], contours: list[CutContour], rules: CutRule
 
 
 def _has_common_edge(one: CutContour, contours: list[CutContour]) -> bool:
-    """Return whether the kerf of another outline runs along its own, so that one cut would do for both."""
+    """Return whether another outline runs a kerf away, so that a common line could cut both."""
     near = one.line.buffer(ROUNDING)
     others = (other for other in contours if other is not one and other.has_leads and not other.hole)
     return not one.hole and any(near.intersection(other.line).length > 2.0 * one.rules.kerf for other in others)
 
 
 def starts_of(number: int, contour: CutContour, scrap: Scrap, most: int) -> list[CutStart]:
-    """Return the starts of one contour; none if no lead has room."""
+    """Return the starts of a contour; an empty list if no lead fits."""
     path, rules = contour.path, contour.rules
     if not contour.has_leads:
         # If the torch cannot pierce, an open cut has no lead to come from the edge of the sheet.
@@ -142,7 +141,7 @@ def starts_of(number: int, contour: CutContour, scrap: Scrap, most: int) -> list
 
 
 def _plain_starts(number: int, contour: CutContour, most: int) -> list[CutStart]:
-    """Return the starts of a mark or an open cut, which have no leads."""
+    """Return the starts of a mark or an open cut, without leads."""
     path = contour.path
     if not path.closed:
         return list(_open_starts(number, contour))
@@ -151,7 +150,7 @@ def _plain_starts(number: int, contour: CutContour, most: int) -> list[CutStart]
 
 
 def _open_starts(number: int, contour: CutContour) -> Iterator[CutStart]:
-    """Yield the starts of an open cut, at each end where it can start."""
+    """Yield the starts at those ends of an open cut where it can start."""
     path = contour.path
     ends = ((0.0, False, path.end), (path.length, True, path.start))
     for (at, backward, there), lead in zip(ends, contour.inlets, strict=True):
@@ -167,7 +166,7 @@ def starts_without_lead(number: int, contour: CutContour, places: Sequence[Place
 
 
 def start_places(contour: CutContour, most: int) -> list[float]:
-    """Return places along a closed contour, mm: its corners and places between."""
+    """Return start positions along a closed contour, mm: corners and positions between."""
     length, by_controller = contour.path.length, contour.rules.compensation == "controller"
     pitch = min(max(length / PLACES, NEAREST), FARTHEST)
     count = min(max(math.ceil(length / pitch), FEWEST_PLACES), most)
@@ -182,7 +181,7 @@ def start_places(contour: CutContour, most: int) -> list[float]:
 
 
 def _smooth(contour: CutContour, places: list[float]) -> list[float]:
-    """Return the places at which a cut can start: no corners for a controller that compensates."""
+    """Return the positions at which a cut can start: no corners if the controller compensates."""
     if contour.rules.compensation != "controller":
         return places
     return [at for at in places if contour.is_smooth(at)]
@@ -197,9 +196,9 @@ def _even_places(length: float, count: int) -> list[float]:
 
 
 def leads_to_try(contour: CutContour) -> list[Lead | None]:
-    """Return the leads to try, the wanted one first; None stands for a lead from the middle of a hole.
+    """Return the leads to try, the wanted lead first; None stands for a lead from the centre of a hole.
 
-    That is the first for a small hole, and the last if no other fits into a hole.
+    The lead from the centre comes first for small holes, and last for other holes.
     """
     rules = contour.rules
     found = lead_variants(rules.lead_in, rules.kerf)
@@ -216,9 +215,9 @@ def starts_with_leads(
     leads: Sequence[Lead | None],
     splash: bool,
 ) -> list[CutStart]:
-    """Return the starts at some places whose lead fits: the first of `leads` that has room at enough places.
+    """Return the starts at `places` where a lead fits: the first of `leads` that fits at enough places.
 
-    With `splash`, there is room around the pierce, too.
+    With `splash`, the area around the pierce must be free too.
     """
     enough = min(max(ENOUGH, math.ceil(ENOUGH_SHARE * len(places))), len(places))
     starts: list[CutStart] = []
@@ -237,7 +236,7 @@ def starts_with_leads(
 
 
 def leads_from_centre(contour: CutContour, places: Sequence[Place]) -> list[Lead]:
-    """Return the straight leads from the middle of a hole to some places."""
+    """Return the straight leads from the centre of a hole to each of `places`."""
     middle = shapely.Polygon(contour.line.coords).centroid
     leads = []
     for place in places:
@@ -248,7 +247,7 @@ def leads_from_centre(contour: CutContour, places: Sequence[Place]) -> list[Lead
 
 
 def _angle_from(contour: CutContour, place: Place, dx: float, dy: float) -> float:
-    """Return the angle of a straight lead that comes from a direction; between 0 and π on the side of the scrap."""
+    """Return the angle of a straight lead from direction (dx, dy); between 0 and π on the scrap side."""
     tx, ty = contour.travel_at(*place)
     sign = 1.0 if contour.scrap_left(place[1]) else -1.0
     return math.atan2(sign * (tx * dy - ty * dx), -(tx * dx + ty * dy))
@@ -257,7 +256,7 @@ def _angle_from(contour: CutContour, place: Place, dx: float, dy: float) -> floa
 def lead_ins_fit(
     contour: CutContour, scrap: Scrap, leads: list[Lead], places: list[Place], splash: bool
 ) -> NDArray[np.bool_]:
-    """Return which lead-ins have room, bool[n]; with `splash`, around their pierces too."""
+    """Return which lead-ins fit, bool[n]; with `splash`, the area around the pierce must be free too."""
     fits = np.zeros(len(leads), dtype=bool)
     at = np.array([contour.path.point_at(a) for a, _ in places])
     travel = np.array([contour.travel_at(a, clockwise) for a, clockwise in places])
@@ -281,14 +280,14 @@ def lead_ins_fit(
 
 
 def _start(number: int, contour: CutContour, scrap: Scrap, place: Place, lead: Lead) -> CutStart:
-    """Return the start with this lead-in and the longest lead-out that has room."""
+    """Return the start with this lead-in and the longest lead-out that fits."""
     x, y = contour.lead_points(lead, *place)[0].tolist()
     out, leave = fitting_lead_out(contour, scrap, place)
     return CutStart(number, *place, (x, y), leave, lead, out)
 
 
 def fitting_lead_out(contour: CutContour, scrap: Scrap, place: Place, wanted: Lead | None = None) -> tuple[Lead, Point]:
-    """Return the lead-out at the end of a cut, shortened or left out if it does not fit, and where it ends."""
+    """Return the lead-out at the end of a cut, shortened or omitted if it does not fit, and its end point."""
     wanted = contour.lead_out if wanted is None else wanted
     end = contour.end_of(*place), place[1]
     if wanted.style != "none":
@@ -302,9 +301,9 @@ def fitting_lead_out(contour: CutContour, scrap: Scrap, place: Place, wanted: Le
 
 
 def edge_starts(number: int, contour: CutContour, scrap: Scrap, places: Sequence[float]) -> list[CutStart]:
-    """Return the starts of an outline whose lead-in comes straight from beyond the edge of the sheet.
+    """Return the starts of an outline with straight lead-ins from beyond the edge of the sheet.
 
-    They are for sheets that are too thick to pierce.
+    They serve sheets that are too thick to pierce.
 
     Raises
     ------
@@ -353,9 +352,9 @@ def start_at(
     at: float,
     wanted: Callable[[CutStart], bool] = lambda _: True,
 ) -> CutStart | None:
-    """Return a start at another place of its contour with the same leads; None if they do not fit there.
+    """Return a start with the same leads at position `at` of the contour; None if they do not fit there.
 
-    `wanted` is called first, since it takes less time.
+    `wanted` is called first, since it is faster.
     """
     if not contour.may_start(at):
         return None
@@ -380,7 +379,7 @@ def start_at(
 
 
 def _is_from_centre(contour: CutContour, start: CutStart) -> bool:
-    """Return whether the lead-in comes from the middle of a small hole, and so changes with the place."""
+    """Return whether the lead-in comes from the centre of a small hole, so that it depends on the start position."""
     if not contour.is_small or start.lead_in.style != "line":
         return False
     middle = leads_from_centre(contour, [(start.at, start.clockwise)])[0]

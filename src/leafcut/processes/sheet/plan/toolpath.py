@@ -18,38 +18,38 @@ from leafcut.model.machine import Probe
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.toolpath import UNKNOWN, Arc, Kind, Toolpath, ToolpathBuilder
 
-#: Shorter segments are rounding, mm.
+#: Shorter segments are rounding errors, mm.
 SHORTEST = 1e-6
-#: An arc whose ends are nearer is a line, mm: a bit more than two steps of a program in inches, with four decimals.
+#: Arcs with a shorter chord become lines, mm: just over two steps of an inch program with four decimals.
 SHORTEST_ARC = 0.006
-#: Points with a smaller distance can be one in a program, mm: the diagonal of a step in inches, with four decimals.
+#: Closer points may be rounded to the same point, mm: the diagonal of one step of an inch program with four decimals.
 LEAST_STEP = 0.0037
-#: M3 needs a speed on most controllers; a torch has none.
+#: Speed word for torches: most controllers require it with M3.
 TORCH_ON = 1.0
 
 
 @dataclass(frozen=True)
 class TorchSetup:
-    """Cutting data and abilities of a torch or beam and its controller.
+    """Cutting data, and the capabilities of a torch or beam and its controller.
 
     Attributes
     ----------
     clearance
-        Height for travel between cuts, mm over the sheet, which is Z0.
+        Height for travel between cuts, mm above the sheet (Z0).
     safe_z
         Height in machine coordinates at the start and the end, mm, if known.
     switches
-        Whether the controller can switch the torch off, and hold its height, while it moves. Otherwise it stops.
+        Whether the controller can switch the torch off, and hold its height, in motion. Otherwise the head stops.
     moves_z
-        Whether programs move Z. Otherwise the head keeps its height, also in travel.
+        Whether programs move Z. Otherwise the head keeps its height during travel.
     power, mark_power
-        Power of a beam that cuts, and of one that marks. A marking tool is spindle 1.
+        Beam power for cutting and for marking. A marking tool is spindle 1.
     tolerance
         Tolerance of rounded corners, mm (G64 P); 0: exact corners.
     probe
-        Finds the sheet before each pierce; None: the top of the sheet is at Z0.
+        Touches off on the sheet before each pierce; None: the top of the sheet is at Z0.
     mark_tool
-        Number of the tool that marks; the torch is tool 0. None: marks need no other tool.
+        Number of the marking tool; the torch is tool 0. None: marks need no tool change.
     """
 
     data: CutData
@@ -72,21 +72,21 @@ def lay_cuts(
     corners: Mapping[int, Sequence[Point]] = MappingProxyType({}),
     obstacles: Obstacles | None = None,
 ) -> tuple[Toolpath, list[slice]]:
-    """Return the motion of the whole program, and the rows of each cut, from the rapid to it to its rise.
+    """Return the motion of the whole program, and the rows of each cut, from its rapid to its retract.
 
     Parameters
     ----------
     end
-        Last place of the head.
+        End point of the head.
     corners
-        Corners of the travel move to a cut, by its number; to the end, by the number of cuts.
+        Corners of the travel move before each cut, by its position; the key of the final move is the number of cuts.
     obstacles
-        Keep-out zones, avoided by a head that keeps its height; others cross them at the clearance height.
+        Keep-out zones. A head that keeps its height goes around them; other heads cross them at the clearance height.
 
     Raises
     ------
     PlanError
-        The travel height is not above the pierce height, or there is no path around an obstacle.
+        The travel height is not above the pierce height, or no path leads around an obstacle.
     """
     data, clearance = torch.data, torch.clearance
     if clearance <= max(data.pierce_height, data.cut_height):
@@ -152,7 +152,7 @@ def _pierces(cut: Cut) -> bool:
 
 
 def _lay(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup) -> None:
-    """Find the sheet, light the torch, follow the path, and rise."""
+    """Add the motion of one cut: touch off, light the torch, follow the path, retract."""
     pierces = _pierces(cut)
     if pierces and torch.probe is not None:
         builder.probe(-torch.probe.depth, feed=torch.probe.feed)
@@ -176,7 +176,7 @@ def _lay(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup) -> None:
 
 
 def _light(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup, *, pierces: bool, waits: bool) -> None:
-    """Switch the torch on, at the pierce height if it pierces, wait, and move down to the cut height."""
+    """Switch the torch on (at the pierce height if it pierces), wait, and move down to the cut height."""
     data = torch.data
     height = data.pierce_height if pierces else data.cut_height
     if torch.moves_z and builder.position[2] != height:
@@ -227,9 +227,9 @@ def follow(builder: ToolpathBuilder, path: Polyline, feed: float) -> None:
 
 
 def without_short_steps(path: Polyline) -> Polyline:
-    """Return an open path without segments that the decimals of a program could turn into one point.
+    """Return an open path without segments so short that a program could round them to a point.
 
-    Both ends stay. The segment after one that is left out starts where that one started.
+    Both ends of the path stay. The segment after a removed segment starts at the start of the removed segment.
     """
     lengths, rows = path.lengths, path.vertices
     if lengths.min(initial=math.inf) >= LEAST_STEP:
@@ -246,9 +246,9 @@ def without_short_steps(path: Polyline) -> Polyline:
 
 
 def _writable(path: Polyline) -> Iterator[Segment]:
-    """Yield the segments of a path, without arcs whose ends the decimals of a program could turn into one point.
+    """Yield the segments of a path, without arcs whose ends a program could round to the same point.
 
-    A short arc becomes its chord, which differs by less than half its length; a nearly full circle becomes two arcs.
+    Short arcs become chords, with a deviation of less than half their length; nearly full circles become two arcs.
     """
     for s in path.segments():
         if not s.is_arc or math.dist(s.start, s.end) >= SHORTEST_ARC:

@@ -1,4 +1,4 @@
-"""Norms of time and of consumption: a row for each kind of part, for the sheet, and for the batch."""
+"""Table of cycle time and consumption: one row per kind of part, one for the sheet, one for the batch."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _COLUMNS = (
 
 @dataclass(frozen=True)
 class NormRow:
-    """Totals of all parts of a name, of a sheet, or of a batch: mm, s."""
+    """Totals of all parts with the same name, of a sheet, or of a batch: mm, s."""
 
     of: str
     name: str
@@ -35,7 +35,7 @@ class NormRow:
 
     @property
     def perimeter(self) -> float:
-        """Perimeter of one, mm."""
+        """Perimeter of a single part, mm."""
         return self.total_perimeter / self.quantity
 
     @property
@@ -45,10 +45,10 @@ class NormRow:
 
 
 def norm_rows(norm: CutMeasures) -> list[NormRow]:
-    """Return a row for each name of parts, in the order of their first parts.
+    """Return a row per part name, in the order of first appearance.
 
-    Parts without a name but with equal area and perimeter share a row with their numbers. Contours outside of parts,
-    and the moves at the start and end, count only for the sheet.
+    Unnamed parts with equal area and perimeter share a row, labelled with their numbers. Contours outside of parts, and
+    the moves at the start and end, count only for the sheet.
     """
     kinds: dict[object, list[PartTimes]] = {}
     for part in norm.parts:
@@ -73,12 +73,12 @@ def _numbers(parts: Sequence[PartTimes]) -> str:
 
 
 def sheet_row(norm: CutMeasures) -> NormRow:
-    """Return the row of one sheet."""
+    """Return the row of the sheet."""
     return NormRow("sheet", "", 1, norm.sheet.perimeter_mm, norm.sheet.total_s, norm.used)
 
 
 def batch_row(norm: CutMeasures) -> NormRow:
-    """Return the row of all sheets."""
+    """Return the row of the batch."""
     return NormRow("batch", "", norm.quantity, norm.batch.perimeter_mm, norm.batch.total_s, norm.batch_used)
 
 
@@ -93,12 +93,12 @@ def _all(used: Iterable[Consumption]) -> Consumption:
 
 
 def consumption_as_json(used: Consumption) -> dict[str, Any]:
-    """Return litres, kWh, kg and pieces; null for data that the chart lacks."""
+    """Return litres, kWh, kg and pieces; null for figures that the chart lacks."""
     return {**{name: getattr(used, name) for name in AMOUNTS}, "energy_at_arc": used.at_arc}
 
 
 def rates_as_json(rates: ConsumptionRates) -> dict[str, Any]:
-    """Return nozzle and gases of the chart."""
+    """Return the nozzle and gases of the chart."""
     return {"nozzle": rates.nozzle, "gas": rates.gas, "second_gas": rates.second_gas}
 
 
@@ -120,7 +120,7 @@ def norms_as_json(norm: CutMeasures) -> list[dict[str, Any]]:
 
 
 def norms_text(plan: CutPlan) -> str:
-    """Return the norms as CSV, with the material in each row."""
+    """Return the table as CSV, with the material in each row."""
     data = plan.data
     told = {
         "process": data.process,
@@ -137,7 +137,7 @@ def norms_text(plan: CutPlan) -> str:
 
 
 def _cell(value: Any) -> Any:
-    """Return a cell that no spreadsheet reads as a formula: names come from the drawing or the chart."""
+    """Return a cell that no spreadsheet interprets as a formula: names in drawings and charts are untrusted."""
     if value is None:
         return ""
     if isinstance(value, bool):

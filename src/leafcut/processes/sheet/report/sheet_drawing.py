@@ -22,34 +22,34 @@ from leafcut.report.marks import arrow_heads, end_marks, head, word_side
 from leafcut.report.missing_drawing import missing_drawing
 from leafcut.report.svg import STEPS, element, in_steps, lines_data, short, text, title
 
-#: Tolerance of chords, user units.
+#: Chord tolerance, user units.
 _CHORDS = 0.06
-#: Minimum width of a drawn kerf, user units; of many cuts.
+#: Minimum width of a drawn kerf on sheets with many cuts, user units.
 _THINNEST_KERF = 0.8
 _THINNEST_KERF_OF_MANY = 0.65
-#: With more cuts, lines are finer, dots smaller, and rapids coloured from first to last.
+#: With more cuts, lines and dots are smaller, and rapids are coloured from first to last.
 _FEW = 60
-#: Maximum number of numbers; of more cuts every second, fifth, tenth … has one.
+#: Maximum number of labels; with more cuts, only every second, fifth, tenth … cut is numbered.
 _MOST_NUMBERS = 60
 _EVERY = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
-#: Minimum length of a cut with an arrow head, user units; its place as a share of the length.
+#: Minimum length of a cut with an arrow head, user units; position of the arrow, as a share of the length.
 _LONG_CUT = 70.0
 _ARROW_AT = 0.3
 _KERF_ARROW = 2.6
 _HATCH = 5.0
-#: Ratio of width to height from which sheets take both columns: with few cuts, with many.
+#: Minimum aspect ratio of drawings that span both columns: with few cuts, with many.
 _WIDE_FROM = (2.4, 1.6)
 _RAPID_ARROW, _RAPID_ARROW_OF_MANY = 3.6, 2.8
-#: The words at start and end as discs that numbers avoid: distances from the mark, and radius, user units.
+#: Discs around the words "start" and "end" that numbers avoid: distances from the mark, and radius, user units.
 _WORD_DISCS = (10.0, 20.0, 30.0)
 _WORD_DISC = 5.0
-#: Distance of start and end below which a cut needs no number beside the word "end", user units.
+#: A last cut that starts this close to the end needs no number next to the word "end", user units.
 _AT_ITS_END = 12.0
 
 
 @dataclass(frozen=True, eq=False)
 class SheetScene:
-    """Common data of the drawings of a sheet.
+    """Data shared by all drawings of a sheet.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ class SheetScene:
     kerf, true_kerf
         Width of the kerf in user units, and whether it is to scale.
     missing
-        Issues of missing work.
+        Issues about missing work.
     """
 
     frame: Frame
@@ -78,7 +78,7 @@ class SheetScene:
 
 
 def build_sheet_scene(plans: list[CutPlan], missing: tuple[Issue, ...] = ()) -> SheetScene:
-    """Return the scene of one sheet's plans, with the issues of missing work; an empty sheet gives an empty window."""
+    """Return the scene for the plans of a sheet, with the issues about missing work; no sheet gives an empty window."""
     sheet = plans[-1].sheet
     boxes = [c.path.extents for plan in plans for c in plan.cuts]
     boxes += [c.path.extents for c in sheet.contours]
@@ -101,8 +101,8 @@ def sheet_drawing(
 ) -> str:
     """Return the drawing of a plan as an SVG element with `words` as its title.
 
-    The parts are drawn in this SVG under the id `parts` if it is given as ``"=name"``, and taken from another SVG of
-    the page if it is ``"#name"``. `name` tells the drawings of a page apart, `size` states width and height.
+    With ``parts="=name"`` this SVG defines the parts under an id; with ``"#name"`` it reuses them from another SVG of
+    the page. `name` must be unique on the page. With `size`, the element has a width and height.
     """
     frame = scene.frame
     drawn = element("use", href=parts) if parts.startswith("#") else _stock(scene, plan, parts.removeprefix("="))
@@ -122,12 +122,12 @@ def sheet_drawing(
 
 
 def part_id(part: int) -> str:
-    """Return the id under which a part is drawn in a page."""
+    """Return the SVG id of a part."""
     return f"part-{part}"
 
 
 def _stock(scene: SheetScene, plan: CutPlan, name: str) -> str:
-    """Return the edge of the sheet, the clamps, and each part as an area without its holes."""
+    """Return the edge of the sheet, the clamps, and the area of each part less its holes."""
     frame, sheet = scene.frame, scene.sheet
     shapes = []
     if sheet.outline is not None:
@@ -143,7 +143,7 @@ def _stock(scene: SheetScene, plan: CutPlan, name: str) -> str:
 
 
 def part_window(scene: SheetScene, part: int) -> str:
-    """Return the view box of a single part in the steps of its path; empty if there is no such part."""
+    """Return the view box of a single part, in the units of its path; empty if the part does not exist."""
     boxes = [c.path.extents for c in scene.sheet.contours if c.part == part and c.kind == "cut" and c.path.closed]
     if not boxes:
         return ""
@@ -185,8 +185,8 @@ def _clamp(frame: Frame, zone: tuple[float, float, float, float]) -> str:
 def stretches(cut: Cut) -> list[tuple[str, float, float]]:
     """Return the stretches of the path of a cut: ("kerf", "lead", "bridge", "dark" or "mark", from, to), mm, in order.
 
-    With the torch off a stretch is ``dark``: micro-joints, and an overcut without the arc. Loops around corners lie in
-    the scrap like leads.
+    Stretches with the torch off are ``dark``: micro-joints, and overcuts without arc. Corner loops lie in the scrap and
+    are drawn as leads.
     """
     whole = cut.path.length
     places = {0.0, cut.lead_in, cut.lead_out, cut.torch_off_at, whole}
@@ -213,13 +213,13 @@ def _kind_at(cut: Cut, at: float) -> str:
 
 
 def _cut(scene: SheetScene, plan: CutPlan, number: int) -> str:
-    """Return a cut: its path, the dot at its start, and its title."""
+    """Return the SVG of a cut: path, dot at its start, and title."""
     cut, frame = plan.cuts[number], scene.frame
     data: dict[str, str] = {}
     for kind, low, high in stretches(cut):
         points = _chords(frame, cut.path.piece(low, high))
         data[kind] = data.get(kind, "") + lines_data(_segments(points))
-    # Leads over the kerf: they are short, and start at its end.
+    # Leads are drawn over the kerf, since they are short and start at its end.
     lines = [element("path", d=d, class_=kind, stroke_width=_width(scene, kind)) for kind, d in sorted(data.items())]
     x, y = frame.place(np.array(cut.path.start)).tolist()
     dot = element("circle", cx=x, cy=y, r=scene.dot * (0.8 if cut.kind == "mark" else 1.0), class_=dot_class(cut))
@@ -233,12 +233,12 @@ def _width(scene: SheetScene, kind: str) -> float:
 
 
 def dot_class(cut: Cut) -> str:
-    """Return the class of the start of a cut: a pierce, a start at the edge, a mark."""
+    """Return the CSS class of the start of a cut: pierce, start at the edge, or mark."""
     return "begin mark" if cut.kind == "mark" else "begin pierce" if cut.pierce else "begin edge-start"
 
 
 def _kerf_arrows(scene: SheetScene, plan: CutPlan) -> str:
-    """Return arrow heads on longer cuts, which show their direction."""
+    """Return arrow heads that show the direction of longer cuts."""
     heads = []
     for cut in plan.cuts:
         length = cut.lead_out - cut.lead_in
@@ -253,13 +253,13 @@ def _kerf_arrows(scene: SheetScene, plan: CutPlan) -> str:
 
 
 def _ways(frame: Frame, plan: CutPlan) -> Points:
-    """Return the moves from cut to cut in user units, float64[n, 2, 2]."""
+    """Return the travel moves between cuts in user units, float64[n, 2, 2]."""
     ways = [(a.path.end, b.path.start) for a, b in zip(plan.cuts[:-1], plan.cuts[1:], strict=True)]
     return frame.place(np.array(ways, dtype=np.float64).reshape(-1, 2, 2))
 
 
 def _rapids(scene: SheetScene, ways: Points) -> str:
-    """Return the moves from cut to cut, thin and dashed; if many, in a ramp of colours from first to last."""
+    """Return the travel moves as thin dashed lines; many moves are coloured from first to last."""
     if not scene.many:
         return in_steps(element("path", d=lines_data(ways), class_="rapid")) if len(ways) else ""
     chunks = np.array_split(ways, RAMP)
@@ -267,7 +267,7 @@ def _rapids(scene: SheetScene, ways: Points) -> str:
 
 
 def _order(scene: SheetScene, plan: CutPlan, ways: Points) -> list[str]:
-    """Return the marks of start and end, and the numbers of the order that have room."""
+    """Return the marks of start and end, and the cut numbers that fit."""
     if not plan.cuts:
         return []
     frame = scene.frame
@@ -276,7 +276,7 @@ def _order(scene: SheetScene, plan: CutPlan, ways: Points) -> list[str]:
     size = (frame.width, frame.height)
     reach = scene.dot + 3.0
     marks = end_marks((*starts[0].tolist(), reach), (*end, reach), size)
-    # The first cut has its word, and the last one if it ends at its start.
+    # The first cut has the word "start"; a last cut close to the end has the word "end".
     worded = {0, len(starts) - 1} if math.dist(starts[-1], end) < _AT_ITS_END else {0}
     numbered = [k for k in range(len(plan.cuts)) if (k + 1) % scene.every == 0 and k not in worded]
     lines = np.concatenate([ways, *(_segments(_chords(frame, c.path)) for c in plan.cuts)])
