@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from leafcut.processes.pocket.plan.grid import GridContext
     from leafcut.processes.pocket.plan.region import CentreRegion
 
-#: Ant algorithms that --algorithm may select; with any other algorithm, the strategy `ants` uses the colony.
+#: Ant algorithms that --algorithm may select; with any other algorithm, the strategy `ants` uses ``auto``.
 ANTS = ("colony", "as", "eas", "asrank", "mmas", "acs")
 #: Algorithms that each strategy with a grid accepts.
 OF_GRID = {"ants": ("auto", *ANTS), "firefly": ("auto", "firefly")}
@@ -140,7 +140,7 @@ class ClearingStrategy:
     name: str
     path: Strategy
     words: str
-    #: Whether it searches until the time limit.
+    #: Whether the strategy searches until the time limit.
     searches: bool = True
 
 

@@ -14,8 +14,8 @@ from leafcut.options.option_spec import OptionGroup, option
 class CutOptions(OptionGroup):
     """How a nested sheet is cut by plasma, laser, flame or water.
 
-    The sheet's thickness, the safe height, clamps and the first and last place are those of `JobOptions`; the figures
-    of the cut are those of `CutDataOptions`.
+    `JobOptions` has the sheet's thickness, the safe height, clamps, and start and end points. `CutDataOptions` has the
+    cutting data.
     """
 
     section: ClassVar[str] = "cut"

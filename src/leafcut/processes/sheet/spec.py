@@ -1,4 +1,4 @@
-"""A sheet, its rules and its machine resolved, the cuts to be ordered, and the search for chains."""
+"""Prepares a sheet for ordering: resolves rules and machine, builds the cuts, and searches for chains."""
 
 from __future__ import annotations
 
@@ -61,18 +61,18 @@ if TYPE_CHECKING:
     from leafcut.processes.sheet.plan.starts import CutStart
     from leafcut.read.format import Source
 
-#: Share of the time left for the search for chains; the rest is for the order of all cuts.
+#: Share of the remaining time for the search for chains; the rest is for the order of all cuts.
 CHAIN_PART = 0.4
 #: Tolerance of corners that the torch rounds to keep speed, mm (G64 P).
 PATH_TOLERANCE = 0.1
-#: Tolerance of equal thicknesses, mm, for the rounding of inches.
+#: Tolerance of equal thicknesses, mm, for rounded inches.
 _SAME_THICKNESS = 0.001
 #: Tolerance of the thickness of a solid, mm: gauges and inches are rounded in drawings.
 _ROLLED = 0.1
-#: Maximum difference of a usual substitute, mm, or as a share of the height (3 mm or 11 gauge for 1/8 in).
+#: Maximum difference of a usual substitute, mm, and as a share of the thickness (3 mm or 11 gauge for 1/8 in).
 _SUBSTITUTE, _SUBSTITUTE_PART = 0.5, 0.1
-#: Maximum thickness that a beam safely pierces in motion, mm (an estimate: up to it, the wait for the pierce is some
-#: tenths of a second).
+#: Maximum thickness that a beam safely pierces in motion, mm. Estimate: up to this thickness, the pierce delay is a few
+#: tenths of a second.
 _RELIT = 3.0
 
 
@@ -90,7 +90,7 @@ def planned(job: Job, source: Source) -> Plan:
     if words.torch is not None and not words.torch.waits and not words.moves_z:
         if options.pierce_delay:
             raise OptionError(f"{words.name} has no wait for the pierce; leave out --pierce-delay")
-        data = replace(data, pierce_delay=0.0)  # a beam that is dark while the machine stands pierces in motion
+        data = replace(data, pierce_delay=0.0)  # a beam that is off at standstill pierces in motion
     torch = _torch(job, words, data, probe)
     rules = resolve_rules(data, options, switches=torch.switches, max_feed=job.machine.max_feed)
     part, sheet = _sheet(job, source)
@@ -151,7 +151,7 @@ def planned(job: Job, source: Source) -> Plan:
         search_share=SEARCH_SHARE,
         unforced=False,
     )
-    # No order changes the places that the leads need: they are checked before the searches for chains and baselines.
+    # The area needed by leads does not depend on the order, so it is checked before the searches.
     refuse_too_large(check_envelope(motion(plan, Order((given,))).path, job.machine), part, settings)
     nearest = nearest_order(job, stages_of(job, cutting, head, known))
     joined = _chained(job, cutting, file, head.overhead)
@@ -182,8 +182,10 @@ def _torch(job: Job, words: Dialect, data: CutData, probe: Probe | None) -> Torc
 def _given(
     cutting: Cutting, file: PlanFile | None, options: CutOptions, head: HeadTravel
 ) -> tuple[list[CutStart], CutSequence, bool]:
-    """Return the order of the drawing or of the plan file, the same with all choices of the plan file if they fit, and
-    whether they do."""
+    """Return the order of the drawing or plan file, the sequence for comparison, and whether it follows the plan file.
+
+    The sequence for comparison has all choices of the plan file if they fit, and otherwise the given order.
+    """
     known = in_bands(cutting, plan_order(cutting, file) if file else drawing_order(cutting), options)
     given, fits = clear_pierces(CutSequence(cutting, tuple(known)), replace(head, start=None, end=None)), False
     known = list(given.starts)
@@ -207,7 +209,7 @@ def _chained(job: Job, cutting: Cutting, file: PlanFile | None, overhead: float)
     Raises
     ------
     PlanError
-        A bridge of the plan file has no room.
+        A bridge of the plan file does not fit.
     """
     from leafcut.order.solve import solve
 
@@ -246,7 +248,7 @@ def _obstacles(job: Job, moves_z: bool) -> Obstacles | None:
 
 
 def _bounds(sheet: Sheet) -> Toolpath:
-    """Return a move between the lowest and the highest corner of the contours, which the machine must reach."""
+    """Return a move between opposite corners of the contours' bounding box, to check the travel of the machine."""
     builder = ToolpathBuilder()
     x0, y0, x1, y1 = _box(sheet)
     builder.rapid(x0, y0)
@@ -273,7 +275,7 @@ def _sheet(run: Job, source: Source) -> tuple[Part, Sheet]:
 
 
 def check_thickness(part: Part, thickness: float | None) -> list[Issue]:
-    """Refuse cutting data for another thickness than that of the solid; warn of a usual substitute (L413)."""
+    """Refuse cutting data if its thickness differs from the solid; warn of a usual substitute (L413)."""
     if part.height is None or thickness is None:
         return []
     apart = abs(thickness - part.height)
@@ -322,12 +324,12 @@ def _cut_data(run: Job) -> tuple[CutData, list[Issue]]:
 
 
 def cut_process_of(machine: Machine, asked: str | None) -> tuple[str, list[Issue]]:
-    """Return the process in the cut chart, and a warning if its power is not that of the machine.
+    """Return the process in the cut chart, and a warning if its power differs from the machine's power.
 
     Raises
     ------
     OptionError
-        The machine cuts with another kind: a diode is no CO2 laser.
+        The machine cuts by another method, such as a diode instead of a CO2 laser.
     """
     from leafcut.read.cutchart import is_process
 
@@ -370,12 +372,12 @@ def _check_dialect(words: Dialect, process: str) -> None:
 
 
 def probe_for(machine: Machine, words: Dialect, options: CutOptions) -> Probe | None:
-    """Return the probe that finds the sheet before each pierce, or None.
+    """Return the probe for touching off before each pierce, or None.
 
     Raises
     ------
     OptionError
-        A probe is wanted, and the machine or its controller has none.
+        A probe is wanted, but the machine or its controller has none.
     """
     able = words.torch is not None and bool(words.torch.probe)
     probe = machine.probe
@@ -391,7 +393,7 @@ def probe_for(machine: Machine, words: Dialect, options: CutOptions) -> Probe | 
 
 
 def _joint_issues(data: CutData, options: CutOptions) -> list[Issue]:
-    """Warn of micro-joints in a sheet that is too thick for a beam to pierce in motion."""
+    """Warn of micro-joints in a sheet too thick for a beam to pierce in motion."""
     if method_of(data.process) != CutMethod.LASER or not options.micro_joints or data.thickness <= _RELIT:
         return []
     wait = f"the {data.pierce_delay:.2g} s" if data.pierce_delay > 0.0 else "the time"
@@ -403,7 +405,7 @@ def _joint_issues(data: CutData, options: CutOptions) -> list[Issue]:
 
 
 def _plan_issues(plan: PlanFile, data: CutData) -> list[Issue]:
-    """Warn of a plan for other cutting data: its leads and starts were chosen for another kerf."""
+    """Warn of a plan for other cutting data, whose leads and starts were chosen for another kerf."""
     differs = []
     if plan.thickness and abs(plan.thickness - data.thickness) > _SAME_THICKNESS:
         differs.append(f"{plan.thickness:g} mm, not {data.thickness:g} mm")
@@ -421,7 +423,7 @@ def _plan_issues(plan: PlanFile, data: CutData) -> list[Issue]:
 
 
 def _register_issues(words: Dialect, data: CutData, options: CutOptions) -> list[Issue]:
-    """Warn of a controller that takes the kerf from a register, whose content a program does not know."""
+    """Warn if the controller takes the kerf from a register, whose content leafcut does not know."""
     from leafcut.gcode.torch import KERF_REGISTER
 
     if options.compensation != "controller" or words.torch is None or words.torch.compensation != "G41":
@@ -444,7 +446,7 @@ def _probe_issues(probe: Probe | None) -> list[Issue]:
 
 
 def _overhead(machine: Machine, torch: TorchSetup) -> float:
-    """Return the time to come down at each cut, to find the sheet, and to rise, s."""
+    """Return the time to descend, touch off and retract at each cut, s."""
     from leafcut.timing.profile import trapezoid_time
 
     data, probe, clearance = torch.data, torch.probe, torch.clearance

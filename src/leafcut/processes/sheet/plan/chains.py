@@ -1,13 +1,13 @@
 """Chains: several closed cuts with one pierce, with bridges between them on which the torch stays on.
 
 A bridge is straight and runs through the scrap. Two contours can be bridged if they border on the same scrap: two
-outlines directly on the sheet or directly in the same hole, or an outline and the hole around it, which comes last and
-detaches the scrap. A bridge leaves one kerf at once, comes to the other, and meets no part, no clamp and no third kerf.
+outlines directly on the sheet or in the same hole, or an outline and the hole around it, which comes last and detaches
+the scrap. A bridge leaves one kerf directly and ends at the other, and touches no part, clamp or third kerf.
 
-The sequence of the contours, and the places where each starts, are a routing problem: a cluster is a contour, a node a
-place on it. A move costs a bridge, or the time to rise, travel and pierce again. For the order found, the places are
-chosen again, so that bridges that meet are far enough apart; of bridges that cross, the better one stays. In the order
-of all cuts, a chain is one cluster.
+The order of the contours and their starting points form a routing problem: clusters are contours, nodes are positions
+on them. A move costs either a bridge, or the time to retract, travel and pierce again. The positions are then chosen
+again for the best order, so that bridges on a contour are far enough apart. If two bridges cross, the better bridge
+stays. In the order of all cuts, a chain is one cluster.
 """
 
 from __future__ import annotations
@@ -39,24 +39,24 @@ from leafcut.processes.sheet.plan.starts import (
     starts_with_leads,
 )
 
-#: Number of sampled places of a contour, and of its nearest neighbours that are tried.
+#: Number of samples along a contour, and of nearest neighbours to try.
 SAMPLES, NEIGHBOURS = 160, 8
-#: Maximum number of places of a contour and of all together; distance below which places are one, mm.
+#: Maximum number of positions per contour and in total; positions closer than the last value are merged, mm.
 PLACES, MOST_PLACES, SAME_PLACE = 16, 3000, 1.0
 #: Distance in kerfs within which a bridge leaves the kerf of its contour.
 LEAVES_WITHIN = 3.0
-#: Minimum angle between two bridges that meet on a contour, rad: the sliver between them must not melt.
+#: Minimum angle between two bridges at the same point of a contour, rad: the sliver between them must not melt.
 LEAST_ANGLE = math.radians(40.0)
-#: Maximum number of contours of a chain, and of a search.
+#: Maximum number of contours in a chain, and in a search.
 MOST_CONTOURS, BLOCK = 12, 400
-#: Places along a contour with a smaller distance are the same, mm.
+#: Positions along a contour closer than this are equal, mm.
 SAME = 0.01
 #: Maximum number of starts of a chain.
 MOST_STARTS = 4
-#: Number of places that are tried if the room of a contour has changed.
+#: Number of new positions to try if the free space around a contour has changed.
 NEW_PLACES = 16
 
-#: Steps of a chain: a bridge ends at the entry of each, the next one starts at its exit.
+#: Steps of a chain: each bridge ends at the entry of a step, and the next bridge starts at its exit.
 Chain = tuple[CutStart, ...]
 #: Both ends of a bridge.
 Bridge = tuple[Point, Point]
@@ -64,22 +64,22 @@ Bridge = tuple[Point, Point]
 
 @dataclass(frozen=True, eq=False)
 class Bridges:
-    """Places of contours, and the bridges between them, in columns.
+    """Positions on contours, and the bridges between them, in columns.
 
     Attributes
     ----------
     contour
-        Position in the list of contours, int64[n].
+        Contour index of each position, int64[n].
     at
-        Along its path, float64[n], mm.
+        Distance along the contour, float64[n], mm.
     arrive, leave
-        Where a bridge ends, and where the next one starts, float64[n, 2], mm.
+        End point of the arriving bridge, and start point of the next bridge, float64[n, 2], mm.
     begin, end
-        Places that a bridge joins, int64[m].
+        Start and end positions of each bridge, int64[m].
     length
-        Of each bridge, float64[m], mm.
+        Length of each bridge, float64[m], mm.
     saving
-        Time that a bridge saves, s, by its places; only of those that save time.
+        Time saved by each bridge, s, keyed by its positions; only bridges that save time.
     """
 
     contour: Indices
@@ -92,7 +92,7 @@ class Bridges:
     saving: dict[tuple[int, int], float] = field(default_factory=dict)
 
     def step(self, cutting: Cutting, n: int) -> CutStart:
-        """Return a place as a step of a chain."""
+        """Return the n-th position as a step of a chain."""
         return chain_step(cutting, int(self.contour[n]), float(self.at[n]))
 
 
@@ -100,10 +100,10 @@ class Bridges:
 
 
 def chain_blocks(cutting: Cutting, bands: Sequence[Sequence[int]], taken: Sequence[Chain] = ()) -> list[list[int]]:
-    """Return the contours that can be in a chain, in blocks of neighbours that are small enough for one search.
+    """Return the contours eligible for chains, in blocks of neighbours small enough for one search.
 
-    These are closed contours without small holes, contours of the chains `taken`, and contours that a plan file fixes.
-    A block lies within one of `bands` (`cutting.bands`), like each chain.
+    Eligible are closed contours except small holes, contours of the chains `taken`, and contours fixed by a plan file.
+    Each block, and so each chain, lies within one of `bands` (`cutting.bands`).
     """
     held = {k for pair in cutting.order for k in pair} | set(cutting.fixed)
     held |= {step.contour for chain in taken for step in chain}
@@ -129,9 +129,9 @@ def chain_problem(
         Velocity of rapids, mm/s.
     """
     rules, feed = cutting.rules, cutting.rules.data.feed
-    # Time of a pierce with its leads, without travel.
+    # Time of a pierce and its leads, without travel.
     single = rules.data.pierce_delay + overhead + (rules.lead_in.length + rules.lead_out.length) / feed
-    # A bridge of length d costs d / feed; a pierce costs the rapid of about d, too.
+    # A bridge of length d costs d / feed; a separate pierce also needs a rapid of about d.
     reach = single / max(1.0 / feed - 1.0 / rapid, 1e-9)
     found = find_bridges(cutting.contours, members, cutting.scrap, reach)
     saving = {
@@ -152,7 +152,7 @@ def chain_problem(
 
 
 def chains_of(cutting: Cutting, bridges: Bridges, nodes: Sequence[int], before: Sequence[Chain] = ()) -> list[Chain]:
-    """Return the chains in a solution, without the bridges that conflict with others, or with the chains `before`."""
+    """Return the chains of a solution, without bridges that conflict with each other or with the chains `before`."""
     nodes = _best_places(bridges, [int(bridges.contour[n]) for n in nodes])
     taken = [(a, b) for a, b in itertools.pairwise(nodes) if (a, b) in bridges.saving]
     step = {n: bridges.step(cutting, n) for n in nodes}
@@ -168,22 +168,22 @@ def chains_of(cutting: Cutting, bridges: Bridges, nodes: Sequence[int], before: 
 
 
 def chain_step(cutting: Cutting, contour: int, at: float, clockwise: bool | None = None) -> CutStart:
-    """Return a place as a step of a chain, by default in the direction of the rules."""
+    """Return a position on a contour as a step of a chain, by default in the direction of the rules."""
     c = cutting.contours[contour]
     way = c.directions[0] if clockwise is None else clockwise
     return CutStart(contour, at, way, c.path.point_at(at), c.path.point_at(left_at(c, at, way)))
 
 
 def _best_places(bridges: Bridges, order: Sequence[int]) -> list[int]:
-    """Return the place of each contour, in a given order, so that bridges save most and none meet too sharply.
+    """Return the positions on the contours, in a given order, that maximise the saving without sharp bridge angles.
 
-    Exact, by dynamic programming over the place and the bridge that led to it.
+    Exact, by dynamic programming over the position and the bridge that led to it.
     """
     out: dict[int, list[int]] = {}
     for a, b in bridges.saving:
         out.setdefault(a, []).append(b)
     at = {k: np.flatnonzero(bridges.contour == k).tolist() for k in order}
-    State = tuple[int, int]  # place, and the place at the other end of its bridge; -1 for none
+    State = tuple[int, int]  # position, and position at the other end of its bridge; -1 for no bridge
     best: dict[State, float] = {(p, -1): 0.0 for p in at[order[0]]}
     came: list[dict[State, State]] = []
     for k in order[1:]:
@@ -207,14 +207,14 @@ def _best_places(bridges: Bridges, order: Sequence[int]) -> list[int]:
 
 
 def _meet(bridges: Bridges, before: int, place: int, after: int) -> bool:
-    """Return whether the bridges to a place and from it are far enough apart."""
+    """Return whether the bridges to and from a position are far enough apart."""
     came = _towards(bridges.arrive[place].tolist(), bridges.leave[before].tolist())
     goes = _towards(bridges.leave[place].tolist(), bridges.arrive[after].tolist())
     return _angle(came, goes) >= LEAST_ANGLE
 
 
 def _go_together(one: Bridge, other: Bridge, kerf: float) -> bool:
-    """Return whether the kerfs of two bridges keep apart, or only meet where a contour is left and reached."""
+    """Return whether the kerfs of two bridges stay apart, or meet only at their ends on a contour."""
     if one[0] == other[1] or one[1] == other[0]:
         meet, p, q = (one[0], one[1], other[0]) if one[0] == other[1] else (one[1], one[0], other[1])
         return _angle(_towards(meet, p), _towards(meet, q)) >= LEAST_ANGLE
@@ -232,7 +232,7 @@ def _angle(a: Point, b: Point) -> float:
 
 
 def _runs(nodes: Sequence[int], kept: set[tuple[int, int]]) -> Iterable[list[int]]:
-    """Yield the stretches of a path that bridges hold together."""
+    """Yield the stretches of a path connected by bridges."""
     run = [nodes[0]]
     for a, b in itertools.pairwise(nodes):
         if (a, b) not in kept:
@@ -243,7 +243,7 @@ def _runs(nodes: Sequence[int], kept: set[tuple[int, int]]) -> Iterable[list[int
 
 
 def _short_enough(run: list[int]) -> Iterable[list[int]]:
-    """Yield a run in parts of at most `MOST_CONTOURS`, about equally long."""
+    """Split a run into parts of at most `MOST_CONTOURS`, of about equal length."""
     parts = math.ceil(len(run) / MOST_CONTOURS)
     for k in range(parts):
         yield run[len(run) * k // parts : len(run) * (k + 1) // parts]
@@ -253,9 +253,9 @@ def _short_enough(run: list[int]) -> Iterable[list[int]]:
 
 
 def scrap_of(contour: CutContour) -> int:
-    """Return the scrap along a contour: the index of the hole around it, -1 for the sheet.
+    """Return the scrap region next to a contour: the index of the hole around it, or -1 for the sheet.
 
-    A notch that the kerf of its outline closes is a scrap of its own: -2 less the index of the outline.
+    A notch closed by the kerf of its outline is a separate region: -2 minus the index of the outline.
     """
     if contour.hole:
         return contour.index
@@ -263,12 +263,12 @@ def scrap_of(contour: CutContour) -> int:
 
 
 def left_at(contour: CutContour, at: float, clockwise: bool) -> float:
-    """Return where along its path a contour of a chain is left, mm: at its start, or a joint before it."""
+    """Return the exit position on a contour of a chain, mm along its path: its start, or a joint earlier."""
     return at + (contour.closing_joint if clockwise else -contour.closing_joint)
 
 
 def joins(contours: list[CutContour], pair: tuple[int, int], ends: Bridge, scrap: Scrap) -> bool:
-    """Return whether two contours border on the same scrap and a bridge between `ends` has room."""
+    """Return whether two contours border on the same scrap and a bridge between `ends` fits."""
     one, other = (contours[k] for k in pair)
     if one.hole or pair[0] == pair[1] or scrap_of(one) != scrap_of(other):
         return False
@@ -276,7 +276,7 @@ def joins(contours: list[CutContour], pair: tuple[int, int], ends: Bridge, scrap
 
 
 def find_bridges(contours: list[CutContour], members: Sequence[int], scrap: Scrap, reach: float) -> Bridges:
-    """Return all bridges between some contours (positions in `contours`) that are shorter than `reach` mm."""
+    """Return all bridges shorter than `reach` mm between the contours `members`, given as indices."""
     pairs = _neighbours(contours, members, reach)
     places = _places(contours, pairs, reach)
     begin, end = _near(places, pairs, reach)
@@ -302,16 +302,16 @@ def _fit_between(lines: NDArray[np.float64], one: CutContour, other: CutContour,
 
 
 def leaves_at_once(lines: NDArray[np.float64], kerf_line: Any, kerf: float) -> Mask:
-    """Return which straight lines (float64[n, 2, 2]) that start on a kerf leave it at once and stay away, bool[n].
+    """Return which straight lines (float64[n, 2, 2]) from a kerf leave it directly and stay away from it, bool[n].
 
-    `kerf_line` is the path of the middle of that kerf, a shapely line.
+    `kerf_line` is the centreline of that kerf, a shapely line.
     """
     step = lines[:, 1] - lines[:, 0]
     length = np.hypot(*step.T)
     share = np.minimum(LEAVES_WITHIN * kerf / np.maximum(length, 1e-9), 1.0)
     rest = np.stack([lines[:, 0] + share[:, None] * step, lines[:, 1]], axis=1)
     away: NDArray[np.float64] = shapely.distance(as_lines(rest), kerf_line)
-    # GEOS takes a rest without length for no line, and for near to nothing.
+    # GEOS treats a line of length zero as empty, and an empty line is near nothing.
     short = share >= 1.0
     away[short] = shapely.distance(shapely.points(lines[short, 1]), kerf_line)
     stays: Mask = away >= kerf - ROUNDING
@@ -319,7 +319,7 @@ def leaves_at_once(lines: NDArray[np.float64], kerf_line: Any, kerf: float) -> M
 
 
 def _neighbours(contours: list[CutContour], members: Sequence[int], reach: float) -> list[tuple[int, int]]:
-    """Return pairs of contours along the same scrap, the nearest of each; in both orders, but never from a hole."""
+    """Return pairs of nearest contours along the same scrap; both orders, but never starting from a hole."""
     lines = np.array([contours[k].line for k in members], dtype=object)
     if not len(lines):
         return []
@@ -340,7 +340,7 @@ def _neighbours(contours: list[CutContour], members: Sequence[int], reach: float
 
 
 def _places(contours: list[CutContour], pairs: Sequence[tuple[int, int]], reach: float) -> Bridges:
-    """Return places that are near to a neighbour, or to two of them at once, and the places opposite of these."""
+    """Return positions close to one or two neighbouring contours, and the positions opposite them."""
     near: dict[int, list[int]] = {}
     for one, other in pairs:
         near.setdefault(one, []).append(other)
@@ -353,7 +353,7 @@ def _places(contours: list[CutContour], pairs: Sequence[tuple[int, int]], reach:
         away = np.array([shapely.distance(points, contours[o].line) for o in others])
         for i, j in itertools.combinations_with_replacement(range(len(others)), 2):
             for best, total in _between(away[i], away[j], reach):
-                # A place between two neighbours counts as much as two places beside one.
+                # A position between two neighbours counts twice as much as a position near one.
                 _want(wanted[k], float(at[best]), total * (0.5 if i != j else 0.25))
                 for o in {others[i], others[j]}:
                     share = float(shapely.line_locate_point(contours[o].line, points[best], normalized=True))
@@ -371,20 +371,21 @@ def _places(contours: list[CutContour], pairs: Sequence[tuple[int, int]], reach:
 
 
 def _between(one: NDArray[np.float64], other: NDArray[np.float64], reach: float) -> set[tuple[int, float]]:
-    """Return the places with the least sum of distances to two neighbours, and with the least larger one, and the sums.
+    """Return positions between two neighbours, with the sum of their distances.
 
-    `one` and `other` are the distances of the places to the neighbours, mm.
+    Candidates are the positions with the least sum of both distances, and with the least larger distance. `one` and
+    `other` are the distances of the samples to the neighbours, mm.
     """
     total, farther = one + other, np.maximum(one, other)
     if not (farther < reach).any():
         return set()
-    # Of equal sums, the place half-way: it sees both.
+    # Among equal sums, take the position half-way, since it sees both neighbours.
     best = int(np.lexsort((farther, np.round(np.where(farther < reach, total, np.inf), 1)))[0])
     return {(k, float(total[k])) for k in (best, int(np.argmin(farther)))}
 
 
 def _samples(contour: CutContour) -> NDArray[np.float64]:
-    """Return evenly spaced places along a contour, and the ends of its segments, mm."""
+    """Return evenly spaced positions along a contour, and the ends of its segments, mm."""
     length = contour.path.length
     even = (np.arange(SAMPLES) + 0.5) * length / SAMPLES
     meet = np.cumsum(contour.path.lengths)[:-1][:SAMPLES]
@@ -398,7 +399,7 @@ def _want(wanted: dict[float, float], at: float, away: float) -> None:
 
 
 def _spread(contour: CutContour, wanted: dict[float, float], most: int) -> list[float]:
-    """Return the places nearest to neighbours, sorted, with a minimum distance from each other."""
+    """Return the positions nearest to neighbours, sorted, with a minimum spacing."""
     kept: list[float] = []
     for at in sorted(wanted, key=lambda a: (wanted[a], a)):
         if contour.in_loop(at) or any(apart_along(at, b, contour.path.length) < SAME_PLACE for b in kept):
@@ -410,7 +411,7 @@ def _spread(contour: CutContour, wanted: dict[float, float], most: int) -> list[
 
 
 def _near(places: Bridges, pairs: Sequence[tuple[int, int]], reach: float) -> tuple[Indices, Indices]:
-    """Return pairs of places of neighbouring contours that are nearer than `reach`."""
+    """Return pairs of positions on neighbouring contours that are closer than `reach`."""
     of: dict[int, Indices] = {int(k): np.flatnonzero(places.contour == k) for k in np.unique(places.contour)}
     begin, end = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
     for one, other in pairs:
@@ -433,7 +434,7 @@ def planned_chains(cutting: Cutting, plan: PlanFile, *, everything: bool = False
     Raises
     ------
     PlanError
-        A bridge of the plan has no room: names the cut.
+        A bridge of the plan does not fit; the message names the cut.
     """
     position = {c.index: k for k, c in enumerate(cutting.contours)}
     chains: list[list[CutStart]] = []
@@ -470,9 +471,9 @@ def _planned_step(cutting: Cutting, position: dict[int, int], choice: CutChoice)
 
 
 def with_chains(cutting: Cutting, chains: Sequence[Chain]) -> Cutting:
-    """Return the cutting with chains as starts of their first contours; other cuts keep away from the bridges.
+    """Return the cutting with chains as starts of their first contours; other cuts stay clear of the bridges.
 
-    A bridge that leaves no room for a lead is removed.
+    Bridges that leave no room for a lead are removed.
     """
     chains = list(chains)
     while chains:
@@ -501,14 +502,14 @@ def _bridged(cutting: Cutting, chains: Sequence[Chain]) -> Scrap:
 
 
 def _reversed(cutting: Cutting, chain: Chain) -> Chain:
-    """Return a chain reversed; unchanged if it ends with a hole, or if a contour is not left where it was reached."""
+    """Return a chain reversed; unchanged if it ends with a hole, or if some entry and exit differ."""
     if cutting.contours[chain[-1].contour].hole or any(step.entry != step.exit for step in chain):
         return chain
     return chain[::-1]
 
 
 def _singles(cutting: Cutting, scrap: Scrap, members: set[int], starts: dict[int, list[CutStart]]) -> int | None:
-    """Add the starts of all other contours to `starts`; return the first contour that has none any more."""
+    """Add the starts of contours outside chains to `starts`; return the first contour without any start, or None."""
     for k in range(len(cutting.contours)):
         if k not in members:
             starts[k] = _starts_beside(cutting, k, scrap)
@@ -518,7 +519,7 @@ def _singles(cutting: Cutting, scrap: Scrap, members: set[int], starts: dict[int
 
 
 def _starts_beside(cutting: Cutting, number: int, scrap: Scrap) -> list[CutStart]:
-    """Return the starts of a contour that is in no chain whose leads keep away from all bridges."""
+    """Return the starts of a contour outside chains whose leads stay clear of all bridges."""
     contour, own = cutting.contours[number], cutting.starts_of([number])
     if contour.kind != "cut":
         return own
@@ -531,7 +532,7 @@ def _starts_beside(cutting: Cutting, number: int, scrap: Scrap) -> list[CutStart
 
 
 def _without_nearest(cutting: Cutting, chains: Sequence[Chain], stuck: int) -> list[Chain]:
-    """Return the chains without the bridge that is nearest to a contour."""
+    """Return the chains without the bridge nearest to the contour `stuck`."""
     line = cutting.contours[stuck].line
     at = [(n, i) for n, chain in enumerate(chains) for i in range(len(chain) - 1)]
     away = [shapely.distance(line, shapely.LineString([chains[n][i].exit, chains[n][i + 1].entry])) for n, i in at]
@@ -541,7 +542,7 @@ def _without_nearest(cutting: Cutting, chains: Sequence[Chain], stuck: int) -> l
 
 
 def chain_starts(cutting: Cutting, chain: Chain, scrap: Scrap) -> list[CutStart]:
-    """Return the starts of a chain with a lead-in clear of its bridges; none if none has room."""
+    """Return the starts of a chain whose lead-ins are clear of its bridges; may be empty."""
     contours, kerf = cutting.contours, cutting.rules.kerf
     bridges = [shapely.LineString([a.exit, b.entry]) for a, b in itertools.pairwise(chain)]
     head, last = chain[0], _ended(contours[chain[-1].contour], chain[-1], scrap, bridges[-1])
@@ -557,7 +558,7 @@ def chain_starts(cutting: Cutting, chain: Chain, scrap: Scrap) -> list[CutStart]
 
 
 def _begun(contour: CutContour, step: CutStart, scrap: Scrap) -> list[CutStart]:
-    """Return the starts of a contour at one place, with every lead that has room there."""
+    """Return the starts of a contour at the position of a step, with every lead that fits there."""
     rules = contour.rules
     if rules.edge_start:
         return [s for s in edge_starts(step.contour, contour, scrap, [step.at]) if s.clockwise == step.clockwise]
@@ -573,7 +574,7 @@ def _begun(contour: CutContour, step: CutStart, scrap: Scrap) -> list[CutStart]:
 
 
 def _ended(contour: CutContour, step: CutStart, scrap: Scrap, bridge: Any) -> CutStart:
-    """Return the last step of a chain with the longest lead-out that has room beside its bridge."""
+    """Return the last step of a chain with the longest lead-out that fits next to its bridge."""
     end, wanted = contour.end_of(step.at, step.clockwise), contour.lead_out
     for share in (1.0, 0.5, 0.25) if wanted.style != "none" else ():
         lead = replace(wanted, length=share * wanted.length)
@@ -585,7 +586,7 @@ def _ended(contour: CutContour, step: CutStart, scrap: Scrap, bridge: Any) -> Cu
 
 
 def clear_of(lead: Points, bridge: Any, kerf: float) -> bool:
-    """Return whether a lead, float64[k, 2] from its contour on, leaves the kerf of a bridge and stays away from it."""
+    """Return whether a lead, float64[k, 2] from its contour outwards, leaves the kerf of a bridge and stays clear."""
     line = shapely.LineString(lead)
     count = max(math.ceil(line.length / max(0.25 * kerf, 0.01)), 2)
     points = shapely.line_interpolate_point(line, np.linspace(0.0, line.length, count + 1))

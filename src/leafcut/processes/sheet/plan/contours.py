@@ -1,4 +1,4 @@
-"""The contours of a sheet with the path of the kerf: half a kerf beside the drawn contour, on the side of the scrap."""
+"""The contours of a sheet with the torch path: offset from the drawn contour by half a kerf into the scrap."""
 
 from __future__ import annotations
 
@@ -26,53 +26,52 @@ from leafcut.processes.sheet.plan.leads import FLATNESS, NO_LEAD, lead_path, lea
 OFFSET_TOLERANCE = 0.01
 #: Tolerance of distances, mm.
 ROUNDING = 0.03
-#: Smaller uncut areas are rounding, mm².
+#: Smaller uncut areas are rounding errors, mm².
 SMALL = 0.01
 #: A drawn corner turns by more than this, rad.
 CORNER = math.radians(30.0)
-#: Minimum distance of a start from a loop around a corner, mm.
+#: Minimum distance between a start and a corner loop, mm.
 BESIDE_LOOP = 1.0
-#: The direction at a place is the mean of those this far before and after it, mm: at a corner the bisector.
+#: The direction at a point is the mean of the directions this far before and after it, mm: the bisector at a corner.
 AROUND = 0.01
 
 
 @dataclass(frozen=True, eq=False)
 class CutContour:
-    """A contour that is cut or marked, with the path of the kerf and the rules for it.
+    """A contour to cut or mark, with its torch path and rules.
 
     Attributes
     ----------
     index
-        In `Sheet.contours`.
+        Index in `Sheet.contours`.
     source
         The drawn contour.
     path
-        Path of the middle of the kerf, counter-clockwise if closed.
+        Centreline of the kerf, counter-clockwise if closed.
     line
-        The path in chords, a shapely line.
+        The path as a shapely line of chords.
     hole
         Whether the part is outside and the scrap inside.
     diameter
-        Of the circle of equal area, mm; 0 for an open contour.
+        Diameter of the circle of equal area, mm; 0 for an open contour.
     rules
-        Those of the sheet; without compensation by the controller if that has no room for its lead here.
+        Rules of the sheet, but with compensation in the program where the controller's lead does not fit.
     corners
-        Places of the drawn corners along the path, mm.
+        Positions of the drawn corners along the path, mm.
     loops
-        (from, to) along the path: loops around corners, mm.
+        Corner loops as (from, to) along the path, mm.
     covers
-        Indices of the outlines that it cuts in whole or in part, if parts have common lines; else empty.
+        With common lines, indices of the outlines that this contour cuts in whole or in part; else empty.
     group
-        Number of its group of parts with common lines, from 1; 0 for none.
+        Number of the group of parts with common lines, from 1; 0 for none.
     common
-        Of a common line: length that is an edge of two parts, mm; else 0.
+        For a common line, its length shared by two parts, mm; else 0.
     inlets
-        Of an open cut: its lead-in at either end; None if it cannot start there.
+        For an open cut, the lead-in at either end; None if it cannot start there.
     pinched
-        Of an outline: the rings in its notches that the kerf does not reach, because their mouths are narrower.
+        For an outline, the rings in notches that the kerf does not reach, because their mouths are too narrow.
     notch_of
-        Index of the outline whose cut detaches the scrap around this contour: it lies in a notch with a mouth that the
-        kerf closes; -1 for none.
+        For a contour in a notch closed by the kerf, the index of the outline whose cut detaches its scrap; else -1.
     """
 
     index: int
@@ -93,7 +92,7 @@ class CutContour:
 
     @property
     def indices(self) -> tuple[int, ...]:
-        """Indices in `Sheet.contours` of all contours that it cuts."""
+        """Indices in `Sheet.contours` of all contours that this path cuts."""
         return self.covers or (self.index,)
 
     @property
@@ -103,12 +102,12 @@ class CutContour:
 
     @property
     def has_leads(self) -> bool:
-        """Whether it is closed and cut: one of its sides is scrap."""
+        """Whether the contour is closed and cut, so that one of its sides is scrap."""
         return self.path.closed and self.kind == "cut"
 
     @property
     def is_small(self) -> bool:
-        """Whether the rules of small holes hold."""
+        """Whether the rules for small holes apply."""
         return self.hole and self.has_leads and self.diameter < self.rules.small_hole
 
     @property
@@ -118,26 +117,26 @@ class CutContour:
 
     @property
     def joints(self) -> int:
-        """Number of micro-joints that it should have."""
+        """Wanted number of micro-joints."""
         return self.rules.joints if self.has_leads and not self.hole and not self.is_small else 0
 
     @property
     def closing_joint(self) -> float:
-        """Length that stays uncut at the end, mm; the round ends of the kerf take half a kerf each."""
+        """Length left uncut at the end, mm, including half a kerf for each round end of the kerf."""
         if not self.joints or self.rules.kind == CutMethod.LASER:
             return 0.0
         return min(self.rules.joint_width + self.rules.kerf, 0.25 * self.path.length)
 
     @property
     def overcut(self) -> float:
-        """Length that is cut past the start, mm."""
+        """Overlap beyond the start, mm."""
         if not self.has_leads or (self.joints and self.rules.kind != CutMethod.LASER):
             return 0.0
         return self.rules.hole_overcut if self.hole else self.rules.overcut
 
     @property
     def lead_out(self) -> Lead:
-        """The lead-out that it should have."""
+        """The wanted lead-out."""
         ends_on_contour = self.rules.torch_off_in_overcut and self.overcut > 0.0
         ends_at_joint = self.joints and self.rules.kind != CutMethod.LASER
         if ends_on_contour or ends_at_joint or self.is_small or (self.hole and not self.rules.hole_lead_out):
@@ -146,12 +145,12 @@ class CutContour:
 
     @property
     def directions(self) -> tuple[bool, ...]:
-        """The allowed directions, each whether it is clockwise."""
+        """The allowed directions: true for clockwise."""
         wanted = self.rules.direction_of(self.hole)
         return {"clockwise": (True,), "counter-clockwise": (False,), "free": (False, True)}[wanted]
 
     def name(self) -> str:
-        """Return its name in messages."""
+        """Return the name for messages."""
         x, y = self.source.path.start
         if self.common:
             return f"common line of part {self.source.part} from ({x:.4g}, {y:.4g})"
@@ -166,7 +165,7 @@ class CutContour:
         return self.hole != clockwise
 
     def travel_at(self, at: float, clockwise: bool) -> Point:
-        """Return the direction of travel at a place, unit vector; at a corner the bisector."""
+        """Return the unit vector of travel at a position; at a corner, the bisector."""
         (x0, y0), (x1, y1) = self.path.direction_at(at - AROUND), self.path.direction_at(at + AROUND)
         x, y = x0 + x1, y0 + y1
         length = math.hypot(x, y)
@@ -176,40 +175,40 @@ class CutContour:
         return sign * x / length, sign * y / length
 
     def end_of(self, at: float, clockwise: bool) -> float:
-        """Return the place along the path at which a cut that starts at `at` leaves it, mm."""
+        """Return the position along the path, mm, at which a cut that starts at `at` ends."""
         past = self.overcut - self.closing_joint
         return at - past if clockwise else at + past
 
     def is_smooth(self, at: float) -> bool:
-        """Return whether no corner is near a place, so that a controller that compensates may start there."""
+        """Return whether a position is away from corners, so that a compensating controller may start there."""
         return all(apart_along(at, corner, self.path.length) > 2.0 * self.rules.kerf for corner in self.corners)
 
     def in_loop(self, at: float) -> bool:
-        """Return whether a place is in a loop around a corner, or so near that the joint at the end is.
+        """Return whether a position is in a corner loop, or so close that its closing joint would be.
 
-        The uncut rest of a contour must be on its edge: in a loop, the arc of the corner would stay uncut, too.
+        A joint must lie on the edge of the part: in a loop, the arc of the corner would stay uncut too.
         """
         length, room = self.path.length, BESIDE_LOOP + self.closing_joint
         return any((at - begin + room) % length <= end - begin + 2.0 * room for begin, end in self.loops)
 
     def may_start(self, at: float) -> bool:
-        """Return whether a cut may start at a place of the path, without a look at its lead."""
+        """Return whether a cut may start at a position of the path, apart from the room for its lead."""
         return not self.in_loop(at) and (self.rules.compensation != "controller" or self.is_smooth(at))
 
     def lead_points(self, lead: Lead, at: float, clockwise: bool, *, out: bool = False) -> Points:
-        """Return the points of a lead at a place in the direction of travel, float64[k, 2]."""
+        """Return the points of a lead at a position, in the direction of travel, float64[k, 2]."""
         here, travel = np.array([self.path.point_at(at)]), np.array([self.travel_at(at, clockwise)])
         points: Points = placed(lead_shape(lead), here, travel, self.scrap_left(clockwise), out)[0]
         return points
 
     def lead_at(self, lead: Lead, at: float, clockwise: bool, *, out: bool = False) -> Polyline | None:
-        """Return the path of a lead at a place; None for no lead."""
+        """Return the path of a lead at a position; None if the lead has no length."""
         left = self.scrap_left(clockwise)
         return lead_path(lead, self.path.point_at(at), self.travel_at(at, clockwise), left, out)
 
 
 def apart_along(a: float, b: float, length: float) -> float:
-    """Return the distance of two places along a closed path, mm."""
+    """Return the distance between two positions along a closed path, mm."""
     return min((a - b) % length, (b - a) % length)
 
 
@@ -232,8 +231,8 @@ def names_of(contours: Sequence[CutContour]) -> str:
 def prepare_contours(sheet: Sheet, rules: CutRules) -> tuple[list[CutContour], list[Issue]]:
     """Return the contours that can be cut, in the order of the sheet, and the issues of the others.
 
-    A hole that the kerf or its pierce does not fit into is reported and not cut. Notches of an outline whose mouths are
-    narrower than the kerf are reported; the rest of the outline is cut.
+    Holes too small for the kerf or the pierce are reported and not cut. Notches of an outline with mouths narrower than
+    the kerf are reported; the rest of the outline is cut.
     """
     kept: list[CutContour] = []
     remarks: list[tuple[str, Issue]] = []
@@ -275,8 +274,7 @@ def _prepared(index: int, source: Contour, rules: CutRules) -> CutContour | None
 
 
 def with_notches(contours: list[CutContour], rules: CutRules) -> list[CutContour]:
-    """Return the contours with `notch_of` set: the kerf burns the edge of its outline, so it closes a mouth below two
-    kerfs."""
+    """Return the contours with `notch_of` set; the kerfs on both sides of a mouth close it below two kerfs."""
     reach = 0.5 * rules.kerf + ROUNDING
     tree: Any = shapely.STRtree(np.array([c.line for c in contours], dtype=object))
     areas = [shapely.Polygon(c.line.coords).area if c.path.closed else 0.0 for c in contours]
@@ -296,14 +294,14 @@ def with_notches(contours: list[CutContour], rules: CutRules) -> list[CutContour
 
 
 def _holds_pierce(path: Polyline, line: Any, rules: CutRules) -> bool:
-    """Return whether half a kerf inside the path of a hole is a place for a pierce."""
+    """Return whether a hole has room for a pierce half a kerf inside its path."""
     if path.area > 2.0 * rules.kerf * path.length:
         return True
     return not shapely.Polygon(line.coords).buffer(-rules.half, quad_segs=2).is_empty
 
 
 def corners_along(drawn: Polyline, path: Polyline, line: Any) -> tuple[float, ...]:
-    """Return the places of the drawn corners along the path, mm."""
+    """Return the positions of the drawn corners along the path, mm."""
     turns = corner_turns(drawn)
     places = drawn.vertices[np.abs(turns) > CORNER, :2]
     share = shapely.line_locate_point(line, shapely.points(places), normalized=True)
@@ -311,7 +309,7 @@ def corners_along(drawn: Polyline, path: Polyline, line: Any) -> tuple[float, ..
 
 
 def corner_turns(path: Polyline) -> Points:
-    """Return the turn of a closed path at the start of each segment, rad, positive to the left."""
+    """Return the turning angle of a closed path at the start of each segment, rad, positive to the left."""
     turns = np.zeros(path.n_segments)
     ends = [_tangents(path, i) for i in range(path.n_segments)]
     for i, (begin, _) in enumerate(ends):
@@ -333,7 +331,7 @@ def _tangents(path: Polyline, index: int) -> tuple[Point, Point]:
 
 
 def _remark(code: str, one: str, several: str, place: str, missing: MissingWork | None = None) -> tuple[str, Issue]:
-    """Return the issue of one contour, after the words for several contours, {n} of them."""
+    """Return the text for several contours (with {n} for their number), and the issue of a single contour."""
     return several, Issue(code, one, place, missing=missing)
 
 
@@ -377,7 +375,7 @@ def _place(index: int, source: Contour, x: float, y: float) -> str:
 
 
 def _pinched(contour: CutContour, chambers: list[Any]) -> list[tuple[str, Issue]]:
-    """Return the uncut area of the notches of an outline; `chambers` of all outlines are cut by themselves."""
+    """Return the remarks on uncut notches of an outline, except `chambers`, which are cut as holes."""
     source, rules = contour.source, contour.rules
     drawn = shapely.Polygon(source.path.flattened(FLATNESS))
     closed = shapely.Polygon(contour.line.coords).buffer(-rules.half)
@@ -400,7 +398,7 @@ def _pinched(contour: CutContour, chambers: list[Any]) -> list[tuple[str, Issue]
 
 
 def _remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[str, Issue]]:
-    """Return the warnings on a contour that is cut: places out of reach, a hole too small to be good."""
+    """Return the warnings about a contour: unreachable areas, and holes too small for a good cut."""
     source, rules, found = contour.source, contour.rules, []
     if contour.pinched:
         found += _pinched(contour, chambers)

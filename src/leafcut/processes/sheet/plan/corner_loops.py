@@ -1,6 +1,6 @@
-"""Loops at sharp outer corners: on past the corner, around in the scrap, and back on the new line at full speed.
+"""Loops at sharp outer corners: past the corner, around through the scrap, and back onto the next edge at full speed.
 
-The corner becomes as sharp as the two straight cuts that cross there. Without a loop the kerf would go around it.
+The corner is formed by two straight cuts that cross. Without a loop, the torch would turn around it.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from leafcut.processes.sheet.plan.scrap import Scrap
 SAME_RADIUS = 0.02
 
 
-#: A loop at a segment of a path: whether that is an arc, which the loop replaces, and its vertices (x, y, bulge).
+#: A loop at a segment of a path: whether it replaces that segment (an arc), and its vertices (x, y, bulge).
 _Loop = tuple[bool, Points]
 
 
 def with_loops(contours: list[CutContour], scrap: Scrap) -> list[CutContour]:
-    """Return the contours with loops at those sharp corners of outlines that have room for one."""
+    """Return the contours with loops at sharp corners of outlines, where a loop fits."""
     rules = scrap.rules
     outlines = [(k, c) for k, c in enumerate(contours) if c.has_leads and not c.hole]
     loops = [(k, at, loop) for k, c in outlines for at, loop in _loops_of(c)]
@@ -52,7 +52,7 @@ def with_loops(contours: list[CutContour], scrap: Scrap) -> list[CutContour]:
 
 
 def _loops_of(contour: CutContour) -> Iterator[tuple[int, _Loop]]:
-    """Yield the possible loops of a counter-clockwise path: at its corners, or at its arcs around drawn corners."""
+    """Yield the possible loops of a counter-clockwise path, at corners or at arcs around drawn corners."""
     path, half, length = contour.path, contour.rules.half, contour.rules.loop_length
     for at, turn in enumerate(corner_turns(path).tolist()):
         if half == 0.0 and math.pi - LOOP_ANGLE < turn < math.pi - 0.01:
@@ -71,7 +71,7 @@ def _loops_of(contour: CutContour) -> Iterator[tuple[int, _Loop]]:
 
 
 def _rows(ends: tuple[Point, Point], before: Point, after: Point, half: float, length: float) -> Points:
-    """Return the vertices of a loop: straight on by `length` past where the two lines cross, around, and back."""
+    """Return the vertices of a loop: straight on by `length` past the intersection of both lines, around, and back."""
     start, end = ends
     turn = math.atan2(before[0] * after[1] - before[1] * after[0], before[0] * after[0] + before[1] * after[1])
     on = half * math.tan(0.5 * turn) + length

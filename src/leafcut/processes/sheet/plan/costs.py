@@ -1,4 +1,4 @@
-"""Time norm, cost and consumption by part, sheet and batch."""
+"""Cycle time, cost and consumption by part, sheet and batch."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from leafcut.model.cutting import Consumption, Cut, CutData, CutMeasures, CutPla
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.options import CutOptions
 
-#: Seconds of an hour, and joules of a kWh.
+#: Seconds per hour, and joules per kWh.
 _HOUR, _JOULES = 3600.0, 3.6e6
 #: Times and lengths of `CutTimes`, s and mm.
 _SUMS = ("cut_s", "pierce_s", "rapid_s", "cut_mm", "rapid_mm", "perimeter_mm", "common_mm")
@@ -32,11 +32,11 @@ def cut_norm(
     Parameters
     ----------
     seconds
-        Seconds of each cut: cutting, piercing, and rapids to the cut and up.
+        Times of each cut, s: cutting, piercing, and rapids including the retract.
     whole
-        Seconds of the program; the moves before the first and after the last cut count as rapids of the sheet.
+        Time of the program, s; moves before the first and after the last cut count as rapids of the sheet.
     corners
-        Corners of the travel move to a cut, by the number of the cut.
+        Corners of the travel move before each cut, by its position.
     shop_rate
         Cost of machine and operator per hour.
     """
@@ -89,7 +89,7 @@ def _times(
 
 
 def _perimeter(sheet: Sheet, cut: Cut, part: int | None = None) -> float:
-    """Return the drawn length of the contours of a cut, of a `part` or all; outlines include their chambers."""
+    """Return the drawn length of the contours of a cut, optionally of one `part`; outlines include their chambers."""
     contours = () if cut.common else (sheet.contours[i] for i in cut.contours)
     return sum(c.path.length for c in contours if not c.chamber and part in (None, c.part))
 
@@ -124,17 +124,17 @@ def part_areas(sheet: Sheet) -> dict[int, float]:
 
 
 def cost_of(times: CutTimes, options: CutOptions, shop_rate: float) -> float:
-    """Return the cost of a time: gas, power and consumables while the torch is on, the machine for all of it."""
+    """Return the cost of a cut: gas, power and consumables while the torch is on, the machine for the whole time."""
     burning = options.cutting_rate * (times.cut_s + times.pierce_s)
     return (burning + shop_rate * times.total_s) / _HOUR + options.pierce_cost * times.pierces
 
 
 def consumption_of(times: CutTimes, data: CutData, sheet: CutTimes) -> Consumption:
-    """Return the consumption of a time; figures that the chart lacks stay unknown.
+    """Return the consumption of a cut; figures that the chart lacks stay unknown.
 
-    Gas, power and abrasive flow while the torch is on: cutting and piercing. If the chart has no power, that of the arc
-    counts, current times voltage. A nozzle or an electrode wears by seconds of cutting or by pierces, whichever
-    limits its life on the whole `sheet`, so that the parts add up.
+    Gas, power and abrasive are used while the torch is on: cutting and piercing. Without power in the chart, arc power
+    is used: current times voltage. Nozzles and electrodes wear by cutting time or by pierces, whichever limits their
+    life on the whole `sheet`, so that the shares of all parts add up.
     """
     rates, burning = data.rates, times.cut_s + times.pierce_s
 

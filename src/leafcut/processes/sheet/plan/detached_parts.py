@@ -1,10 +1,10 @@
 """Travel moves with the head down, routed around detached parts, which may tip up and be hit.
 
-A part is detached once its outline is cut without micro-joints. A move that would cross such a part, or come nearer to
-it than the radius of the head, is routed around its corners. Within that radius of its two ends the move may come
-nearer, since both ends are fixed. If there is no such route, at least the middle of the head keeps clear; otherwise the
-move crosses the part. Both cases are counted. `cut_outlines_later` cuts the outline of a part after the moves that
-cross it, if that costs less than the detours.
+A part is detached once its outline is cut without micro-joints. A move that would cross such a part, or pass within the
+radius of the head, is routed around its corners. Within that radius of its two fixed ends, the move may be closer. If
+no such route exists, at least the centre of the head stays clear; otherwise the move crosses the part. Both cases are
+counted. `cut_outlines_later` postpones the outline of a part until after the moves that cross it, if that costs less
+than the detours.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from leafcut.model.cutting import Cut
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.sheet import Sheet
 
-#: Cost of a move that crosses a part, for comparing orders, in seconds or mm.
+#: Penalty of a move that crosses a detached part, for comparing orders, in seconds or mm.
 HIT = 60.0
-#: The same for a move whose head, but not its middle, comes over a detached part.
+#: The same if the head passes over a detached part, but its centre does not.
 CLOSE = 15.0
-#: Maximum number of trials that cut an outline later.
+#: Maximum number of attempts to postpone an outline.
 MOST_MOVES = 400
 
 #: A route: its corners, and its penalty: 0, `CLOSE` to a detached part, or a `HIT`.
@@ -40,15 +40,15 @@ class HeadRoutes:
     Attributes
     ----------
     corners
-        Corners of the route to a cut, by its number; of the route to the end, by the number of cuts.
+        Corners of the route to each cut, by its position; the key of the route to the end is the number of cuts.
     crossing
-        Numbers of the cuts whose travel move crosses a detached part nevertheless.
+        Positions of the cuts whose travel move still crosses a detached part.
     close
-        The same for moves that cross no part, but come nearer to one than the radius of the head.
+        The same for moves that cross no part, but pass within the radius of the head.
     moves
         Number of travel moves.
     radius
-        Of the head, mm.
+        Radius of the head, mm.
     """
 
     corners: dict[int, list[Point]] = field(default_factory=dict)
@@ -82,7 +82,7 @@ class HeadRoutes:
 
 
 class DetachableParts:
-    """The parts of a sheet as obstacles of a head of this radius, mm; its middle never crosses a clamp."""
+    """The parts of a sheet as obstacles for a head with a radius in mm; its centre never crosses a clamp."""
 
     def __init__(self, sheet: Sheet, radius: float = 0.0) -> None:
         self.sheet, self.radius = sheet, radius
@@ -94,13 +94,13 @@ class DetachableParts:
         self.map = ObstacleMap(outlines, {-1 - z: shapely.box(*zone) for z, zone in enumerate(sheet.zones)})
 
     def detached_by(self, cut: Cut) -> list[int]:
-        """Return the outlines that a cut detaches: closed, without micro-joints, and not cut by a common line."""
+        """Return the outlines detached by a cut: closed, without micro-joints, and not cut by a common line."""
         if cut.kind != "cut" or cut.joints or cut.common:
             return []
         return [k for k in cut.contours if k in self.map.shapes]
 
     def route(self, a: Point, b: Point, detached: set[int]) -> HeadRoute:
-        """Return the best route: clear of detached parts for the head, else for its middle, else crossing them."""
+        """Return the best route: clear of detached parts for the whole head, else for its centre, else across them."""
         if not self.map.met(a, b, self.radius) & detached:
             return (), 0.0
         if self.radius > 0.0:
@@ -115,7 +115,7 @@ class DetachableParts:
         return tuple(narrow), CLOSE if self.radius > 0.0 else 0.0
 
     def routes(self, cuts: Sequence[Cut], start: Point | None, end: Point | None) -> HeadRoutes:
-        """Return the routes from cut to cut; `start` and `end` are the first and last place of the head, or None."""
+        """Return the routes between cuts; `start` and `end` are the first and last position of the head, or None."""
         starts = [start, *(cut.path.end for cut in cuts)]
         moves = [*zip(starts, (cut.path.start for cut in cuts), strict=False)]
         if end is not None and cuts:
@@ -145,16 +145,16 @@ def cut_outlines_later(
     cost: Callable[[Point, Point], float],
     late: Callable[[], bool] = lambda: False,
 ) -> list[int]:
-    """Return an order of the cuts with outlines cut after the moves that cross their parts, if that costs less.
+    """Return an order in which outlines are cut after the moves that cross their parts, if that costs less.
 
     Parameters
     ----------
     pairs
-        Positions in `cuts`: the first must be cut before the second.
+        Precedence pairs (before, after), as indices into `cuts`.
     cost
         Cost of a straight move, in seconds or mm.
     late
-        Called between trials; True ends them.
+        Called between attempts; true ends them.
     """
     detaches = [frozenset(parts.detached_by(cut)) for cut in cuts]
     before: dict[int, set[int]] = {}
@@ -174,7 +174,7 @@ def cut_outlines_later(
         return known[key]
 
     def stretch(order: Sequence[int], first: int, last: int, detached: set[int]) -> float:
-        """Return the cost of the moves to some cuts of an order, with the parts detached before them."""
+        """Return the travel cost from `first` to `last` in an order, given the parts detached before."""
         total = 0.0
         for place in range(first, min(last + 1, len(order))):
             total += move(order[place - 1], order[place], detached) if place else 0.0

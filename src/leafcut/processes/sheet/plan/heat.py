@@ -1,4 +1,4 @@
-"""Keep starts of consecutive cuts apart: a cut that starts beside the last one starts in hot metal."""
+"""Keeps the starts of consecutive cuts apart, since metal next to a fresh cut is hot."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from leafcut.processes.sheet.plan.starts import CutStart
 
 #: A cut moves by at most `REACH` places in the order; heat of the last `LOOK_BACK` cuts counts.
 REACH, LOOK_BACK = 40, 12
-#: Passes over all starts that are too near.
+#: Maximum number of passes over all starts that are too close.
 PASSES = 4
-#: Cost of a start that is too near, in the unit of travel: more than any travel.
+#: Penalty of a start that is too close, in the unit of travel: more than any travel.
 PENALTY = 1e6
 
 
 def too_near(order: Sequence[CutStart], apart: float) -> list[tuple[int, int]]:
-    """Return pairs of consecutive positions whose starts are nearer than `apart`, mm; the later position is second."""
+    """Return pairs of consecutive positions, in order, whose starts are closer than `apart` mm."""
     return [(j - 1, j) for j in range(len(order)) if _is_hot(order, j, apart)]
 
 
 def heat_issue(order: Sequence[CutStart], apart: float) -> Issue:
-    """Return the note or warning on the starts that stay nearer than `apart`, mm, to the start before."""
+    """Return the note or warning about starts that remain within `apart` mm of the previous start."""
     left = too_near(order, apart)
     if not left:
         words = f"no cut starts within {apart:g} mm of a hot one; the nearest-neighbour order ignores heat"
@@ -35,7 +35,7 @@ def heat_issue(order: Sequence[CutStart], apart: float) -> Issue:
 
 
 def _is_hot(order: Sequence[CutStart], j: int, apart: float) -> bool:
-    """Return whether the cut at `j` starts too near to the start of the cut before it."""
+    """Return whether the cut at `j` starts too close to the start of the previous cut."""
     return j > 0 and math.dist(order[j - 1].entry, order[j].entry) < apart
 
 
@@ -46,9 +46,9 @@ def spread_starts(
     bands: Sequence[Sequence[int]] = (),
     late: Callable[[], bool] = lambda: False,
 ) -> CutSequence:
-    """Return the cuts with fewer starts nearer than `apart`, mm, by small changes of the order and of the starts.
+    """Return the cuts with fewer starts closer than `apart` mm, by small changes of the order and of the starts.
 
-    Precedence, choices of a plan file and bands (`cutting.bands`) are kept. Once it is `late`, nothing more changes.
+    Precedence, choices of a plan file and bands (`cutting.bands`) are kept. The search stops when `late` returns true.
     """
     cutting, order = cuts.cutting, list(cuts.starts)
     band = {k: number for number, members in enumerate(bands) for k in members}
@@ -57,7 +57,7 @@ def spread_starts(
         before.setdefault(b, set()).add(a)
 
     def may_swap(first: CutStart, second: CutStart) -> bool:
-        """Return whether a cut and its successor may be exchanged."""
+        """Return whether a cut and its successor may be swapped."""
         a, b = first.contour, second.contour
         return a not in before.get(b, ()) and band.get(a) == band.get(b)
 
@@ -89,7 +89,7 @@ def _range(order: list[CutStart], j: int, may_swap: Callable[[CutStart, CutStart
 def _best_change(
     cutting: Cutting, order: list[CutStart], j: int, places: tuple[int, int], apart: float, head: HeadTravel
 ) -> list[CutStart] | None:
-    """Return the order with the cut at `j` moved to another position or start, if that costs less."""
+    """Return the order with the cut at `j` moved to another position or start, or None if that does not cost less."""
     own, (low, high) = order[j], places
     starts = cutting.starts_of([own.contour]) if own.pierce else []
     starts = [own] if "start" in cutting.fixed.get(own.contour, ()) else [own, *starts]

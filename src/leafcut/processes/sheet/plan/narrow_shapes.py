@@ -1,7 +1,7 @@
-"""Holes and notches that are narrow for the kerf: slots cut along the middle, divided holes, closed notches.
+"""Shapes that are narrow relative to the kerf: slots cut along their centreline, divided holes, closed notches.
 
-A slot one to two kerfs wide has no room for a pierce beside its edge: it is cut once along the middle. A hole that the
-kerf divides is cut in pieces. A notch whose mouth the kerf closes is cut as a hole, its chamber.
+A slot one to two kerfs wide has no room for a pierce off its edge, so it is cut once along its centreline. A hole that
+the kerf divides is cut in pieces. If the kerf closes the mouth of a notch, its chamber is cut as a hole.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ from leafcut.processes.sheet.plan.leads import FLATNESS
 
 #: Minimum ratio of length to width of a slot.
 LONGER = 2.0
-#: Tolerance of the area of a slot, as a share: that of a rectangle, or of one with round ends.
+#: Relative tolerance of the area of a slot, compared with a rectangle with square or round ends.
 ALIKE = 0.01
-#: Corners of a piece are as sharp as drawn up to this ratio of their length to half a kerf.
+#: Mitre limit: corners of a piece stay sharp up to this ratio of their length to half a kerf.
 MITRE = 2.0
 #: Tolerance of arcs fitted to the chords of a piece, mm.
 FITTED = 0.002
 
 
 def with_narrow_shapes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, Sheet, list[Issue]]:
-    """Return the sheet with slots as cuts along the middle, the same with divided holes and chambers, and issues.
+    """Return the sheet with slots as centreline cuts, the same with divided holes and chambers, and issues.
 
     Without compensation, the sheet is unchanged.
     """
@@ -49,10 +49,10 @@ def with_narrow_shapes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, Sheet, lis
 
 
 def with_middle_cuts(sheet: Sheet, kerf: float) -> tuple[Sheet, list[Issue]]:
-    """Return a sheet with its narrow slots as open cuts along the middle, and a warning on their widths (L627).
+    """Return a sheet with its narrow slots as open centreline cuts, and a warning about their widths (L627).
 
-    A cut ends half a kerf before its slot does, so that the length is as drawn. Only empty slots are taken: rectangles,
-    and rectangles with round ends.
+    Cuts end half a kerf before the end of the slot, which gives the drawn length. Only empty slots are converted:
+    rectangles with square or round ends.
     """
     holding = {c.parent for c in sheet.contours}
     contours, widths = list(sheet.contours), []
@@ -72,9 +72,9 @@ def with_middle_cuts(sheet: Sheet, kerf: float) -> tuple[Sheet, list[Issue]]:
 
 
 def _middle(slot: Polyline, kerf: float) -> tuple[Polyline, float] | None:
-    """Return the middle of a slot, less half a kerf at either end, and its width; None for other shapes."""
+    """Return the centreline of a slot, less half a kerf at either end, and its width; None for other shapes."""
     x0, y0, x1, y1 = slot.extents
-    # Most holes are wider in each direction: their area shows it.
+    # Most holes are wider in both directions, as their area shows.
     if abs(slot.area) > 2.0 * kerf * math.hypot(x1 - x0, y1 - y0):
         return None
     shape = shapely.Polygon(slot.flattened(FLATNESS))
@@ -99,11 +99,10 @@ def _middle(slot: Polyline, kerf: float) -> tuple[Polyline, float] | None:
 
 
 def with_divided_holes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, list[Issue]]:
-    """Return a sheet with each hole that the kerf divides as its pieces, and the uncut rest of these holes (L612).
+    """Return a sheet with holes divided by the kerf replaced by their pieces, and issues (L612) about the uncut rest.
 
-    The first piece takes the place of the hole, the others come last: no contour gets another number. Contours in a
-    hole belong to the piece around them. A hole with contours outside of its pieces stays unchanged: it is reported and
-    not cut.
+    The first piece keeps the index of the hole, and the others are appended, so no index changes. Contours in a hole
+    belong to the piece around them. A hole with contours outside its pieces stays unchanged; it is reported, not cut.
     """
     contours, added, issues = list(sheet.contours), list[Contour](), []
     for index, one in enumerate(sheet.contours):
@@ -126,10 +125,10 @@ def with_divided_holes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, list[Issue
 
 
 def with_chambers(sheet: Sheet, rules: CutRules) -> Sheet:
-    """Return a sheet with the chambers of notches as holes: a kerf does not come in through their mouths.
+    """Return a sheet with the chambers of closed notches as holes, because a kerf does not fit through their mouths.
 
-    They come last. Contours in a chamber belong to it. An outline stays unchanged if anything else lies in its notches.
-    Cuts that start at the edge of the sheet do not reach a chamber.
+    Chambers are appended. Contours in a chamber belong to it. Outlines stay unchanged if other contours lie in their
+    notches. Cuts that start at the edge of the sheet do not reach a chamber.
     """
     if rules.edge_start:
         return sheet
@@ -156,9 +155,9 @@ def with_chambers(sheet: Sheet, rules: CutRules) -> Sheet:
 
 
 def _closed_notches(outline: Any, rules: CutRules) -> tuple[Any, list[Any]]:
-    """Return the area of the notches of an outline that the kerf closes, and the rings of its middle there.
+    """Return the area of the notches of an outline closed by the kerf, and the rings of the kerf's centreline in them.
 
-    A ring has room for a pierce, and its kerf runs into no other kerf: the arc would go out.
+    Each ring has room for a pierce, and its kerf runs into no other kerf, where the arc would go out.
     """
     grown = outline.buffer(rules.half, quad_segs=16)
     paths = [grown.exterior, *grown.interiors]
@@ -176,14 +175,14 @@ def _closed_notches(outline: Any, rules: CutRules) -> tuple[Any, list[Any]]:
 
 
 def _piece_around(held: Contour, pieces: list[Polyline]) -> int | None:
-    """Return the position of the piece of a hole around a contour; None if there is none."""
+    """Return the index of the piece around a contour, or None."""
     points = shapely.MultiPoint(held.path.flattened(FLATNESS))
     around = (k for k, path in enumerate(pieces) if shapely.Polygon(path.flattened(FLATNESS)).covers(points))
     return next(around, None)
 
 
 def _pieces(hole: Any, rings: Iterable[Any], rules: CutRules) -> list[Polyline]:
-    """Return the pieces of a hole or a notch around the rings that the middle of the kerf reaches, if a pierce fits."""
+    """Return the pieces of a hole or a notch around the given kerf centrelines, where a pierce fits."""
     found = []
     for ring in sorted(rings, key=lambda ring: ring.bounds):
         piece = ring.buffer(rules.half + ROUNDING, join_style="mitre", mitre_limit=MITRE).intersection(hole)
@@ -198,7 +197,7 @@ def _pieces(hole: Any, rings: Iterable[Any], rules: CutRules) -> list[Polyline]:
 
 
 def _uncut(one: Contour, hole: Any, pieces: list[Polyline], rules: CutRules) -> Issue:
-    """Return the issue on the uncut rest of a hole: its necks, and pieces without room for a pierce, but no corners."""
+    """Return the issue about the uncut rest of a hole: necks, and pieces without room for a pierce, but not corners."""
     rings = [shapely.Polygon(p.flattened(FLATNESS)).buffer(-rules.half) for p in pieces]
     burnt = [ring.buffer(rules.half + ROUNDING) for ring in rings]
     unused = hole.buffer(-rules.half).difference(shapely.union_all(burnt))

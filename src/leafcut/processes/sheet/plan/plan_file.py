@@ -1,4 +1,4 @@
-"""A plan file: choices that it fixes are the only ones, all others stay open."""
+"""Applies a plan file: fixed choices replace all alternatives, other choices stay open."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ from leafcut.processes.sheet.plan.starts import (
     starts_without_lead,
 )
 
-#: Tolerance of the length of an unchanged contour, mm; of its area this times its length.
+#: Tolerance of the length of an unchanged contour, mm; the tolerance of its area is this times its length.
 SAME = 0.01
-#: Maximum distance of a fixed start from the path of its contour, besides the kerf, mm: people type few digits.
+#: Maximum distance of a fixed start from the path of its contour, in addition to the kerf, mm: users round coordinates.
 NEAR = 2.0
 
 
 def check_fit(sheet: Sheet, plan: PlanFile) -> None:
-    """Refuse a plan that was made for another drawing.
+    """Refuse a plan for another drawing.
 
     Raises
     ------
     PlanError
-        The first difference.
+        The drawings differ; the message has the first difference.
     """
 
     def refuse(reason: str) -> PlanError:
@@ -61,12 +61,12 @@ def check_fit(sheet: Sheet, plan: PlanFile) -> None:
 
 
 def follow_plan(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -> Cutting:
-    """Return the cutting with the choices that the plan fixes as the only ones; `everything`: all of its choices.
+    """Return the cutting restricted to the fixed choices of the plan, or with `everything`, to all of its choices.
 
     Raises
     ------
     PlanError
-        The plan is for another drawing, or a fixed choice cannot be cut: names the cut.
+        The plan is for another drawing, or a fixed choice cannot be cut; the message names the cut.
     """
     check_fit(cutting.sheet, plan)
     position = {c.index: k for k, c in enumerate(cutting.contours)}
@@ -92,9 +92,9 @@ def follow_plan(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -
 
 
 def _ahead(rows: list[int], fixed: dict[int, tuple[str, ...]]) -> list[tuple[int, int]]:
-    """Return pairs (before, after) of contours: a contour fixed as ahead comes before all rows below it.
+    """Return precedence pairs (before, after): a contour fixed as ahead comes before all later rows of the plan.
 
-    Pairs down to the next such row suffice, since that row is before the rest: their number grows with the rows.
+    Pairs up to the next such row suffice, since that row precedes the rest. So their number grows only linearly.
     """
     pairs: list[tuple[int, int]] = []
     first = None
@@ -142,7 +142,7 @@ def _position(
 
 
 def plan_order(cutting: Cutting, plan: PlanFile) -> list[CutStart]:
-    """Return the first start of each contour in the order of the plan; others come where precedence requires them."""
+    """Return the first start of each contour, in the order of the plan as far as precedence allows."""
     rank = {c.contours[0]: number for number, c in enumerate(plan.cuts)}
     last = len(plan.cuts)
     by_rank = sorted(cutting.heads, key=lambda k: (rank.get(cutting.contours[k].index, last), k))
@@ -171,7 +171,7 @@ def _fixed_starts(cutting: Cutting, k: int, choice: CutChoice, plan: PlanFile) -
     Raises
     ------
     PlanError
-        None: the fixed choice does not fit.
+        No start fits the fixed choice.
     """
     contour, scrap = cutting.contours[k], cutting.scrap
     lead = choice.lead_in if "lead" in choice.fixed else None
@@ -212,18 +212,18 @@ def _fixed_starts(cutting: Cutting, k: int, choice: CutChoice, plan: PlanFile) -
 
 
 def _is_like(start: CutStart, lead: Lead) -> bool:
-    """Return whether the lead-in of a start is a fixed one."""
+    """Return whether the lead-in of a start matches a fixed lead."""
     own = start.lead_in
     return own.style == lead.style and max(abs(own.length - lead.length), abs(own.angle - lead.angle)) < SAME
 
 
 def _smooth_places(contour: CutContour, places: list[float], plan: PlanFile) -> list[float]:
-    """Return those places at which a controller that compensates the kerf can start.
+    """Return the positions at which a controller with kerf compensation can start.
 
     Raises
     ------
     PlanError
-        There is none, or the compensation cannot be taken up on the lead.
+        No position is suitable, or compensation cannot start on the lead.
     """
     rules = contour.rules
     if rules.lead_in.style != "arc" or rules.lead_in.run_in <= 0.0:
@@ -248,7 +248,7 @@ def _away(start: CutStart, choice: CutChoice) -> float:
 def _starts_at(
     k: int, contour: CutContour, scrap: Scrap, places: list[tuple[float, bool]], lead: Lead | None
 ) -> list[CutStart]:
-    """Return the starts of a closed contour at these places, with the fixed lead-in or those that fit."""
+    """Return the starts of a closed contour at `places`, with the fixed lead-in, or else with lead-ins that fit."""
     if not contour.has_leads or contour.rules.lead_in.style == "none":
         return starts_without_lead(k, contour, places)
     leads: Sequence[Lead | None] = [lead] if lead is not None else leads_to_try(contour)
@@ -259,7 +259,7 @@ def _starts_at(
 
 
 def _with_lead_out(contour: CutContour, scrap: Scrap, starts: list[CutStart], choice: CutChoice) -> list[CutStart]:
-    """Return the starts whose fixed lead-out has room, with it."""
+    """Return the starts where the fixed lead-out fits, with that lead-out."""
     if choice.lead_out is None:
         return starts
     kept = []

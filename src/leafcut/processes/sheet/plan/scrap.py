@@ -1,4 +1,4 @@
-"""The scrap between the parts: whether a lead, a bridge or a pierce has room in it."""
+"""The scrap between the parts: checks whether a lead, a bridge or a pierce fits."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from leafcut.processes.sheet.plan.contours import ROUNDING, CutContour
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.leads import FLATNESS
 
-#: Parts are shrunk by this, mm: more than the tolerance of a path beside a part (offset and chords), less than the
-#: tolerance of the proof.
+#: Parts are shrunk by this, mm: more than the tolerance of an offset path in chords, less than the tolerance of the
+#: proof.
 SMALLER = 0.02
 
 
 class Scrap:
     """The metal between the parts.
 
-    The parts are shrunk by `SMALLER` mm, so that a kerf that touches its own part does not meet it.
+    The parts are shrunk by `SMALLER` mm, so that a kerf along the edge of its own part causes no conflict.
     """
 
     def __init__(self, sheet: Sheet, contours: list[CutContour], rules: CutRules) -> None:
@@ -48,9 +48,9 @@ class Scrap:
         self._bridge_tree: Any = None
 
     def with_bridges(self, lines: Any, owners: NDArray[np.int64]) -> Scrap:
-        """Return the same scrap with bridges in it (shapely lines): others keep away from them.
+        """Return the scrap with bridges (shapely lines) as obstacles for other cuts.
 
-        `owners` are the contours (indices in `Sheet.contours`) that each bridge joins, int64[n, 2].
+        `owners` are the contours (indices in `Sheet.contours`) that each bridge connects, int64[n, 2].
         """
         other = copy(self)
         other.bridge_owners = np.asarray(owners, dtype=np.int64).reshape(-1, 2)
@@ -59,14 +59,14 @@ class Scrap:
 
     @property
     def _half(self) -> float:
-        """Half a kerf, mm: the reach of a lead to each side, with any compensation."""
+        """Half a kerf, mm: the reach of a lead to each side, whatever the compensation."""
         return 0.5 * self.rules.kerf
 
     def free(self, lines: Any, *owners: CutContour, leaves_sheet: bool = False) -> Mask:
-        """Return which lines (shapely, n of them) the torch may follow for a contour, or for two, bool[n].
+        """Return which of n shapely lines the torch may follow for one or two contours, bool[n].
 
-        The kerf of a line touches no part, no clamp, no kerf of other contours and no bridge between those, and stays
-        on the sheet.
+        The kerf of such a line stays on the sheet and touches no part, no clamp, and no kerf or bridge of other
+        contours.
         """
         own = [c.index for c in owners]
         lines = np.asarray(lines, dtype=object)
@@ -85,30 +85,30 @@ class Scrap:
         return ok
 
     def parts_near(self, lines: Any) -> NDArray[np.int64]:
-        """Return pairs of a line and a part that the kerf along it touches, int64[2, k]."""
+        """Return pairs (line, part) where the kerf along the line touches the part, int64[2, k]."""
         return self._metal.near(lines, self._half)
 
     def zones_near(self, lines: Any) -> NDArray[np.int64]:
-        """Return pairs of a line and a keep-out zone that the kerf along it touches, int64[2, k]."""
+        """Return pairs (line, keep-out zone) where the kerf along the line touches the zone, int64[2, k]."""
         return np.asarray(self._zone_tree.query(lines, predicate="dwithin", distance=self._half))
 
     def clear(self, places: Points, radius: float) -> Mask:
-        """Return which places (float64[n, 2]) have no part within `radius`, bool[n]."""
+        """Return which points (float64[n, 2]) have no part within `radius`, bool[n]."""
         ok = np.ones(len(places), dtype=bool)
         if radius > 0.0:
             ok[self._metal.near(shapely.points(places), radius - ROUNDING)[0]] = False
         return ok
 
     def leaves_once(self, leads: NDArray[np.float64], owner: CutContour) -> Mask:
-        """Return which lead-ins (float64[n, k, 2], the last point on the contour) keep away from their contour's kerf.
+        """Return which lead-ins (float64[n, k, 2], the last point on the contour) stay clear of their contour's kerf.
 
-        Outwards from the contour, the distance may only grow until the two kerfs are apart; then they stay apart.
+        Outwards from the contour, the distance must grow until the two kerfs are apart, and they must stay apart.
         """
         fine = _dense(leads, 0.25 * self.rules.kerf)
         away = shapely.distance(shapely.points(fine), owner.line)
         apart = away >= self.rules.kerf - ROUNDING
         left = np.maximum.accumulate(apart, axis=1)
-        # The pierce itself is at least half a kerf away: otherwise its hole would reach the part.
+        # The pierce must be at least half a kerf away, otherwise its hole would reach the part.
         ok: Mask = (apart | ~left).all(axis=1) & (away[:, -1] >= self._half - ROUNDING)
         return ok
 
@@ -125,7 +125,7 @@ def _dense(leads: NDArray[np.float64], step: float) -> NDArray[np.float64]:
 
 
 def _materials(sheet: Sheet) -> tuple[list[Any], list[int]]:
-    """Return each part as a shapely polygon with its holes, a little shrunk, and its number."""
+    """Return each part as a slightly shrunk shapely polygon with its holes, and its number."""
     rings = {
         i: shapely.LinearRing(c.path.flattened(FLATNESS))
         for i, c in enumerate(sheet.contours)

@@ -1,6 +1,6 @@
-"""From the strokes of a drawing to a sheet: outlines joined, cleaned and checked, parts with their holes and marks.
+"""Builds a sheet from the strokes of a drawing: joins, cleans and checks outlines, assigns holes and marks to parts.
 
-Unsafe outlines are refused with their places: open outlines, outlines that cross themselves or each other, parts beyond
+Unsafe outlines are refused with their positions: open outlines, self-intersections, overlapping parts, and parts beyond
 the edge of the sheet. Repairs are reported.
 """
 
@@ -34,20 +34,20 @@ from leafcut.processes.sheet.options import CutOptions
 TINY = 0.5
 #: Tolerance of the centres of the circles of a bore: rounded coordinates and chords, mm.
 SAME_CENTRE = 0.05
-#: Three circles or more with one centre are a stepped bore up to this diameter, the head of an M20 screw, mm; wider
-#: ones are rings that are nested in each other.
+#: Three or more concentric circles are a stepped bore up to this diameter, mm (the head of an M20 screw). Wider circles
+#: are rings nested in each other.
 WIDEST_STEPPED = 40.0
-#: Maximum number of layers in a message that nothing is cut.
+#: Maximum number of layers listed if the drawing has no cuts.
 MOST_LAYERS = 5
-#: Tolerance of a round hole, as a share: of 4π area from the square of its length, and of its width from its height.
-#: Circles are round, also if drawn with 24 chords or more.
+#: Relative tolerance of round holes: between 4π·area and the squared perimeter, and between width and height. Polygons
+#: with 24 or more sides count as circles.
 ROUND = 0.01
-#: Tolerance of limits, mm, for the rounding of inches: a limit of 6.35 includes the hole of 1/4 in.
+#: Tolerance of diameter limits, mm, for rounded inches: a limit of 6.35 includes a 1/4 in hole.
 _SLACK = 1e-6
 
 
 def prepare_sheet(part: Part, options: SheetOptions | None = None, concentric: str = "smallest") -> Sheet:
-    """Return the contours of a drawing joined, cleaned, checked and nested.
+    """Return the sheet of a drawing: contours joined, cleaned, checked and nested.
 
     O(n log n); thousands of contours take about a second.
 
@@ -59,7 +59,7 @@ def prepare_sheet(part: Part, options: SheetOptions | None = None, concentric: s
     Raises
     ------
     PlanError
-        Nothing is left to cut or mark; an outline is open (unless `options.open_paths` allows it) or crosses itself;
+        The sheet has no cuts or marks; an outline is open (unless `options.open_paths` allows it) or crosses itself;
         parts overlap, fall apart where their outlines touch, or lie beyond the edge of the sheet.
     """
     options = options or SheetOptions()
@@ -114,7 +114,7 @@ def _strokes(contours: Sequence[Contour], kinds: list[str], issues: list[Issue])
 
 
 def _joined(strokes: list[Contour], kind: str, options: SheetOptions, issues: list[Issue]) -> list[Contour]:
-    """Return strokes of one kind joined; each has the layer, handle and order of its first stroke."""
+    """Return the joined strokes of one kind; each has the layer, handle and order of its first stroke."""
     marked = kind == "mark"
     if not strokes:
         return []
@@ -145,7 +145,7 @@ def _joined(strokes: list[Contour], kind: str, options: SheetOptions, issues: li
 
 
 def _edge(sheets: list[Contour]) -> tuple[Polyline | None, tuple[Polyline, ...], float]:
-    """Return the edge of the sheet, its holes, and its price; None if no layer shows it."""
+    """Return the edge of the sheet (None if no layer has it), its holes, and its price."""
     if not sheets:
         return None, (), 0.0
     closed = [m for m in sheets if m.path.closed]
@@ -176,14 +176,14 @@ def _price(name: str) -> float:
 def _named_sheet(maybe: list[Contour], cuts: list[Contour], marks: list[Contour]) -> Contour | None:
     """Return the edge of the sheet from a layer with the name of a sheet; None if its outlines are parts.
 
-    The edge lies around all other contours; a part that crosses it lies half off the sheet. An outline without others
-    inside is a part. If some lie inside and others beyond, it can be either, and the wrong guess would cut each part on
-    the wrong side of its line.
+    The edge encloses all other contours; a part that crosses it lies half off the sheet. An outline without contours
+    inside is a part. With some contours inside and others outside, it is ambiguous, and a wrong guess would cut each
+    part on the wrong side of its line.
 
     Raises
     ------
     PlanError
-        It can be either: lists the contours beyond.
+        The outline is ambiguous; the message lists the contours outside.
     """
     closed = [m for m in maybe if m.path.closed]
     others = [*cuts, *marks]
@@ -238,7 +238,7 @@ def _opened(opened: list[Contour], options: SheetOptions, issues: list[Issue]) -
 
 def _check_simple(closed: list[Contour], shapes: NDArray[Any]) -> None:
     """Raise `PlanError` for outlines that cross or touch themselves, or enclose nothing."""
-    # By the hull: the two halves of an 8 cancel each other's area.
+    # The hull is used because the areas of the two halves of an 8 cancel.
     thin = 2.0 * shapely.area(shapely.convex_hull(shapes)) <= SAME * shapely.length(shapes)
     if thin.any():
         places = [m.path.start for m, t in zip(closed, thin, strict=True) if t]
@@ -252,7 +252,7 @@ def _check_simple(closed: list[Contour], shapes: NDArray[Any]) -> None:
 
 
 def _once(closed: list[Contour], shapes: NDArray[Any], issues: list[Issue]) -> tuple[list[int], list[tuple[int, int]]]:
-    """Return the outlines without doubles, and the pairs that touch; report doubles, touching and tiny outlines."""
+    """Return the outlines without duplicates, and touching pairs; report duplicate, touching and tiny outlines."""
     met = conflicts(shapes)
     gone = {c.second for c in met if c.kind == "same"}
     across = [c for c in met if c.kind == "overlap" and not {c.first, c.second} & gone]
@@ -300,10 +300,10 @@ def _check_whole(closed: list[Contour], shapes: NDArray[Any], kept: list[int], t
 
 
 def _one_per_bore(closed: list[Contour], shapes: NDArray[Any], concentric: str, issues: list[Issue]) -> list[int]:
-    """Return the outlines to cut: of the circles of a bore the smallest or largest, as `concentric` states (L302).
+    """Return the outlines to cut; of the circles of a bore, `concentric` selects the smallest or largest (L302).
 
-    A countersink, a counterbore or a thread is drawn as a circle around its hole. If both were cut, a disc would fall
-    out of a hole that is too wide.
+    Countersinks, counterbores and threads are drawn as a circle around the hole. Cutting both would leave a hole that
+    is too wide.
     """
     every = list(range(len(closed)))
     if concentric == "all":
@@ -327,7 +327,7 @@ def _one_per_bore(closed: list[Contour], shapes: NDArray[Any], concentric: str, 
 
 
 def _bores(closed: list[Contour], shapes: NDArray[Any]) -> list[list[int]]:
-    """Return the circles of each bore: a round hole, and in it only nested circles with its centre."""
+    """Return the circles of each bore: a round hole that contains only concentric circles."""
     widths = [round_diameter(m.path) for m in closed]
     if sum(width is not None for width in widths) < 2:
         return []
@@ -338,7 +338,7 @@ def _bores(closed: list[Contour], shapes: NDArray[Any]) -> list[list[int]]:
         inside.setdefault(around_it, []).append(k)
 
     def concentric(a: int, b: int) -> bool:
-        """Return whether two outlines are circles of one part with one centre."""
+        """Return whether two outlines are concentric circles of the same part."""
         same_part = closed[a].part == closed[b].part
         return None not in (widths[a], widths[b]) and same_part and math.dist(centres[a], centres[b]) <= SAME_CENTRE
 
@@ -381,7 +381,7 @@ def _placed(closed: list[Contour], shapes: NDArray[Any], loose: list[Contour]) -
 
 
 def _parts(closed: list[Contour], depths: list[int], parents: list[int], order: list[int]) -> list[int]:
-    """Return the part of each closed contour: that of the drawing if it agrees with the nesting, else a new number."""
+    """Return the part number of each closed contour, renumbered if the drawing's numbers contradict the nesting."""
     said = [m.part for m in closed]
     outlines = [k for k in order if k < len(closed) and depths[k] % 2 == 0]
     numbers = {k: said[k] for k in outlines}
@@ -411,10 +411,10 @@ def _check_inside(contours: Sequence[Contour], outline: Polyline | None, holes: 
 
 
 def _refuse_frames(contours: Sequence[Contour], options: SheetOptions, issues: list[Issue]) -> None:
-    """Refuse an outline around parts on a layer that is named as a drawing frame, unless `options` name it to be cut.
+    """Refuse outlines around parts on layers named for drawing frames, unless `options` list that layer for cutting.
 
-    As the edge of a part it would turn the parts inside into holes, cut on the wrong side of their lines. Around a
-    single outline it may be the edge of a part with a window, which is a warning (L422).
+    Cut as a part, the frame would turn the parts inside into holes, cut on the wrong side of their lines. An outline
+    around a single outline may be a part with a window, so it only causes a warning (L422).
     """
     chosen = matcher(options.cut_layers)
     inside: dict[int, list[int]] = {}
@@ -451,7 +451,7 @@ def _look_for_frame(contours: Sequence[Contour], outline: Polyline | None, issue
     alone = all(c.layer != layer for c in rest)
     if 2 * beyond >= len(rest) or abs(path.area - (x1 - x0) * (y1 - y0)) > 1e-6 * path.area:
         return
-    # A part may have one window with a smaller part in it; several are parts with holes.
+    # A part may have a window with a smaller part in it; several such outlines are parts with holes.
     if alone or len({c.parent for c in rest if c.depth == 2}) > (1 if beyond else 0):
         what = "everything" if not beyond else f"all but {count_of(beyond, 'contour')}"
         message = f"one rectangle of {x1 - x0:g} × {y1 - y0:g} mm on layer {layer or '0'} lies round {what} and is "
@@ -480,14 +480,14 @@ def _at(places: Sequence[Any]) -> str:
 
 
 def with_chosen_holes(sheet: Sheet, options: ReadOptions) -> Sheet:
-    """Return a sheet without the round holes that `options` leaves out; their number is reported (L205).
+    """Return a sheet without the round holes that `options` excludes; their number is reported (L205).
 
     Slots, windows, outlines of parts and marks of any size stay.
 
     Raises
     ------
     PlanError
-        A hole that is left out has contours inside, which would then lie in the metal of the part.
+        An excluded hole has contours inside, which would then lie in the metal of the part.
     """
     low = options.min_diameter if options.min_diameter is not None else 0.0
     high = options.max_diameter if options.max_diameter is not None else math.inf
@@ -508,7 +508,7 @@ def with_chosen_holes(sheet: Sheet, options: ReadOptions) -> Sheet:
 
 
 def round_diameter(path: Polyline) -> float | None:
-    """Return the diameter of a circle, or of a circle in chords, mm; None for other shapes."""
+    """Return the diameter of a circle or of a polygon that approximates a circle, mm; None for other shapes."""
     low_x, low_y, high_x, high_y = path.extents
     narrow, wide = sorted((high_x - low_x, high_y - low_y))
     if narrow < (1.0 - ROUND) * wide or 4.0 * math.pi * abs(path.area) < (1.0 - ROUND) * path.length**2:
@@ -532,7 +532,7 @@ def _start_of(contour: Contour) -> str:
 
 
 def corner_point(sheet: Sheet, corner: str) -> Point | None:
-    """Return the corner of the sheet, or of its contours, at which cutting starts; None if any will do."""
+    """Return the corner of the sheet, or of its contours, at which cutting starts; None for any corner."""
     if corner == "free":
         return None
     low_x, low_y, high_x, high_y = _extents(sheet)
@@ -549,14 +549,14 @@ def _extents(sheet: Sheet) -> tuple[float, float, float, float]:
 
 
 def with_options(sheet: Sheet, options: CutOptions, zones: NDArray[np.float64]) -> Sheet:
-    """Return the sheet with the size of the options and keep-out zones, float64[k, 4], mm.
+    """Return the sheet with the size in `options`, and keep-out zones, float64[k, 4], mm.
 
     Raises
     ------
     OptionError
-        The size cannot be read.
+        The size is invalid.
     PlanError
-        A contour lies beyond the sheet of that size.
+        A contour lies outside a sheet of that size.
     """
     outline = sheet.outline
     if options.sheet_size:
@@ -575,12 +575,12 @@ def with_options(sheet: Sheet, options: CutOptions, zones: NDArray[np.float64]) 
 
 
 def parse_size(text: str) -> Point:
-    """Return width and height, mm, of a text such as ``3000x1500``.
+    """Parse a size such as ``3000x1500`` into width and height, mm.
 
     Raises
     ------
     OptionError
-        It is not two positive numbers.
+        The text does not consist of two positive numbers.
     """
     try:
         width, height = (float(word) for word in text.lower().replace("×", "x").removesuffix("mm").split("x"))

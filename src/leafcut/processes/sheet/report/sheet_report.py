@@ -63,7 +63,7 @@ class SheetReport(PathReport[SheetDetail]):
 
     package = "leafcut.processes.sheet.report"
     template = "sheet"
-    # Travel from cut to cut, as in the plan; all travel would include every rise and descent.
+    # Travel between cuts, as in the plan; total travel would include every retract and descent.
     travel = "between"
 
     def __init__(self, outcome: Outcome[SheetDetail]) -> None:
@@ -75,7 +75,7 @@ class SheetReport(PathReport[SheetDetail]):
     def stated(self) -> tuple[Measure, Measure | None, Measure]:
         """Return the three measures with the lengths of the plans: along the cuts, and between them in X and Y.
 
-        `Measure` includes the rise and descent of the torch, which some controllers do without the program.
+        A plain `Measure` includes retracts and descents of the torch, which some controllers do without the program.
         """
         outcome, (before, nearest, after) = self.outcome, self.outcome.detail.norms
         near = outcome.nearest if outcome.nearest is None or nearest is None else _of_sheet(outcome.nearest, nearest)
@@ -125,7 +125,7 @@ class SheetReport(PathReport[SheetDetail]):
         return [*facts, *([Fact(sentence=", ".join(uses), name="uses")] if uses else [])]
 
     def bound_words(self) -> str:
-        """Return the certain gap of the cuts and the moves between them, with the starts that were tried."""
+        """Return the proved gap of cuts and travel moves, for the starts that were tried."""
         outcome = self.outcome
         if outcome.gap is None:
             return ""
@@ -137,7 +137,7 @@ class SheetReport(PathReport[SheetDetail]):
         return words + (", each band from the end of the last" if several else "")
 
     def search_name(self, number: int) -> str:
-        """Return the cuts that are ordered at once: all of them, or a band."""
+        """Return the name of the cuts that one search orders: all cuts, or a band."""
         operations = self.outcome.operations
         cuts = count(operations[number].cuts, "cut")
         return cuts if len(operations) == 1 else f"band {number + 1}, {cuts}"
@@ -147,7 +147,7 @@ class SheetReport(PathReport[SheetDetail]):
         return None
 
     def tables(self) -> dict[str, Any]:
-        """Return the seconds of cutting, piercing and rapids, the parts, and the norms."""
+        """Return the times of cutting, piercing and rapids, the parts, and the norms."""
         kinds = {"feed": said("cutting"), "dwell": said("piercing"), "rapid": said("rapids")}
         rows = [
             (name, {"feed": t.cut_s, "dwell": t.pierce_s, "rapid": t.rapid_s}, time_words(t.total_s))
@@ -182,7 +182,7 @@ class SheetReport(PathReport[SheetDetail]):
         }
 
     def saved(self) -> PageRow:
-        """Return the large figure and the words around it."""
+        """Return the headline figure and its text."""
         outcome, row = self.outcome, super().saved()
         if not outcome.before.time_s > 0.0:
             return {**row, "percent": "The program cuts nothing."}
@@ -210,7 +210,7 @@ class SheetReport(PathReport[SheetDetail]):
         return before if which == "before" else after
 
     def stock(self) -> ShownStock:
-        """Return that a sheet is cut through."""
+        """Return the stock: a sheet that is cut through."""
         return CUT_THROUGH
 
     def _plans(self) -> list[CutPlan]:
@@ -244,7 +244,7 @@ def _of_sheet(measure: Measure, norm: CutMeasures) -> Measure:
 
 
 def sheet_size(plan: CutPlan) -> str:
-    """Return ``sheet 900 × 1500 mm``, or the size of the cuts if that of the sheet is unknown."""
+    """Return ``sheet 900 × 1500 mm``, or the size of the cuts if the sheet size is unknown."""
     sheet = plan.sheet
     boxes = [sheet.outline.extents] if sheet.outline is not None else [c.path.extents for c in plan.cuts]
     if not boxes:
@@ -378,7 +378,7 @@ def norms_table(plan: CutPlan) -> PageRow:
 
 
 def _data_rows(plan: CutPlan) -> list[tuple[str, str]]:
-    """Return the cutting data: headings and words, which are clear without the heading."""
+    """Return the cutting data as (heading, text); each text is clear without its heading."""
     data = plan.data
     amps = f" {data.amps:g} A" if data.amps is not None else ""
     place = f"{data.pierce_delay:.3g} s at {size_words(data.pierce_height)} mm" if data.can_pierce else "at the edge"
