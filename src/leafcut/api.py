@@ -68,15 +68,15 @@ def optimize(
     cancelled: threading.Event | None = None,
     **options: Unpack[OptimizeKeywords],
 ) -> ProgramResult:
-    """Return a verified program that drills, cuts or mills a drawing, or that does the work of a program faster.
+    """Return a verified program that drills, cuts or mills a drawing, or a faster version of an existing program.
 
     Parameters
     ----------
     source
         A drawing, a map of points, the name of an example such as ``example:plate-70``, or a G-code program of any
-        CAM. Several drill files, such as those of plated and of other holes, become one program.
+        CAM. Several drill files, such as the files for plated and non-plated holes, become one program.
     output, report
-        Files to write: the program and the report page. Without them nothing is written.
+        Files to write: the program and the report page. Without them, no file is written.
     process
         ``drill``, ``cut`` or ``pocket`` for a drawing; ``drill``, ``mill``, ``laser`` or ``plasma`` for a program.
         ``auto`` chooses by the file, and makes pockets from a picture.
@@ -102,7 +102,7 @@ def optimize(
     Raises
     ------
     ReadError, OptionError, PlanError, PostError, VerifyError, OutputError
-        One line: what is wrong, where, and what to do. Nothing was written.
+        The message is one line: the problem, its location, and the remedy. No file was written.
     """
     from leafcut.order.compiling import compile_seconds
     from leafcut.results.program import ProgramResult
@@ -146,8 +146,9 @@ def drill(
 ) -> ProgramResult:
     """Return a verified program that drills the holes of a drawing, of drill files or of a point map.
 
-    `source` and `output` are as in `optimize`. `keywords` are those of `optimize` except `process`, with the options of
-    drilling. An option that drilling does not use is refused. The same holds for `cut`, `pocket` and `reorder`.
+    `source` and `output` are as in `optimize`. `keywords` are the keywords of `optimize` except `process`, with the
+    options of drilling. Options that drilling does not use are refused. The same holds for `cut`, `pocket` and
+    `reorder`.
     """
     return optimize(source, output, process="drill", **keywords)
 
@@ -270,17 +271,17 @@ def nest(
     parts
         Drawings with quantities, ``"bracket.dxf:10"`` or a `leafcut.WantedDrawing`; or parts lists, ``"parts.csv"``.
     output
-        Drawing to write; several different sheets become ``sheet_1.dxf``, ``sheet_2.dxf`` … Without it nothing is
+        Drawing to write; several different sheets become ``sheet_1.dxf``, ``sheet_2.dxf`` … Without it, no file is
         written; the result holds the drawings in any case.
     options
         Options by their names: ``sheet="3000x1500", kerf=1.5, gap="5mm", variants=5``.
 
-    `options_file`, `defaults_file`, `progress` and `cancelled` are those of `optimize`.
+    `options_file`, `defaults_file`, `progress` and `cancelled` are as in `optimize`.
 
     Raises
     ------
     ReadError, OptionError, PlanError, VerifyError, OutputError
-        One line: what is wrong, where, and what to do. Nothing was written.
+        The message is one line: the problem, its location, and the remedy. No file was written.
     """
     from leafcut.results.nest import NestResult
 
@@ -322,7 +323,7 @@ def solve(
     source
         A map of points, or a part that `read_part` returned.
 
-    `progress`, `observe`, `cancelled` and `options` are those of `optimize`.
+    `progress`, `observe`, `cancelled` and `options` are as in `optimize`.
     """
     from leafcut.read import read
     from leafcut.results.tour import TourResult
@@ -381,7 +382,7 @@ def simulate(
     options
         Options by their names: ``machine="grbl-3018", units="in"``.
 
-    `defaults_file` and `progress` are those of `optimize`.
+    `defaults_file` and `progress` are as in `optimize`.
     """
     from leafcut.results.simulation import SimulationResult
 
@@ -419,7 +420,7 @@ def check_times(
     Raises
     ------
     ReadError, OptionError
-        A program cannot be read, or nothing was measured.
+        A program cannot be read, or `measured` is empty.
     """
     from leafcut.timing.fitting import Measured, fit
 
@@ -456,7 +457,7 @@ def stock(
     options
         Options by their names: ``workpiece="0,0,-10,80,60,0", tools="shop.toml"``.
 
-    `defaults_file` and `progress` are those of `optimize`.
+    `defaults_file` and `progress` are as in `optimize`.
     """
     from leafcut.results.stock import StockResult
 
@@ -483,7 +484,7 @@ def tool_speeds(
     drawing
         Drawing with the holes to drill; without it their number and depth are options.
     objective
-        Objective by which one point of each front is chosen: ``time`` or ``cost`` of a part, or ``life`` of the tool.
+        Criterion for choosing a point on each front: ``time`` or ``cost`` of a part, or ``life`` of the tool.
     save
         Tool library to write with the chosen speeds and feeds: a copy of the given library, or a new one.
     plot
@@ -491,12 +492,12 @@ def tool_speeds(
     options
         Options by their names: ``material="c45", tools="shop.toml", holes=70, depth=10``.
 
-    `defaults_file` and `progress` are those of `optimize`.
+    `defaults_file` and `progress` are as in `optimize`.
 
     Raises
     ------
     ReadError, OptionError, PlanError, OutputError
-        One line: what is wrong, where, and what to do. Nothing was written.
+        The message is one line: the problem, its location, and the remedy. No file was written.
     """
     from leafcut.report.front_chart import check_name, front_svg
     from leafcut.results.tool_speeds import ToolSpeedsResult
@@ -535,7 +536,7 @@ def verify(
     allow_reverse
         Accept open cuts of constant depth that run in the opposite direction.
 
-    `defaults_file` and `progress` are those of `optimize`.
+    `defaults_file` and `progress` are as in `optimize`.
     """
     from leafcut.results.verification import VerificationResult
 
@@ -554,7 +555,7 @@ def output_name(
 ) -> str:
     """Return the file name of the program of an input; a program keeps its name.
 
-    For a drawing, the extension is that of the dialect in which `optimize` would write.
+    For a drawing, the dialect in which `optimize` would write determines the extension.
 
     Raises
     ------

@@ -185,7 +185,7 @@ def check_remnants(
 
 
 def check_drawing(nest: Nest, layout: Layout, sheet: Sheet) -> list[str]:
-    """Return the differences between a sheet read back from a drawing and the plan; empty if there are none."""
+    """Return the differences between a sheet read back from a drawing and the plan."""
     errors = []
     stock = nest.stock_of(layout)
     edges = [Contour(path, "sheet") for path in sheet.paths]

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 #: Grid of the default sheet size, mm.
 SHEET_STEP = 50.0
-#: Number of parts without a place that are named.
+#: Maximum number of unplaced parts named in a message.
 MAX_NAMED = 5
 #: Nests whose ranks differ by less than this are duplicates: mm of used length.
 ALIKE = 0.01
@@ -51,15 +51,15 @@ def nest(
     progress: OnProgress | None = None,
     cancelled: threading.Event | None = None,
 ) -> NestOutcome:
-    """Return the nests that passed the check, the best first; on `stocks`, or on the sheet sizes of the options.
+    """Return the nests that passed the check, best first; on `stocks`, or on the sheet sizes of the options.
 
-    The same seed gives the same nests, unless a time limit ended the search (`Nest.repeatable`). If `cancelled` or
-    interrupted by Ctrl-C, the nests found so far are returned.
+    The same seed gives the same nests, unless a time limit ended the search (`Nest.repeatable`). When `cancelled` is
+    set, or on Ctrl-C, the existing nests are returned.
 
     Raises
     ------
     PlanError
-        There is nothing to nest, a part fits no sheet, or no nest passed the check.
+        The list of parts is empty, a part fits no sheet, or no nest passed the check.
     """
     from leafcut.processes.nesting.plan.nesting import prepare, variants
     from leafcut.processes.nesting.proof import check_nest
@@ -122,7 +122,7 @@ def sized_sheets(options: NestOptions) -> list[Stock]:
     Raises
     ------
     OptionError
-        One of them is a drawing.
+        A sheet is given as a drawing.
     """
     stocks = []
     for sheet in options.sheets:
@@ -133,7 +133,7 @@ def sized_sheets(options: NestOptions) -> list[Stock]:
 
 
 def _unplaced_issues(best: Nest) -> list[Issue]:
-    """Return an issue on parts that do not fit the available sheets."""
+    """Return an issue about parts that do not fit the available sheets."""
     missing = [f"{n} of {part.name}" for part, n in zip(best.parts, best.unplaced, strict=True) if n]
     if not missing:
         return []
@@ -289,7 +289,7 @@ def _available_sheets(
 
 
 def _remnant_stock(sheet: SheetWord, source: Source, margin: float, on_progress: Heartbeat) -> Stock:
-    """Return the sheet in a drawing: one closed outline, with the holes cut before.
+    """Return the sheet in a drawing: one closed outline, with the holes already cut.
 
     Everything but marks counts, so the drawing of a nested sheet is the remnant after its parts are removed.
     """

@@ -1,4 +1,4 @@
-"""Feeds at depth that follow the engagement: chips as thick as the data of the tool allow."""
+"""Feeds at depth that follow the engagement, for chips as thick as the tool data allow."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def _stretches(pieces: Sequence[PocketPiece], path: ToolWay) -> list[Indices]:
 
 
 def _calm(shares: Floats, length: Floats, feed: float, acceleration: float, rules: PocketRules) -> Floats:
-    """Return feeds without stretches that are too short to gain time: these take the feed of a neighbour."""
+    """Return the feeds, with stretches too short to save time merged into a neighbour."""
     edges = np.flatnonzero(np.diff(shares)) + 1
     runs = [
         [float(part[0]), float(size.sum())]
@@ -155,7 +155,7 @@ def _merged(runs: list[list[float]], counts: list[int]) -> tuple[list[list[float
 
 
 class _Places:
-    """Stations of the steps of one piece, mm: `steps` are their rows, `ends` their ends.
+    """Stations of the steps of a piece, mm: `steps` are their rows, `ends` their ends.
 
     `vertices` are the ends of lines and arcs; `lifted` is True if the tool descends at the start of the piece.
     """
@@ -174,7 +174,7 @@ class _Places:
         return cls(np.arange(first, last), ends * scale, np.cumsum(piece.path.lengths), lifted)
 
     def least_by_segment(self, shares: Floats) -> Floats:
-        """Return for each step the least feed on its line or arc."""
+        """Return for each step the lowest feed on its line or arc."""
         if not len(self.vertices):
             return shares
         middle = self.ends - 0.5 * np.diff(self.ends, prepend=0.0)
@@ -184,7 +184,7 @@ class _Places:
         return np.asarray(least[segment])
 
     def divided(self, piece: PocketPiece, shares: Floats, snap: float) -> list[PocketPiece]:
-        """Divide a piece into parts of one feed each."""
+        """Divide a piece into parts with a constant feed."""
         length = piece.path.length
         if not len(shares) or not length > _NOTHING:
             return [piece]

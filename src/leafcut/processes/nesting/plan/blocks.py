@@ -1,8 +1,8 @@
 """Blocks of equal parts one kerf apart for common-line cutting: pairs, two rows, or a grid.
 
-A block is nested as one piece, with the full gap around it, so that every cut between its parts can start in the scrap
-beside it. Rectangles form rows and grids. Other parts form pairs, the second rotated by 180° and placed at the longest
-straight edge that allows it.
+A block is nested as one piece, with the full gap around it, so that every cut between its parts can start in the
+surrounding scrap. Rectangles form rows and grids. Other parts form pairs: the second part is rotated by 180° and placed
+at the longest possible straight edge.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.nest import Placement
 from leafcut.processes.nesting.plan.pieces import CHORD, RECTANGLE, SAME_ANGLE, NestPiece
 
-#: Most parts in a block; more would leave few positions, and concentrate heat.
+#: Maximum number of parts in a block: larger blocks have few possible positions, and concentrate heat.
 MAX_MEMBERS = 12
-#: Largest share of a sheet side for a block, so that a sheet holds several.
+#: Maximum size of a block as a share of the sheet's side, so that a sheet holds several blocks.
 LARGEST = 0.5
-#: Edges shorter than this, mm, and than so many kerfs, are not worth a common line;
-#: `processes.sheet.plan.common_edges` takes no less.
+#: Minimum length of an edge for a common line, in mm and in kerfs; not below the minimum in
+#: `processes.sheet.plan.common_edges`.
 SHORTEST, SHORTEST_KERFS = 5.0, 8.0
 #: Rounding tolerance of the distance between outlines, mm.
 ROUNDING = 1e-4
@@ -64,7 +64,7 @@ def in_blocks(
 
 
 def _block(piece: NestPiece, count: int, kerf: float, kind: str, inner: tuple[float, float]) -> NestPiece | None:
-    """Return the largest block of at most `count` pieces that fits; None if there is none."""
+    """Return the largest block of at most `count` pieces that fits, or None."""
     box = next((b for b in piece.boxes if piece.area >= RECTANGLE * b.width * b.height), None)
     if box is None:
         pair = _pair(piece, kerf)
@@ -86,7 +86,7 @@ def _block(piece: NestPiece, count: int, kerf: float, kind: str, inner: tuple[fl
 def _grid(
     width: float, height: float, count: int, kerf: float, kind: str, inner: tuple[float, float]
 ) -> tuple[int, int]:
-    """Return columns and rows of the largest block of cells (mm), the squarest of equal ones; (1, 1) for no block."""
+    """Return columns and rows of the largest block of cells (mm), as square as possible; (1, 1) for no block."""
     min_side = max(SHORTEST, SHORTEST_KERFS * kerf)
     max_members = min(count, 2 if kind == "pairs" else MAX_MEMBERS)
     best, rank = (1, 1), (0.0, 0.0)

@@ -86,7 +86,7 @@ class Filling:
         self.n_sheets = 0
 
     def fill_sheet(self, stock: int, later: Sequence[int]) -> list[PlacedPiece]:
-        """Return the pieces on the next sheet of one kind; the other kinds come `later`."""
+        """Return the pieces on the next sheet, of kind `stock`; kinds of sheet in `later` follow."""
         packer = self.packers[stock]
         offered = self._pieces_to_offer(packer, later)
         return packer.fill(offered, last=offered == self.left) or self._single_piece(stock)
@@ -107,7 +107,7 @@ class Filling:
         return count
 
     def nest(self, method: str, seed: int) -> Nest:
-        """Return the nest so far."""
+        """Return the current nest."""
         missing = Counter[int]()
         for piece, count in self.left.items():
             for member in self.task.pieces[piece].members:

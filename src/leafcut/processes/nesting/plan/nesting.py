@@ -27,11 +27,11 @@ from leafcut.processes.nesting.plan.strip import NesterError, StripBudget
 
 #: Steps of the irregular nester per strip, by preset. About 200 take a few seconds; further steps take far longer.
 STEPS = {"fast": 120, "default": 250, "thorough": 1000}
-#: Widths that the nester may give up on, by preset; a few parts reach their optimum soon.
+#: Number of failed strip widths after which a search ends, by preset; small jobs reach their optimum quickly.
 FAILURES = {"fast": 1, "default": 1, "thorough": 5}
 #: Expected strips per sheet: one with the pieces offered, and one with those that fit.
 STRIPS_PER_SHEET = 2.0
-#: Sheet choices tried by shapes that cost less than the nest by rectangles: without and with a time limit.
+#: Number of cheaper sheet choices to try by shapes after nesting by rectangles: without and with a time limit.
 SHAPE_TRIES, TIMED_TRIES = 3, 12
 #: Share of the remaining time for each choice, and share of the time kept for the last search.
 TRY_SHARE, LAST_SEARCH = 0.25, 0.35
@@ -49,7 +49,7 @@ def prepare(parts: Sequence[NestPart], options: NestOptions, kerf: float, stocks
     Raises
     ------
     PlanError
-        There is nothing to nest, an outline is invalid, or a part fits no sheet.
+        The list of parts is empty, an outline is invalid, or a part fits no sheet.
     OptionError
         `options.blocks` is set without a kerf.
     """
@@ -86,9 +86,9 @@ def _blocks(
 def variants(
     task: NestTask, search: SolveOptions, on_progress: OnProgress, cancelled: threading.Event
 ) -> Iterator[Nest | str]:
-    """Yield nests as they are found, unchecked; a line of text for a failed one.
+    """Yield unchecked nests, or a line of text for a failed variant.
 
-    By shapes, one per seed, counting up from the given seed; by rectangles, one per rule of `RULES`.
+    Nesting by shapes tries consecutive seeds from the given seed; nesting by rectangles tries each rule of `RULES`.
     """
     task = _with_remnants(task, search)
     if len(task.stocks) > 1:
@@ -112,8 +112,8 @@ def _nest_on_several(
 ) -> Iterator[Nest | str]:
     """Yield nests on the cheapest sheets: first by rectangles, which is fast, then by shapes on cheaper sheets.
 
-    The first variant by shapes chooses the sheets, and the others use them. With a time limit, only the first is made,
-    in the time left by the rectangles.
+    The first variant by shapes chooses the sheets for all others. With a time limit, it is the only variant by shapes,
+    and gets the time left by the rectangles.
     """
     shapes, nests = _uses_shapes(task), list[Nest]()
     start_time, limit = time.monotonic(), math.inf if search.time_limit is None else search.time_limit

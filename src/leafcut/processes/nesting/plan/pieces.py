@@ -26,7 +26,7 @@ RECTANGLE = 1.0 - 1e-6
 FREE_ANGLES = tuple(math.radians(k) for k in range(180))
 #: Rounding tolerance for sides longer than a sheet, mm.
 FORGIVEN = 1e-6
-#: Most parts, and most kinds of part; more are a mistake in a list.
+#: Maximum number of parts, and of kinds of part: larger numbers indicate a mistake in a list.
 MAX_PARTS = 100_000
 MAX_KINDS = 2_000
 
@@ -62,33 +62,33 @@ class NestPiece:
 
     @cached_property
     def polygon(self) -> Polygon:
-        """Its outline in chords."""
+        """Outline in chords."""
         return polygon_of(self.path)
 
     @cached_property
     def area(self) -> float:
-        """Area of its outline, holes included, mm²."""
+        """Area of the outline, holes included, mm²."""
         return abs(self.path.area)
 
     @cached_property
     def slack(self) -> float:
-        """Additional distance from chords because of the arcs that they approximate, mm."""
+        """Extra distance for the error of chords that approximate arcs, mm."""
         return CHORD if self.path.bulges.any() else 0.0
 
     def box(self, angle: float) -> Box:
-        """Return its bounding box after rotation."""
+        """Return the bounding box after rotation."""
         x0, y0, x1, y1 = self.path.turned(angle).extents
         return Box(angle, x0, y0, x1 - x0, y1 - y0)
 
     @cached_property
     def boxes(self) -> tuple[Box, ...]:
-        """The bounding boxes at its allowed rotations, or at relevant ones if any is allowed."""
+        """Bounding boxes at the allowed rotations, or at a selection of angles if any is allowed."""
         angles = self.angles if self.angles is not None else (*self._along_edges, *FREE_ANGLES)
         return tuple(self.box(angle) for angle in angles)
 
     @cached_property
     def _along_edges(self) -> tuple[float, ...]:
-        """The rotation with the smallest bounding box, and the one 90° further."""
+        """The rotation with the smallest bounding box, and this rotation plus 90°."""
         envelope: Any = oriented_envelope(self.polygon)
         corners = list(envelope.exterior.coords)
         edge = math.atan2(corners[1][1] - corners[0][1], corners[1][0] - corners[0][0])
@@ -96,15 +96,15 @@ class NestPiece:
 
     @cached_property
     def is_rectangle(self) -> bool:
-        """Whether it fills its bounding box at one of its rotations."""
+        """Whether the piece fills its bounding box at an allowed rotation."""
         return any(self.area >= RECTANGLE * b.width * b.height for b in self.boxes)
 
     def fits(self, length: float, width: float) -> bool:
-        """Return whether it fits in a rectangle at one of its rotations."""
+        """Return whether the piece fits in a rectangle at an allowed rotation."""
         return any(b.width <= length + FORGIVEN and b.height <= width + FORGIVEN for b in self.boxes)
 
     def placements(self, angle: float, x: float, y: float) -> list[Placement]:
-        """Return the placements of its members after rotation by `angle`, then translation by (x, y)."""
+        """Return the placements of all members after rotation by `angle`, then translation by (x, y)."""
         cos, sin = math.cos(angle), math.sin(angle)
         return [
             Placement(m.part, (m.angle + angle) % math.tau, x + cos * m.x - sin * m.y, y + sin * m.x + cos * m.y)
@@ -123,7 +123,7 @@ def pieces_of(parts: Sequence[NestPart]) -> list[NestPiece]:
     Raises
     ------
     PlanError
-        There are no parts or too many, a quantity is below 1, or an outline encloses no area or crosses itself.
+        The list of parts is empty or too long, a quantity is below 1, or an outline encloses no area or crosses itself.
     """
     if not parts:
         raise PlanError("no parts to nest")

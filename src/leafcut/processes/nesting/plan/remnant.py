@@ -30,7 +30,7 @@ class RemnantPacker:
     margin, spacing
         Distance from every edge, and between two pieces, mm.
     seconds, end
-        Time limit per sheet, s, and end of all packing (`time.monotonic`); a sheet then keeps the pieces placed so far.
+        Time limit per sheet, s, and end of all packing (`time.monotonic`). After that, a sheet keeps its pieces.
     """
 
     #: Area of the pieces offered for a sheet, relative to its area.

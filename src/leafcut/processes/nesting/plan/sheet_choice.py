@@ -1,8 +1,8 @@
-"""Choose the cheapest sheets of several kinds that hold all parts, within the available numbers.
+"""Chooses the cheapest sheets of several kinds that hold all parts, within the available numbers.
 
-A greedy choice takes one sheet at a time, the best by parts per cost; free remnants come first. Then all cheaper
-choices with enough area are candidates, and the cheapest that holds all parts wins. Without time for all of them, the
-search proceeds by bisection, or by the density reached so far.
+A greedy choice takes one sheet at a time, by parts per cost; free remnants come first. Then all cheaper choices with
+enough area are candidates, and the cheapest that holds all parts wins. If there are too many candidates to try, the
+search uses bisection, or the utilisation reached in earlier attempts.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ from dataclasses import dataclass
 from leafcut.model.nest import Nest, sheet_costs
 from leafcut.processes.nesting.plan.fill import Filling, FillPlan, NestTask, Packer, filled
 
-#: Sheet choices to try: this many pieces in total, within bounds.
+#: Budget for sheet choices to try: total number of pieces to place; minimum and maximum number of choices.
 TRIES, LEAST_TRIES, MOST_TRIES = 5_000, 4, 60
-#: Most combinations to enumerate.
+#: Maximum number of combinations to enumerate.
 MAX_CHOICES = 50_000
 #: Relative tolerance of equal costs.
 SAME = 1e-9
 
 
 def as_many(task: NestTask, kind: int = 0) -> FillPlan:
-    """Return a plan that uses as many sheets of one kind as needed."""
+    """Return a plan that uses as many sheets of a single kind as needed."""
     return ((kind, min(task.at_hand[kind], task.max_sheets)),)
 
 
@@ -56,9 +56,9 @@ def cheapest_of(
     attempt: Callable[[FillPlan, int], Nest],
     late: Callable[[], bool],
 ) -> Nest:
-    """Return the nest on the cheapest plan that holds all parts; `best` if there is none.
+    """Return the nest on the cheapest plan that holds all parts, or `best` if no plan does.
 
-    `plans` are sorted by cost. If there are more than `tries`, bisection is used, because most plans that cost more
+    `plans` are sorted by cost. More than `tries` plans are searched by bisection, because more expensive plans usually
     hold more. `attempt` nests on a plan; its second argument is the number of tries left.
     """
     low, high = 0, len(plans)
@@ -76,12 +76,12 @@ def cheapest_by_density(
     task: NestTask, packers: Sequence[Packer], plans: Sequence[FillPlan], density: float, tries: int,
     attempt: Callable[[FillPlan], Nest], late: Callable[[], bool],
 ) -> Nest | None:  # fmt: skip
-    """Return the nest on the cheapest plan that holds all parts, of plans sorted by cost; None if there is none.
+    """Return the nest on the cheapest plan that holds all parts, or None; `plans` are sorted by cost.
 
     Parameters
     ----------
     density
-        Expected utilisation of the sheets. Every attempt corrects it.
+        Expected utilisation of the sheets, updated after every attempt.
     """
     need = _needs(task, packers)[0][1]
     densities = [need / sum(packers[k].sheet_area * count for k, count in plan) for plan in plans]

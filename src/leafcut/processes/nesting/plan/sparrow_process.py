@@ -3,7 +3,7 @@
 leafcut survives a panic of the nester's Rust code, and can stop a search after a number of steps. The steps depend on
 the seed only, so such a search is repeatable; the nester's own clock is never used.
 
-Imports nothing of leafcut, to start quickly.
+This script does not import leafcut, so that it starts quickly.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ GIVEN_UP, OVERLAPPING = 1, 2
 
 
 class StripSearch:
-    """The steps of a search so far, and its narrowest strip."""
+    """The steps of a running search, and its narrowest strip."""
 
     def __init__(self, task: dict[str, Any]) -> None:
         self.task = task
@@ -50,7 +50,7 @@ class StripSearch:
         return bool(self.reason)
 
     def late(self) -> bool:
-        """Return whether the time is over and there is a solution."""
+        """Return whether the time is over and a solution exists."""
         if self.best is not None and time.monotonic() - self.began >= self.task["seconds"]:
             self.reason = "clock"
         return bool(self.reason)
@@ -62,9 +62,9 @@ class StripSearch:
 
 
 def phases(seconds: float) -> tuple[int, int]:
-    """Return the time limits of exploration and compression, whole s, together at least that of the search.
+    """Return the time limits of exploration and compression in whole seconds, in total at least `seconds`.
 
-    This script ends the search: the nester's own clock would lose the fraction of a second of each phase.
+    This script ends the search, since the nester's own clock drops fractions of a second in each phase.
     """
     if seconds >= NEVER:
         return NEVER, NEVER
@@ -97,7 +97,7 @@ def solve(task: dict[str, Any]) -> dict[str, Any]:
     worker = threading.Thread(target=instance.solve, args=(config, queue), daemon=True)
     worker.start()
     while True:
-        working = worker.is_alive()  # check this before draining the queue: later solutions are seen in the next round
+        working = worker.is_alive()  # before draining the queue, so that later solutions count in the next round
         for kind, solution in queue.drain():
             if search.take(int(kind), solution):
                 return search.answer()

@@ -45,8 +45,8 @@ def best(
 ) -> PocketPath:
     """Return one connected path over a region: rings with the cheapest joints, then shortened.
 
-    No place is further from the path than half the step-over, or than the rings leave it: in their corners, and where
-    the two sides of an innermost ring meet.
+    No point is further from the path than half the step-over, except where the rings themselves leave points further
+    away: in their corners, and where the two sides of an innermost ring meet.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def best(
 
 
 def _shortened(region: CentreRegion, paths: list[Points], links: Points, kept: Points, stopped: Stopped) -> PocketPath:
-    """Shorten paths, except near the places `kept`, and return them as one path."""
+    """Shorten paths, except near the points `kept`, and return them as one path."""
     rules = region.rules
     ground, allowed = _ground(region, paths), region.polygon.buffer(1e-7)
     paths = [shorten(path, ground, region, allowed, kept, stopped) for path in paths]
@@ -97,7 +97,7 @@ def _shortened(region: CentreRegion, paths: list[Points], links: Points, kept: P
 
 
 def _pieces(region: CentreRegion, path: Points) -> list[PocketPiece]:
-    """Divide a path where it reaches or leaves a wall: along a wall without stock it finishes."""
+    """Divide a path where it reaches or leaves a wall, since passes along walls without stock are finishing passes."""
     middle, edge = shapely.points(0.5 * (path[:-1] + path[1:])), region.polygon.boundary
     shapely.prepare(edge)
     along = shapely.dwithin(edge, middle, ALONG) & (region.rules.stock == 0.0)
@@ -106,7 +106,7 @@ def _pieces(region: CentreRegion, path: Points) -> list[PocketPiece]:
 
 
 def _ground(region: CentreRegion, paths: list[Points]) -> CoverageGrid:
-    """Return sample points whose limits are half the step-over, or their distance from `ways` if that is more."""
+    """Return sample points with a limit of half the step-over, or their distance from `paths` if larger."""
     step = region.rules.step_over
     short = [fine(path, LONGEST_LOOKED * step) for path in paths]
     steps: Any = shapely.linestrings(np.concatenate([np.stack([w[:-1], w[1:]], axis=1) for w in short]))

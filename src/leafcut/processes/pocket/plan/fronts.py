@@ -18,7 +18,7 @@ _APART, _MOST = 0.1, 160
 #: The same for a safe result: cusps of earlier arcs make short peaks.
 _APART_SURE, _MOST_SURE = 0.025, 1000
 _HALF = 0.5 * math.pi
-#: Rounding of places on the edge of a disc, mm.
+#: Rounding tolerance of points on the edge of a disc, mm.
 _SLACK = 1e-6
 
 
@@ -57,7 +57,7 @@ class Fronts:
         return self._arcs(x, y, radius, self.discs)
 
     def holds(self, x: float, y: float, radius: float, but: float) -> bool:
-        """Return whether one disc contains another except for a film `but` mm thick."""
+        """Return whether an existing disc contains this disc, except for a film `but` mm thick."""
         discs = self.discs
         return bool((np.hypot(discs[:, 0] - x, discs[:, 1] - y) + radius <= discs[:, 2] + but).any())
 
@@ -110,7 +110,7 @@ class Fronts:
         return float(self._engaged(x, y, radius, angle, discs).max())
 
     def _engaged(self, x: float, y: float, radius: float, angle: Floats, discs: Floats) -> Floats:
-        """Return the engagement at places of a circle, float64[k], rad: the front edge outside the cleared area."""
+        """Return the engagement at points of a circle, float64[k], rad: the front edge outside the cleared area."""
         px, py = x + radius * np.cos(angle), y + radius * np.sin(angle)
         dx, dy = discs[:, 0] - px[:, None], discs[:, 1] - py[:, None]
         distance = np.hypot(dx, dy)
@@ -132,12 +132,12 @@ class Fronts:
         return math.pi - np.minimum(covered, math.pi)
 
     def nearest(self, x: float, y: float) -> int:
-        """Return the disc that a place lies deepest in, or is nearest to."""
+        """Return the disc that contains a point most deeply, or else the nearest disc."""
         discs = self.discs
         return int(np.argmin(np.hypot(discs[:, 0] - x, discs[:, 1] - y) - discs[:, 2]))
 
     def beyond(self, places: Floats) -> Floats:
-        """Return how far places lie outside all discs, float64[k], mm; negative inside."""
+        """Return the distances of points from the union of all discs, float64[k], mm; negative inside."""
         discs, gaps = self.discs, np.full(len(places), np.inf)
         for first in range(0, len(discs), 256):
             some = discs[first : first + 256]

@@ -1,4 +1,4 @@
-"""The medial axis of a region: the places with more than one nearest wall, as a tree from the widest place."""
+"""The medial axis of a region: points with more than one nearest wall, as a tree rooted at the widest point."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from leafcut.geometry.arrays import Floats, Points
 
 #: A branch that ends within this distance of the edge, in samples, leads into a corner.
 _IN_CORNER = 4.0
-#: Maximum number of samples on the edge, for bounded memory.
+#: Maximum number of samples on the edge, which bounds memory.
 _MOST = 200_000
 
 
@@ -26,7 +26,7 @@ class Axis:
     Attributes
     ----------
     xy
-        Places, float64[n, 2], mm; the root (the widest place) first, every other place after its parent.
+        Points, float64[n, 2], mm; the root (the widest point) first, every other point after its parent.
     width
         Distance from the edge of the region, float64[n], mm.
     parent
@@ -38,7 +38,7 @@ class Axis:
     parent: NDArray[np.int64]
 
     def children(self) -> list[list[int]]:
-        """Return the children of each place, the one with the shortest branches first."""
+        """Return the children of each point, those with the shortest branches first."""
         below = np.zeros(len(self.xy))
         follow: list[list[int]] = [[] for _ in below]
         for i in range(len(below) - 1, 0, -1):
@@ -53,8 +53,8 @@ class Axis:
 def middle_axis(polygon: Any, spacing: float, tolerance: float) -> Axis:
     """Return the axis of a polygon: edges of the Voronoi diagram of points on its boundary, `spacing` mm apart.
 
-    Cycles around islands are cut at their narrowest places. Branches into corners are extended to the corner. Branches
-    into the corners of chords, whose discs reach beyond the disc of the fork by less than the tolerance, are removed.
+    Cycles around islands are cut at their narrowest points. Branches into corners are extended to the corner. Branches
+    into corners between chords are removed: their discs exceed the disc of the fork by less than the tolerance.
 
     Source: J. W. Brandt, "Convergence and continuity criteria for discrete approximations of the continuous planar
     skeleton", CVGIP: Image Understanding 59 (1994): the inner edges of the diagram converge to the axis.
@@ -93,7 +93,7 @@ def _sampled(polygon: Any, spacing: float) -> Points:
 
 
 def _tree(xy: Points, width: Floats, pairs: NDArray[np.int64]) -> tuple[list[int], NDArray[np.int64]]:
-    """Return the places in the order of the widest spanning tree, and the indices of their parents in this order."""
+    """Return the points in the order of the widest spanning tree, and the indices of their parents in this order."""
     near: list[list[int]] = [[] for _ in xy]
     for a, b in pairs.tolist():
         near[a].append(b)

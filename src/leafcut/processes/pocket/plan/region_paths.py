@@ -1,8 +1,8 @@
 """Straight moves and shortest paths inside a region of tool centres.
 
-Nodes are the points to visit, and places on the boundary. Two near nodes are joined by a straight move if it stays
-inside, neighbours on the boundary by the boundary. So a path around an island goes straight to its boundary, along it,
-and straight on.
+Nodes are the points to visit, and points on the boundary. Close nodes are connected by a straight move if it stays
+inside, and neighbours on the boundary by the boundary itself. So a path around an island goes straight to its boundary,
+along it, and straight on.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from leafcut.geometry.arrays import Points
 
 #: Rounding of moves along the boundary, mm.
 ROUNDING = 1e-6
-#: Maximum distance of nodes that are joined by a straight move, in distances of grid points.
+#: Maximum length of a straight move between two nodes, in grid spacings.
 REACH = 3.0
-#: Distance between nodes on the boundary, in distances of grid points.
+#: Distance between nodes on the boundary, in grid spacings.
 NODE_SPACING = 0.5
-#: Number of segments that are tested at once, for bounded memory.
+#: Number of segments tested at once, which bounds memory.
 SEGMENTS_AT_ONCE = 50_000
 
 
@@ -64,7 +64,7 @@ class RegionPaths:
         self._join(links, REACH * pitch)
 
     def _join(self, links: Iterable[tuple[int, int, float]], reach: float) -> None:
-        """Find the neighbours of all nodes with their costs, the cheapest first."""
+        """Find the neighbours of all nodes with their costs, cheapest first."""
         places: Any = shapely.points(self.places)
         here, there = shapely.STRtree(places).query(places, predicate="dwithin", distance=reach)
         pairs = np.stack([here, there], axis=1)[here < there]
@@ -88,10 +88,10 @@ class RegionPaths:
         return inside
 
     def between_points(self) -> NDArray[np.float64]:
-        """Return the lengths of the shortest paths between all points, float64[n, n]; inf if none was found.
+        """Return the lengths of the shortest paths between all points, float64[n, n]; inf without a path.
 
-        Rows are relaxed by the rows of their neighbours until nothing changes. The order sweeps over the plane, forth
-        and back, so few sweeps suffice. A row is relaxed again if one of its neighbours changed.
+        Rows are relaxed by the rows of their neighbours until they converge. The order sweeps the plane back and forth,
+        so a few sweeps suffice. A row is relaxed again if one of its neighbours changed.
         """
         n, total = self.n_points, len(self.places)
         lengths = np.full((total, n), np.inf)

@@ -22,14 +22,14 @@ from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.tool import with_data
 from leafcut.processes.spindle_moves import check_spindle_heights
 
-#: Path tolerance, mm, and as a share of the step-over: close passes need a finer one.
+#: Path tolerance, mm, and as a share of the step-over, since close passes need a finer tolerance.
 TOLERANCE, TRUE = 0.01, 0.05
 
 #: Default step-over, share of the diameter.
 STEP_OVER = 0.6
 #: Plunge rate as a share of the feed: a plunging end mill cuts with its centre, where the speed is 0.
 PLUNGE_PART = 1.0 / 3.0
-#: Maximum number of levels; more are a mistake.
+#: Maximum number of levels: a larger number indicates a mistake.
 MOST_LEVELS = 2000
 #: Maximum depth of a finishing pass, diameters.
 FINISHING_DEPTH = 2.0
@@ -132,7 +132,7 @@ def levels_of(
 
 
 def milled_pockets(part: Part, depth: float | None, diameter: float | None) -> tuple[Part, list[Issue]]:
-    """Return the pockets to mill with their depths, and issues about the others.
+    """Return the pockets to mill with their depths, and issues about the other pockets.
 
     All pockets of a drawing are `depth` mm deep. Pockets of a solid have their own depth, and `depth` selects among
     them. A round pocket no wider than the tool is a hole.
@@ -142,7 +142,7 @@ def milled_pockets(part: Part, depth: float | None, diameter: float | None) -> t
     OptionError
         The pockets of a drawing have no depth.
     PlanError
-        No pocket of a solid is wider than the tool, or none has the requested depth.
+        No pocket of a solid is wider than the tool and has the requested depth.
     """
     if not any(pocket.depth is not None for pocket in part.pockets):
         if depth is None:
@@ -199,7 +199,7 @@ def _depths(pockets: Sequence[Pocket]) -> str:
 
 
 def lying_in(pockets: Sequence[Pocket], tolerance: float) -> list[int | None]:
-    """Return for each pocket the index of the pocket in whose floor it lies, the deepest of several, or None.
+    """Return for each pocket the index of the (deepest) pocket in whose floor it lies, or None.
 
     Material that remains in a pocket is an island, so the outer pocket clears everything above the inner one.
     """
@@ -252,9 +252,9 @@ def milling_data(
 
 
 def corner_rounding(machine: Machine, feed: float) -> float:
-    """Return the largest distance of the tool from a corner if the next move starts while this one brakes, mm.
+    """Return the maximum distance of the tool from a corner if the next move starts while the tool still brakes, mm.
 
-    With the acceleration a, both moves take v / a, and half way each is v² / 8a from the corner. The tool passes a turn
-    by θ at 2 sin(θ / 2) v² / 8a, at most a quarter of v² / a.
+    With acceleration a, braking and starting take v / a, and half way each move is v² / 8a from the corner. The tool
+    passes a turn by θ at a distance of 2 sin(θ / 2) v² / 8a, at most a quarter of v² / a.
     """
     return feed * feed / (4.0 * min(machine.acceleration[:2]))

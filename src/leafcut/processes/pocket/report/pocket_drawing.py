@@ -34,7 +34,7 @@ _KINDS = ("rough", "link", "entry", "finish")
 
 @dataclass(frozen=True, eq=False)
 class PocketShapes:
-    """The unreachable area of one pocket, and the uncut rest (shapely geometry)."""
+    """The unreachable area of a pocket, and the uncut rest (shapely geometry)."""
 
     unreachable: Any
     uncovered: Any

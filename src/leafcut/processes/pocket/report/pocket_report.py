@@ -57,7 +57,7 @@ from leafcut.report.wording import (
 
 #: Larger drawings are not swept for uncut material, number of segments.
 MOST_PIECES = 200_000
-#: A strategy that leaves so much more uncut than the usual one does not do the same work, percent.
+#: Strategies are comparable if their uncut area exceeds that of the usual strategy by at most this, percent.
 LESS_WORK = 0.1
 #: Smaller shares of air cutting are not reported.
 _AIR = 0.01
@@ -93,7 +93,7 @@ class PocketReport(PathReport[PocketDetail]):
         return strategy_figures(self.outcome)
 
     def orders(self) -> list[tuple[str, Measure]]:
-        """Return the measures of the usual strategy, if it is another one, and of the written one."""
+        """Return the measures of the usual strategy (if different) and of the written strategy."""
         usual = [(self.usual.capitalize(), self.outcome.before)] if self.compared else []
         return [*usual, (f"{views.OURS}: {self.chosen}", self.outcome.after)]
 
@@ -254,7 +254,7 @@ class PocketReport(PathReport[PocketDetail]):
         }
 
     def saved(self) -> views.PageRow:
-        """Return the large figure and the words around it: the saved time, or that of the program if it is alone."""
+        """Return the headline figure and its text: the saved time, or the program time if no comparison exists."""
         outcome = self.outcome
         if not self.compared:
             alone = all(len(plan.results) == 1 for plan in outcome.detail.plans)

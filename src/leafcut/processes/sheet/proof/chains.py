@@ -1,4 +1,4 @@
-"""The proof of chains: runs of the torch that cut several contours, and the bridges between these."""
+"""The proof of chains: runs of the torch that cut several contours, and the bridges between the contours."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from leafcut.proof.difference import place
 STEP = 0.2
 #: Distance in kerfs within which a bridge leaves the kerfs at its start.
 LEAVES_WITHIN = 4.0
-#: Stretches of a run may overlap by this and still follow each other, mm.
+#: Maximum overlap of consecutive stretches of a run, mm.
 OVERLAP = 0.2
 
 
 def check_chains(laid: LaidRuns) -> list[Difference]:
     """Return the faults of runs that cut several contours.
 
-    They cut one contour after the other, each whole, as planned. A bridge leaves the kerf at its start, and runs into
-    no other: the arc would go out. No other run crosses it, and it is in no detached scrap.
+    The contours must be cut completely, one after the other, as planned. A bridge must leave the kerf at its start and
+    enter no other kerf, where the arc would go out. No other run may cross it, and its scrap must still be attached.
     """
     cuts, kerf, lines, found = laid.plan.cuts, laid.kerf, laid.burnt, list[Difference]()
     followed: list[list[Claim]] = [[] for _ in laid.runs]
@@ -72,12 +72,12 @@ def _in_turn(run: TorchRun, steps: Sequence[Claim], planned: Sequence[int]) -> l
 
 
 def _stretch(run: TorchRun, begin: float, end: float) -> Any:
-    """Return the path of a run between two distances along it, a shapely line; None for nothing."""
+    """Return the path of a run between two distances along it, as a shapely line; None if it is empty."""
     return None if end - begin <= OVERLAP else substring(shapely.LineString(run.points), begin, end)
 
 
 def _leaves(run: TorchRun, at: float, bridge: Any, kerf: float) -> list[Difference]:
-    """Return the difference of a bridge that runs into a kerf of its own run; it starts at `at` along that, mm."""
+    """Return a difference if a bridge, `at` mm along its run, enters a kerf of the same run."""
     done = _stretch(run, 0.0, at)
     if done is None:
         return []
@@ -96,7 +96,7 @@ def _leaves(run: TorchRun, at: float, bridge: Any, kerf: float) -> list[Differen
 
 
 def _loose(run: TorchRun, done: Sequence[Claim], bridge: Any) -> list[Difference]:
-    """Return the difference of a bridge that crosses what a contour, `done` before, has detached."""
+    """Return a difference if a bridge crosses scrap or parts detached by the contours `done` before."""
     middle = bridge.interpolate(0.5, normalized=True)
     for f in done:
         if f.target.shape is not None and f.target.shape.contains(middle):

@@ -1,4 +1,4 @@
-"""The proof of common lines: cut once for both parts, before the cut that detaches the parts, into no other kerf."""
+"""The proof of common lines: cut once, before the cut that detaches their parts, and without crossing other kerfs."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE
 from leafcut.processes.sheet.proof.torch_runs import TorchRun
 from leafcut.proof.difference import place
 
-#: Methods whose arc or flame goes out without metal.
+#: Methods whose arc or flame goes out over a kerf.
 NEED_METAL = (CutMethod.PLASMA, CutMethod.OXYFUEL)
-#: Kerfs that only cross coincide over less than this, in kerfs and in mm.
+#: Kerfs that coincide over a shorter length merely cross, in kerfs and in mm.
 CROSSING_KERFS, CROSSING = 1.0, 0.2
 #: Tolerance of the end of a line at another line, mm.
 AT_END = 0.1
 
 
 def check_common_lines(laid: LaidRuns) -> list[Difference]:
-    """Return the faults of runs that cut edges for two parts.
+    """Return the faults of runs that cut a common line of two parts.
 
-    No stretch of them is cut by another run. Each lies within the area that the run around its parts encloses, and
-    comes before that run. If the method needs metal, a line runs into an earlier one only at its end. The run around
-    has the wanted direction. That each part is cut all the way is proved from the parts themselves.
+    No other run may cut a stretch of a common line. Each line lies within the run around its group, and precedes it. If
+    the method needs metal, a line may meet an earlier line only at its end. The run around the group has the wanted
+    direction. Other checks prove that each part is cut completely.
     """
     runs, lines, found = laid.runs, laid.burnt, list[Difference]()
     cuts = dict(enumerate(laid.plan.cuts[: len(runs)]))
@@ -51,7 +51,7 @@ def check_common_lines(laid: LaidRuns) -> list[Difference]:
 
 
 def _in_group(laid: LaidRuns, group: int, own: Sequence[int]) -> Iterator[Difference]:
-    """Yield the faults of the order of a group, or of the run around it."""
+    """Yield the faults in the order of a group, or in the run around it."""
     runs, lines, cuts, kerf = laid.runs, laid.burnt, laid.plan.cuts, laid.kerf
     around = [k for k, cut in enumerate(cuts[: len(runs)]) if cut.group == group and not cut.common]
     if len(around) != 1:
@@ -80,7 +80,7 @@ def _clockwise(run: TorchRun) -> bool:
 
 
 def _crossed(laid: LaidRuns, common: Sequence[int]) -> Iterator[Difference]:
-    """Yield the common lines that cross the kerf of an earlier one: the arc would go out."""
+    """Yield the common lines that cross the kerf of an earlier line, where the arc would go out."""
     for early, late in itertools.combinations(sorted(common), 2):
         met = laid.burnt[late].intersection(laid.burnt[early])
         end = shapely.Point(laid.runs[late].points[-1])

@@ -1,7 +1,7 @@
-"""A cutting program read back: it makes the planned moves, each with the planned state of the torch.
+"""Compares a cutting program read back with the plan: the moves, and the state of the torch at each move.
 
-The writer leaves out actions that the controller does itself. The judge does not ask the writer for them. It compares
-the moves, and the state of the torch at each move, by its own rules.
+The writer omits actions that the controller performs itself. The judge knows these by its own rules, independently of
+the writer.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ from leafcut.units import MM_PER_INCH
 
 
 class _State(NamedTuple):
-    """State of the torch in a move, and events since the move before."""
+    """State of the torch in a move, and events since the previous move."""
 
-    #: 0: dark; 1: it cuts; 2: it marks.
+    #: 0: off; 1: cutting; 2: marking.
     beam: float = 0.0
     #: Power of the beam, if S states it.
     power: float = 0.0
-    #: The controller follows the height of the sheet.
+    #: Whether height control is on.
     follows: float = 1.0
-    #: 40, 41 or 42, and the width or the register of the kerf.
+    #: 40, 41 or 42, and the kerf width or its register.
     side: float = 40.0
     kerf: float = 0.0
     #: G64, and its tolerance, mm.
@@ -42,12 +42,12 @@ class _State(NamedTuple):
     tolerance: float = 0.0
     #: Number of lightings with a pierce.
     pierces: float = 0.0
-    #: Dwells dark and lit, s.
+    #: Dwells with the torch off and on, s.
     dark_s: float = 0.0
     lit_s: float = 0.0
 
 
-#: The fields of `_State` in words.
+#: Descriptions of the fields of `_State`.
 _NAMES = (
     "torch (0 dark, 1 cuts, 2 marks)", "power", "height control", "side of the kerf", "kerf", "path control",
     "tolerance of corners", "number of pierces", "dwell before it is lit", "dwell after it is lit",
@@ -55,9 +55,9 @@ _NAMES = (
 
 
 def check_cut_motion(planned: Toolpath, written: Toolpath, dialect: Dialect, units: str) -> list[Difference]:
-    """Return the differences of a program read back from the planned moves and states of the torch.
+    """Return the differences between a program read back and the planned moves and states of the torch.
 
-    Actions of the controller itself do not count: heights, probing and waits for the pierce.
+    Actions of the controller itself are ignored: heights, probing and pierce delays.
     """
     half = 0.5 * 10.0**-dialect.decimals_mm
     if units == "inch":
@@ -94,21 +94,21 @@ def _difference(
 
 
 class _Torch:
-    """A torch on a path; actions of the controller itself are left out of a `planned` path."""
+    """Tracks the torch along a path; for a `planned` path, actions of the controller itself are omitted."""
 
     def __init__(self, dialect: Dialect, torch: Torch, shortest: float, *, planned: bool) -> None:
         self.dialect, self.torch, self.shortest, self.planned = dialect, torch, shortest, planned
         self.now = _State()
-        #: As `_State.beam`, but an output or S0 may keep it dark.
+        #: As `_State.beam`, but an output or S0 may keep the torch off.
         self.armed, self.dark = 0.0, False
         self.power = 0.0
-        #: Whether it is lit and the wait for the pierce may follow.
+        #: Whether the torch has just been lit, so that a pierce delay may follow.
         self.piercing = False
 
     def moves(self, path: Toolpath) -> tuple[Toolpath, NDArray[np.float64]]:
         """Return the moves and other commands, and the `_State` at each, float64[n, 10].
 
-        Straight moves no longer than `shortest` mm are left out; events before one count for the next move.
+        Straight moves no longer than `shortest` mm are omitted; their events count for the next move.
         """
         rows, states = list[Motion](), list[_State]()
         last = [math.nan] * 3
@@ -143,7 +143,7 @@ class _Torch:
         if kind is Kind.SPINDLE:
             self._light(row)
         elif kind is Kind.TORCH:
-            # Without an output for it, dark means off.
+            # Without an output that darkens the torch, dark means off.
             self.dark = torch.darkens and row.value == 0.0
             self.armed *= torch.darkens
         elif kind is Kind.HEIGHT:
@@ -154,7 +154,7 @@ class _Torch:
             self.now = now._replace(side=row.ref, kerf=on * (KERF_REGISTER if by_register else row.value))
         elif kind is Kind.BLENDING:
             on = row.ref == 640 and 640 in self.dialect.g_codes
-            # On a Fanuc G64 has no tolerance of its own.
+            # On a Fanuc, G64 has no tolerance.
             states = on and not (self.planned and self.dialect.groups == "fanuc")
             self.now = now._replace(blends=on, tolerance=states * row.value)
         elif kind is Kind.DWELL:
@@ -184,10 +184,10 @@ class _Torch:
 
 
 def read_back(text: str, plan: CutPlan, dialect: Dialect, material_number: int | None = None) -> Toolpath:
-    """Return the motion of a cutting program, for any state that an earlier program left active.
+    """Return the motion of a cutting program, whatever modal state an earlier program left active.
 
-    A feed from the table of materials of the controller is that of the selected material. Material `material_number` is
-    known: it has the feed of the plan.
+    Feeds from the controller's material table follow the selected material. Material `material_number` is known: it has
+    the feed of the plan.
 
     Raises
     ------

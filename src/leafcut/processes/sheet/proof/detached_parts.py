@@ -1,4 +1,4 @@
-"""Travel moves of a head that stays down over detached parts, counted in the program that was read back."""
+"""Counts travel moves over detached parts in the program read back, for a head that stays down."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from leafcut.processes.sheet.proof.laid_runs import LaidRuns
 from leafcut.processes.sheet.proof.sheet_shapes import Target
 from leafcut.proof.difference import place
 
-#: Step along moves, mm; a move that reaches no deeper over a part does not cross it, mm.
+#: Step along moves, mm; minimum depth of a move across a part to count as a crossing, mm.
 _STEP, _DEPTH = 0.5, 0.3
-#: Tolerance of the distance of a head from a part, mm: edges are chords, and routes were planned beside other chords.
+#: Tolerance of the distance between head and part, mm: edges are chords, and the planner's chords differ.
 _LEEWAY = 0.2
 
 
 def check_freed(laid: LaidRuns, path: Toolpath, dialect: Dialect, nozzle: float = 0.0) -> list[Difference]:
-    """Return the moves over detached parts that the plan does not report; a head that rises crosses nothing.
+    """Return the moves over detached parts that the plan does not report; none if the head retracts.
 
     `nozzle` is the diameter of the head above the sheet, mm.
     """
@@ -47,9 +47,9 @@ def check_freed(laid: LaidRuns, path: Toolpath, dialect: Dialect, nozzle: float 
 
 
 def crossings(laid: LaidRuns, path: Toolpath, radius: float = 0.0) -> list[tuple[int, tuple[float, float]]]:
-    """Return the line and the end of each route from run to run that crosses a detached part.
+    """Return the program line and end point of each route between runs that crosses a detached part.
 
-    With the radius of a head, mm, also of routes on which it comes over a part farther than that from their ends.
+    With a head `radius`, mm, routes that come within that radius of a part count too, except near their ends.
     """
     ends = np.array([run.row_line[-1] for run in laid.runs], dtype=np.int64)
     freed = _freed(laid)
@@ -85,9 +85,9 @@ def crossings(laid: LaidRuns, path: Toolpath, radius: float = 0.0) -> list[tuple
 
 
 def _freed(laid: LaidRuns) -> list[tuple[int, Points]]:
-    """Return the runs that detach outlines, and these outlines, closed, float64[n, 2].
+    """Return pairs of a run and the closed outline that it detaches, float64[n, 2].
 
-    A common line detaches no part: the cut around its group does (`common_lines`).
+    Common lines detach no part; the cut around their group does (`common_lines`).
     """
     common = {run for run, cut in enumerate(laid.plan.cuts) if cut.common > 0.0}
     return [
@@ -105,13 +105,13 @@ def _is_outline(target: Target) -> bool:
 
 
 def _along(a: Points, b: Points) -> Points:
-    """Return places along a straight move, float64[n, 2]."""
+    """Return sample points along a straight move, float64[n, 2]."""
     steps = max(2, int(np.hypot(*(b - a)) / _STEP) + 2)
     return a + np.linspace(0.0, 1.0, steps)[:, None] * (b - a)
 
 
 def _crosses(points: Points, edge: Points) -> bool:
-    """Return whether a move comes deep over the inside of an edge."""
+    """Return whether a move goes deeper than `_DEPTH` into an edge."""
     low, high = edge.min(axis=0), edge.max(axis=0)
     points = points[((points > low) & (points < high)).all(axis=1)]
     points = points[_inside(points, edge)]
@@ -119,7 +119,7 @@ def _crosses(points: Points, edge: Points) -> bool:
 
 
 def _nears(points: Points, edge: Points, distance: float) -> bool:
-    """Return whether a move comes nearer to an edge, or to its inside, than a distance."""
+    """Return whether a move comes within a distance of an edge."""
     low, high = edge.min(axis=0) - distance, edge.max(axis=0) + distance
     points = points[((points > low) & (points < high)).all(axis=1)] if distance > 0.0 else points[:0]
     return bool((_distances(points, edge) < distance).any())

@@ -1,4 +1,4 @@
-"""The runs of a cutting program matched with the contours of a sheet: which run follows which contour, how far."""
+"""Matches the runs of a cutting program with the contours of a sheet: which run follows which contour, and how far."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MOST = 0.5
 
 @dataclass(frozen=True)
 class Asked:
-    """The request, besides the plan.
+    """The user's request, in addition to the plan.
 
     Attributes
     ----------
@@ -37,11 +37,11 @@ class Asked:
     safe_height
         Minimum height of rapids, mm.
     probe
-        Finds the sheet before each pierce.
+        Touches off on the sheet before each pierce.
     power
-        Power of a beam that cuts; with less it marks. None: the largest power in the program.
+        Beam power for cutting; lower power means marking. None: the largest power in the program.
     material_number
-        In the table of the controller; None: the program states the material.
+        Number in the controller's material table; None: the program states the material.
     """
 
     half: float
@@ -55,7 +55,7 @@ class Asked:
 
 @dataclass(frozen=True)
 class Claim:
-    """A run follows the path of a target: the length, mm, and the first and last place along the run."""
+    """A run that follows the path of a target: the length, mm, and the first and last position along the run."""
 
     run: int
     target: Target
@@ -73,15 +73,15 @@ class LaidRuns:
     targets
         Contours to cut or mark, in the order of the sheet.
     parts, numbers
-        Metal of the finished parts less `TOLERANCE`, and their numbers.
+        Metal of the finished parts, shrunk by `TOLERANCE`, and part numbers.
     sheet, zones
-        The area of the sheet, None if unknown, and the keep-out zones.
+        Area of the sheet (None if unknown), and keep-out zones.
     marks
         Whether each run marks.
     lines
-        The lines that each run burns, shapely.
+        Shapely lines along which each run burns.
     claims, of_target
-        The runs that follow a target, and the same by the index of the contour.
+        All claims, and the claims by index of the contour.
     """
 
     def __init__(self, runs: list[TorchRun], plan: CutPlan, sheet: Sheet, dialect: Dialect, asked: Asked) -> None:
@@ -123,12 +123,12 @@ class LaidRuns:
 
     @property
     def kerf(self) -> float:
-        """Width of the kerf that must stay clear of others, mm."""
+        """Width of the kerf that must stay clear of other kerfs, mm."""
         return 2.0 * self.asked.half if self.asked.half > 0.0 else self.plan.data.kerf
 
     @cached_property
     def burnt(self) -> NDArray[Any]:
-        """Lines that each run burns through the sheet; empty for marks."""
+        """Lines along which each run cuts through the sheet; empty for marks."""
         nothing: Any = shapely.MultiLineString()
         return np.where(self.marks, nothing, self.lines)
 
@@ -138,7 +138,7 @@ class LaidRuns:
         return cuts[number].pierce if number < len(cuts) else True
 
     def frees(self, claim: Claim) -> bool:
-        """Return whether a run detaches a contour; the run of a part a kerf away only follows an edge."""
+        """Return whether a run detaches a contour, instead of just following the edge of a part a kerf away."""
         whole = claim.followed > MOST * claim.target.way.length and not self.passes(claim)
         return whole or (claim.run < len(self.plan.cuts) and claim.target.index in self.plan.cuts[claim.run].contours)
 
@@ -148,14 +148,14 @@ class LaidRuns:
         return cut is not None and cut.group > 0 and claim.target.index not in cut.contours
 
     def line_at(self, number: int, x: float, y: float) -> int:
-        """Return the line of the program with the chord nearest to a place."""
+        """Return the program line of the chord nearest to a point."""
         run = self.runs[number]
         chords = shapely.linestrings(np.stack([run.points[:-1], run.points[1:]], axis=1))
         return int(run.row_line[int(np.argmin(shapely.distance(chords, shapely.Point(x, y))))])
 
 
 def _marking(runs: list[TorchRun], dialect: Dialect, power: float | None) -> list[bool]:
-    """Return which runs mark: with another spindle, or with less power than cuts."""
+    """Return which runs mark: with another spindle, or with less than cutting power."""
     most = power if power is not None else max((light.power for run in runs for light in run.lightings), default=0.0)
     by_power = dialect.torch is not None and dialect.torch.power
     return [
@@ -165,5 +165,5 @@ def _marking(runs: list[TorchRun], dialect: Dialect, power: float | None) -> lis
 
 
 def wrong(what: str, text: str, line: int) -> Difference:
-    """Return a difference of no single feature, with its line in the program."""
+    """Return a difference that belongs to no single feature, with its program line."""
     return Difference(what, 0, line, text)

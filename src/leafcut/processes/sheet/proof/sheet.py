@@ -1,8 +1,8 @@
 """The proof of a cutting program: the effect of its text on the sheet, compared with the drawing.
 
-No code of the planner is used here. The text is read as the controller reads it, the runs of its torch are matched with
-the drawing, and shapely computes what they touch. Of the plan, only the request of the user is compared: feeds,
-directions, and the data of the chart.
+The proof uses no planning code. It interprets the text like the controller, matches the runs of the torch with the
+drawing, and computes conflicts with shapely. From the plan it takes only the user's request: feeds, directions, and
+the data of the chart.
 """
 
 from __future__ import annotations
@@ -32,26 +32,26 @@ from leafcut.processes.sheet.proof.torch_runs import TorchRun, pieces_of, torch_
 from leafcut.proof.difference import place, shorten
 from leafcut.proof.envelope import check_envelope
 
-#: A run that follows more than this share of a path cuts it twice.
+#: A run that follows more than this multiple of the length of a path cuts it twice.
 TWICE = 1.9
-#: Shorter stretches of a path that no run follows are rounding, mm.
+#: Shorter stretches of a path that no run follows are rounding errors, mm.
 SHORT = 0.1
 
 
 def check_sheet(
     sheet: Sheet, plan: CutPlan, text: str, path: Toolpath, dialect: Dialect, machine: Machine, asked: Asked
 ) -> list[Difference]:
-    """Return the faults of a cutting program, from its text and the `path` read back from it; none is the proof.
+    """Return the faults of a cutting program, given its text and the `path` read back; an empty list is the proof.
 
-    1. Each contour that the kerf fits is cut once, all the way around, and marks are marked.
+    1. Each contour that the kerf fits is cut exactly once and completely, and marks are marked.
     2. No kerf touches the metal of a part, a clamp, or the air beyond the edge of the sheet.
-    3. Contours are cut before the contour around them, marks before the outline around them.
+    3. Inner contours are cut before outer contours, marks before the outline around them.
     4. Each pierce is in scrap that is still attached.
-    5. The torch is off in high rapids; it finds the sheet, pierces, feeds and turns as planned.
-    6. A run that cuts several contours passes through attached scrap between them, and into no other kerf.
-    7. Edges that are cut once for two parts are cut before the outline around the parts, and by no other run.
+    5. The torch is off during rapids at clearance height; touching off, pierces, feeds and directions are as planned.
+    6. A run that cuts several contours stays in attached scrap between them, and enters no other kerf.
+    7. Common lines are cut before the outline around their parts, and by no other run.
     8. A head that stays down crosses no more detached parts than the plan reports.
-    9. The machine can reach all places.
+    9. All moves are within the travel of the machine.
     """
     by_register = dialect.torch is not None and dialect.torch.compensation == "G41"
     runs = torch_runs(path, plan.data.kerf if by_register else None)
@@ -64,7 +64,7 @@ def check_sheet(
 
 
 def missing(laid: LaidRuns) -> list[Difference]:
-    """Return the contours that are not cut, or only in part."""
+    """Return the contours that are not cut, or not completely."""
     found = []
     for target in laid.targets:
         claims = laid.of_target.get(target.index, [])
@@ -86,7 +86,7 @@ def missing(laid: LaidRuns) -> list[Difference]:
 
 
 def _gaps(laid: LaidRuns, target: Target, lines: Sequence[Any]) -> list[Any]:
-    """Return the stretches of the path of a target that no run follows, without corners that have a loop."""
+    """Return the stretches of the path of a target that no run follows, except corners with a loop."""
     if not lines:
         return [target.way]
     burnt = shapely.union_all(lines)
@@ -97,7 +97,7 @@ def _gaps(laid: LaidRuns, target: Target, lines: Sequence[Any]) -> list[Any]:
 
 
 def _at_corner(laid: LaidRuns, target: Target, gap: Any, burnt: Any) -> bool:
-    """Return whether a stretch is the arc around a corner that the kerf touches from both sides."""
+    """Return whether a stretch is the arc around a corner that kerfs reach from both sides."""
     half = laid.asked.half
     if not len(target.corners):
         return False
@@ -150,9 +150,9 @@ def gouges(laid: LaidRuns) -> list[Difference]:
 
 
 def strays(laid: LaidRuns) -> list[Difference]:
-    """Return where a kerf runs into a clamp, or off the sheet, except starts in the air."""
+    """Return the kerfs that run into a clamp or off the sheet, except starts in the air."""
     found = []
-    half = 0.5 * laid.plan.data.kerf  # with any compensation
+    half = 0.5 * laid.plan.data.kerf  # whatever the compensation
     for zone in laid.zones:
         for number in np.flatnonzero(shapely.dwithin(laid.lines, zone, max(half - TOLERANCE, 0.0))).tolist():
             x, y = shapely.get_coordinates(shapely.shortest_line(zone, laid.lines[number]))[1]
@@ -173,7 +173,7 @@ def strays(laid: LaidRuns) -> list[Difference]:
 
 
 def _outside(laid: LaidRuns, number: int, inside: Any) -> NDArray[np.float64]:
-    """Return the places of a run off the sheet; the lead of an edge start may come from there."""
+    """Return the points of a run off the sheet, except the lead of a start at the edge."""
     middles, _, along = pieces_of(laid.runs[number], PIECE)
     out = ~shapely.contains(inside, shapely.points(middles))
     if not laid.pierces(number):

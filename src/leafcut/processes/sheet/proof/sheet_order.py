@@ -1,4 +1,4 @@
-"""Proof of the cuts of a sheet: their order, pierces, and directions."""
+"""The proof of the order, pierces and directions of cuts."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def misplaced(laid: LaidRuns) -> list[Difference]:
 
 
 def disordered(laid: LaidRuns) -> list[Difference]:
-    """Return the contours that are cut after the contour around them, which detaches them."""
+    """Return the contours that are cut after a contour around them has detached them."""
     closed = [t for t in laid.targets if t.shape is not None]
     everything = list(laid.targets)
     edges = np.array([t.edge for t in everything], dtype=object)
@@ -43,7 +43,7 @@ def disordered(laid: LaidRuns) -> list[Difference]:
         for number in sorted(inside):
             inner = everything[number]
             if inner.source.is_hole and around.source.is_hole and inner.source.part == around.source.part:
-                continue  # no hole lies in another of its part: pieces of a divided hole overlap in a short neck
+                continue  # holes of a part are never nested; pieces of a divided hole may overlap in a short neck
             late = _later(laid, inner, around) if inner.index != around.index else None
             if late is not None:
                 text = f"{inner.name} comes after {around.name}, which cuts it loose"
@@ -66,7 +66,7 @@ def _in_notches(laid: LaidRuns, around: Target, edges: Any, known: set[int]) -> 
 
 
 def _later(laid: LaidRuns, inner: Target, around: Target) -> int | None:
-    """Return the run of `inner` that does not end before `around` starts."""
+    """Return a run of `inner` that does not end before `around` starts, or None."""
     one, other = laid.of_target.get(inner.index), laid.of_target.get(around.index)
     if not one or not other:
         return None
@@ -101,7 +101,7 @@ def in_the_air(laid: LaidRuns) -> list[Difference]:
 
 
 def _unpierced(laid: LaidRuns) -> list[Difference]:
-    """Return the cuts without a pierce that do not start beside the sheet."""
+    """Return the cuts without a pierce that do not start off the sheet."""
     sheet, half = laid.sheet, 0.5 * laid.plan.data.kerf
     found = []
     for number, run in enumerate(laid.runs):

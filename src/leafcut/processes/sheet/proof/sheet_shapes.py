@@ -1,7 +1,7 @@
 """The shapes of a sheet that a cutting program must respect, built from the drawing alone.
 
-For each contour: the path of the middle of the kerf. For each part: the metal that no kerf may touch. For holes and
-notches that are cut in pieces: that these keep to the drawing, and cover all that the kerf reaches.
+For each contour: the centreline of the kerf. For each part: the metal that no kerf may touch. For divided holes and
+notches: a check that their pieces respect the drawing, and cover the whole area that the kerf reaches.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.proof.torch_runs import FLATNESS
 from leafcut.proof.difference import place
 
-#: Tolerance of the place of a kerf, mm: it covers the tolerance of the offset and the rounding of the program.
+#: Tolerance of the position of a kerf, mm: covers the offset tolerance and the rounding of the program.
 TOLERANCE = 0.025
-#: Segments in a quarter of a round corner of a buffer: exact to 0.001 mm on a kerf of 5 mm.
+#: Segments per quarter circle in buffers: exact to 0.001 mm for a kerf of 5 mm.
 QUARTER = 32
-#: The drawn line has a corner if it turns by more, rad.
+#: A drawn corner turns by more than this, rad.
 CORNER = math.radians(3.0)
-#: Vertices with a smaller distance are one, mm.
+#: Vertices closer than this coincide, mm.
 SAME_PLACE = 1e-6
 
 
@@ -38,17 +38,18 @@ class Target:
     Attributes
     ----------
     index
-        In `Sheet.contours`.
+        Index in `Sheet.contours`.
     shape
-        Shapely polygon of a closed contour to be cut, else None.
+        Shapely polygon of a closed contour to cut, else None.
     edge
         The drawn line.
     way
-        Path of the middle of the kerf: a ring around a closed contour; the line itself for a mark or an open cut.
+        Centreline of the kerf: a ring for a closed contour; the line itself for a mark or an open cut.
     corners
-        Corners of the drawn line, float64[k, 2]: the kerf may go around them or in a loop.
+        Corners of the drawn line, float64[k, 2]; the kerf may turn around them or loop.
     may_stay
-        A hole two kerfs wide within the tolerance: whether its pierce has room is a matter of rounding.
+        Whether the contour may stay uncut: a hole two kerfs wide within the tolerance, where rounding decides whether a
+        pierce fits.
     """
 
     index: int
@@ -61,12 +62,12 @@ class Target:
 
     @property
     def marks(self) -> bool:
-        """Whether it is marked, not cut."""
+        """Whether the contour is marked, not cut."""
         return self.source.kind == "mark"
 
     @property
     def name(self) -> str:
-        """Name for messages, with its place."""
+        """Name for messages, with the position."""
         x, y = self.source.path.start
         closed = self.shape is not None
         what = "mark" if self.marks else "cut" if not closed else "hole" if self.source.is_hole else "outline"
@@ -75,7 +76,7 @@ class Target:
 
 
 def targets_of(sheet: Sheet, half: float) -> list[Target]:
-    """Return the targets of a sheet, in its order, for a kerf whose middle keeps `half` mm from the parts."""
+    """Return the targets in sheet order, for a kerf whose centreline is `half` mm from the parts."""
     found = (_target(k, source, half) for k, source in enumerate(sheet.contours) if source.kind != "sheet")
     return [target for target in found if target is not None]
 
@@ -85,7 +86,7 @@ def _polygon(one: Contour) -> Any:
 
 
 def _target(index: int, source: Contour, half: float) -> Target | None:
-    """Return the target of a contour; None if the kerf fills or divides a hole, or no pierce has room in it."""
+    """Return the target of a contour; None if the kerf fills or divides a hole, or no pierce fits in it."""
     points = source.path.flattened(FLATNESS)
     edge = shapely.LineString(points if len(points) > 1 else np.repeat(points, 2, axis=0))
     if source.kind == "mark" or not source.path.closed:
@@ -95,11 +96,11 @@ def _target(index: int, source: Contour, half: float) -> Target | None:
     polygons = shapely.get_parts(grown)
     if grown.is_empty or len(polygons) != 1:
         return None
-    # A pierce is as wide as the kerf, at least half a kerf away from the path, which is half a kerf from the part.
+    # A pierce is one kerf wide and at least half a kerf from the path, which is half a kerf from the part.
     pierces = [not source.is_hole or not shape.buffer(-2.0 * half + by).is_empty for by in (TOLERANCE, -TOLERANCE)]
     if not pierces[0]:
         return None
-    # The kerf closes notches with a narrow mouth; it follows the outer ring.
+    # The kerf closes notches with a narrow mouth and follows the outer ring.
     way = shapely.LineString(polygons[0].exterior.coords)
     return Target(index, source, shape, edge, way, _corners(source.path), not pierces[1])
 
@@ -107,7 +108,7 @@ def _target(index: int, source: Contour, half: float) -> Target | None:
 def _corners(path: Polyline) -> NDArray[np.float64]:
     """Return the vertices of a closed path at which it turns, float64[k, 2].
 
-    At both ends, an arc makes half of its angle with its chord: 2 atan of the bulge.
+    At both ends, the angle between an arc and its chord is half of the arc's angle: 2 atan of the bulge.
     """
     steps = np.roll(path.vertices[:, :2], -1, axis=0) - path.vertices[:, :2]
     real = np.hypot(*steps.T) > SAME_PLACE
@@ -119,7 +120,7 @@ def _corners(path: Polyline) -> NDArray[np.float64]:
 
 
 def metal_of(sheet: Sheet) -> tuple[NDArray[Any], tuple[int, ...]]:
-    """Return the metal of every part: its outline less its holes, but not less chambers, smaller by the tolerance."""
+    """Return the metal of every part: its outline less its holes (but not less chambers), shrunk by the tolerance."""
     outlines: dict[int, list[Any]] = {}
     holes: dict[int, list[Any]] = {}
     for source in sheet.contours:
@@ -142,7 +143,7 @@ def check_divided(drawn: Sheet, sheet: Sheet, half: float) -> list[Difference]:
     Parameters
     ----------
     half
-        Distance of the middle of the kerf from the parts, mm.
+        Distance between the centreline of the kerf and the parts, mm.
     """
     changed = [k for k, one in enumerate(drawn.contours) if sheet.contours[k].path is not one.path]
     if not changed and len(sheet.contours) == len(drawn.contours):
@@ -171,9 +172,9 @@ def check_divided(drawn: Sheet, sheet: Sheet, half: float) -> list[Difference]:
 
 
 def _check_chambers(drawn: Sheet, chambers: list[Any], half: float) -> list[Difference]:
-    """Return the faults of chambers: outside of a notch, or not cut though others of its outline are.
+    """Return the faults of chambers: outside a notch, or not cut although other chambers of the outline are.
 
-    A chamber without room for a pierce, or whose kerf would run into another kerf, may stay.
+    A chamber may stay uncut if no pierce fits, or if its kerf would enter another kerf.
     """
     if not chambers:
         return []

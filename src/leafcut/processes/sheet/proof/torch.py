@@ -1,4 +1,4 @@
-"""The proof of the torch: off in high rapids and at the end; lit by the chart; feeds as planned."""
+"""The proof of the torch: off during rapids and at the end, lit according to the chart, feeds as planned."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
 
 #: Tolerance of written heights, mm.
 _ROOM = 0.002
-#: Tolerance of the places along a cut where the feed changes, mm.
+#: Tolerance of the positions along a cut where the feed changes, mm.
 _ALONG = 0.05
 
 
@@ -34,7 +34,7 @@ def check_torch(
     dialect: Dialect,
     asked: Asked,
 ) -> list[Difference]:
-    """Return the faults of the torch in a program that was read back."""
+    """Return the faults of the torch in a program read back."""
     torch, heights, lowest = dialect.torch, dialect.states_z, asked.safe_height
     if lowest is None:
         lowest = max(plan.data.pierce_height, plan.data.cut_height)
@@ -50,9 +50,9 @@ def check_torch(
 
 
 def check_scribe(path: Toolpath, dialect: Dialect) -> list[Difference]:
-    """Return the lightings with another tool than that for cutting or marking, or before its offset is active.
+    """Return the lightings with the wrong tool for cutting or marking, or before the tool's offset is active.
 
-    The offset is active from the next move on that states both X and Y; before, the tool is where the last one was.
+    The offset becomes active with the next move that has both X and Y; until then, the previous offset applies.
     """
     number = None if dialect.torch is None else dialect.torch.mark_tool
     if number is None:
@@ -80,9 +80,9 @@ def check_scribe(path: Toolpath, dialect: Dialect) -> list[Difference]:
 
 
 def check_probing(path: Toolpath, runs: list[TorchRun], plan: CutPlan, probe: Probe | None) -> list[Difference]:
-    """Return the pierces without a probe of the sheet just before, and other faults of probing.
+    """Return the pierces without touching off just before, and other faults of probing.
 
-    Without a `probe`, Z0 may not move.
+    Without a `probe`, Z0 must not change.
     """
     found, fresh, lit, lit_after = list[Difference](), False, False, dict[int, bool]()
     before = path.before
@@ -112,7 +112,7 @@ def _pierces(run: TorchRun, cut: Cut) -> bool:
 
 
 def _wrong_probe(row: Motion, after: Motion, lit: bool, probe: Probe | None) -> list[Difference]:
-    """Return the faults of a probe, and of the height stated after it."""
+    """Return the faults of a probing move, and of the height set after it."""
     if probe is None:
         return [Difference("probe", 0, row.line, "the torch probes without being asked to")]
     wrong = []
@@ -128,7 +128,7 @@ def _wrong_probe(row: Motion, after: Motion, lit: bool, probe: Probe | None) -> 
 
 
 def _rapids(path: Toolpath, lowest: float | None) -> list[Difference]:
-    """Return the rapids with the torch on or too low, and a torch that is on at the end."""
+    """Return the rapids that are too low or have the torch on, and a torch left on at the end."""
     found: list[Difference] = []
     lit = at_machine_height = False
     before = path.before
@@ -163,7 +163,7 @@ def _goes_across(row: Motion, before: np.ndarray) -> bool:
 
 
 def _lighting(run: TorchRun, cut: Cut, plan: CutPlan, heights: bool, waits: bool) -> list[Difference]:
-    """Return the faults of the start of a cut: height and wait of the pierce, height of the cut."""
+    """Return the faults at the start of a cut: pierce height, pierce delay, cut height."""
     data, found = plan.data, []
     if run.lightings and cut.pierce:
         first = run.lightings[0]
@@ -183,7 +183,7 @@ def _lighting(run: TorchRun, cut: Cut, plan: CutPlan, heights: bool, waits: bool
 
 
 def _feeds(run: TorchRun, cut: Cut) -> list[Difference]:
-    """Return the first place of a run whose feed is not the planned one."""
+    """Return the first difference between the written and the planned feed of a run."""
     starts = np.array([at for at, _ in cut.speeds])
     speeds = np.array([feed for _, feed in cut.speeds])
     middles = 0.5 * (run.along[:-1] + run.along[1:])
@@ -204,7 +204,7 @@ def _feeds(run: TorchRun, cut: Cut) -> list[Difference]:
 def _material(
     path: Toolpath, text: str, plan: CutPlan, dialect: Dialect, material_number: int | None
 ) -> list[Difference]:
-    """Return the faults of the material that the program selects or states, and other settings of the controller."""
+    """Return the faults of the material selected or stated in the program, and of other controller settings."""
     torch = dialect.torch
     lines = text.splitlines()
     obeyed = controller_settings(lines, dialect)

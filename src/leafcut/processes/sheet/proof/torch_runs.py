@@ -1,6 +1,6 @@
-"""The runs of a torch in a program that was read back: where it burns, at which speed and height.
+"""The runs of the torch in a program read back: path, speed and height of each cut.
 
-A run is all feed moves between two rapids across the sheet; within it the torch is on, or dark in motion.
+A run consists of all feed moves between two rapids across the sheet, with the torch on or temporarily off.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 
 from leafcut.model.toolpath import Kind, Motion, Toolpath, arc_sweep
 
-#: Tolerance of chords, mm.
+#: Chord tolerance, mm.
 FLATNESS = 0.002
 _NOTHING = 1e-9
 
 
 @dataclass(frozen=True)
 class Lighting:
-    """The torch is lit: line of the program, height (mm, NaN if the program does not move Z), and the wait (s)."""
+    """One lighting of the torch: program line, height (mm, NaN if the program does not move Z), and delay (s)."""
 
     line: int
     height: float
@@ -36,15 +36,15 @@ class TorchRun:
     Attributes
     ----------
     line
-        Line of the program at its start.
+        Program line at the start.
     points
         float64[n + 1, 2], mm.
     burning
         bool[n]: whether the torch is on along the chord.
     feed, height
-        float64[n]: mm/s, and mm over the sheet at the end of the chord.
+        float64[n]: mm/s, and mm above the sheet at the end of the chord.
     row_line
-        int32[n]: line of the program.
+        int32[n]: program line.
     lightings
         All lightings without motion.
     """
@@ -69,14 +69,14 @@ class TorchRun:
         return np.concatenate([[0.0], np.cumsum(steps)])
 
     def lines(self) -> list[NDArray[np.float64]]:
-        """Return the stretches along which it burns, each float64[k, 2]."""
+        """Return the stretches with the torch on, each float64[k, 2]."""
         edges = np.flatnonzero(np.diff(np.concatenate([[False], self.burning, [False]]).astype(np.int8)))
         return [self.points[a : b + 1] for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
 @dataclass
 class _Collector:
-    """Collects rows to runs; a rapid across the sheet ends a run."""
+    """Collects rows into runs; a rapid across the sheet ends a run."""
 
     runs: list[TorchRun] = field(default_factory=list)
     points: list[tuple[float, float]] = field(default_factory=list)
@@ -110,7 +110,7 @@ class _Collector:
             column.clear()
 
     def light(self, row: Motion, place: NDArray[np.float64]) -> None:
-        """Add a lighting, or the end of one."""
+        """Add a switch of the torch, on or off."""
         self.lit = row if row.value != 0.0 else None
         self.resting = self.lit is not None
         if self.lit is not None:
@@ -119,14 +119,14 @@ class _Collector:
             self.lightings.append(Lighting(row.line, float(place[2]), abs(row.value), row.ref, 0.0))
 
     def wait(self, seconds: float) -> None:
-        """Add a dwell; just after a lighting, it is the wait for the pierce."""
+        """Add a dwell; directly after a lighting, it is the pierce delay."""
         if self.resting:
             last = self.lightings[-1]
             waited = last.waited + seconds
             self.lightings[-1] = Lighting(last.line, last.height, last.power, last.spindle, waited)
 
     def move(self, row: Motion, begin: NDArray[np.float64], chords: NDArray[np.float64]) -> None:
-        """Add the chords of a feed, float64[k, 2]."""
+        """Add the chords of a feed move, float64[k, 2]."""
         self.resting = False
         if not self.points:
             self.points.append((float(begin[0]), float(begin[1])))
@@ -140,10 +140,10 @@ class _Collector:
 
 
 def torch_runs(path: Toolpath, kerf: float | None = None) -> list[TorchRun]:
-    """Return the runs of the torch in the order of the program; moves in Z alone have no chords.
+    """Return the runs of the torch in program order; moves in Z alone have no chords.
 
-    If the controller compensates (G41, G42), a run is the real path of the torch. `kerf` is twice the content of a
-    register of the controller, mm; None: D is the kerf.
+    If the controller compensates (G41, G42), a run is the real path of the torch. `kerf` is twice the content of the
+    controller's offset register, mm; None: D is the kerf.
     """
     found, before = _Collector(), path.before
     for number, row in enumerate(path):
@@ -171,7 +171,7 @@ def torch_runs(path: Toolpath, kerf: float | None = None) -> list[TorchRun]:
 
 
 def pieces_of(run: TorchRun, longest: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return middles (float64[k, 2]), lengths and distances along a run of pieces that it burns, mm."""
+    """Divide the burning stretches of a run; return midpoints (float64[k, 2]), lengths and distances, mm."""
     begin, end = run.points[:-1][run.burning], run.points[1:][run.burning]
     at, length = run.along[:-1][run.burning], np.hypot(*(end - begin).T)
     count = np.maximum(np.ceil(length / longest), 1.0).astype(np.int64)
@@ -188,11 +188,11 @@ def pieces_of(run: TorchRun, longest: float) -> tuple[NDArray[np.float64], NDArr
 def compensated(
     points: NDArray[np.float64], side: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return the path of the torch if the controller offsets chords, and the number of the source of each chord.
+    """Return the torch path under controller compensation, and the index of the source of each chord.
 
-    `side` is the offset of n chords to the left, float64[n], mm, negative to the right. Around an outer corner the
-    torch moves on an arc, at an inner corner to the intersection of the offset lines; on the first compensated chord it
-    moves to beside its end. Source: LinuxCNC, G-code reference, cutter compensation.
+    `side` is the offset of n chords to the left, float64[n], mm, negative to the right. Outer corners are rounded by an
+    arc; at inner corners, the torch moves to the intersection of the offset lines. The first compensated chord leads to
+    the offset point at its end. Source: LinuxCNC, G-code reference, cutter compensation.
     """
     chord = np.arange(len(side))
     if not side.any():
@@ -232,7 +232,7 @@ def _left(begin: NDArray[np.float64], end: NDArray[np.float64]) -> NDArray[np.fl
 
 
 def _across(row: Motion, before: NDArray[np.float64]) -> bool:
-    """Return whether a move changes x or y; from an unknown place it does."""
+    """Return whether a move changes x or y; true from an unknown position."""
     return any(
         not math.isnan(end) and not abs(end - begin) <= _NOTHING
         for end, begin in zip(row.end[:2], before[:2].tolist(), strict=True)
