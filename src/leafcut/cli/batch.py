@@ -32,7 +32,7 @@ WRITTEN, REFUSED, SIMULATED = "written", "refused", "not written"
 
 @dataclass(frozen=True)
 class BatchRow:
-    """The result of one input in the table.
+    """A row of the table: the result of an input.
 
     Attributes
     ----------

@@ -54,8 +54,8 @@ def run_filter(
 ) -> Outcome:
     """Return the program of a drawing or another program, for the machine on which LinuxCNC runs.
 
-    The arguments are those of `api.optimize`. Without a machine in the options or the options file, LinuxCNC's machine
-    is used. If LinuxCNC did not start this process, it is the machine in the user's defaults.
+    The arguments are as in `api.optimize`. Without a machine in the options or the options file, LinuxCNC's machine is
+    used. If LinuxCNC did not start this process, the machine in the user's defaults is used.
 
     Raises
     ------

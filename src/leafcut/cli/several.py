@@ -83,7 +83,7 @@ def expanded(
     ReadError
         No file matches.
     OptionError
-        There is no input, standard input is combined with others, or a word is the unit of a preceding option.
+        The input is missing, standard input is combined with others, or a word is the unit of a preceding option.
     """
     inputs: list[str] = []
     pattern = False

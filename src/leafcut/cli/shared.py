@@ -139,7 +139,7 @@ def check_file_name(flag: str, name: str | None) -> None:
 
 
 def dashed(word: Any) -> Any:
-    """Return a word of the command line as it was typed."""
+    """Return a word of the command line in its typed form."""
     return DASH if word == HELD else word
 
 

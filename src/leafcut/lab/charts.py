@@ -105,7 +105,7 @@ def time_to_target(variants: Mapping[str, Sequence[float | None]], x_label: str,
 def pareto(
     points: Mapping[str, tuple[float, float]], front: Sequence[str], x_label: str, heading: str, description: str
 ) -> str:
-    """Return variants as points of two figures; those on the Pareto front are joined and labelled."""
+    """Return variants as points of two figures; points on the Pareto front are connected and labelled."""
     figure, axes = _figure()
     dominated = [point for name, point in points.items() if name not in front]
     if dominated:
@@ -137,7 +137,7 @@ def scatter(series: Mapping[str, Sequence[tuple[float, float]]], x_label: str, h
 
 
 def trials(costs: Sequence[tuple[float, float]], heading: str, description: str) -> str:
-    """Return the cost of each trial relative to the defaults, and the best so far as a step line."""
+    """Return the cost of each trial relative to the defaults, and the running best as a step line."""
     figure, axes = _figure()
     x, y = (np.array(column, dtype=np.float64) for column in zip(*costs, strict=True))
     axes.plot(x, y, "o", color=_HUES[1], markersize=3.5, alpha=0.8, markeredgewidth=0, label="trial")
@@ -151,7 +151,7 @@ def trials(costs: Sequence[tuple[float, float]], heading: str, description: str)
 
 
 def _costs_at(curve: Course, places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the costs of a run at given places, each from the last step before it."""
+    """Return the costs of a run at given iterations or times, each from the last step before."""
     x, y = (np.array(column, dtype=np.float64) for column in zip(*curve, strict=True))
     costs: NDArray[np.float64] = y[np.maximum(np.searchsorted(x, places, side="right") - 1, 0)]
     return costs

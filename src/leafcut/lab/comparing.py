@@ -1,4 +1,4 @@
-"""Comparison of variants: ranks over all instances, pairwise tests, and savings over a base level."""
+"""Comparison of variants: ranks over all instances, pairwise tests, and savings relative to a base level."""
 
 from __future__ import annotations
 
@@ -75,9 +75,9 @@ def compared(results: Results, analysis: Analysis, response: Response) -> Report
 
 
 def _against(results: Results, analysis: Analysis, response: Response, title: str, sentences: list[str]) -> Table:
-    """Return the figures by instance, with the difference from the base level or from the known fact.
+    """Return the figures by instance, with the difference from the base level or from the known figure.
 
-    Changes: words, with the mean difference over all instances.
+    Changes: `sentences`, to which the mean difference over all instances is added.
     """
     base_name = analysis.base or analysis.fact
     known = {instance.name: instance.facts.get(analysis.fact, 0.0) for instance in results.description.instances}

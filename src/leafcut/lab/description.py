@@ -10,7 +10,7 @@ from typing import Any
 
 from leafcut.errors import OptionError
 
-#: Commands of a run besides those of the processes.
+#: Commands of a run that belong to no process.
 SOLVE, OPTIMIZE = "solve", "optimize"
 #: Maximum number of runs of an experiment, and of seeds.
 MAX_RUNS, MAX_SEEDS = 100_000, 1000
@@ -43,7 +43,7 @@ class Level:
 
 @dataclass(frozen=True)
 class Factor:
-    """A factor: its levels are crossed with those of all other factors."""
+    """A factor, crossed with all other factors."""
 
     name: str
     title: str
@@ -93,7 +93,7 @@ class Analysis:
     fact
         Known figure of each instance as the reference of a comparison, instead of a base level.
     against
-        The other response of a Pareto plot; the next one if empty.
+        The other response of a Pareto plot; the next response if empty.
     without
         Instances without which a trend is reported a second time.
     boards

@@ -28,7 +28,7 @@ MAX_RUNS, MAX_POINTS = 1000, 300
 #: Maximum number of points of all curves together (a page draws them all); minimum per curve.
 _ALL_POINTS, _MIN_POINTS = 20_000, 10
 
-#: Algorithms that can be compared: all with a name of their own that search a tour.
+#: Algorithms that can be compared: all that search for a tour.
 COMPARED = tuple(name for name in ALGORITHM_TITLES if name not in ("auto", "none"))
 
 
@@ -39,7 +39,7 @@ class Repetition:
     Attributes
     ----------
     cost, iterations, seconds
-        Of the answer; seconds without those for a lower bound.
+        Cost, iterations and time of the result; the time excludes the lower bound.
     nodes
         int32[k]: the tour.
     curve
@@ -64,9 +64,9 @@ class Experiment:
     repetitions
         By algorithm, then by seed.
     lower_bound
-        Lower bound of the tour cost; None if there is none.
+        Lower bound of the tour cost; None if not computed.
     stopped
-        Whether the user stopped it before all runs were finished.
+        Whether the user stopped the experiment before all runs were finished.
     """
 
     part: Part
@@ -112,8 +112,8 @@ def run_experiment(
 ) -> Experiment:
     """Run each algorithm `runs` times on a map, with seeds counted up from the option ``seed``.
 
-    `options` are those of `api.solve`; each algorithm gets the ones that it uses. All algorithms use the same seeds.
-    When `cancelled` is set, the current run is dropped, unless it is the first.
+    `options` are as in `api.solve`; each algorithm gets only the options that it uses. All algorithms use the same
+    seeds. When `cancelled` is set, the current run is dropped, unless it is the first.
 
     Raises
     ------
@@ -146,7 +146,7 @@ def run_experiment(
 
 
 def options_for(algorithm: str, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options of a run of one algorithm: no unused ones, and no bound, which is computed once for all."""
+    """Return the options that an algorithm uses, without the bound, which is computed once for all algorithms."""
     used = registry.work("solve").used()
     kept = {name: value for name, value in options.items() if _fits(used.get(name, ()), algorithm)}
     if kept.get("target_gap") is None:

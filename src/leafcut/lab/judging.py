@@ -17,7 +17,7 @@ _EQUAL_SHARE = 1e-3
 
 
 def judged(results: Results) -> list[ReportBlock]:
-    """Return a block for each analysis, or the reason why it cannot be done yet."""
+    """Return a block for each analysis; blocks of analyses without enough results state the reason."""
     blocks = []
     for analysis in results.description.analyses:
         response = results.description.response(analysis.response)
@@ -29,7 +29,7 @@ def judged(results: Results) -> list[ReportBlock]:
 
 
 def _once(results: Results, analysis: Analysis, response: Response) -> Results:
-    """Drop runs that only repeat others: threads change the time of a search, not its result."""
+    """Drop runs that only repeat other runs, since threads change the time of a search but not its result."""
     cores = results.description.cores
     if not cores or cores in analysis.factors or response.path in TIMES:
         return results
@@ -246,7 +246,7 @@ def _trend(results: Results, analysis: Analysis, response: Response) -> ReportBl
                 rows.append(
                     (rest[0], f"{sizes[rest[0]]:g}", name, number(base), number(fmean(values)), f"{gain:.2f} %")
                 )
-    # An instance counts once, whatever else varies: its gains are not independent of each other.
+    # Each instance counts once, because its gains are not independent of each other.
     for name, points in gains.items():
         by_instance: dict[str, list[float]] = {}
         for instance, _, gain in points:
@@ -287,7 +287,7 @@ def _trend_words(sizes: Sequence[float], gains: Sequence[float], alpha: float) -
 
 
 def _projection(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
-    """Multiply the saving per piece by the batch size; nothing else changes between pieces."""
+    """Multiply the saving per piece by the batch size, since all pieces take the same time."""
     (factor,) = (results.description.factor(name) for name in analysis.factors)
     rows = []
     for rest, groups in results.groups(response.name, factor.name).items():

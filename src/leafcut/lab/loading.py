@@ -68,7 +68,7 @@ def load(name: str | Path) -> Description:
             return described(parse_toml(content, str(path), EXPERIMENT), path.stem, path.parent)
         except DataError:
             raise
-        except OptionError as problem:  # the command line is right, the file is not
+        except OptionError as problem:  # the error is in the file, not on the command line
             raise DataError(str(problem)) from None
     file = _SHIPPED / f"{name}.toml"
     if not re.fullmatch(r"[A-Za-z0-9_-]+", str(name)) or not file.is_file():
@@ -79,12 +79,12 @@ def load(name: str | Path) -> Description:
 def described(content: Mapping[str, Any], name: str, folder: Path | None) -> Description:
     """Return the experiment in a parsed TOML file; its files are relative to `folder`.
 
-    Without a folder, they are those included with leafcut.
+    Without a folder, the file names refer to files included with leafcut.
 
     Raises
     ------
     OptionError
-        A key or a name is unknown, a value has the wrong type, or there is nothing to run.
+        A key or a name is unknown, a value has the wrong type, or the experiment has no runs.
     """
     folder = folder if folder is not None else Path(str(resources.files("leafcut.lab") / "parts"))
     table = DescriptionTable(content, name, "")

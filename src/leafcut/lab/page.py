@@ -23,7 +23,7 @@ _NEEDED = ("scipy", "pandas", "statsmodels", "scikit_posthocs", "matplotlib")
 def write_page(
     description: Description, rows: Sequence[Row], n_runs: int, n_left_out: int = 0, before: Sequence[ReportBlock] = ()
 ) -> str:
-    """Return the page of an experiment from the runs so far; `n_runs` is the number of runs on this machine.
+    """Return the page of an experiment from its finished runs; `n_runs` is the number of planned runs on this machine.
 
     The blocks in `before` come first.
 
@@ -119,7 +119,7 @@ def _state(description: Description, results: Results, rows: Sequence[Row], n_ru
 
 
 def circumstances(rows: Sequence[Row]) -> list[str]:
-    """Return machines, versions and dates of the runs in words."""
+    """Describe the machines, versions and dates of the runs."""
     if not rows:
         return []
     machines = sorted({row.machine for row in rows})

@@ -1,4 +1,4 @@
-"""`run`: do the missing runs of an experiment, and store each when it is finished."""
+"""`run`: execute the missing runs of an experiment, and store each when finished."""
 
 from __future__ import annotations
 
@@ -98,16 +98,16 @@ def run(
     cancelled: threading.Event | None = None,
     mixed: bool = False,
 ) -> Ran:
-    """Do the runs of an experiment that are not stored yet; failed runs are repeated.
+    """Execute the runs of an experiment that are not stored yet; failed runs are repeated.
 
-    Each is stored when it is finished. When `cancelled` is set, or on an interrupt, unfinished runs are dropped.
+    Each run is stored when finished. When `cancelled` is set, or on an interrupt, unfinished runs are dropped.
 
     Parameters
     ----------
     performer
-        Executes the runs; by default they run here, one after the other.
+        Executes the runs; by default they run in this process, one after the other.
     mixed
-        Whether runs of this version may be combined with those of another version of leafcut.
+        Whether runs of different versions of leafcut may be combined.
 
     Raises
     ------
@@ -148,9 +148,9 @@ def run(
 
 
 def rows_of(description: Description, store: Store) -> list[Row]:
-    """Return the rows of the runs of an experiment as it is described now, in order.
+    """Return the rows of the runs that match the current description of an experiment, in order.
 
-    Runs with outdated options or inputs are left out.
+    Runs with outdated options or inputs are omitted.
 
     Raises
     ------
@@ -285,7 +285,7 @@ def _in_new_process(task: RunTask) -> dict[str, Any]:
 
 
 def _figure(answer: Mapping[str, Any], path: str, scale: float) -> float | None:
-    """Return the number at a path of keys and list indices; None if there is none."""
+    """Return the number at a path of keys and list indices, or None."""
     value: Any = answer
     for word in path.split("."):
         if isinstance(value, Mapping):

@@ -1,7 +1,7 @@
 """Statistical tests for the figures of an experiment: analysis of variance, rank comparisons, trends.
 
-The tests are those of scipy, statsmodels and scikit-posthocs. A figure is a number of any unit; groups are identified
-by the names of levels. No test depends on whether small figures are better.
+The tests come from scipy, statsmodels and scikit-posthocs. A figure is a number of any unit; groups are identified by
+the names of levels. No test depends on whether small figures are better.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Pair:
     Attributes
     ----------
     difference
-        Mean of the first minus that of the second; for ranks, the Hodges–Lehmann median.
+        Mean of the first minus mean of the second; for ranks, the Hodges–Lehmann median.
     low, high
         Confidence interval of the difference, at the level of the test; None if not available.
     p
@@ -50,7 +50,7 @@ class Pair:
 
 @dataclass(frozen=True)
 class OneWay:
-    """Analysis of variance of one factor, completely randomised design.
+    """One-way analysis of variance, completely randomised design.
 
     Attributes
     ----------

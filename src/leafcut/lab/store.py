@@ -91,7 +91,7 @@ class Store:
     ReadError, DataError
         The file is not a results file, is damaged, or has a schema that this version cannot read. It stays unchanged.
     OutputError
-        It cannot be written, or another program is writing it; stored rows are kept.
+        The file cannot be written, or another program is writing it; stored rows are kept.
     """
 
     def __init__(self, path: str | Path, *, read_only: bool = False) -> None:
@@ -144,7 +144,7 @@ class Store:
                 self._data.execute("commit")
 
     def add(self, row: Row) -> None:
-        """Store a run; a failed one is replaced."""
+        """Store a run; a failed run is replaced."""
         values = (
             row.key, row.experiment, row.instance, json.dumps(dict(row.levels)), row.seed,
             json.dumps(dict(row.options), default=str), row.input_sha256, row.failed, json.dumps(dict(row.responses)),

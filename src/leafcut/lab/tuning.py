@@ -40,7 +40,7 @@ MAX_TRIALS, MAX_SEEDS, MAX_INPUTS = 10_000, 100, 1000
 MIN_INPUTS = 3
 #: Names of the factor and its levels.
 FACTOR, DEFAULTS, TUNED = "parameters", "defaults", "tuned"
-#: First seed of the evaluation runs; the search uses none of these.
+#: First seed of the evaluation runs, beyond all seeds of the search.
 _FRESH = 10_001
 
 
@@ -163,7 +163,7 @@ class Tuned:
     Attributes
     ----------
     parameters
-        The best set; empty if none was better than the defaults.
+        The best set; empty if no set was better than the defaults.
     judging, rows
         The experiment on the evaluation inputs and its runs; no runs without a set.
     change
@@ -216,7 +216,7 @@ def tune(
 ) -> Tuned:
     """Search parameters on some inputs, and evaluate the best set on the others; stored runs are not repeated.
 
-    `performer`, `progress`, `cancelled` and `mixed` are those of `lab.running.run`.
+    `performer`, `progress`, `cancelled` and `mixed` are as in `lab.running.run`.
 
     Raises
     ------
@@ -235,7 +235,7 @@ def tune(
         return rows_of(description, store)
 
     training, held_out = task.split()
-    # Share of one trial in the progress; base runs and evaluation count as three trials.
+    # Share of a single trial in the progress; base runs and evaluation count as three trials.
     width = 1.0 / (task.trials + 3)
     base = _costs(runs_of(_description(task, training, {DEFAULTS: {}}, 1), 0.0, width), task, strict=True)
     trials: list[TrialResult] = []
@@ -294,7 +294,7 @@ def _drawn(trial: Trial, range_: Range) -> float | int:
 def _description(
     task: TuningTask, instances: Sequence[LabInstance], sets: Mapping[str, Mapping[str, float | int]], first: int
 ) -> Description:
-    """Return an experiment that runs inputs with parameter sets, with seeds counted up from `first`."""
+    """Return an experiment that runs inputs with parameter sets, with consecutive seeds from `first`."""
     levels = tuple(Level(name, dict(parameters)) for name, parameters in sets.items())
     return Description(
         name=f"tune_{task.algorithm}",
