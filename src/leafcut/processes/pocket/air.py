@@ -1,4 +1,4 @@
-"""Air cuts: stretches at depth where the tool cuts nothing become separate pieces at a higher feed."""
+"""Air cuts: stretches at depth without engagement become separate pieces at a higher feed."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ def with_air(
 ) -> list[list[PocketPiece]]:
     """Divide each piece where the tool enters or leaves the material; parts in air get the kind ``air``.
 
-    `way` and `engaged` are the measurement of the pieces in their order. Finishing pieces and entries stay whole. The
-    divided pieces are measured again: a sliver thinner than a step may lie between two samples of the first
-    measurement and at a sample of the second, and the proof measures the written program.
+    `path` and `engaged` are the measurement of the pieces in their order. Finishing pieces and entries stay whole. The
+    divided pieces are measured again, because the proof will sample the written program at other points: a sliver
+    thinner than a step may lie between two samples of the first measurement.
     """
     stations, free = np.cumsum(path.step), _free(path, engaged, rules)
     rows = np.arange(len(pieces))
@@ -52,7 +52,7 @@ def with_air(
 def _confirmed(
     pieces: Sequence[PocketPiece], divided: list[list[PocketPiece]], rules: PocketRules
 ) -> list[list[PocketPiece]]:
-    """Measure the divided pieces; those that cut after all get their kind back."""
+    """Measure the divided pieces; pieces that turn out to cut get their original kind back."""
     parts = [part for pieces_of in divided for part in pieces_of]
     if all(part.kind != "air" for part in parts):
         return divided

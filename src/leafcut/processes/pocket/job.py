@@ -1,4 +1,4 @@
-"""Data that all pockets of a drawing share, and their motion."""
+"""Data shared by all pockets of a drawing, and their motion."""
 
 from __future__ import annotations
 
@@ -49,18 +49,18 @@ class PocketSolid:
 
 @dataclass(frozen=True, eq=False)
 class PocketJob:
-    """Data that all strategies for the pockets of a drawing share.
+    """Data shared by all strategies for the pockets of a drawing.
 
     Attributes
     ----------
     levels, around
         Levels of each pocket, and the index of the pocket in whose floor it lies, or None.
     limits
-        Limits of feeds that follow the load; None for one feed.
+        Limits of load-dependent feeds; None for a constant feed.
     tops
-        Height of the material of each pocket before milling, mm; 0 is the highest place.
+        Height of the material of each pocket before milling, mm; 0 is the highest point of the part.
     solid, made_for
-        The solid, and its file with its placing; None and "" for a drawing.
+        The solid, and its file name with its placement; None and "" for a drawing.
     """
 
     run: Job
@@ -89,7 +89,7 @@ class PocketJob:
 
     @property
     def top(self) -> float:
-        """Height of the top of the pockets, mm; planning and proof work as if it were 0."""
+        """Height of the top of the pockets, mm; planning and proof treat it as 0."""
         return self.part.pockets[0].top or 0.0
 
     @property

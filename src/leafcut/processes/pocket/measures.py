@@ -32,8 +32,8 @@ def measure_path(
     """Return the measures of a path over one level of a pocket.
 
     Areas come from `removal`, engagement and step-over from `material.engagement` and `material.step_over`. Air is feed
-    without engagement. The first cut into full material counts as an engagement of half a turn. A piece of the kind
-    ``entry`` does not count for engagement, air and step-over: the tool cuts it, and its inside, on its descent.
+    without engagement. The first cut into full material counts as an engagement of half a turn. Pieces of the kind
+    ``entry`` do not count for engagement, air and step-over, because the tool clears them during its descent.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The part of an outcome that only pockets have."""
+"""The pocket-specific part of an outcome."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class PocketDetail:
     programs
         For several pockets: the written program, and the program of each strategy that clears all of them.
     pace
-        Effect of feeds that follow the load; None for one feed.
+        Effect of load-dependent feeds; None for a constant feed.
     before
         The material before the first cut if it is a solid with steps; None: a block.
     """

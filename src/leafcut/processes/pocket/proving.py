@@ -37,14 +37,14 @@ def needed_holes(job: PocketJob, descents: Sequence[Descent]) -> list[str]:
 def prove_pockets(
     job: PocketJob, motion: PocketMotion, text: str
 ) -> tuple[Toolpath, list[Issue], MeasuredChips | None]:
-    """Prove the program by comparison and simulation; return it read back, with its uncut places and its chips.
+    """Prove the program by comparison and simulation; return it read back, with its uncut areas and its chips.
 
-    Chips are measured if the feeds follow the load. No program that fails here is written.
+    Chips are measured only with load-dependent feeds. A program that fails here is not written.
 
     Raises
     ------
     VerifyError
-        The first difference, gouge or danger, and their number.
+        The program has differences, gouges or dangers; the message has the first, and their number.
     """
     from leafcut.processes.pocket.plan.rules import finishing_levels
     from leafcut.processes.pocket.proof.pocket import (
@@ -104,7 +104,7 @@ def prove_pockets(
 
 
 def _uncut(job: PocketJob, removed: list[tuple[int, Removal]]) -> list[Issue]:
-    """Return a warning for each pocket with more uncut area than the tolerance, with places."""
+    """Return a warning for each pocket with more uncut area than the tolerance, with positions."""
     from leafcut.geometry.regions import polygons
     from leafcut.report.wording import area_words
 
@@ -124,7 +124,7 @@ def _uncut(job: PocketJob, removed: list[tuple[int, Removal]]) -> list[Issue]:
 
 
 def stops(job: PocketJob) -> list[Issue]:
-    """Return a note if the tool stops after every move, although stock would allow it to go on."""
+    """Return a note if the tool stops after every move, although with stock it need not."""
     if not job.words.rounding or job.rounding <= job.rules.stock:
         return []
     words = (

@@ -1,4 +1,4 @@
-"""The pockets of a drawing, a picture or a solid, with tool, levels and rules: a job of milling before planning."""
+"""Prepares a milling job for planning: pockets of a drawing, a picture or a solid, with tool, levels and rules."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ if TYPE_CHECKING:
 
 
 def prepared(run: Job, source: Source) -> tuple[PocketJob, list[Issue]]:
-    """Read the pockets; return the job, and what is noticed.
+    """Read the pockets; return the job, and issues.
 
     Raises
     ------
     ReadError, OptionError, PlanError, VerifyError
-        One line: what is wrong, where, and what to do.
+        The message is one line: the problem, its location, and the remedy.
     """
     from leafcut.gcode.dialects import dialect
     from leafcut.processes.placing import placed, placing_words
@@ -112,7 +112,7 @@ def prepared(run: Job, source: Source) -> tuple[PocketJob, list[Issue]]:
 
 
 def _solid(run: Job, source: Source, whole: Part, part: Part, radius: float) -> tuple[PocketSolid | None, list[float]]:
-    """Return the solid, and the height of the material of each pocket; without --pocket-top surface None and 0.
+    """Return the solid, and the height of the material of each pocket: None and zeros without --pocket-top surface.
 
     Raises
     ------
@@ -138,7 +138,7 @@ def _solid(run: Job, source: Source, whole: Part, part: Part, radius: float) -> 
 
 
 def _lower(pockets: Sequence[Pocket], tops: Sequence[float]) -> list[Issue]:
-    """Return a warning about pockets whose material starts below the highest place of the solid."""
+    """Return a warning about pockets whose material starts below the highest point of the solid."""
     lower = [k for k, top in enumerate(tops) if top < 0.0]
     if not lower:
         return []
@@ -204,7 +204,7 @@ def _box(job: PocketJob) -> Toolpath:
     return raised(builder.build(), job.top)
 
 
-#: Less than this is left to the proof of the program, which knows the path, mm.
+#: Smaller overlaps are left to the proof of the program, which knows the path, mm.
 ROUNDING = 0.05
 
 
@@ -226,7 +226,7 @@ def refuse_clamps(
     Raises
     ------
     PlanError
-        Names the pocket, the zone, and the missing length or distance.
+        A pocket is blocked; the message names the pocket, the zone, and the missing length or distance.
     """
     zones: Any = [shapely.box(*zone) for zone in parse_zones(keep_out)]
     heights = crossing_heights(keep_out, clearance).tolist()

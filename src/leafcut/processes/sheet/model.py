@@ -1,4 +1,4 @@
-"""Result of cutting a sheet: its cuts in three orders, each with its time and its cost."""
+"""Result of cutting a sheet: its cuts in three orders, with times and costs."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ class SheetDetail:
     Attributes
     ----------
     plans
-        The given order, nearest neighbour (None without one) and the order as written, each with its time and its cost.
+        The given order, the nearest-neighbour order (or None) and the written order, with times and costs.
     """
 
     plans: tuple[CutPlan, CutPlan | None, CutPlan]
 
     @property
     def plan(self) -> CutPlan:
-        """The cuts in order as written."""
+        """The cuts in the written order."""
         return self.plans[-1]
 
     @property

@@ -1,4 +1,4 @@
-"""The writer of cutting programs: the words of a torch or a beam.
+"""The writer of cutting programs for a torch or a beam.
 
     write_cut_program(plan, toolpath, dialect("qtplasmac"), PostOptions(), header=["sheet.dxf"])
 
@@ -33,9 +33,9 @@ def write_cut_program(
     Parameters
     ----------
     plan
-        Its cutting data are stated to the controller.
+        The cutting plan; its cutting data are passed to the controller.
     path
-        The cuts as a toolpath: mm, mm/s, s. Actions of the controller itself are left out (`gcode.torch`).
+        The cuts as a toolpath: mm, mm/s, s. Actions of the controller itself are omitted (`gcode.torch`).
     dialect
         Without a table for torches, M3 and M5 switch the torch like a spindle.
     options, header
@@ -56,17 +56,17 @@ def write_cut_program(
 
 
 def check_words(dialect: Dialect, options: PostOptions, *, marks: bool, compensates: bool) -> None:
-    """Refuse work that the dialect has no words for; called before the search, too.
+    """Refuse work that the dialect cannot express; also called before the search.
 
     Parameters
     ----------
     marks, compensates
-        Whether there are marks, and whether the controller compensates the kerf.
+        Whether the sheet has marks, and whether the controller compensates the kerf.
 
     Raises
     ------
     PostError
-        Names the missing word, and the remedy.
+        A word is missing; the message names it, and the remedy.
     """
     torch, name = dialect.torch, dialect.name
     if marks and (torch is None or not torch.mark_on):
@@ -115,7 +115,7 @@ class _TorchWriter(Writer):
     def _begin(self, header: Sequence[str]) -> None:
         super()._begin(header)
         if {610, 640} <= self.dialect.g_codes and not (self.path.kind == Kind.BLENDING).any():
-            self.out.say("G61")  # a controller that was just switched on, or left so, may round its corners
+            self.out.say("G61")  # otherwise the default or an earlier program may leave rounded corners on
         if (self.path.kind == Kind.TOOL).any():
             self.out.comment(
                 f"marks: the scribe is tool {self.torch.mark_tool}; its X and Y offset from the torch, tool 0, must "
@@ -133,7 +133,7 @@ class _TorchWriter(Writer):
             self.out.lines.append(self._material_comment())
 
     def _material_comment(self) -> str:
-        """Return the comment with the material for QtPlasmaC; ``o=0`` limits it to this program."""
+        """Return the material comment for QtPlasmaC; ``o=0`` limits the material to this program."""
         data, length = self.plan.data, self.numbers.length
         figures = {
             "kw": length(data.kerf),
@@ -213,7 +213,7 @@ class _TorchWriter(Writer):
         self.out.say(f"T{row.ref}", "M6")
 
     def _take_offset(self, row: Motion) -> None:
-        """Activate the offset of the tool; the next move states X and Y."""
+        """Activate the tool offset; the next move must have both X and Y."""
         self.out.say("G43", f"H{row.ref}")
         self.out.forget(["motion", *"XY"])
         for axis in range(2):
@@ -250,7 +250,7 @@ class _TorchWriter(Writer):
         self._lose_height()
 
     def _shift(self, row: Motion) -> None:
-        """Set the height at which the probe tripped, or cancel it."""
+        """Set Z to the height at which the probe tripped, or cancel that shift."""
         self._lose_height()
         if math.isnan(row.end[2]):
             self.out.say("G92.1")

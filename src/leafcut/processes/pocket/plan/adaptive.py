@@ -40,7 +40,7 @@ CUSP, CUSP_SHARE = 0.05, 0.25
 THIN = 0.03
 #: Maximum film in the tip of a corner, left for the wall pass, share of the tolerance.
 FILM = 0.6
-#: Bisection steps between a possible disc and one that is too far.
+#: Bisection steps between a possible disc and a disc that is too far away.
 _HALVINGS = 5
 #: Factor of a step that turns out to be a little too long.
 _BACK = 0.8
@@ -51,7 +51,7 @@ _STUCK = 1e-5
 def adaptive(region: CentreRegion) -> PocketPath:
     """Return a path that clears a region within the engagement limit, then a pass along its walls.
 
-    The engagement does not exceed that of a straight cut as wide as the step-over either.
+    The engagement also stays below the engagement of a straight cut as wide as the step-over.
 
     Raises
     ------
@@ -74,7 +74,7 @@ def adaptive(region: CentreRegion) -> PocketPath:
 
 @dataclass(frozen=True, eq=False)
 class _Spot:
-    """A place of the axis, float64[2], whose disc is cleared, and a disc that contains it."""
+    """A point of the axis, float64[2], whose disc is cleared, and a disc that contains it."""
 
     disc: int
     at: Floats
@@ -160,14 +160,14 @@ class _Work:
             stack += [(child, node) for child in reversed(children[node])]
 
     def _walk(self, start: Floats, end: Floats, spot: _Spot, to_end: bool) -> _Spot:
-        """Clear discs from one place of the axis to the next, as needed; return the last disc."""
+        """Clear discs from one point of the axis to the next, as needed; return the last disc."""
         good = 0.0
         while not self._reaches(end, spot, to_end):
             low, high = good, 1.0
             for _ in range(_HALVINGS):
                 middle = 0.5 * (low + high)
                 low, high = (middle, high) if self._reaches(start + middle * (end - start), spot) else (low, middle)
-            for _ in range(_HALVINGS):  # the finer samples may show a peak
+            for _ in range(_HALVINGS):  # finer sampling may reveal a peak
                 if self._reaches(start + low * (end - start), spot, True):
                     at, on = start + low * (end - start), low
                     break
@@ -187,9 +187,9 @@ class _Work:
         return self._clear(end, spot) if to_end else spot
 
     def _nearer(self, at: Floats, spot: _Spot) -> Floats:
-        """Return a place on the straight line to the last disc whose disc can be cleared next.
+        """Return a point on the straight line to the last disc whose disc can be cleared next.
 
-        The line lies in the region: a place outside would be nearer to the edge than to the last disc.
+        The line lies in the region: a point outside would be nearer to the edge than to the last disc.
         """
         part = 1.0
         while part * float(np.hypot(*(at - spot.at))) > 0.5 * _STUCK:
@@ -199,11 +199,11 @@ class _Work:
         return spot.at + part * (at - spot.at)
 
     def _radius(self, at: Floats) -> float:
-        """Return the distance of a place from the edge of the region, mm."""
+        """Return the distance of a point from the edge of the region, mm."""
         return float(shapely.distance(self.edge, shapely.Point(at)))
 
     def _reaches(self, at: Floats, spot: _Spot, sure: bool = False) -> bool:
-        """Return whether the disc at a place may be cleared next: within the limit, and without a large cusp."""
+        """Return whether the disc at a point may be cleared next: within the limit, and without a large cusp."""
         (x, y), radius = at.tolist(), self._radius(at)
         if not self._left(x, y, radius):
             return True
@@ -224,7 +224,7 @@ class _Work:
     def _allowed(self, radius: float) -> float:
         """Return the engagement limit on a circle, rad: less on small circles, where remaining films count more.
 
-        A film of thickness h in a hole of radius r + ρ is to the tool as h (1 + r/ρ) at a straight edge.
+        A film of thickness h in a hole of radius r + ρ has the effect of a film h (1 + r/ρ) at a straight edge.
         """
         tool = self.rules.radius
         film = self.fine * (1.0 + tool / max(radius, self.fine))
@@ -270,7 +270,7 @@ class _Work:
         """Return the path between two discs in the tree of discs."""
         up, down = [a], [b]
         while up[-1] != down[-1]:
-            longer = up if up[-1] > down[-1] else down  # a disc is younger than the one it was reached from
+            longer = up if up[-1] > down[-1] else down  # a disc is younger than its predecessor
             longer.append(self.parents[longer[-1]])
         return up + down[-2::-1]
 
@@ -282,7 +282,7 @@ class _Work:
         return (ax + middle * (bx - ax), ay + middle * (by - ay))
 
     def along_walls(self, rings: list[Points]) -> None:
-        """Remove the cusps along every edge of the region, the nearest first."""
+        """Remove the cusps along every edge of the region, nearest edge first."""
         walls = [self._begun(ring if self.turn > 0 else ring[::-1]) for ring in rings]
         while walls:
             wall = walls.pop(min(range(len(walls)), key=lambda i: math.dist(walls[i][0], self.at)))

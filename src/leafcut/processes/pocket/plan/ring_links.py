@@ -1,4 +1,4 @@
-"""Joints between rings, so that one path covers all rings without a retract."""
+"""Joints between rings, so that a single path covers all rings without a retract."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from leafcut.processes.pocket.plan.rings import NEAR, Ring, never
 STATION_STEP = 0.25
 #: Rings are side by side if this share of the smaller one is near the other.
 LONG = 0.3
-#: Maximum number of tried spines.
+#: Maximum number of spines to try.
 MOST_SPINES = 12
-#: Maximum number of tried joints of two rings after the first possible one.
+#: Maximum number of joints of two rings to try after the first possible joint.
 MOST_LOOKS = 60
 #: Share of a gap that may be omitted if only one of two rings has a gap.
 ONE_SIDED = 1.0
@@ -28,7 +28,7 @@ ONE_SIDED = 1.0
 FAR = 2.5
 #: Shorter rings have no gap, step-overs.
 TINY = 3.0
-#: Cost of a turn inside the gap of a joint, step-overs per radian: corners are cut without interruption.
+#: Cost of a turn inside the gap of a joint, step-overs per radian: keeps gaps out of corners.
 TURN_PENALTY = 0.3
 #: Joints within this distance of avoided places, step-overs, get this penalty, step-overs.
 AVOIDED, AVOIDED_PENALTY = 2.0, 4.0
@@ -60,7 +60,7 @@ class _Options(NamedTuple):
 
 
 def _beside(a: Ring, b: Ring, step_over: float) -> bool:
-    """Return whether two rings run side by side for long, so that they may be joined anywhere."""
+    """Return whether two rings run side by side over a long stretch, so that they may be joined anywhere."""
     small, large = (a, b) if a.length <= b.length else (b, a)
     if a.level == b.level:
         return False
@@ -195,7 +195,7 @@ class RingLinks:
         return ways + [self._around(ring, 0.0, self.cut[ring].length) for ring in self.apart]
 
     def _best_spine(self) -> tuple[list[int], list[tuple[float, float]]]:
-        """Return the spine that saves most, and the stations where each of its rings starts and ends."""
+        """Return the spine with the largest saving, and the stations where each of its rings starts and ends."""
         best: tuple[float, list[int], list[tuple[float, float]]] | None = None
         for spine in spines(self.cut, self.edges, self.step):
             first = self.cut[spine[0]]
@@ -328,7 +328,7 @@ class RingLinks:
         return (TURN_PENALTY * turn + AVOIDED_PENALTY * near) * self.step
 
     def _is_avoided(self, place: Points) -> bool:
-        """Return whether a place is near an avoided one."""
+        """Return whether a point is near an avoided point."""
         return bool(shapely.dwithin(shapely.Point(place), self.avoided, AVOIDED * self.step))
 
     def _is_free(self, ring: int, station: float, half: float) -> bool:

@@ -76,7 +76,7 @@ def measured_chips(
     """
     cuts = list(cuts_of(written, rules.tolerance))
     rpm = np.abs(written.latest(Kind.SPINDLE, written.value))
-    # A short piece of a ramp may be level after rounding: it is not at the height of a level.
+    # A short piece of a ramp may be horizontal after rounding, but it is not at the height of a level.
     flat = {
         cut.row
         for cut in cuts
@@ -172,7 +172,7 @@ def _worst(level: _Places, share: Floats) -> Iterator[tuple[PocketCut, int]]:
 def _ramps(
     cuts: list[PocketCut], written: Toolpath, limits: FeedLimits, flat: set[int], levels: Sequence[float]
 ) -> Iterator[_Ramp]:
-    """Yield sloped descents; successive moves with one feed are one descent, because heights are rounded.
+    """Yield sloped descents; successive moves with the same feed are one descent, because heights are rounded.
 
     The material ends at the next level above the bottom of a descent.
     """

@@ -1,4 +1,4 @@
-"""Proof of a pocketing program, read back and simulated: no gouge, no cut too deep, no rapid in the material."""
+"""Proof of a pocketing program by simulation: no gouges, no cuts that are too deep, no rapids in the material."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def check_pockets(
 
 @dataclass(frozen=True, eq=False)
 class SimulatedLevel:
-    """The removed material of one pocket at one height, and the step-over of the passes, mm."""
+    """The material removed from a pocket at one height, and the step-over of the passes, mm."""
 
     z: float
     number: int
@@ -132,8 +132,8 @@ def air_differences(written: Toolpath, rules: PocketRules, feed: float) -> list[
     """Return the moves below the surface that cut at more than the feed of the mill, mm/s.
 
     A faster move must be level, and earlier moves at its height must have cleared all of its path, which is sampled
-    (`material.engagement`). A film as wide as a hundredth of the diameter does not count: passes within the tolerance
-    may leave one between them, and its chips are a fifth as thick as others at the same feed.
+    (`material.engagement`). Films up to a hundredth of the diameter do not count: passes within the tolerance may leave
+    such films, and their chips are only a fifth as thick as usual at the same feed.
     """
     cuts = list(cuts_of(written, rules.tolerance))
     speed = {cut.row: float(written.value[cut.row]) for cut in cuts}
@@ -440,7 +440,7 @@ def _uncleared(
         known = lines[(when < row) & (top <= z - OVER + ROOM)]
         near = known[shapely.dwithin(known, at, 2.0 * rules.radius)]
         if shapely.dwithin(near, at, 0.1 * rules.tolerance).any():
-            continue  # the tool's centre was here before
+            continue  # the tool's centre has been here before
         steps = [shapely.linestrings(np.stack([p[:-1], p[1:]], axis=1)) for p in map(shapely.get_coordinates, near)]
         swept = shapely.buffer(np.concatenate([[], *steps]), rules.radius, quad_segs=chords)
         cleared = shapely.union_all([*swept, *(shape for top, shape in open_ if top <= z - OVER + ROOM)])

@@ -1,4 +1,4 @@
-"""Time norm, cost and data of a cutting plan as plain values, and names of its cuts and parts."""
+"""Cycle time, cost and data of a cutting plan as plain values, and names of its cuts and parts."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def cutting_as_json(detail: SheetDetail) -> dict[str, Any]:
 
 
 def _pieces(norm: CutMeasures) -> list[dict[str, Any]]:
-    """Return time and cost of the parts of each name, per sheet and batch; parts without a name are left out."""
+    """Return time and cost per part name, for a sheet and the batch; unnamed parts are omitted."""
     found: dict[str, list[PartTimes]] = {}
     for part in norm.parts:
         if part.name:
@@ -127,7 +127,7 @@ def size_words(mm: float) -> str:
 
 
 def name_words(name: str) -> str:
-    """Return a name of the cut chart as a person writes it: ``mild steel``, ``laser fiber 3 kW``."""
+    """Return a name of the cut chart in readable form: ``mild steel``, ``laser fiber 3 kW``."""
     return re.sub(r"(\d)kw\b", r"\1 kW", name.replace("_", " "), flags=re.IGNORECASE)
 
 

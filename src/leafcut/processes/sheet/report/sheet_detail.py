@@ -1,4 +1,4 @@
-"""Details of single cuts: the kerf in its true width, the lead-in and the lead-out."""
+"""Detail drawings of single cuts: kerf at its true width, lead-in and lead-out."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _WIDTH, _HEIGHT = 300.0, 190.0
 #: Half of the height of the window: in lead-ins, in kerfs, and its minimum, mm.
 _LEADS, _KERFS, _LEAST = 1.6, 5.0, 4.0
 _CHORDS = 0.08
-#: Distance beside the window within which a wide line may still be visible, user units.
+#: Margin around the window within which a wide line may still be visible, user units.
 _BEYOND = 60.0
 _ARROW = 4.5
 _SMALLEST_DOT = 2.4
@@ -31,7 +31,7 @@ _SMALLEST_DOT = 2.4
 
 @dataclass(frozen=True)
 class DetailView:
-    """A window on a place of the sheet: its middle in mm, and user units per mm."""
+    """A window on the sheet: its centre in mm, and user units per mm."""
 
     middle: tuple[float, float]
     scale: float
@@ -120,7 +120,7 @@ def _lead_words(cut: Cut) -> str:
 
 
 def _areas(look: DetailView, sheet: Sheet) -> str:
-    """Return the visible parts, each as an area without its holes."""
+    """Return the visible parts, each as an area less its holes."""
     areas: dict[int, str] = {}
     for c in sheet.contours:
         if c.kind == "cut" and c.path.closed and c.part and not c.chamber:
@@ -130,7 +130,7 @@ def _areas(look: DetailView, sheet: Sheet) -> str:
 
 
 def _kerf(look: DetailView, cut: Cut, kerf: float) -> str:
-    """Return a cut as a band of its true width with its middle line."""
+    """Return a cut as a band of its true width, with its centreline."""
     lines = []
     for kind, low, high in stretches(cut):
         data = look.line(cut.path.piece(low, high))
