@@ -28,12 +28,12 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.region_paths import RegionPaths, length_of
 
-#: Distance between points, tool diameters, if the step-over allows it; nearer points cut the same place twice. The
-#: middle of four points is 0.71 distances away, so it is cut if points are less than 0.7 diameters apart.
+#: Usual and minimum distance between points, tool diameters; closer points would clear the same area twice. The centre
+#: of four points is 0.71 distances away, so it is cleared if points are less than 0.7 diameters apart.
 USUAL, NEAREST = 0.6, 0.5
 #: Maximum number of points: the costs of all pairs are stored, 8 bytes each, and paths from the boundary to each point.
 MOST_POINTS = 3000
-#: Number of tried offsets of the grid along each axis, and tried angles, rad.
+#: Number of offsets of the grid to try along each axis, and angles to try, rad.
 OFFSETS, ANGLES = 8, (0.0, math.pi / 12.0, math.pi / 6.0)
 
 
@@ -144,7 +144,7 @@ def _spurs(columns: NDArray[np.int64], rows: NDArray[np.int64]) -> int:
     """Return a lower bound of the number of steps longer than the pitch, from points with fewer than two neighbours."""
     if len(columns) < 2:
         return 0
-    # With a frame of empty cells.
+    # A frame of empty cells avoids checks at the border.
     cells = np.zeros((columns.max() + 3, rows.max() + 3), dtype=bool)
     cells[columns + 1, rows + 1] = True
     middle = slice(1, -1)
@@ -165,8 +165,8 @@ def _refuse(count: float, rules: PocketRules) -> None:
 def best_grid(region: CentreRegion, finish: bool = True) -> Grid:
     """Return the best grid of several offsets and angles.
 
-    With a finishing pass, which leaves nothing uncut, it has the least lower bound of its path; without, the most
-    points. If the region is too small for any point, the grid is one point inside it.
+    With a finishing pass, which clears the rest, the best grid has the smallest lower bound of its path; without, the
+    most points. If the region is too small for any point, the grid is a single point inside it.
     """
     pitch = checked_pitch(region.rules)
     steps = np.arange(OFFSETS) * pitch / OFFSETS
@@ -226,7 +226,7 @@ def grid_path(context: GridContext, order: NDArray[np.int32], strategy: str = "f
 def _over_points(context: GridContext, nodes: list[int]) -> list[PocketPiece]:
     """Return the pieces over the points: straight if allowed, with retracts if cheaper.
 
-    No point has a retract before and after it: the tool cuts while it moves.
+    No point has a retract both before and after it, because the tool only cuts while it moves.
     """
     places, paths, retract = context.paths.places, context.paths, context.retract
     pieces: list[PocketPiece] = []

@@ -57,7 +57,7 @@ from leafcut.report.wording import (
 
 #: Larger drawings are not swept for uncut material, number of segments.
 MOST_PIECES = 200_000
-#: Strategies are comparable if their uncut area exceeds that of the usual strategy by at most this, percent.
+#: Maximum excess of uncut area over the usual strategy for equal work, percentage points.
 LESS_WORK = 0.1
 #: Smaller shares of air cutting are not reported.
 _AIR = 0.01

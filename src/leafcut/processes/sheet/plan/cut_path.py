@@ -157,7 +157,7 @@ def body_of(contour: CutContour, start: CutStart, *, overcut: bool = True) -> tu
 
 
 def _from(path: Polyline, at: float, length: float, clockwise: bool) -> Polyline:
-    """Return the stretch of a closed path from `at` with the given length, mm."""
+    """Return the stretch of a closed path that starts at `at` and has the given length, mm."""
     if clockwise:
         return path.reversed().piece(path.length - at, path.length - at + length)
     return path.piece(at, at + length)

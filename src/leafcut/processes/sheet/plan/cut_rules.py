@@ -10,8 +10,8 @@ from leafcut.model.cutting import CutData, Lead
 from leafcut.model.kinds import CutMethod, method_of
 from leafcut.processes.sheet.options import CutOptions
 
-#: Minimum length of a lead-in, mm. Plasma and oxyfuel: lapas.io, table of lead-ins; the others: an estimate, so that
-#: the mark of the pierce stays off the part.
+#: Minimum length of a lead-in, mm. Plasma and oxyfuel: lapas.io, table of lead-ins; other methods: an estimate that
+#: keeps the pierce mark off the part.
 SHORTEST_LEAD_IN: dict[str, float] = {
     CutMethod.PLASMA: 6.0,
     CutMethod.OXYFUEL: 15.0,
@@ -32,8 +32,8 @@ SMALL_HOLE_SPEED = 60.0
 LEAD_ANGLE = 0.5 * math.pi
 #: Corners sharper than this get a loop, rad.
 LOOP_ANGLE = math.radians(100.0)
-#: Marking speed, mm/s (2500 mm/min): an estimate for scribes and for lasers at a fifth of their power. The speeds of
-#: the chart are for cutting through: too fast for a scribe on thin sheets, too slow for a beam on thick ones.
+#: Marking speed, mm/s (2500 mm/min): an estimate for scribes, and for lasers at a fifth of their power. Cutting speeds
+#: of the chart are too fast for a scribe on thin sheets, and too slow for a beam on thick sheets.
 MARK_FEED = 2500.0 / 60.0
 #: A plasma hole below this ratio of diameter to thickness becomes conical (plasma primer in the docs of QtPlasmaC).
 NARROWEST_HOLE = 1.5
@@ -50,17 +50,17 @@ class CutRules:
     data
         The row of the chart.
     half
-        Distance of the path from the part: half a kerf, or 0 without compensation.
+        Distance between path and part: half a kerf, or 0 without compensation.
     outline_direction
         ``clockwise``, ``counter-clockwise`` or ``free``; holes run the other way.
     lead_in, lead_out
-        Wanted leads; those of a contour may become shorter.
+        Wanted leads; they may be shortened for a contour.
     hole_lead_out
         Whether holes have a lead-out.
     torch_off_in_overcut
-        Whether the overcut is made with the torch off.
+        Whether the torch is off during the overcut.
     once
-        Without compensation: whether edges that coincide are cut once, also without the option for common lines.
+        Without compensation: whether coincident edges are cut once even without the option for common lines.
     """
 
     kind: str
@@ -86,13 +86,13 @@ class CutRules:
     once: bool = False
 
     def feed_of(self, kind: str, *, small: bool) -> float:
-        """Return the speed of a contour of a kind, ``cut`` or ``mark``, mm/s."""
+        """Return the speed for the kind of contour ``cut`` or ``mark``, mm/s."""
         if kind == "mark":
             return self.mark_feed
         return self.small_hole_feed if small else self.data.feed
 
     def by_path(self) -> CutRules:
-        """Return the rules of a contour whose kerf the program compensates."""
+        """Return the rules of a contour with kerf compensation in the program."""
         return replace(self, compensation="geometry", lead_in=replace(self.lead_in, run_in=0.0))
 
     @property
@@ -110,15 +110,15 @@ class CutRules:
 def resolve_rules(
     data: CutData, options: CutOptions, *, switches: bool = False, max_feed: float = math.inf
 ) -> CutRules:
-    """Return the rules of one sheet.
+    """Return the rules of a sheet.
 
-    `max_feed` is that of the machine, mm/s: marks are no faster by default. `switches` states whether the controller
-    can switch the torch off in motion; otherwise a plasma cut ends where it closes, without an overcut.
+    `max_feed` is the maximum feed of the machine, mm/s, which limits the default marking speed. `switches`: whether the
+    controller can switch the torch off in motion; otherwise plasma cuts end where they close, without an overcut.
 
     Raises
     ------
     OptionError
-        Two rules exclude each other.
+        Two options exclude each other.
     """
     kind = method_of(data.process)
     hot = kind in THICK_LEAD_IN
@@ -127,8 +127,8 @@ def resolve_rules(
     if length is None:
         length = max(SHORTEST_LEAD_IN.get(kind, 2.0), data.thickness if hot else KERFS_OF_LEAD_IN * data.kerf)
     style = options.lead_in if options.lead_in != "auto" else ("arc" if hot else "line")
-    # G41 and G42 are taken up on a straight piece, and an arc from there is tangent to the contour; torch and height
-    # are not switched while they are on (LinuxCNC: M62 to M68 are invalid under compensation).
+    # G41 and G42 start on a straight run-in, followed by an arc tangent to the contour. Torch and height control are
+    # not switched meanwhile (LinuxCNC: M62 to M68 are invalid under compensation).
     by_controller = options.compensation == "controller"
     style = "arc" if by_controller else style
     out = options.lead_out if options.lead_out != "auto" else (style if hot else "none")
@@ -199,7 +199,7 @@ def _check(kind: str, options: CutOptions, data: CutData) -> None:
 
 
 def not_with_common_lines(options: CutOptions, data: CutData) -> list[str]:
-    """Return the options in use that exclude common lines."""
+    """Return the active options that exclude common lines."""
     given = {
         "--chains": options.chains,
         "--plan": bool(options.plan),
