@@ -59,10 +59,10 @@ def fine(path: Points, longest: float) -> Points:
 def shorten(
     path: Points, ground: CoverageGrid, region: CentreRegion, allowed: Any, kept: Points, stopped: Callable[[], bool]
 ) -> Points:
-    """Return a path, not longer, that stays within the limits of all sample points of the area.
+    """Return a path that is at most as long and stays within the limits of all sample points of the area.
 
-    The path stays unchanged within a radius of the places `kept`, float64[n, 2]. When `stopped`, the path is valid but
-    longer than it might be.
+    The path stays unchanged within a radius of the points `kept`, float64[n, 2]. Once `stopped` returns true, the path
+    is valid but may be longer than necessary.
     """
     radius, changed = region.rules.radius, None
     for _ in range(PASSES):
@@ -86,7 +86,7 @@ def chamfer(
 ) -> Points:
     """Return a path with chamfers on sharp corners where the sample points stay within their limits.
 
-    Corners near the places `links`, float64[n, 2], stay; when `stopped`, all stay.
+    Corners near the points `links`, float64[n, 2], stay; once `stopped` returns true, all corners stay.
     """
     if stopped():
         return path
@@ -122,7 +122,7 @@ class _Bends:
         self.station = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
         self.bends = self._bends(self.least)
         if changed is not None:
-            # A bend's stretch, the sample points beside it, and other passes that may clear them.
+            # A bend's stretch, nearby sample points, and other passes that may clear them.
             reach = self.reaches[0] * self.radius + 2.0 * ground.longest
             near = _near_some(path[self.bends], changed, reach)
             self.bends = [i for i, there in zip(self.bends, near, strict=True) if there]
