@@ -110,7 +110,7 @@ def method_for(problem: RoutingProblem, options: SolveOptions) -> Method:
         The algorithm does not support precedence, asymmetric costs, or the number of clusters.
     """
     name = "colony" if options.algorithm == "auto" else options.algorithm
-    algorithm = OWN[name] if name in OWN else Algorithm(partial(run_packaged, name))
+    algorithm = OWN[name] if name in OWN else _packaged(name)
     wanted, ordered = needs_choices(problem), len(problem.precedence) > 0
     if wanted and algorithm.choices is not None and (is_few(problem) or not algorithm.few):
         return Method(name, algorithm, True)
@@ -126,6 +126,12 @@ def method_for(problem: RoutingProblem, options: SolveOptions) -> Method:
             f"algorithm '{name}' needs equal costs in both directions; use --algorithm auto, which does not"
         )
     return Method(name, algorithm, False)
+
+
+@cache
+def _packaged(name: str) -> Algorithm:
+    """Return the entry of a package's algorithm; always the same one, so that its warm-up runs once."""
+    return Algorithm(partial(run_packaged, name))
 
 
 def is_few(problem: RoutingProblem) -> bool:
@@ -183,7 +189,8 @@ def warm_up(
 ) -> None:
     """Compile every kernel that the search needs, or load it from disk, before the clock starts.
 
-    This runs one or two iterations on a small problem of the same kind, which is fast if the kernels are compiled.
+    It runs one iteration on a small problem of the same kind: next to nothing if the kernels exist. Ctrl-C ends it, and
+    the next call runs again.
     """
     method, firefly = method_for(problem, options), firefly or FireflyOptions()
     options = replace(
@@ -212,7 +219,10 @@ def _warm_up(
         precedence=np.array(pairs, dtype=np.int32).reshape(-1, 2),
     )
     instance = method.instance(small, CANDIDATES)
-    tour = method.warm(instance, AlgorithmRun(options, aco, firefly, Best(Stop())), large)
+    stop = Stop()
+    tour = method.warm(instance, AlgorithmRun(options, aco, firefly, Best(stop)), large)
+    if stop.cancelled.is_set():
+        raise KeyboardInterrupt  # the search caught it to keep its best tour; an aborted warm-up is not cached
     path_cost(small, choose_nodes(small, instance.path(tour)))
 
 

@@ -19,7 +19,9 @@ class Doubt:
     gap, open_part
         A line is closed if the gap between its ends is within `gap`, mm, or within this part of its length.
     alone
-        Maximum gap of a line that is closed for certain, mm.
+        A line with a smaller gap, mm, is closed for certain.
+    still
+        Shorter moves are not sideways, mm: a plunge may drift by rounding.
     width
         Assumed width of an unknown tool, mm: passes at different depths keep their order within it.
     beside, beside_part
@@ -44,6 +46,7 @@ class Doubt:
     gap: float
     open_part: float
     alone: float
+    still: float
     width: float
     beside: float
     beside_part: float
@@ -61,14 +64,14 @@ class Doubt:
 
 #: Keeps the order in doubt. 12.7 mm (half an inch) exceeds the tools of desktop machines and most routers.
 KEEP = Doubt(
-    keep=True, sagitta=0.02, gap=0.05, open_part=0.1, alone=0.005,
+    keep=True, sagitta=0.02, gap=0.05, open_part=0.1, alone=0.005, still=1e-6,
     width=12.7, beside=1.0, beside_part=0.45, lean=0.02, widening=1.05,
     through=1.0, surely_through=1.0, around_through=0.6, area=1.0, sure_area=1.0, tab=0.2, smaller=0.95,
     same_depth=0.01,
 )  # fmt: skip
 #: Leaves the order free in doubt.
 FREE = Doubt(
-    keep=False, sagitta=0.002, gap=0.01, open_part=0.0, alone=0.01,
+    keep=False, sagitta=0.002, gap=0.01, open_part=0.0, alone=0.01, still=0.01,
     width=6.0, beside=0.99, beside_part=0.55, lean=0.015, widening=1.01,
     through=1.1, surely_through=0.9, around_through=0.4, area=0.5, sure_area=1.5, tab=0.15, smaller=0.94,
     same_depth=0.02,

@@ -30,9 +30,7 @@ LEVEL = 0.01
 _LEVEL_PART = 0.25
 #: Maximum gap between the ends of a closed cut, mm.
 _CLOSED = 1.0
-#: Minimum length of a sideways move, mm.
-_STILL = 1e-6
-#: Number of points along a cut at which its distance to another cut is measured.
+#: Places along a cut at which its distance from another one is measured.
 _PLACES = 40
 #: Segments per line in the index, which keeps bounding boxes small; pairs of lines compared at once.
 _SEGMENTS, _PAIRS = 32, 2000
@@ -77,8 +75,8 @@ class Visits:
     sideways: Mask
 
 
-def visits_of(features: Features, traces: Traces, visit: Indices, n: int) -> Visits:
-    """Return n visits; `visit` is the ascending visit number of each feature, and every number occurs."""
+def visits_of(features: Features, traces: Traces, visit: Indices, n: int, doubt: Doubt) -> Visits:
+    """Return the visits 0 … n - 1; `visit` is the number of each feature, rising, each at least once."""
     kind, z, start = features.kind, features.end[:, 2], features.of("start z")
     made = kind != Kind.DWELL
     bottom, floor = np.full((2, n), np.inf)
@@ -88,7 +86,7 @@ def visits_of(features: Features, traces: Traces, visit: Indices, n: int) -> Vis
     turn = np.abs(arcs.sweep) * (arcs.radius + 0.5 * arcs.grows) * np.all(arcs.axes[:, :2] == (0, 1), axis=1)
     step[curved] = np.maximum(step[curved], turn[traces.arc[curved]] * (traces.high - traces.low)[curved])
     of_feature = np.bincount(traces.feature, step, minlength=len(features))
-    sideways = made & (kind < FIRST_CYCLE) & (of_feature > _STILL)
+    sideways = made & (kind < FIRST_CYCLE) & (of_feature > doubt.still)
     np.fmin.at(floor, visit[sideways], z[sideways])
     length = np.bincount(visit, np.where(sideways, of_feature, 0.0), minlength=n).astype(np.float64)
     lowest = bottom[visit] + LEVEL

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
@@ -31,7 +32,9 @@ _MOST_LINES = 64
 _MOST_POINTS = 20_000
 #: Inset of an area, so that a line is not inside the area that it encloses, mm.
 _EDGE = 1e-5
-#: For `FREE`: a third end within this multiple of the nearest distance makes the position of a tab unclear.
+#: Chords of a quarter of a round end.
+_END_SEGMENTS = 4
+#: In doubt free: a third end at up to this multiple of the nearest distance makes the place of a tab unclear.
 _CLEARLY = 1.02
 #: Maximum difference of centroids and lengths of one line cut at two depths, mm.
 _SAME_LINE = 0.05
@@ -114,17 +117,19 @@ def area_of(points: Floats, doubt: Doubt) -> tuple[Any, bool]:
 
 
 def _enclosed(lines: Any, meeting: float) -> Any:
-    """Return the area enclosed by lines with gaps up to `meeting` (mm), or None."""
-    strip: Any = shapely.get_parts(shapely.buffer(lines, 0.5 * meeting, quad_segs=2))
+    """Return the area inside lines that may miss each other by a distance, mm; None without one."""
+    # The chords of a round end reach half the distance.
+    reach = 0.5 * meeting / math.cos(math.pi / (4 * _END_SEGMENTS)) + _EDGE
+    strip: Any = shapely.get_parts(shapely.buffer(lines, reach, quad_segs=_END_SEGMENTS))
     rings = shapely.get_rings(strip)
     inner: Any = shapely.polygons(rings[~np.isin(np.arange(len(rings)), _exteriors(strip))])
     if not len(inner):
         return None
     if len(inner) == 1:
-        return shapely.buffer(inner[0], 0.5 * meeting - _EDGE, join_style="mitre")
-    # Growing further and shrinking again merges areas that share an edge.
-    grown = shapely.union_all(shapely.buffer(inner, meeting, join_style="mitre"))
-    return shapely.buffer(grown, -0.5 * meeting - _EDGE, join_style="mitre")
+        return shapely.buffer(inner[0], reach - _EDGE, join_style="mitre")
+    # Growing by more and shrinking again joins areas that share an edge.
+    grown = shapely.union_all(shapely.buffer(inner, 2.0 * reach, join_style="mitre"))
+    return shapely.buffer(grown, -reach - _EDGE, join_style="mitre")
 
 
 def _exteriors(polygons: NDArray[np.object_]) -> Indices:
@@ -186,8 +191,8 @@ def _joints(
 ) -> tuple[Indices, Indices, Indices, NDArray[np.object_]]:
     """Return the joints at both ends of each line, int64[n, 2], and for each tab its two lines and its gap as a line.
 
-    A tab lies between two joints if they are nearest to each other and within `tab`; with `clear`, only if no third
-    joint is about as near.
+    Two joints have a tab between them if each is the other's nearest, within `tab`; with `clear`, only if no third one
+    is about as near. The gaps within a joint come last.
     """
     ends = shapely.get_coordinates(np.stack([shapely.get_point(lines, 0), shapely.get_point(lines, -1)], axis=1))
     _, first, of = np.unique((ends / TOUCHING).round(), axis=0, return_index=True, return_inverse=True)
@@ -215,8 +220,12 @@ def _joints(
     joined[other] = one
     joint = joined[stands]
     begin, end = first[one], first[other]
-    tabs: Any = shapely.linestrings(np.stack([ends[begin], ends[end]], axis=1))
-    return joint[of].reshape(-1, 2), begin // 2, end // 2, tabs
+    # The ends of a joint need not touch.
+    centre = first[stands[of]]
+    apart_from = np.flatnonzero(np.hypot(*(ends - ends[centre]).T) > 0.5 * TOUCHING)
+    begin, end = np.append(begin, apart_from), np.append(end, centre[apart_from])
+    gaps: Any = shapely.linestrings(np.stack([ends[begin], ends[end]], axis=1))
+    return joint[of].reshape(-1, 2), begin // 2, end // 2, gaps
 
 
 def _rings(members: Indices, joint: Indices, shapes: NDArray[np.object_]) -> list[Indices]:

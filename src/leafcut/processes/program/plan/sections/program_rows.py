@@ -49,7 +49,9 @@ _ASSUMED_UNITS = "its units are assumed: G20 or G21 is missing"
 _TORCH = re.compile(r"plasma|torch|pierce|\bTHC\b", re.IGNORECASE)
 
 TOLERANCE = 1e-6
-#: Minimum share of switch-on events right before a cut that identifies a beam.
+#: A plunge may drift by rounding, mm: it is no deepest cut sideways.
+_DRIFT = 0.01
+#: How much of what switches on must do so where it cuts to be a beam.
 _MOSTLY = 0.9
 
 
@@ -110,7 +112,9 @@ def read_rows(program: Program, process: str) -> Rows:
     sideways = (rapid | drill | feed) & ~same.all(axis=1)
     if process not in BEAMS:
         dark = np.zeros(len(path), dtype=bool)
-        deepest = _deepest(program, block, feed & (sideways | (path.kind != Kind.FEED)))
+        with np.errstate(invalid="ignore"):
+            aside = np.hypot(*(path.end[:, :2] - before[:, :2]).T) > _DRIFT
+        deepest = _deepest(program, block, feed & (aside | (path.kind != Kind.FEED)))
         return Rows(path, before, block, feed | drill, (rapid | drill) & sideways, sideways, dark, deepest)
     beam = _beam(program)
     off = np.array([program.modals[k].spindle == 0 for k in program.before.tolist()], dtype=bool)[block]
