@@ -22,6 +22,7 @@ CHECKS = (
     "schemas",
     "release",
     "hazards",
+    "prose",
 )
 
 
