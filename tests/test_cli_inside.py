@@ -97,7 +97,7 @@ def test_without_a_file_it_is_told_where_one_would_be(
         ("auto", "unknown command 'auto'"),
         ("--options nosuch", "--options nosuch: file not found"),
         ("--options wrong.toml", "wrong.toml:2: unknown option 'thicknes'; did you mean 'thickness'"),
-        ("drill --template", "--template prints a new file; leave the others out"),
+        ("drill --template", "--template prints a new file; leave out the other options"),
     ],
 )
 def test_what_cannot_be_told_is_refused_in_a_line(

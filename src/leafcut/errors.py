@@ -36,7 +36,7 @@ _UNBROKEN = re.compile(rf"[^\s{re.escape(os.sep + (os.altsep or ''))}]{{{LONGEST
 def shown(text: str, limit: int = LONGEST_QUOTE) -> str:
     """Return text from a file for a message: one line, printable, limited in length.
 
-    With a larger `limit`, for messages of other libraries, every word in it is shortened like a quotation.
+    For messages of other libraries, pass a larger `limit`; each word is then shortened as much as quoted text.
     """
     words = text[: 10 * limit].split()
     line = " ".join(w if len(w) <= LONGEST_QUOTE else f"{w[: LONGEST_QUOTE - 1]}…" for w in words)

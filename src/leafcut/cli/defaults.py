@@ -35,7 +35,7 @@ def show_defaults(
 
     if template:
         if command or options_file or as_json:
-            raise OptionError("--template prints a new file; leave the others out")
+            raise OptionError("--template prints a new file; leave out the other options")
         print(TEMPLATE, end="")
         return 0
     refuse_dash("--options", options_file)

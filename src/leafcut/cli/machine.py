@@ -202,7 +202,7 @@ def check_machine(
     files = [machine if machine.lower().endswith(".toml") else None, times, *(program for program, _ in pairs)]
     _check_output(output, files)
     if output and len(pairs) < 2:
-        raise OptionError("-o: one program is not enough to fit a machine; measure at least two")
+        raise OptionError("-o: one program is not enough to fit a machine profile; time at least two")
     fitted, results = api.check_times(pairs, machine, dialect=dialect, units=units)
     written = ""
     if output and (fitted.acceleration is not None or fitted.corner is not None):

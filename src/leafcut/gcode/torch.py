@@ -229,7 +229,7 @@ class _TorchWriter:
         if self.torch.darkens:
             self.keep(row)
         elif row.value:
-            raise PostError(f"{self.dialect.name} cannot keep the torch dark and go on; leave out the micro-joints")
+            raise PostError(f"{self.dialect.name} cannot move on with the torch off; leave out the micro-joints")
         elif self.lit is not None:
             self._light(Motion(Kind.SPINDLE, row.end, 0.0, 0, row.line))
 

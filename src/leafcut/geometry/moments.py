@@ -12,7 +12,7 @@ _TINY = 1e-12
 
 
 class Moments(NamedTuple):
-    """Means, and central moments of x, y and z = x² + y², for every row and number of points."""
+    """Means, and central moments of x, y and z = x² + y², for the first n points of every row, for every n."""
 
     x: Floats
     y: Floats

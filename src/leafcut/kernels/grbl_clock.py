@@ -277,7 +277,7 @@ def _plan(board: Board) -> int:
 
 @part
 def _least_ratio(limits: NDArray, unit: NDArray) -> float:
-    """Return the maximum value along a unit vector that keeps every axis within its limit."""
+    """Return the largest velocity or acceleration along a unit vector that keeps every axis within its limit."""
     result = math.inf
     for axis in range(3):
         if unit[axis] != 0.0:

@@ -1,6 +1,6 @@
 """Orders of clusters: construction by ants, inversions by fireflies, and the choice of nodes.
 
-An order is an array of clusters that always satisfies the precedence. `Clusters` describes the clusters.
+An order is an array of clusters that always satisfies the precedence constraints. `Clusters` describes the clusters.
 """
 
 from __future__ import annotations

@@ -135,7 +135,9 @@ class Store:
                 self._data.execute(f"pragma application_id = {_OWNER}")
                 self._data.execute(f"pragma user_version = {RESULTS.current}")
             elif owner != _OWNER:
-                raise ReadError(self.path, "an SQLite file of another program; give another --results")
+                raise ReadError(
+                    self.path, "this SQLite file belongs to another program; choose another file for --results"
+                )
             else:
                 check_schema(RESULTS, schema, str(self.path))
                 if (check_result := self._data.execute("pragma quick_check(1)").fetchone()[0]) != "ok":

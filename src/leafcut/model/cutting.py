@@ -380,7 +380,7 @@ class CutPlan:
     """A sheet, its chart data, and its cuts in order.
 
     `crossings`: number of travel moves across detached parts; None if the head rises between cuts. `close`: number of
-    further moves closer to a detached part than the nozzle's width.
+    other travel moves that pass a detached part within the width of the nozzle.
     """
 
     sheet: Sheet

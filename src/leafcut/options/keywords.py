@@ -270,7 +270,7 @@ class _DrillOptions1(TypedDict, total=False):
     surface_unit: Literal["mm", "in", "cm", "m", None]
     """Unit of the STL files (default: mm)."""
     through: bool | None
-    """Drill each hole through the part, as thick as the surface is there."""
+    """Drill each hole through the part, by the thickness of the part at the hole."""
     fixture: str | Sequence[str] | None
     """Boxes that stand on the surface, such as clamps: 'x0 y0 z0 x1 y1 z1' in mm, separated by commas; rapids go
     over them (default: none).
@@ -397,8 +397,8 @@ class _PocketOptions1(TypedDict, total=False):
     strategy: Literal["best", "zigzag", "contour", "connected", "firefly", "ants", "adaptive", None]
     """Clearing strategy; best tries all and writes the fastest (default: best)."""
     tool_number: int | None
-    """Tool number of the end mill, also in the tool library (default: 1; with a library its end mill of that
-    diameter, or its only one).
+    """Tool number of the end mill, by which the tool library is searched as well (default: 1; with a library its
+    end mill of that diameter, or its only one).
     """
     pocket_top: Literal["highest", "surface", None]
     """Where the material of a solid's pockets begins: at its highest place, or at the surface around each, where
@@ -633,7 +633,7 @@ class _SpeedOptions1(TypedDict, total=False):
     holes: int | None
     """Holes of every drill in one part (default: from the drawing)."""
     tool_material: Literal["hss", "carbide", None]
-    """Cutting edges of tools whose library does not say their material (default: hss)."""
+    """Cutting material of tools whose library does not state it (default: hss)."""
     cut_length: Quantity | None
     """Length that every end mill is fed in the material for one part (mm; default: end mills are left out)."""
 

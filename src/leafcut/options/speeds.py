@@ -29,7 +29,7 @@ class SpeedOptions(OptionGroup):
     tool_material: str = option(
         "text",
         ToolMaterial.HSS.value,
-        "cutting edges of tools whose library does not say their material",
+        "cutting material of tools whose library does not state it",
         choices=tuple(ToolMaterial),
     )
     cut_length: float | None = option(

@@ -1,4 +1,4 @@
-"""Check every rapid against the triangles of an uneven surface, with shapes of GEOS.
+"""Check every rapid against the triangles of an uneven surface, using GEOS geometry.
 
 It shares no geometry with the code that plans travel heights (`leafcut.material.surface`, which uses tiles).
 """

@@ -214,7 +214,7 @@ def _outlines(
 def _join_strokes(
     strokes: Sequence[tuple[int, Contour]], kind: str, joining: SheetOptions, issues: list[Issue]
 ) -> list[PocketOutline]:
-    """Join strokes of one kind; each outline takes layer and handle of its first stroke."""
+    """Join strokes of one kind; each outline takes the layer and handle of its first stroke."""
     tidied = tidy([contour.path for _, contour in strokes], joining.join_tolerance)
     gaps = [gap for joined_path in tidied.paths for gap in joined_path.gaps]
     if gaps:

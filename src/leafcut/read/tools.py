@@ -236,7 +236,7 @@ def _check_cycle(tool: Tool, table: TomlTable) -> None:
 
 
 def _tapping(tool: Tool, table: TomlTable) -> Tool:
-    """Return a tap with its cycle, and with the feed pitch × speed."""
+    """Return a tap with its cycle, and a feed of pitch × speed."""
     if tool.pitch is None:
         raise DataError(f"{table.place}: a tap needs 'pitch', mm per revolution, such as '1 mm' for M6")
     if tool.pitch >= tool.diameter:

@@ -1,4 +1,4 @@
-"""The comparison of two programs as a result."""
+"""Result type for the comparison of two programs."""
 
 from __future__ import annotations
 

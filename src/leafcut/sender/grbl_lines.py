@@ -32,7 +32,7 @@ _REMARK = re.compile(r"\s+\(.*\)\s*$")
 
 
 def parse(line: str) -> ControllerAnswer:
-    """Parse a line of a controller; an invalid line becomes `Strange`."""
+    """Parse a line received from a controller; an invalid line becomes `Strange`."""
     line = line.strip()
     if line == "ok":
         return Accepted()

@@ -20,9 +20,10 @@ _WORD = re.compile(r"\w+")
 
 
 class _Pattern(NamedTuple):
-    """A line with gaps as a regular expression, and its translation.
+    """A message template with gaps, as a regular expression, and its translation.
 
-    `size` is its number of letters. `given` marks gaps in quotes, whose user input is not translated.
+    `size` is the number of letters of the template. `given` marks gaps in quotes: they hold user input, which is not
+    translated.
     """
 
     line: str

@@ -51,12 +51,12 @@ def move_time(
     machine: Machine,
     feed: float | NDArray[np.float64] | None = None,
 ) -> float | NDArray[np.float64]:
-    """Return the seconds of straight moves by `delta` (float64[..., 3], mm) from rest to rest.
+    """Return the duration, s, of straight moves by `delta` (float64[..., 3], mm) from rest to rest.
 
     Without `feed`, the move is a rapid in the machine's style: ``linear`` moves keep every axis within its velocity and
-    acceleration. On a ``dogleg`` machine, each axis moves independently and the slowest decides. With `feed` (mm/s,
-    along the path), the move is straight and limited by the axes and by `max_feed`; a feed that is not positive counts
-    as `max_feed`. `Machine.acceleration_factor` applies to all. An unknown delta (NaN) costs nothing.
+    acceleration. On a ``dogleg`` machine, each axis moves independently, and the slowest determines the time. With
+    `feed` (mm/s, along the path), the move is straight and limited by the axes and by `max_feed`; a feed that is not
+    positive counts as `max_feed`. `Machine.acceleration_factor` applies to all. An unknown delta (NaN) costs nothing.
     """
     moved = np.abs(np.nan_to_num(np.asarray(delta, dtype=np.float64)))
     cruise = moved / np.asarray(machine.rapid_velocity)

@@ -171,7 +171,7 @@ def all_costs(instance: Instance) -> NDArray[np.float32]:
 
 
 class ChoiceFireflies(Swarm):
-    """Orders of clusters: each moves towards the most attractive of the shorter ones, the shortest at random."""
+    """Orders of clusters: each moves towards the most attractive shorter order; the shortest one moves at random."""
 
     def __init__(self, instance: DirectedInstance, flight: Flight, options: SolveOptions, stop: Stop) -> None:
         super().__init__(instance, flight, options)

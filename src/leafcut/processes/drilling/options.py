@@ -50,7 +50,7 @@ class DrillOptions(OptionGroup):
     through: bool = option(
         "flag",
         False,
-        "drill each hole through the part, as thick as the surface is there",
+        "drill each hole through the part, by the thickness of the part at the hole",
         needs=(given("surface"),),
         of_file=True,
     )

@@ -28,7 +28,7 @@ class PocketOptions(OptionGroup):
     tool_number: int | None = option(
         "whole",
         None,
-        "tool number of the end mill, also in the tool library",
+        "tool number of the end mill, by which the tool library is searched as well",
         minimum=1,
         maximum=99_999_999,
         default_words="1; with a library its end mill of that diameter, or its only one",

@@ -88,7 +88,7 @@ class Values:
         self.entries[key] = Value(key, value, How.DERIVED, source)
 
     def assume(self, key: str, value: Any, source: str) -> None:
-        """Store an estimate for a value missing in the file."""
+        """Store an estimate for a value that is missing from the file."""
         self.entries[key] = Value(key, value, How.ASSUMED, source)
 
     def note(self, text: str) -> None:

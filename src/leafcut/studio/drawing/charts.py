@@ -47,7 +47,7 @@ class Runs(SavedChart):
 
 
 class Boxes(SavedChart):
-    """Box plot of the lengths of each algorithm."""
+    """Box plot of the tour lengths of each algorithm."""
 
     kind = "Boxes"
 

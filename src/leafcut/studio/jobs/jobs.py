@@ -300,7 +300,7 @@ class Jobs:
                 self._end(live, JobState.STOPPED if live.stop.is_set() else JobState.DONE, result=result)
 
     def _end(self, live: LiveJob, state: JobState, *, line: str = "", result: JobResult | None = None) -> None:
-        """Store the end in the history, then publish it."""
+        """Record in the history how the job ended, then publish it."""
         live.line, noted = line, True
         try:
             if result is None:

@@ -45,7 +45,7 @@ class Whole:
         return [*(work for work in self.suits if work in kinds), *(work for work in kinds if work not in self.suits)]
 
     def background(self, work: str, source: Source, part: Part, settings: Settings) -> tuple[Part | None, Zero]:
-        """Return the whole drawing placed under a part read for a kind of work, and the position of program zero."""
+        """Return the complete drawing as a background of the part of one kind of work, and the program zero."""
         zero = _zero(work, source, part, settings)
         if self.part is None or zero is None:
             return None, zero

@@ -257,7 +257,7 @@ def _add_commands(routes: APIRouter, folder: Folder, jobs: Jobs) -> None:
         new: Annotated[UploadFile, File(description="the program that must do the same work")],
         options: Options = "{}",
     ) -> _Answer:
-        """Return the answer of ``leafcut verify --json``, and the job's id as ``job``."""
+        """Return the output of ``leafcut verify --json``, with the job's id as ``job``."""
         given = _options(options)
         files = (await _keep(folder, original), await _keep(folder, new))
         record, answer = await _done(jobs, Task("verify", files, "auto", given))

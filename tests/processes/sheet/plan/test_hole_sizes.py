@@ -55,7 +55,7 @@ def test_round_parts_slots_and_windows_stay_whatever_their_size() -> None:
 def test_a_hole_with_a_part_in_it_is_not_left_out_but_refused() -> None:
     """Without the hole the part in it would be a hole of the other, and be cut on the wrong side."""
     drawn = sheet(square(0, 0, 100), Polyline.circle(50, 50, 40), square(40, 40, 20))
-    with pytest.raises(PlanError, match=r"part 1 is left out by its diameter.*\(40, 40\); change --min-diameter"):
+    with pytest.raises(PlanError, match=r"part 1 is excluded by its diameter.*\(40, 40\); change --min-diameter"):
         with_chosen_holes(drawn, ReadOptions(max_diameter=30.0))
 
 

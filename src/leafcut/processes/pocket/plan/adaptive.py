@@ -246,7 +246,7 @@ class _Work:
         return _Spot(self.disc, at)
 
     def _touching(self, place: tuple[float, float], first: int) -> int:
-        """Return a disc that contains a place: `first` if it does."""
+        """Return a disc that contains a place, preferably `first`."""
         x, y, radius = self.fronts.discs[first].tolist()
         return first if math.dist(place, (x, y)) <= radius + 1e-7 else self.fronts.nearest(*place)
 

@@ -117,7 +117,7 @@ def _tree(xy: Points, width: Floats, pairs: NDArray[np.int64]) -> tuple[list[int
 
 
 def _into_corners(axis: Axis, polygon: Any, reach: float) -> Axis:
-    """Extend each branch that ends near a corner of the edge to the corner."""
+    """Extend each branch that ends near a corner of the boundary into that corner."""
     leaf = np.ones(len(axis.xy), dtype=bool)
     leaf[axis.parent[1:]] = False
     leaf[0] = False

@@ -1,4 +1,4 @@
-"""Find changed orders that matter, by the order rules with thresholds `FREE`."""
+"""Find changes of order that matter, by the order rules with the thresholds `FREE`."""
 
 from __future__ import annotations
 

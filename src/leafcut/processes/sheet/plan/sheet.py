@@ -521,8 +521,8 @@ def _check_empty(sheet: Sheet, gone: set[int]) -> None:
     if held:
         around = sheet.contours[held[0].parent]
         raise PlanError(
-            f"the hole at {_start_of(around)} of part {around.part} is left out by its diameter, but something to "
-            f"cut or mark lies in it, at {_start_of(held[0])}; change --min-diameter or --max-diameter"
+            f"the hole at {_start_of(around)} of part {around.part} is excluded by its diameter, but contains "
+            f"something to cut or mark, at {_start_of(held[0])}; change --min-diameter or --max-diameter"
         )
 
 

@@ -120,7 +120,7 @@ def _corners(path: Polyline) -> NDArray[np.float64]:
 
 
 def metal_of(sheet: Sheet) -> tuple[NDArray[Any], tuple[int, ...]]:
-    """Return the metal of every part: its outline less its holes (but not less chambers), shrunk by the tolerance."""
+    """Return the metal of every part: its outline without its holes (chambers stay), shrunk by the tolerance."""
     outlines: dict[int, list[Any]] = {}
     holes: dict[int, list[Any]] = {}
     for source in sheet.contours:
