@@ -54,8 +54,8 @@ def _header(count: int) -> bytes:
     [
         (b"", "it is too short"),
         (b"G21\nG0 Z5\n", "it is too short"),
-        (_header(2**32 - 1) + b"\0" * 500, "by its header it has 4,294,967,295 triangles"),
-        (binary(BOX)[:-7], "is cut off"),
+        (_header(2**32 - 1) + b"\0" * 500, "its header states 4,294,967,295 triangles"),
+        (binary(BOX)[:-7], "is truncated"),
         (_header(0), "has no triangles"),
         (b"solid nothing\nendsolid nothing\n", "has no triangles"),
         (text(BOX)[:80], "do not make whole triangles"),

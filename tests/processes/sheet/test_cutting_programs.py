@@ -186,7 +186,7 @@ def test_the_controllers_own_material_has_the_feed() -> None:
     "words, path, post, message",
     [
         ("plasma", two_cuts(mark=True), PostOptions(), "no words for marking"),
-        ("plasma", two_cuts(dark=True), PostOptions(), "cannot keep the torch dark"),
+        ("plasma", two_cuts(dark=True), PostOptions(), "cannot move on with the torch off"),
         ("plasma", two_cuts(), PostOptions(material_number=1), "no table of materials"),
         ("linuxcnc", two_cuts(dark=True), PostOptions(), "no words for"),
         (
