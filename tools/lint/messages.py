@@ -129,7 +129,8 @@ def other_lines() -> Iterator[tuple[str, Mapping[str, str]]]:
     # Blocks of a program that stay in place, and progress.
     staying = [*program_rows._BARRIERS.values(), *program_rows._CHANGES.values(), find_sections.STAYING]
     yield "stays in its place: {}", dict.fromkeys(staying, sources.place(Path(str(program_rows.__file__)).resolve()))
-    yield GAP, message_lines({"tell": (0,), "Progress": (0,)}, modules())
+    steps = dict.fromkeys(("report", "start_step", "search_progress", "Progress"), (0,))
+    yield GAP, message_lines(steps, modules())
 
 
 def _in_studio(lines: Mapping[str, str]) -> Iterator[tuple[str, str]]:

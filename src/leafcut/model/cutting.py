@@ -172,7 +172,7 @@ class ContourPrint:
 
     @classmethod
     def of(cls, contour: Contour) -> ContourPrint:
-        """Return what a contour of a sheet is known by again."""
+        """Return the identifying properties of a contour."""
         path = contour.path
         return cls(contour.kind, path.length, abs(path.area), path.start, contour.layer, contour.handle)
 

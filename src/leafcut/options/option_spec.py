@@ -1,4 +1,4 @@
-"""What an option is: its kind, unit, bounds and help, and how a value becomes one."""
+"""Definition of an option (kind, unit, bounds, help), and conversion of its values."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from leafcut.units import BARE_UNIT, FACTORS, parse_point, parse_quantity, with_
 
 @dataclass(frozen=True)
 class OptionSpec:
-    """What a face needs to know about one option, beside its name and default.
+    """Definition of one option apart from its name and default.
 
     `kind` is one of ``quantity`` (a float in `unit`), ``number``, ``share`` (0.6 or 60%), ``whole``, ``flag``,
-    ``text``, ``names`` (a comma list), ``point`` (two or three lengths), ``place`` (a name of `PLACES` or two lengths),
-    ``percent`` and ``path``.
+    ``text``, ``names`` (a comma-separated list), ``point`` (two or three lengths), ``place`` (a name of `PLACES` or two
+    lengths), ``percent`` and ``path``.
     """
 
     help: str
@@ -30,21 +30,21 @@ class OptionSpec:
     minimum: float | None = None
     maximum: float | None = None
     choices: tuple[str, ...] = ()
-    #: Words that it takes beside a number.
+    #: Words accepted besides a number.
     words: tuple[str, ...] = ()
-    #: The group of entry points by which installed packages add choices.
+    #: Entry point group through which installed packages add choices.
     group_of_plugins: str = ""
-    #: The default in words, where the default value None stands for "as the algorithm recommends" and the like.
+    #: Description of the default, if the default value None stands for a recommendation and the like.
     default_words: str = ""
-    #: The ending by which a text is the path of a file: a program's header tells its name alone.
+    #: Extension that marks a text as the path of a file; headers of programs contain only the file name.
     may_be_path: str | tuple[str, ...] = ""
-    #: False for what cannot change the program, such as the number of threads: it stays out of the header.
+    #: False for options that cannot change the program, such as the number of threads; they are left out of the header.
     changes_program: bool = True
     #: Conditions for its use.
     needs: Conditions = ()
-    #: How a point of three numbers is typed: ``-400,-200,-300``. Without it a point has two or three, or is "free".
+    #: Example of a point with three numbers: ``-400,-200,-300``. Without it a point has two or three, or is "free".
     example: str = ""
-    #: Whether the value belongs to one file: the next file starts without it. Other values belong to the shop.
+    #: Whether the value belongs to one file and is reset with the next. Other values belong to the shop.
     of_file: bool = False
 
     def names_file(self, value: object) -> bool:
@@ -54,21 +54,21 @@ class OptionSpec:
 
     @property
     def names_input(self) -> bool:
-        """Whether it names a file that is read; one that is written does not change the program."""
+        """Whether it names an input file; output files do not change the program."""
         return self.kind == "path" and self.changes_program
 
     @property
     def is_output(self) -> bool:
-        """Whether it names a file that is written."""
+        """Whether it names an output file."""
         return self.kind == "path" and not self.changes_program
 
     @property
     def all_choices(self) -> tuple[str, ...]:
-        """The choices with those that installed packages add; empty where anything may be said."""
+        """The choices including those of installed packages; empty if any text is allowed."""
         return tuple(dict.fromkeys((*self.choices, *entry_names(self.group_of_plugins))))
 
 
-#: Places of what lies in a box, and how far they are across it and up it, 0 to 1.
+#: Named positions in a box, as fractions of its width and height, 0 to 1.
 PLACES = {
     "lower-left": (0.0, 0.0),
     "lower-right": (1.0, 0.0),
@@ -77,19 +77,19 @@ PLACES = {
     "centre": (0.5, 0.5),
 }
 
-#: No machine reaches a coordinate beyond this, mm.
+#: Upper limit for coordinates of machines, mm.
 _FARTHEST = 1e6
 
 
 def option(kind: str, default: Any, help: str, **spec: Any) -> Any:
-    """Return the field of an option dataclass: its default, and the rest of its `OptionSpec`."""
+    """Return the field of an option dataclass with its default and its `OptionSpec`."""
     return field(default=default, metadata={"option": OptionSpec(help=help, kind=kind, **spec)})
 
 
 class OptionGroup:
-    """Base of the option dataclasses: converts and checks every field, and knows how to describe itself."""
+    """Base class of the option dataclasses: converts and checks every field."""
 
-    #: The table of a TOML file that holds these options, and what they are called together.
+    #: Table in a TOML file with these options, and heading of the group.
     section: ClassVar[str] = ""
     title: ClassVar[str] = ""
     #: Whether every option of the group belongs to one file (`OptionSpec.of_file`).
@@ -111,7 +111,7 @@ class OptionGroup:
 
     @classmethod
     def as_typed(cls, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Return values with bare numbers as texts: ``feed = 300`` is mm/min, as ``--feed 300`` is, and not mm/s."""
+        """Return values with plain numbers as texts, so that ``feed = 300`` is in mm/min like ``--feed 300``."""
         specs = cls.specs()
         return {
             name: repr(float(value)) if specs[name].kind == "quantity" and _is_float(value) else value
@@ -120,11 +120,11 @@ class OptionGroup:
 
     @classmethod
     def check(cls, name: str, value: Any) -> None:
-        """Raise `OptionError` where an option does not take a value, whatever the others are."""
+        """Raise `OptionError` if a value is invalid for an option, regardless of the others."""
         converted(name, cls.specs()[name], cls.as_typed({name: value})[name])
 
     def changed(self) -> dict[str, Any]:
-        """Return the options that differ from their defaults, in inner units."""
+        """Return the options that differ from their defaults, in internal units."""
         reference = type(self)()
         return {n: getattr(self, n) for n in self.specs() if getattr(self, n) != getattr(reference, n)}
 
@@ -138,17 +138,17 @@ def _specs(group: type) -> Mapping[str, OptionSpec]:
 
 
 def _is_float(value: Any) -> bool:
-    """Return whether a value is a number that a float can hold."""
+    """Return whether a value is a number in the range of a float."""
     return isinstance(value, int | float) and not isinstance(value, bool) and not _is_too_long(value)
 
 
 def _is_too_long(value: Any) -> bool:
-    """Return whether a value is a whole number of more than 64 bits: nothing is so many, and no message prints it."""
+    """Return whether a value is an integer of more than 64 bits, which no option needs and messages cannot print."""
     return isinstance(value, int) and not -(2**63) <= value < 2**63
 
 
 def converted(name: str, spec: OptionSpec, value: Any) -> Any:
-    """Return a value as a person says it in inner units, or None for none.
+    """Return a typed value in internal units, or None for None.
 
     Raises
     ------
@@ -211,7 +211,7 @@ def _number(_: OptionSpec, value: Any) -> float:
 
 
 def _share(spec: OptionSpec, value: Any) -> float:
-    """Return a plain number; a text may say it in percent: 60% is 0.6."""
+    """Return a fraction; a text may be in percent: 60% is 0.6."""
     if isinstance(value, str) and value.strip().endswith("%"):
         return _number(spec, value.strip().removesuffix("%")) / 100.0
     return _number(spec, value)
@@ -230,7 +230,7 @@ def _flag(_: OptionSpec, value: Any) -> bool:
 
 
 def split_names(value: Any) -> tuple[str, ...]:
-    """Return the names of a list with commas, or of any list."""
+    """Return the names of a comma-separated list, or of any list."""
     words = value.split(",") if isinstance(value, str) else value
     return tuple(str(word).strip() for word in words if str(word).strip())
 
@@ -302,7 +302,7 @@ _KIND_WORDS = {
 
 
 def written(spec: OptionSpec, value: Any) -> str:
-    """Return an option's value as a person would type it, shop units included."""
+    """Return an option's value as typed, including shop units."""
     if value is None:
         return "free"
     if spec.kind == "flag":
@@ -320,5 +320,5 @@ def written(spec: OptionSpec, value: Any) -> str:
 
 
 def flag_name(name: str) -> str:
-    """Return the command line's flag for a field: ``n_ants`` → ``--n-ants``."""
+    """Return the command-line flag of a field: ``n_ants`` → ``--n-ants``."""
     return "--" + name.replace("_", "-")

@@ -81,7 +81,7 @@ REMOVED = {
 
 
 def why_removed(name: str) -> str:
-    """Return the refusal of a removed option, "" for any other name."""
+    """Return the error message for a removed option, "" for any other name."""
     replacement = REMOVED.get(name) or REMOVED.get(name.removeprefix("no_"), "")
     if not replacement:
         return ""

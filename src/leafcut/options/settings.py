@@ -1,4 +1,4 @@
-"""The options of one run."""
+"""Options of a run."""
 
 from __future__ import annotations
 
@@ -20,18 +20,17 @@ Group = TypeVar("Group", bound=OptionGroup)
 
 @dataclass(frozen=True)
 class Settings:
-    """The options of one run, by group: those that processes share by name, a process's own with `of`.
+    """Options of a run, by group: shared groups by name, a process's own groups with `of`.
 
     Attributes
     ----------
     groups
-        In the order in which options are told; a group that is not there is at its defaults.
+        Groups in display order; a missing group has its defaults.
     given, asked, defaults
-        Names of what was given, also where that is what holds anyway; of these what was given by itself, on the
-        command line or in a call, and not in a file, which may be meant for many processes; and what is of the
-        person's own defaults.
+        Names of all given options, even if equal to the default; of those given on the command line or in a call,
+        rather than in a file, which may be meant for many processes; and of those from the user's own defaults.
     process
-        What ``--process`` has to say to have the same work again, "" where the input alone says it.
+        Value of ``--process`` that selects the same work again, "" if the input determines it.
     """
 
     groups: Mapping[type[OptionGroup], OptionGroup] = field(default_factory=lambda: MappingProxyType({}))
@@ -46,66 +45,66 @@ class Settings:
         return stored if isinstance(stored, group) else group()
 
     def but(self, *groups: OptionGroup) -> Settings:
-        """Return the settings with other options in some groups."""
+        """Return the settings with some groups replaced."""
         return replace(self, groups=MappingProxyType({**self.groups, **{type(group): group for group in groups}}))
 
     @property
     def read(self) -> ReadOptions:
-        """Return what is taken of a file."""
+        """Options of the input file."""
         return self.of(ReadOptions)
 
     @property
     def sheet(self) -> SheetOptions:
-        """Return how drawings of sheets are read."""
+        """Options of sheet drawings."""
         return self.of(SheetOptions)
 
     @property
     def pocket_drawing(self) -> PocketDrawingOptions:
-        """Return how drawings and pictures of pockets are read."""
+        """Options of pocket drawings and pictures."""
         return self.of(PocketDrawingOptions)
 
     @property
     def machine(self) -> MachineOptions:
-        """Return which machine."""
+        """Options of the machine."""
         return self.of(MachineOptions)
 
     @property
     def job(self) -> JobOptions:
-        """Return what is worked, and its heights, places and obstacles."""
+        """Material, heights, positions and obstacles of the job."""
         return self.of(JobOptions)
 
     @property
     def stock(self) -> StockOptions:
-        """Return what material a program cuts."""
+        """Options of the stock."""
         return self.of(StockOptions)
 
     @property
     def cut_data(self) -> CutDataOptions:
-        """Return what cuts the sheet, and how fast."""
+        """Cutting process and cutting data of a sheet."""
         return self.of(CutDataOptions)
 
     @property
     def solve(self) -> SolveOptions:
-        """Return how the order is sought."""
+        """Options of the search."""
         return self.of(SolveOptions)
 
     @property
     def aco(self) -> AcoOptions:
-        """Return the parameters of the ants."""
+        """Parameters of the ant algorithms."""
         return self.of(AcoOptions)
 
     @property
     def firefly(self) -> FireflyOptions:
-        """Return the parameters of the fireflies."""
+        """Parameters of the firefly algorithm."""
         return self.of(FireflyOptions)
 
     @property
     def post(self) -> PostOptions:
-        """Return how the program is written."""
+        """Format of the written program."""
         return self.of(PostOptions)
 
     def changed(self) -> dict[str, str]:
-        """Return every option that is not at its default and can change the program: flag → value as one types it."""
+        """Return every non-default option that can change the program: flag → value as typed."""
         process = {"--process": self.process} if self.process else {}
         return process | dict(
             _as_typed(group, name) for group in self.groups.values() for name in group.changed()
@@ -113,7 +112,7 @@ class Settings:
         )  # fmt: skip
 
     def from_defaults(self) -> tuple[str, ...]:
-        """Return what the person's own defaults say of the options that are used, as one types it."""
+        """Return the used options from the user's own defaults, as typed."""
         names = self.defaults & self.given
         return tuple(
             " ".join(filter(None, _as_typed(group, name)))
@@ -122,13 +121,13 @@ class Settings:
 
 
 def _as_typed(group: OptionGroup, name: str) -> tuple[str, str]:
-    """Return an option's flag and its value."""
+    """Return an option's flag and its value as typed."""
     value = getattr(group, name)
     return flag_name(name if value is not False else f"no_{name}"), written(group.specs()[name], value)
 
 
 def without(settings: Settings, names: Iterable[str]) -> Settings:
-    """Return the settings with some options at their defaults, and as not given."""
+    """Return the settings with some options reset to their defaults and marked as not given."""
     removed = frozenset(names)
     groups = [
         replace(group, **{name: type(group).defaults()[name] for name in present})  # type: ignore[type-var]

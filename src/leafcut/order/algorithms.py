@@ -189,8 +189,8 @@ def warm_up(
 ) -> None:
     """Compile every kernel that the search needs, or load it from disk, before the clock starts.
 
-    It runs one iteration on a small problem of the same kind: next to nothing if the kernels exist. Ctrl-C ends it, and
-    the next call runs again.
+    It runs one or two iterations on a small problem of the same kind, which is fast if the kernels are compiled. Ctrl-C
+    ends it, and the next call runs it again.
     """
     method, firefly = method_for(problem, options), firefly or FireflyOptions()
     options = replace(

@@ -318,8 +318,8 @@ def with_ends(problem: RoutingProblem, points: NDArray[np.float64]) -> NDArray[n
 def build_instance(problem: RoutingProblem, n_candidates: int) -> Instance:
     """Return the closed-tour form of `problem`; `n_candidates` = 0 makes all nodes candidates of each other.
 
-    A cluster of several nodes stands at the mean of its entries and exits; which node serves is chosen afterwards
-    (`order.exact.choose_nodes`).
+    A cluster of several nodes is represented by the mean of its entries and exits; `order.exact.choose_nodes` chooses
+    the node afterwards.
     """
     places = cluster_places(problem)
     n = len(places)
@@ -402,7 +402,7 @@ class MoveCosts:
         return costs_of_edges(self._cost, nodes + self._exits, np.full(len(nodes), self._end))
 
     def along(self, nodes: NDArray[np.int32]) -> NDArray[np.float64]:
-        """Return the costs of the moves along a path, given ends included."""
+        """Return the costs of the moves along a path, including those from the start and to the end."""
         if not len(nodes) and self.has_start and self.has_end:
             return costs_of_edges(self._cost, np.array([self._start]), np.array([self._end]))
         arrive = np.roll(nodes, -1) if self.problem.closed else nodes[1:]

@@ -232,7 +232,7 @@ def _command(source: Source, prepared: _Prepared, line: str, number: int, in_hea
 
 
 def _tool(prepared: _Prepared, match: re.Match[str], number: int, in_header: bool) -> None:
-    """Add a tool's definition, its selection, or both; feeds and speeds are for the machine that wrote them."""
+    """Add the definition of a tool, its selection, or both. Feeds and speeds apply to the original machine only."""
     index, diameter = int(match.group(1)), _TOOL_DIAMETER.search(match.group(2))
     name = f"T{index or _TOOL_ZERO}"
     if not diameter and name not in prepared.tools:

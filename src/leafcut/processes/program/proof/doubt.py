@@ -19,9 +19,9 @@ class Doubt:
     gap, open_part
         A line is closed if the gap between its ends is within `gap`, mm, or within this part of its length.
     alone
-        A line with a smaller gap, mm, is closed for certain.
+        Maximum gap of a line that is closed for certain, mm.
     still
-        Shorter moves are not sideways, mm: a plunge may drift by rounding.
+        Maximum length of a move that is not sideways, mm: a plunge may drift by rounding.
     width
         Assumed width of an unknown tool, mm: passes at different depths keep their order within it.
     beside, beside_part

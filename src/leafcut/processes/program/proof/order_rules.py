@@ -30,7 +30,7 @@ LEVEL = 0.01
 _LEVEL_PART = 0.25
 #: Maximum gap between the ends of a closed cut, mm.
 _CLOSED = 1.0
-#: Places along a cut at which its distance from another one is measured.
+#: Number of points along a cut at which its distance to another cut is measured.
 _PLACES = 40
 #: Segments per line in the index, which keeps bounding boxes small; pairs of lines compared at once.
 _SEGMENTS, _PAIRS = 32, 2000
@@ -76,7 +76,10 @@ class Visits:
 
 
 def visits_of(features: Features, traces: Traces, visit: Indices, n: int, doubt: Doubt) -> Visits:
-    """Return the visits 0 … n - 1; `visit` is the number of each feature, rising, each at least once."""
+    """Return n visits; `visit` is the ascending visit number of each feature, and every number occurs.
+
+    `doubt` decides from which length a move is sideways.
+    """
     kind, z, start = features.kind, features.end[:, 2], features.of("start z")
     made = kind != Kind.DWELL
     bottom, floor = np.full((2, n), np.inf)

@@ -32,9 +32,9 @@ _MOST_LINES = 64
 _MOST_POINTS = 20_000
 #: Inset of an area, so that a line is not inside the area that it encloses, mm.
 _EDGE = 1e-5
-#: Chords of a quarter of a round end.
+#: Number of chords of a quarter of a round end.
 _END_SEGMENTS = 4
-#: In doubt free: a third end at up to this multiple of the nearest distance makes the place of a tab unclear.
+#: For `FREE`: a third end within this multiple of the nearest distance makes the position of a tab unclear.
 _CLEARLY = 1.02
 #: Maximum difference of centroids and lengths of one line cut at two depths, mm.
 _SAME_LINE = 0.05
@@ -117,8 +117,8 @@ def area_of(points: Floats, doubt: Doubt) -> tuple[Any, bool]:
 
 
 def _enclosed(lines: Any, meeting: float) -> Any:
-    """Return the area inside lines that may miss each other by a distance, mm; None without one."""
-    # The chords of a round end reach half the distance.
+    """Return the area enclosed by lines with gaps up to `meeting` (mm), or None."""
+    # The chords of round ends must reach half the gap.
     reach = 0.5 * meeting / math.cos(math.pi / (4 * _END_SEGMENTS)) + _EDGE
     strip: Any = shapely.get_parts(shapely.buffer(lines, reach, quad_segs=_END_SEGMENTS))
     rings = shapely.get_rings(strip)
@@ -127,7 +127,7 @@ def _enclosed(lines: Any, meeting: float) -> Any:
         return None
     if len(inner) == 1:
         return shapely.buffer(inner[0], reach - _EDGE, join_style="mitre")
-    # Growing by more and shrinking again joins areas that share an edge.
+    # Growing further and shrinking again merges areas that share an edge.
     grown = shapely.union_all(shapely.buffer(inner, 2.0 * reach, join_style="mitre"))
     return shapely.buffer(grown, -reach - _EDGE, join_style="mitre")
 
@@ -191,8 +191,8 @@ def _joints(
 ) -> tuple[Indices, Indices, Indices, NDArray[np.object_]]:
     """Return the joints at both ends of each line, int64[n, 2], and for each tab its two lines and its gap as a line.
 
-    Two joints have a tab between them if each is the other's nearest, within `tab`; with `clear`, only if no third one
-    is about as near. The gaps within a joint come last.
+    A tab lies between two joints if they are nearest to each other and within `tab`; with `clear`, only if no third
+    joint is about as near. The gaps within a joint come last.
     """
     ends = shapely.get_coordinates(np.stack([shapely.get_point(lines, 0), shapely.get_point(lines, -1)], axis=1))
     _, first, of = np.unique((ends / TOUCHING).round(), axis=0, return_index=True, return_inverse=True)

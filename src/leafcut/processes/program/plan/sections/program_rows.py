@@ -49,9 +49,9 @@ _ASSUMED_UNITS = "its units are assumed: G20 or G21 is missing"
 _TORCH = re.compile(r"plasma|torch|pierce|\bTHC\b", re.IGNORECASE)
 
 TOLERANCE = 1e-6
-#: A plunge may drift by rounding, mm: it is no deepest cut sideways.
+#: Maximum drift of a plunge by rounding, mm; larger moves are sideways.
 _DRIFT = 0.01
-#: How much of what switches on must do so where it cuts to be a beam.
+#: Minimum share of switch-on events right before a cut that identifies a beam.
 _MOSTLY = 0.9
 
 
