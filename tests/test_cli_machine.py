@@ -125,7 +125,7 @@ def test_nothing_is_written_over_an_input_or_by_halves(tmp_path: Path, capsys: p
         ("machine check a.nc --measured 0 --machine haas-vf2", "is not above 0"),
         ("machine check a.nc --measured 1:00 --machine haas-vf3", "did you mean 'haas-vf2'"),
         ("machine check a.nc --measured 1:00 --times t.csv --machine haas-vf2", "leave the others out"),
-        ("machine check a.nc --measured 1:00 --machine haas-vf2 -o x.toml", "measure at least two"),
+        ("machine check a.nc --measured 1:00 --machine haas-vf2 -o x.toml", "time at least two"),
         ("machine check none.nc --measured 1:00 --machine haas-vf2", "none.nc: cannot be read"),
         ("machine check --times none.csv --machine haas-vf2", "none.csv: cannot be read"),
         ("tools import x.csv --units ft", "'ft' is not mm or in"),
@@ -190,7 +190,7 @@ def test_a_stop_watch_and_one_program_are_compared_and_change_nothing(
     found = answer([*words, f"{1.25 * own:.3f}s"], capsys)
     (row,) = found["programs"]
     assert row["measured_s"] == pytest.approx(1.25 * own, abs=1e-3) and row["before_s"] == pytest.approx(own)
-    assert found["acceleration"] is None and "measure at least two" in found["held"]["acceleration"]
+    assert found["acceleration"] is None and "time at least two" in found["held"]["acceleration"]
     assert run([*words, "12:34"]) == 0
     assert "12 min 34 s" in capsys.readouterr().out
 
