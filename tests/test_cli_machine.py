@@ -190,7 +190,7 @@ def test_a_stop_watch_and_one_program_are_compared_and_change_nothing(
     found = answer([*words, f"{1.25 * own:.3f}s"], capsys)
     (row,) = found["programs"]
     assert row["measured_s"] == pytest.approx(1.25 * own, abs=1e-3) and row["before_s"] == pytest.approx(own)
-    assert found["acceleration"] is None and "time at least two" in found["held"]["acceleration"]
+    assert found["acceleration"] is None and "measure at least two" in found["held"]["acceleration"]
     assert run([*words, "12:34"]) == 0
     assert "12 min 34 s" in capsys.readouterr().out
 
