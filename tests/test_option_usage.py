@@ -178,13 +178,10 @@ def test_the_options_that_a_kind_of_work_names_are_those_that_its_runs_read(
 ) -> None:
     """An option that is named and never read would be ignored; one that is read and not named, refused for nothing."""
     _runs(work, files, tmp_path)
-    # The cuts of a sheet are ordered in one thread, which is no more than any number; of what asks, it is the command
-    # line that ends with another status.
-    named = {name for _, name, _ in used_by(WORKS[work])} - {
-        "cut": {"threads"},
-        "simulate": {"strict"},
-        "stock": {"strict"},
-    }.get(work, set())
+    # The command line reads `strict` for the exit status of these.
+    named = {name for _, name, _ in used_by(WORKS[work])} - {"simulate": {"strict"}, "stock": {"strict"}}.get(
+        work, set()
+    )
     # Speeds are chosen for a program that is planned, written and proved as usual, but not shown.
     unseen = {*PostOptions.specs(), *SolveOptions.specs(), *FireflyOptions.specs()} if work == "cutting-data" else set()
     # Each drawing is read with its zero, also for work that has none.
