@@ -17,12 +17,6 @@ class File(str):
     __slots__ = ()
 
 
-class Directory(str):
-    """The path of a folder: the help shows DIRECTORY instead of STR."""
-
-    __slots__ = ()
-
-
 class Name(str):
     """A name: the help shows NAME instead of STR."""
 

@@ -20,7 +20,7 @@ _MAX_REMEMBERED, _LARGEST = 500, 1_000_000
 
 
 def defaults_file() -> Path | None:
-    """Return the user's defaults file, or None if there is none.
+    """Return the user's defaults file, or None if it does not exist.
 
     Raises
     ------
@@ -79,7 +79,7 @@ def _recorded_hints(file: Path) -> list[str]:
 
 
 def _folder(variable: str, usual: str, windows: str, windows_usual: str) -> Path | None:
-    """Return leafcut's folder of one kind by the XDG base directory specification; None without a home folder."""
+    """Return leafcut's folder for files of a kind (XDG base directory specification); None without a home folder."""
     name, under = (windows, f"AppData/{windows_usual}") if os.name == "nt" else (variable, usual)
     base = os.environ.get(name)
     if base and Path(base).is_absolute():  # the specification: ignore relative paths

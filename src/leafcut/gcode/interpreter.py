@@ -568,7 +568,7 @@ class Interpreter:
         """Dwell, plane, distance modes, retract, compensation and path control, which apply to the block's motion."""
         state, g, letters = self.state, words.g, words.letters
         radius = path = None
-        if state.call is None or state.keeps_unknown:  # with a called cycle, a block is only a place
+        if state.call is None:  # with a called cycle, a block is only a place
             radius, path = g.pop("radius", None), g.pop("path", None)
         state.unknown_modes -= g.keys()
         if state.keeps_unknown and g.get("non-modal") == 40 and not self._states_dwell(letters):

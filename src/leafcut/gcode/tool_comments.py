@@ -28,7 +28,7 @@ _DIAMETERS = (
         rf"(?:diameter|\bdia\b\.?|drill size|bit size|\bD\s?=|Ø)\s?[:=]?\s?{_NUMBER}{_UNIT}",
         re.IGNORECASE,
     ),
-    # Drill {3 mm}, Drill, 5 mm: only with a unit; the number may be that of an operation.
+    # Drill {3 mm}, Drill, 5 mm: only with a unit; otherwise it may be the number of an operation.
     re.compile(rf"\bdrill(?:\s?bit)?\s?[,{{]?\s?{_NUMBER}\s?(mm|inch|\")(?!\s*(?:deep|depth))", re.IGNORECASE),
     # T1 | 6. DRILL | H1
     re.compile(rf"\|\s*{_NUMBER}{_UNIT}\s?(?:[a-z]{{1,20}}[\s-]{{1,3}}){{0,2}}?drill\s*\|", re.IGNORECASE),
@@ -66,7 +66,7 @@ _USUAL_POINT = math.radians(118)
 def sizes_in_other_unit(lines: Iterable[str], unit: str) -> tuple[int, str]:
     """Return line and text of the first size in a comment with a unit other than `unit` (``mm`` or ``in``).
 
-    Line 0 if there is none, or if other comments give sizes in `unit`.
+    The line is 0 without such a comment, or if other comments give sizes in `unit`.
     """
     first = (0, "")
     for number, text in enumerate(lines, 1):
@@ -111,7 +111,7 @@ def tool_in_comments(program: Program, block: int, since: int = 0) -> Tool | Non
 
 
 def _described(program: Program, block: int, since: int = 0) -> tuple[float, str]:
-    """Return the diameter, mm, from the last comment about a block's tool, and the comment; 0 if there is none."""
+    """Return the diameter, mm, from the last comment about a block's tool, and the comment; 0 without a comment."""
     # In a subprogram the line of its call counts: the last tool change in the text may belong to a later call.
     line = int(program.text_line[block]) - 1
     modal = program.modal(block)

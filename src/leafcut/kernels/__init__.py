@@ -1,7 +1,7 @@
-"""Compiled code: small Numba kernels, each one step of one algorithm.
+"""Compiled code: small Numba kernels, each a single step of an algorithm.
 
-A kernel takes arrays, numbers and named tuples of them. It does not validate its input, allocates nothing that its
-caller could supply, keeps no state, and releases the GIL. With ``NUMBA_DISABLE_JIT=1`` each kernel is plain Python.
+A kernel takes arrays, numbers and named tuples of them. It does not validate its input, keeps no state, and
+releases the GIL. Its caller supplies all buffers. With ``NUMBA_DISABLE_JIT=1`` each kernel is plain Python.
 
 Numba compiles a kernel at the first call with new types, and caches the code on disk. It does not detect a change in
 another file, such as a called function or a constant. Therefore the name of the cache folder contains a digest of all

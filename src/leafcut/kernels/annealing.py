@@ -1,4 +1,4 @@
-"""Ruin and recreate on the path of one ant: remove a few clusters, reinsert them, and choose the nodes there again.
+"""Ruin and recreate on a path: remove a few clusters, reinsert them, and choose the nodes there again.
 
 A longer path is accepted with a probability that decreases with the temperature.
 """
@@ -20,7 +20,7 @@ PATH, BEST = 0, 1
 #: Maximum number of removed clusters, and maximum length of a removed piece.
 MOST, LONGEST = 10, 6
 
-#: Probability that a cluster near the first one is kept, and that a gap is skipped.
+#: Probability of keeping a cluster near the first removed cluster, and of skipping a gap.
 SPARED, BLINK = 0.3, 0.01
 
 #: Distance from a changed place within which nodes are chosen again, places.

@@ -88,7 +88,7 @@ class TuningTask:
     command
         Command of each run: ``solve``, ``optimize``, or the command of a process.
     inputs
-        Files, examples or random maps of one class.
+        Files, examples or random maps of a class.
     options
         Options of every run, including its budget: `iterations` or `time_limit`.
     trials, seeds

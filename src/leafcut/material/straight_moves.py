@@ -16,7 +16,7 @@ from leafcut.model.cutter import Cutter
 from leafcut.model.cycles import expand
 from leafcut.model.toolpath import Kind, Toolpath, plane_axes
 
-#: Maximum number of moves of a program that fits into memory besides the material.
+#: Maximum number of moves of a program that fits into memory together with the material.
 MOST_MOVES = 20_000_000
 
 
@@ -61,7 +61,7 @@ class StraightMoves:
     def extent(self, selected: NDArray[np.bool_], cutters: Mapping[int, Cutter]) -> tuple[Floats, Floats]:
         """Return the lowest and highest corner of the area swept by tools on some moves, at least one, mm.
 
-        Z is that of the tip.
+        Z is the height of the tip.
         """
         numbers, tool_index = np.unique(self.tool[selected], return_inverse=True)
         radius = np.array([[cutters[number].radius] * 2 + [0.0] for number in numbers.tolist()])[tool_index.ravel()]

@@ -135,16 +135,6 @@ def plain_measures(m: PocketMeasures) -> dict[str, Any]:
 # -- words -----------------------------------------------------------------------------------------------------------
 
 
-def usual_words(outcome: Outcome[PocketDetail]) -> str:
-    """Return the strategy of comparison: ``zigzag``."""
-    return " and ".join(dict.fromkeys(plan.usual.strategy for plan in outcome.detail.plans))
-
-
-def chosen_words(outcome: Outcome[PocketDetail]) -> str:
-    """Return the strategies that are written: ``contour``."""
-    return " and ".join(dict.fromkeys(plan.result.strategy for plan in outcome.detail.plans))
-
-
 def several_depths(plans: Sequence[PocketPlan]) -> bool:
     """Return whether pockets have levels at different heights."""
     return len({plan.heights for plan in plans}) > 1

@@ -15,6 +15,7 @@ from leafcut.gcode.program_interpreter import CALLED
 from leafcut.gcode.words import BlockError, tokenise
 from leafcut.model.kinds import BEAMS, ProgramKind
 from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, Toolpath, last_rows
+from leafcut.processes.program.proof.doubt import FREE
 from leafcut.processes.program.proof.features import Features, States, features_of
 
 #: Reason why a block stays, by the kind of its row.
@@ -49,8 +50,6 @@ _ASSUMED_UNITS = "its units are assumed: G20 or G21 is missing"
 _TORCH = re.compile(r"plasma|torch|pierce|\bTHC\b", re.IGNORECASE)
 
 TOLERANCE = 1e-6
-#: Maximum drift of a plunge by rounding, mm; larger moves are sideways.
-_DRIFT = 0.01
 #: Minimum share of switch-on events right before a cut that identifies a beam.
 _MOSTLY = 0.9
 
@@ -113,7 +112,7 @@ def read_rows(program: Program, process: str) -> Rows:
     if process not in BEAMS:
         dark = np.zeros(len(path), dtype=bool)
         with np.errstate(invalid="ignore"):
-            aside = np.hypot(*(path.end[:, :2] - before[:, :2]).T) > _DRIFT
+            aside = np.hypot(*(path.end[:, :2] - before[:, :2]).T) > FREE.still
         deepest = _deepest(program, block, feed & (aside | (path.kind != Kind.FEED)))
         return Rows(path, before, block, feed | drill, (rapid | drill) & sideways, sideways, dark, deepest)
     beam = _beam(program)
