@@ -6,6 +6,7 @@ import sys
 
 from canvas_scenes import grid_of_holes, grid_program
 from nicegui import ui
+from nicegui.events import GenericEventArguments
 
 from leafcut.studio.drawing.canvas import Bars, Brightness, Canvas, Convergence
 from leafcut.studio.drawing.program_text import ProgramText
@@ -16,7 +17,13 @@ def page() -> None:
     """Lay the page."""
     ui.add_css(colours_css())
     said = ui.label("nothing").props("id=said")
-    drawing = Canvas(on_select=lambda e: said.set_text(str(e.args)))
+    selections: list[object] = []
+
+    def selected(event: GenericEventArguments) -> None:
+        selections.append(event.args)
+        said.set_text(f"{len(selections)}: {event.args}")
+
+    drawing = Canvas(on_select=selected)
     drawing.style("width: 900px; height: 500px")
     ProgramText(drawing).style("width: 400px; height: 200px")
     chart = Convergence()
@@ -27,6 +34,7 @@ def page() -> None:
     drawing.show(grid_of_holes(), "part")
     drawing.show(grid_program(), "after")
     ui.button("row", on_click=lambda: drawing.select_hole(3)).props("id=choose")
+    ui.button("deselect", on_click=drawing.clear_selection).props("id=deselect")
     ui.button("clear", on_click=drawing.clear).props("id=clear")
 
 

@@ -137,9 +137,9 @@ class Canvas(Serving, component="../static/canvas_element.js"):
         """Zoom to fit."""
         self.run_method("fit")
 
-    def select(self, row: int | None) -> None:
-        """Select a row of the scene's toolpath and pan to it; None clears the selection."""
-        self.run_method("select", row)
+    def clear_selection(self) -> None:
+        """Clear the selection, without an event: a late one would clear what was selected since."""
+        self.run_method("clearSelection")
 
     def select_hole(self, hole: int) -> None:
         """Select a hole of the part by index."""

@@ -367,7 +367,7 @@ class MachineProgramPanel:
         self.question.set_visibility(asked is not None)
         self._next = None
         if asked is None:
-            self.canvas.select(None)
+            self.canvas.clear_selection()
             return
         with self.question:
             if asked.kind == "hole":

@@ -131,7 +131,7 @@ class EditPanel:
 
     def _open(self, edited: Edited) -> None:
         self.edited, self._stop, self._waiting = edited, 0, None
-        self.canvas.select(None)
+        self.canvas.clear_selection()
         self.place.set_visibility(True)
         self.canvas.set_editable(True)
         self.hint.set_text(self.view.words("edit.hint_cuts" if isinstance(self.edited, CutOrder) else "edit.hint"))

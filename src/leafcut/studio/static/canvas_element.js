@@ -21,7 +21,9 @@ export default {
     this.drawing = new Drawing(this.$el, {
       words: this.words, layers: this.layers, editable: this.editable, storage: storage(),
     });
-    for (const name of ["hover", "select", "time", "drag", "origin"]) this.drawing.on(name, (detail) => this.$emit(name, detail));
+    for (const name of ["hover", "select", "time", "drag", "origin"]) {
+      this.drawing.on(name, (detail) => { if (!this.quiet) this.$emit(name, detail); });
+    }
     register(Number(this.$el.id.replace(/\D+/g, "")), this.drawing);
     this.drawing.setPlacement(this.placement ?? {});
     this.load();
@@ -76,7 +78,11 @@ export default {
     setTool(place) { this.drawing.setTool(place); },
     /** Select the moves of a line, even of a program being fetched. */
     showLine(line) { this.loading = (this.loading ?? Promise.resolve()).then(() => this.drawing.selectLine(line)); },
-    select(row) { this.drawing.select(row); },
+    clearSelection() {
+      this.quiet = true;
+      this.drawing.select(null);
+      this.quiet = false;
+    },
     selectLine(line) { this.drawing.selectLine(line); },
     selectDifference(index) { this.drawing.selectDifference(index); },
     selectHole(hole) { this.drawing.selectHole(hole); },
