@@ -23,7 +23,15 @@ def test_no_other_path_of_a_small_graph_is_shorter(seed: int) -> None:
     paths = [[0, *order, 1] for order in orders]
     best = min(paths, key=lambda path: sum(lengths[a, b] for a, b in itertools.pairwise(path)))
     length = sum(lengths[a, b] for a, b in itertools.pairwise(best))
-    assert shortest_path(6, lengths.__getitem__, 0, 1) == (best if math.isfinite(length) else None)
+    everywhere = np.arange(6)
+    found = shortest_path(6, lambda node: (everywhere, lengths[node]), 0, (1,))
+    assert found == (best if math.isfinite(length) else None)
+
+
+def test_the_nearest_of_several_ends_is_reached_by_the_shorter_of_two_edges() -> None:
+    edges = {0: ([1, 1, 2], [5.0, 3.0, 1.0]), 2: ([3], [2.5])}
+    arrays = {node: (np.array(ends), np.array(lengths)) for node, (ends, lengths) in edges.items()}
+    assert shortest_path(4, lambda node: arrays[node], 0, (1, 3)) == [0, 1]
 
 
 def test_a_path_keeps_the_radius_from_standing_polygons_and_ignores_others() -> None:

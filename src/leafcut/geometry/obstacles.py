@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -19,7 +19,7 @@ import shapely
 from numpy.typing import NDArray
 from shapely.geometry.polygon import orient
 
-from leafcut.geometry.arrays import Point, Points
+from leafcut.geometry.arrays import Floats, Indices, Point, Points
 
 #: A move that reaches no deeper over a polygon does not cross it, mm: moves that start at its edge leave along it.
 DEPTH = 0.1
@@ -36,26 +36,31 @@ _Key: TypeAlias = int | tuple[Point, bool]
 _Nodes: TypeAlias = tuple[_Key, Points]
 
 
-def shortest_path(n: int, lengths: Callable[[int], NDArray[np.float64]], start: int, end: int) -> list[int] | None:
-    """Return the nodes of the shortest path in a graph of `n` nodes, or None.
+def shortest_path(
+    n: int, edges: Callable[[int], tuple[Indices, Floats]], start: int, ends: Collection[int]
+) -> list[int] | None:
+    """Return the nodes of the shortest path from a node to the nearest of several, in a graph of `n` nodes, or None.
 
-    `lengths` returns the distances of a node from all nodes, float64[n], infinite without an edge.
+    `edges` returns the neighbours of a node, int64[k], and their distances, float64[k]; infinite without an edge.
     """
-    best, last, queue = np.full(n, np.inf), dict[int, int](), [(0.0, start)]
+    best, previous, queue = np.full(n, np.inf), dict[int, int](), [(0.0, start)]
     best[start] = 0.0
     while queue:
-        so_far, here = heapq.heappop(queue)
-        if here == end:
-            path = [end]
+        length, node = heapq.heappop(queue)
+        if node in ends:
+            path = [node]
             while path[-1] != start:
-                path.append(last[path[-1]])
+                path.append(previous[path[-1]])
             return path[::-1]
-        if so_far > best[here]:
+        if length > best[node]:
             continue
-        totals = so_far + lengths(here)
-        for there in np.flatnonzero(totals < best).tolist():
-            best[there], last[there] = totals[there], here
-            heapq.heappush(queue, (float(totals[there]), there))
+        neighbours, distances = edges(node)
+        totals = length + distances
+        shorter = totals < best[neighbours]
+        for neighbour, total in zip(neighbours[shorter].tolist(), totals[shorter].tolist(), strict=True):
+            if total < best[neighbour]:  # two edges may join the same nodes
+                best[neighbour], previous[neighbour] = total, node
+                heapq.heappush(queue, (total, neighbour))
     return None
 
 
@@ -218,7 +223,8 @@ class ObstacleMap:
         stands[[k for k, number in numbers.items() if number in standing]] = True
         at = stands[what]
         length[one[at], other[at]] = length[other[at], one[at]] = math.inf
-        path = shortest_path(len(length), length.__getitem__, 0, 1)
+        everywhere = np.arange(len(length))
+        path = shortest_path(len(length), lambda node: (everywhere, length[node]), 0, (1,))
         if path is None:
             return None, standing.intersection(numbers.values())
         return [(float(x), float(y)) for x, y in places[path].tolist()], set()

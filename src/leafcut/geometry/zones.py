@@ -59,10 +59,10 @@ def way_round(
     wide = widened(zones, PASSING)
     places = np.concatenate([[a, b], wide[:, [0, 1]], wide[:, [2, 1]], wide[:, [2, 3]], wide[:, [0, 3]]])
 
-    def lengths(here: int) -> NDArray[np.float64]:
-        begin = np.broadcast_to(places[here], places.shape)
-        blocked = touches_any_zone(begin, places, zones, dogleg=dogleg)
-        return np.where(blocked, np.inf, np.hypot(*(places - begin).T))
+    def edges(node: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        start = np.broadcast_to(places[node], places.shape)
+        visible = np.flatnonzero(~touches_any_zone(start, places, zones, dogleg=dogleg))
+        return visible, np.hypot(*(places[visible] - places[node]).T)
 
-    path = shortest_path(len(places), lengths, 0, 1)
+    path = shortest_path(len(places), edges, 0, (1,))
     return None if path is None else [(round(float(x), 3), round(float(y), 3)) for x, y in places[path[1:-1]].tolist()]

@@ -101,7 +101,7 @@ def test_the_way_round_an_island_is_the_string_pulled_tight() -> None:
     points = np.array([[20.0, 10.0], [20.0, 30.0], [5.0, 5.0]])
     ways = RegionPaths(RING, CentreRegion(RING, RULES).rings, points, 6.0)
     by_hand = 2 * math.hypot(7, 3) + 14
-    node, way = ways.way(0, [1]) or (-1, points)
+    node, way = ways.to_nearest(0, [1]) or (-1, points)
     assert node == 1 and length_of(way) == pytest.approx(by_hand)
     lengths = ways.between_points()
     assert by_hand - 1e-6 <= lengths[0, 1] < 1.02 * by_hand

@@ -233,7 +233,7 @@ def _over_points(context: GridContext, nodes: list[int]) -> list[PocketPiece]:
     run, linked = [places[nodes[0]]], False
     straight = paths.straight(places[nodes[:-1]], places[nodes[1:]])
     for k, (a, b) in enumerate(itertools.pairwise(nodes)):
-        link = (b, places[[a, b]]) if straight[k] else paths.way(a, [b])
+        link = (b, places[[a, b]]) if straight[k] else paths.to_nearest(a, [b])
         needed = (len(run) == 1 and not linked) or k == len(nodes) - 2
         dear = link is not None and length_of(link[1]) > retract.cost(math.dist(places[a], places[b]))
         by_feed = link is not None and (needed or not dear)
@@ -261,7 +261,7 @@ def _along_walls(context: GridContext, at: int) -> tuple[float, list[PocketPiece
         nodes = np.array(list(owner))
         apart = np.hypot(*(paths.places[nodes] - last).T)
         node, lifted = int(nodes[apart.argmin()]), retract.cost(float(apart.min()))
-        nearest = paths.way(at, owner)
+        nearest = paths.to_nearest(at, owner)
         if nearest is not None and length_of(nearest[1]) <= lifted:
             node = nearest[0]
         loop = _loop(context.region.rings, paths.places[node], rules.climb)

@@ -7,17 +7,17 @@ along it, and straight on.
 
 from __future__ import annotations
 
-import heapq
 import itertools
 import math
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from typing import Any
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from leafcut.geometry.arrays import Points
+from leafcut.geometry.arrays import Floats, Indices, Points
+from leafcut.geometry.obstacles import shortest_path
 
 #: Rounding of moves along the boundary, mm.
 ROUNDING = 1e-6
@@ -114,31 +114,19 @@ class RegionPaths:
         both: NDArray[np.float64] = np.minimum(lengths[:n], lengths[:n].T)
         return both
 
-    def way(self, start: int, ends: Iterable[int]) -> tuple[int, Points] | None:
+    def to_nearest(self, start: int, ends: Collection[int]) -> tuple[int, Points] | None:
         """Return the nearest of several nodes, and the corners of the path to it; None if no path exists.
 
-        Dijkstra's algorithm; then corners are removed as far as straight moves allow.
+        Corners are removed as far as straight moves allow.
         """
-        wanted = set(ends)
-        far, came, heap = {start: 0.0}, {start: start}, [(0.0, start)]
-        while heap:
-            length, i = heapq.heappop(heap)
-            if i in wanted:
-                return i, self._pulled_tight(self._corners(came, i))
-            if length > far[i]:
-                continue
-            for e in range(self._begin[i], self._begin[i + 1]):
-                j, longer = int(self._target[e]), length + float(self._cost[e])
-                if longer < far.get(j, math.inf):
-                    far[j], came[j] = longer, i
-                    heapq.heappush(heap, (longer, j))
-        return None
+        nodes = shortest_path(len(self.places), self._edges, start, ends)
+        return None if nodes is None else (nodes[-1], self._pulled_tight(self._corners(nodes)))
 
-    def _corners(self, came: dict[int, int], end: int) -> Points:
-        nodes = [end]
-        while came[nodes[-1]] != nodes[-1]:
-            nodes.append(came[nodes[-1]])
-        nodes.reverse()
+    def _edges(self, node: int) -> tuple[Indices, Floats]:
+        near = slice(self._begin[node], self._begin[node + 1])
+        return self._target[near], self._cost[near]
+
+    def _corners(self, nodes: list[int]) -> Points:
         runs = [self.places[nodes[:1]]]
         for a, b in itertools.pairwise(nodes):
             run = self._along.get((a, b))
