@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from leafcut.errors import PostError
-from leafcut.files.digests import signed
 from leafcut.gcode.klartext import CYCLE_200
 from leafcut.gcode.numbers import format_number
 from leafcut.model.toolpath import DrillCycle, Kind, Motion
+from leafcut.post.blocks import Blocks
 from leafcut.post.comments import comment_lines
 from leafcut.post.row_writer import Writer
-from leafcut.post.words import coolant_words, has_cycle, said_with
 
 _NAME = "LEAFCUT"
 _WIDTH = 70
@@ -21,50 +20,41 @@ _WIDTH = 70
 class KlartextWriter(Writer):
     """Writes row after row; every block has a number, and a ~ at its end continues it on the next line."""
 
-    _blocks: list[str]
-    _speeds: dict[int, float]
+    #: A move other than to a hole ends the cycle.
+    end_of_cycle = ""
+    calls_cycles = True
 
-    def program(self, header: Sequence[str]) -> str:
-        """Return the whole text."""
-        self._blocks = [f"BEGIN PGM {_NAME} MM"]
+    _speed_now = 0.0
+
+    def _begin(self, header: Sequence[str]) -> None:
+        # All blocks are numbered at the end.
+        self.out = Blocks(self.dialect, numbered=False)
+        lines = self.out.lines
+        lines.append(f"BEGIN PGM {_NAME} MM")
         low, high = self.path.extents
         # A blank must have a size, even if all holes are at one place.
         for corner, values, margin in (("0.1 Z", low, -1.0), ("0.2", high, 1.0)):
             words = [f"{axis}{self._length(v + margin)}" for axis, v in zip("XYZ", values, strict=True)]
-            self._blocks.append(" ".join([f"BLK FORM {corner}", *words]))
+            lines.append(" ".join([f"BLK FORM {corner}", *words]))
         for line in (*header, *(self.dialect.notes if header else ())):
-            self._blocks += comment_lines(line, _WIDTH, style=";")
+            lines += comment_lines(line, _WIDTH, style=";")
         self._speeds = self._speeds_of_tools()
-        self._speed_now = 0.0
-        write = {
-            Kind.RAPID: self._rapid,
-            Kind.FEED: self._feed,
-            Kind.DRILL: self._drill,
-            Kind.DWELL: self._dwell,
-            Kind.TOOL: self._tool,
-            Kind.OFFSET: lambda row: None,
-            Kind.SPINDLE: self._spindle,
-            Kind.COOLANT: self._coolant,
-            Kind.PAUSE: self._pause,
-            Kind.END: self._end,
-        }
-        for number, row in enumerate(self.path):
-            if self.ended:
-                raise PostError("the toolpath goes on after its end")
-            if row.kind is not Kind.DRILL:
-                self._leave_cycle()
-            if row.kind not in write:
-                names = {Kind.ARC_CW: "arcs", Kind.ARC_CCW: "arcs", Kind.MACHINE: "moves to machine zero"}
-                raise PostError(
-                    f"{self.dialect.name}: leafcut writes drilling only in this language, and no "
-                    f"{names.get(row.kind, row.kind.name.lower())}"
-                )
-            self._row = number
-            write[row.kind](row)
-        if not self.ended:
-            raise PostError("the toolpath has no end (Kind.END)")
-        self._blocks.append(f"END PGM {_NAME} MM")
-        return signed("".join(f"{number} {block}\n" for number, block in enumerate(self._blocks)))
+
+    def _text(self) -> str:
+        blocks = [*self.out.lines, f"END PGM {_NAME} MM"]
+        return "".join(f"{number} {block}\n" for number, block in enumerate(blocks))
+
+    def _lacks(self, kind: Kind) -> str:
+        names = {Kind.ARC_CW: "arcs", Kind.ARC_CCW: "arcs", Kind.MACHINE: "moves to machine zero"}
+        return (
+            f"{self.dialect.name}: leafcut writes drilling only in this language, and no "
+            f"{names.get(kind, kind.name.lower())}"
+        )
+
+    def _writing(self) -> dict[Kind, Callable[[Motion], None]]:
+        lacks = (Kind.ARC_CW, Kind.ARC_CCW, Kind.MACHINE, Kind.BLENDING)
+        known = {kind: write for kind, write in super()._writing().items() if kind not in lacks}
+        return {**known, Kind.OFFSET: lambda row: None}
 
     def _speeds_of_tools(self) -> dict[int, float]:
         """Return the speed for each TOOL row: that of the next spindle start."""
@@ -77,62 +67,29 @@ class KlartextWriter(Writer):
                 speeds.setdefault(tool, abs(row.value))
         return speeds
 
-    def _say(self, *words: str) -> None:
-        self._blocks.append(" ".join(word for word in words if word))
-
     def _length(self, mm: float) -> str:
         text = self.numbers.length(mm)
         return text if text.startswith("-") else f"+{text}"
 
     # -- moves -------------------------------------------------------------------------------------------------------
 
-    def _axis(self, row: Motion, axis: int) -> str:
-        value = row.end[axis]
-        return "" if math.isnan(value) else self.out.modal("XYZ"[axis], "XYZ"[axis] + self._length(value))
-
     def _rapid(self, row: Motion) -> None:
         sideways = self._changes(row.end[0], 0) or self._changes(row.end[1], 1)
         if not self.safe and (sideways or math.isnan(row.end[2])):
             raise PostError("at the start, and after a change of tool, the first move must be in Z alone")
-        self._say("L", *self._axes(row, only_z=not self.safe), "R0", "FMAX")
+        self.out.say("L", *self._axes(row, only_z=not self.safe), "R0", "FMAX")
         self._arrive(row)
 
     def _feed(self, row: Motion) -> None:
         self._check_cutting(row)
-        self._say("L", *self._axes(row), "R0", "F" + self.numbers.feed(row.value))
+        self.out.say("L", *self._axes(row), "R0", "F" + self.numbers.feed(row.value))
         self._arrive(row)
 
-    def _drill(self, row: Motion) -> None:
-        cycle = self.path.cycles[row.ref]
-        self._check_cutting(row)
-        if any(math.isnan(v) for v in (*row.end, self.position[2])):
-            raise PostError("a hole while the place of the tool is not known")
-        rounded = self.numbers.said
-        is_same_cycle = (
-            self.cycle is not None
-            and said_with(self.cycle) == said_with(cycle)
-            and self.cycle.to_initial == cycle.to_initial
-            and self._feed_of_cycle == row.value
-        )
-        if not is_same_cycle:
-            self._leave_cycle()
-        low = rounded(self.position[2]) < rounded(cycle.r_plane)
-        if not has_cycle(cycle, self.dialect) or low or not self._can_return(cycle, row.end[2]):
-            self._expand(row, cycle)
-            return
+    def _write_hole(self, row: Motion, cycle: DrillCycle) -> None:
         if self.cycle is None:
             self._define(cycle, row)
             self.out.forget("XY")
-        position = [self._axis(row, 0), self._axis(row, 1)]
-        if not any(position):
-            self.out.forget("XY")
-            position = [self._axis(row, 0), self._axis(row, 1)]
-        self._say("L", *position, "R0", "FMAX", "M99")
-        self.cycle, self._feed_of_cycle = cycle, row.value
-        self._arrive(row)
-        self._axis(row, 2)
-
-    _feed_of_cycle = 0.0
+        self.out.say("L", *self._place_words(row), "R0", "FMAX", "M99")
 
     def _define(self, cycle: DrillCycle, row: Motion) -> None:
         rounded = self.numbers.said
@@ -149,45 +106,30 @@ class KlartextWriter(Writer):
             "Q211": "+" + format_number(cycle.dwell if cycle.name == "G82" else 0.0, 3),
         }
         parameters = [f"  {name}={values[name]} ;{title}" for name, title in CYCLE_200.items()]
-        self._blocks.append(" ~\n".join(["CYCL DEF 200 DRILLING", *parameters]))
-
-    def _leave_cycle(self) -> None:
-        self.cycle = None
+        self.out.lines.append(" ~\n".join(["CYCL DEF 200 DRILLING", *parameters]))
 
     # -- commands ----------------------------------------------------------------------------------------------------
 
     def _dwell(self, row: Motion) -> None:
-        self._say("CYCL DEF 9.0 DWELL TIME")
-        self._say(f"CYCL DEF 9.1 DWELL {format_number(row.value, 3)}")
+        self.out.say("CYCL DEF 9.0 DWELL TIME")
+        self.out.say(f"CYCL DEF 9.1 DWELL {format_number(row.value, 3)}")
 
     def _tool(self, row: Motion) -> None:
         if self.spinning:
             raise PostError("a tool is called while the spindle turns; stop it before")
         name = self.tool_names.get(row.ref, "")
-        self._blocks += comment_lines(f"T{row.ref} {name}".strip(), _WIDTH, style=";")
-        self._speed_now = self._speeds.get(self._row, 0.0)
+        self.out.lines += comment_lines(f"T{row.ref} {name}".strip(), _WIDTH, style=";")
+        self._speed_now = self._speeds.get(self.row, 0.0)
         speed = f"S{format_number(self._speed_now, 0)}" if self._speed_now else ""
-        self._say(f"TOOL CALL {row.ref} Z", speed)
+        self.out.say(f"TOOL CALL {row.ref} Z", speed)
         self.safe = self.at_machine_height
         self.out.forget("XYZ")
 
     def _spindle(self, row: Motion) -> None:
         self.spinning = row.value != 0.0
         if not self.spinning:
-            self._say("M5")
+            self.out.say("M5")
             return
         if abs(row.value) != self._speed_now:
             raise PostError(f"{self.dialect.name}: one tool has one speed here; it is in its TOOL CALL")
-        self._say("M3" if row.value > 0 else "M4")
-
-    def _coolant(self, row: Motion) -> None:
-        for word in coolant_words(row.ref, self.coolant_mode, self.dialect):
-            self._say(word)
-        self.coolant_mode = row.ref
-
-    def _pause(self, row: Motion) -> None:
-        self._say("M1" if row.ref else "M0")
-
-    def _end(self, row: Motion) -> None:
-        self._say("M30")
-        self.ended = True
+        self.out.say("M3" if row.value > 0 else "M4")

@@ -21,8 +21,9 @@ from leafcut.post.words import coolant_words, cycle_words, dwell_word, has_cycle
 class Writer:
     """Writes row after row, and tracks the state of the controller."""
 
-    #: Word that ends a modal cycle.
+    #: Word that ends a modal cycle; whether a called cycle keeps its feed and its return height until then.
     end_of_cycle = "G80"
+    calls_cycles = False
 
     def __init__(
         self,
@@ -47,11 +48,12 @@ class Writer:
         self.safe = self.at_machine_height = False
         self.pending_offset: int | None = None
         self.cycle: DrillCycle | None = None
+        self.feed_of_cycle = 0.0
         self.initial = math.nan
         self.coolant_mode = 0
         self.spinning = False
         self.ended = False
-        self.next_kind = Kind.END
+        self.row, self.next_kind = 0, Kind.END
         #: Tools of the remaining changes, without the first.
         self.tools = iter(path.ref[path.kind == Kind.TOOL][1:].tolist())
 
@@ -60,20 +62,25 @@ class Writer:
         self._begin(header)
         write = self._writing()
         kinds = [*self.path.kind.tolist()[1:], int(Kind.END)]
-        for motion, next_kind in zip(self.path, kinds, strict=False):
+        for number, (motion, next_kind) in enumerate(zip(self.path, kinds, strict=False)):
+            self.row = number
             if self.ended:
                 raise PostError("the toolpath goes on after its end")
             self.next_kind = Kind(next_kind)
             if motion.kind is not Kind.DRILL:
                 self._leave_cycle()
             if motion.kind not in write:
-                raise PostError(f"{self.dialect.name} has no words for a toolpath's {motion.kind.name}")
+                raise PostError(self._lacks(motion.kind))
             write[motion.kind](motion)
         if not self.ended:
             raise PostError("the toolpath has no end (Kind.END)")
-        if self.dialect.percent == "frame":
-            self.out.lines.append("%")
-        return signed("\n".join(self.out.lines) + "\n")
+        return signed(self._text())
+
+    def _lacks(self, kind: Kind) -> str:
+        return f"{self.dialect.name} has no words for a toolpath's {kind.name}"
+
+    def _text(self) -> str:
+        return "".join(f"{line}\n" for line in (*self.out.lines, *["%"] * (self.dialect.percent == "frame")))
 
     def _writing(self) -> dict[Kind, Callable[[Motion], None]]:
         return {
@@ -202,7 +209,10 @@ class Writer:
 
     def _axis(self, row: Motion, axis: int) -> str:
         value = row.end[axis]
-        return "" if math.isnan(value) else self.out.modal("XYZ"[axis], "XYZ"[axis] + self.numbers.length(value))
+        return "" if math.isnan(value) else self.out.modal("XYZ"[axis], "XYZ"[axis] + self._length(value))
+
+    def _length(self, mm: float) -> str:
+        return self.numbers.length(mm)
 
     def _feed_word(self, row: Motion) -> str:
         return self.out.modal("F", "F" + self.numbers.feed(row.value))
@@ -220,8 +230,19 @@ class Writer:
             raise PostError("the first move, in machine coordinates, must be in Z alone")
         if not moved_axes:
             raise PostError("a move in machine coordinates to nowhere")
-        words = ["XYZ"[axis] + self.numbers.length(row.end[axis]) for axis in moved_axes]
-        if self.dialect.machine_move == "G28" and all(row.end[axis] == 0.0 for axis in moved_axes):
+        self._move_machine(
+            ["XYZ"[axis] + self.numbers.length(row.end[axis]) for axis in moved_axes],
+            all(row.end[axis] == 0.0 for axis in moved_axes),
+        )
+        for axis in moved_axes:
+            self.place[axis], self.position[axis] = None, math.nan
+        self.out.forget("XYZ"[axis] for axis in moved_axes)
+        if 2 in moved_axes:
+            self.safe = self.at_machine_height = True
+
+    def _move_machine(self, words: list[str], to_zero: bool) -> None:
+        """Write the block, or blocks, of a move in machine coordinates."""
+        if self.dialect.machine_move == "G28" and to_zero:
             self.out.say("G91", "G28", *words)
             self.out.say("G90")
         elif 530 not in self.dialect.g_codes:
@@ -232,11 +253,6 @@ class Writer:
         else:
             self.out.forget(["motion"])
             self.out.say("G53", self.out.modal("motion", "G0"), *words)
-        for axis in moved_axes:
-            self.place[axis], self.position[axis] = None, math.nan
-        self.out.forget("XYZ"[axis] for axis in moved_axes)
-        if 2 in moved_axes:
-            self.safe = self.at_machine_height = True
 
     # -- canned cycles -----------------------------------------------------------------------------------------------
 
@@ -245,30 +261,42 @@ class Writer:
         self._check_cutting(row)
         if any(math.isnan(v) for v in (*row.end, self.position[2])):
             raise PostError("a hole while the place of the tool is not known")
-        if not has_cycle(cycle, self.dialect) or not self._can_return(cycle, row.end[2]):
+        if self.calls_cycles and self.cycle is not None:
+            same = self._is_active(cycle) and self.cycle.to_initial == cycle.to_initial
+            if not same or self.feed_of_cycle != row.value:
+                self._leave_cycle()
+        # A tool below the R plane would approach a called hole there, because the cycle does not lift it first.
+        low = self.calls_cycles and self.numbers.said(self.position[2]) < self.numbers.said(cycle.r_plane)
+        if not has_cycle(cycle, self.dialect) or low or not self._can_return(cycle, row.end[2]):
             self._expand(row, cycle)
             return
-        is_same_cycle = self.cycle is not None and said_with(self.cycle) == said_with(cycle)
-        if not is_same_cycle or self.cycle is None:
+        self._write_hole(row, cycle)
+        self.cycle, self.feed_of_cycle = cycle, row.value
+        self._arrive(row)
+        self._axis(row, 2)
+
+    def _is_active(self, cycle: DrillCycle) -> bool:
+        return self.cycle is not None and said_with(self.cycle) == said_with(cycle)
+
+    def _write_hole(self, row: Motion, cycle: DrillCycle) -> None:
+        """Write the block of a hole, with the words of its cycle unless it is active."""
+        is_active = self._is_active(cycle)
+        if not is_active:
             self.out.forget(["motion", "retract", *"XY"])
         plane = self.out.modal("plane", "G17")
         retract = self.out.modal("retract", "G98" if cycle.to_initial else "G99")
         name, words = cycle_words(cycle, self.numbers, self.dialect)
-        position = [self._axis(row, 0), self._axis(row, 1)]
-        if not any(position):
+        position = self._place_words(row)
+        name, words = ("", []) if is_active else (name, words)
+        self.out.say(plane, retract, name, *position, *words, self._feed_word(row))
+
+    def _place_words(self, row: Motion) -> list[str]:
+        """Return the words of a hole's place; X and Y if neither changes."""
+        words = [self._axis(row, 0), self._axis(row, 1)]
+        if not any(words):
             self.out.forget("XY")
-            position = [self._axis(row, 0), self._axis(row, 1)]
-        self.out.say(
-            plane,
-            retract,
-            *([] if is_same_cycle else [name]),
-            *position,
-            *([] if is_same_cycle else words),
-            self._feed_word(row),
-        )
-        self.cycle = cycle
-        self._arrive(row)
-        self._axis(row, 2)
+            words = [self._axis(row, 0), self._axis(row, 1)]
+        return words
 
     def _can_return(self, cycle: DrillCycle, height: float) -> bool:
         """Return whether the tool will be at `height` after the cycle; starts a new series if that helps.
@@ -324,23 +352,30 @@ class Writer:
             raise PostError("a tool is changed by hand while the spindle turns; stop it before")
         name = self.tool_names.get(row.ref, "")
         self.out.comment(f"T{row.ref} {name}".strip())
+        tool = self._tool_word(row.ref)
         if self.dialect.tool_change == "M0":
-            self.out.say("M0", f"T{row.ref}")
+            self.out.say("M0", tool)
         elif is_manual:
-            self.out.say(f"T{row.ref}")
+            self.out.say(tool)
             self.out.say(self.dialect.stop_word)
         else:
-            offset = f"D{row.ref}" if self.dialect.length_offset == "D" else ""
-            self.out.say(f"T{row.ref}", offset, "M6")
-            self.out.modal("D", offset)
+            self._change_tool(tool, row.ref)
             following = next(self.tools, row.ref)
             if following != row.ref and self.preselect_tool:
-                self.out.say(f"T{following}")
+                self.out.say(self._tool_word(following))
         self.pending_offset = row.ref if self.dialect.length_offset else None
         # At a machine height any tool is clear of the part; elsewhere the new tool may be longer.
         self.safe = self.at_machine_height
         # Operators restart at a tool change: the first move after it repeats all words, including G0.
         self.out.forget(["motion", *"XYZF"])
+
+    def _tool_word(self, number: int) -> str:
+        return f"T{number}"
+
+    def _change_tool(self, word: str, number: int) -> None:
+        offset = f"D{number}" if self.dialect.length_offset == "D" else ""
+        self.out.say(word, offset, "M6")
+        self.out.modal("D", offset)
 
     def _offset(self, row: Motion) -> None:
         if row.ref:
