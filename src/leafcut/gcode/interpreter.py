@@ -24,7 +24,7 @@ from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.klartext import interpret_klartext
 from leafcut.gcode.linuxcnc_refusals import is_linuxcnc, is_malformed, is_refused
 from leafcut.gcode.motion import run_arc, run_home, run_machine, run_probe, run_straight
-from leafcut.gcode.origin import chooses_origin, run_origin, run_shift
+from leafcut.gcode.origin import chooses_origin, run_origin
 from leafcut.gcode.sinumerik import call_cycle, drill_call, end_call, sinumerik_block
 from leafcut.gcode.state import AXES, InterpreterState, named_axes, unit_of, whole
 from leafcut.gcode.torch import leave_outputs, lower_feed, material_block, run_outputs, set_speed, spindle_number
@@ -45,7 +45,6 @@ from leafcut.model.cycles import PECKING
 from leafcut.model.toolpath import STILL, UNKNOWN, Kind, Toolpath
 from leafcut.units import MM_PER_UNIT
 
-_SHIFTS = (920, 921)
 #: G38.2 as a motion.
 _PROBE = 38
 _PROBES = (382, 383, 384, 385)
@@ -584,7 +583,7 @@ class Interpreter:
         if "retract" in g:
             state.to_initial = g["retract"] == 980
         if radius is not None:
-            (self._compensation_or_keep if state.keeps_unknown else self._compensation)(radius, letters)
+            self._compensation(radius, letters)
         if path is not None:
             self._path_control(path, letters)
 
@@ -608,32 +607,28 @@ class Interpreter:
             state.path.blending(code, tolerance, line=state.line)
             state.rounds = code == 640
 
-    def _compensation_or_keep(self, code: int, letters: dict[str, Word]) -> None:
-        """Radius compensation of any program: a row RADIUS when it changes."""
-        state, mode = self.state, code // 10
-        register = letters.pop("D", None) if mode != 40 else None
-        if code in (411, 421):
-            letters.pop("L", None)
-        if mode != state.radius or register is not None:
-            state.radius = mode
-            state.path.radius(mode, 0.0 if register is None else register.value, line=state.line)
-
     def _compensation(self, code: int, letters: dict[str, Word]) -> None:
-        """Radius compensation in leafcut's programs: a torch is offset by half the kerf."""
-        state = self.state
-        if code == 400 and state.radius == 40:
-            return
-        torch = state.dialect.torch
-        if code != 400 and (torch is None or not torch.compensation):
+        """Radius compensation: a row RADIUS when the mode or the register changes."""
+        state, mode = self.state, code // 10
+        word = letters.pop("D", None) if mode != 40 else None
+        if not state.keeps_unknown:
+            register = 0.0 if mode == 40 else self._kerf(code, word)
+        else:
+            register = 0.0 if word is None else word.value
+            if code in (411, 421):
+                letters.pop("L", None)
+        if mode != state.radius or word is not None:
+            state.radius = mode
+            state.path.radius(mode, register, line=state.line)
+
+    def _kerf(self, code: int, word: Word | None) -> float:
+        """Return the D of leafcut's own programs: the kerf width, mm, or the register with half of it."""
+        torch = self.state.dialect.torch
+        if torch is None or not torch.compensation:
             raise BlockError("radius compensation (G41, G42) is not understood")
-        register = 0.0
-        if code != 400:
-            if "D" not in letters:
-                raise BlockError(f"G{code / 10:g} needs D")
-            word = letters.pop("D")
-            register = state.mm(word) if code in (411, 421) else float(whole(word, 9_999))
-        state.radius = code // 10
-        state.path.radius(state.radius, register, line=state.line)
+        if word is None:
+            raise BlockError(f"G{code / 10:g} needs D")
+        return self.state.mm(word) if code in (411, 421) else float(whole(word, 9_999))
 
     def _dwell_seconds(self, letters: dict[str, Word]) -> float:
         dialect = self.state.dialect
@@ -783,10 +778,10 @@ class Interpreter:
             if state.cycle is not None or (special != 530 and "motion" in g):
                 raise BlockError(f"G{special // 10} with another motion active; G80 is missing before it")
             (run_machine if special == 530 else run_home)(state, letters)
-        elif special in _SHIFTS:
+        elif special is not None and chooses_origin(special):
             if "motion" in g:
                 raise BlockError(f"G{special / 10:g} and a motion in one block, and only one set of axes")
-            run_shift(state, special, letters)
+            run_origin(state, special, letters)
         elif state.cycle is not None:
             if moving or "cycle" in g:
                 run_cycle(state, letters)

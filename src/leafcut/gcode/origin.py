@@ -18,18 +18,6 @@ def chooses_origin(code: int) -> bool:
     return code in (_G10, _G28_1, _G30_1, _G52, _G92, *_G92_OFF)
 
 
-def run_shift(state: InterpreterState, code: int, letters: dict[str, Word]) -> None:
-    """Run G92 with axes, or G92.1 to G92.3, which have no effect before the first G92: add a row SHIFT."""
-    if code in _G92_OFF:
-        if state.shift:
-            state.move_origin((True, True, True))
-        return
-    if not any(named_axes(letters)):
-        raise BlockError("G92 without an axis")
-    _, values = _take_axes(letters)
-    state.move_origin((False, False, False), {axis: state.mm(word) for axis, word in values.items()})
-
-
 def run_origin(state: InterpreterState, code: int, letters: dict[str, Word]) -> None:
     """Run a code that moves the origin: add a row SHIFT.
 
@@ -41,15 +29,18 @@ def run_origin(state: InterpreterState, code: int, letters: dict[str, Word]) -> 
         The stored value is not in the program.
     """
     if code in _G92_OFF:
-        state.move_origin((True, True, True))
+        # Before the first G92 of leafcut's own programs, there is nothing to cancel.
+        if state.shift or state.keeps_unknown:
+            state.move_origin((True, True, True))
+    elif code in (_G92, _G52) and not any(named_axes(letters)):
+        raise BlockError("G92 without an axis" if code == _G92 else "G52 without an axis")
     elif code == _G92:
-        run_shift(state, code, letters)
+        _, values = _take_axes(letters)
+        state.move_origin((False, False, False), {axis: state.mm(word) for axis, word in values.items()})
     elif code in (_G28_1, _G30_1):
         raise UnclearBlock(f"G{code / 10:g} stores where the tool is")
     elif code == _G10:
         _set_table(state, letters)
-    elif not any(named_axes(letters)):
-        raise BlockError("G52 without an axis")
     else:
         state.move_origin(_take_axes(letters)[0])
 
