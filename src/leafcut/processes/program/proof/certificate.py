@@ -101,47 +101,14 @@ def certify(
     """
 
     def compared(straight: float | None) -> Certificate:
-        return _compared(original, new, straight, machine, tolerance_mm, allow_reverse, beyond, look, notes)
+        comparison = _Comparison(original, new, tolerance_mm, allow_reverse, look, notes)
+        return comparison.certificate(straight, machine, beyond)
 
     as_written = compared(None)
     if as_written.same or as_written.before.cuts + as_written.before.dwells == 0:
         return as_written
     straight = compared(tolerance_mm / 2)
     return straight if straight.same else as_written
-
-
-def _compared(
-    original: Program,
-    new: Program,
-    straight: float | None,
-    machine: Machine | None,
-    tolerance_mm: float,
-    allow_reverse: bool,
-    beyond: Bounds | None,
-    look: Heartbeat,
-    notes: bool,
-) -> Certificate:
-    """Compare two programs; `straight` is the tolerance for merging straight cuts, mm, or None."""
-    written_out, beam = only_moves(original.path) != only_moves(new.path), cuts_with_beam(original)
-    before, after = (
-        read_work(program, written_out=written_out, beam=beam, straight=straight) for program in (original, new)
-    )
-    grouping = compare_walls(before.walls, after.walls)
-    found = _Found(look, notes)
-    found.add(grouping.differences)
-    found.add(compare_unrun(original, new))
-    programs = original, new
-    pairing, turned = _compare_work(programs, before, after, grouping, tolerance_mm, beam, allow_reverse, found)
-    found.add(misplaced(before.marks, grouping.mark_of, tolerance_mm))
-    found.add(no_longer_stated(programs, (before, after), pairing.new_of, grouping.mark_of))
-    found.add(_larger(before.path, after.path, tolerance_mm, [beyond, _reach(pairing.extra)]))
-    found.add(_outside(new.path, machine))
-    differences = tuple(shorten(found.differences, found.count))
-    counts = _counts(before), _counts(after)
-    compared = () if differences else (*COMPARED, _EITHER_WAY) if allow_reverse else COMPARED
-    return Certificate(
-        not differences, differences, *counts, compared, _digest(original), allow_reverse, turned, tuple(found.notes)
-    )
 
 
 def proof_lines(certificate: Certificate, version: str, name: str = "the original") -> list[str]:
@@ -171,11 +138,15 @@ def _digest(program: Program) -> str:
     return digest.hexdigest()
 
 
-class _Found:
-    """Differences found so far: the first of each check, their total number, and notes if requested."""
+class _Comparison:
+    """A comparison of two programs: the first differences of each check, their total number, and notes."""
 
-    def __init__(self, look: Heartbeat, noting: bool) -> None:
+    def __init__(
+        self, original: Program, new: Program, tolerance: float, allow_reverse: bool, look: Heartbeat, noting: bool
+    ) -> None:
+        self.programs, self.tolerance, self.allow_reverse = (original, new), tolerance, allow_reverse
         self.look, self.noting = look, noting
+        self.beam, self.no_mill = cuts_with_beam(original), has_no_mill(original)
         self.notes: list[str] = []
         self.differences: list[Difference] = []
         self.count = 0
@@ -186,44 +157,55 @@ class _Found:
         self.differences += new[:MOST_LISTED]
         self.count += max(count, len(new))
 
-
-def _compare_work(
-    programs: tuple[Program, Program],
-    before: ProgramWork,
-    after: ProgramWork,
-    grouping: ComparisonGroups,
-    tolerance: float,
-    beam: bool,
-    either_way: bool,
-    found: _Found,
-) -> tuple[Pairing, int]:
-    """Add the differences of the work between barriers; return the matched features and the number of reversed cuts."""
-    both = [one_way(work) if either_way else as_it_is(work) for work in (before, after)]
-    features = [
-        replace(
-            side.work.features,
-            group=np.searchsorted(ends, np.arange(len(side.work.features)), side="right").astype(np.int32),
+    def certificate(self, straight: float | None, machine: Machine | None, beyond: Bounds | None) -> Certificate:
+        """Compare the programs; `straight` is the tolerance for merging straight cuts, mm, or None."""
+        original, new = self.programs
+        written_out = only_moves(original.path) != only_moves(new.path)
+        before, after = (
+            read_work(program, written_out=written_out, beam=self.beam, straight=straight) for program in self.programs
         )
-        for side, ends in zip(both, (grouping.before, grouping.after), strict=True)
-    ]
-    before, after = (replace(side.work, features=f) for side, f in zip(both, features, strict=True))
-    room = Room(tolerance, _FEED_PART, _FEED, _DWELL, _SPEED, _SPEED_PART, rise=0.0, beam=beam)
-    pairing = pair(features[0], features[1], room)
-    if pairing.missing and not (pairing.new_of >= 0).any():
-        found.add(_other_units(programs))
-    explanation = explain(pairing, room, grouping.implied)
-    found.add(difference for difference, phrases in grouping.states if not phrases <= explanation.phrases)
-    found.add(explanation.differences, explanation.found)
-    turned = runs_turned(both[0], both[1], pairing.new_of)
-    no_mill = has_no_mill(programs[0])
-    found.add(*compare_rapids(before, after, pairing.new_of, turned, grouping.mark_of, tolerance, no_mill))
-    order = ChangedOrder(before, after, gaps_of(before), pairing.new_of, no_mill, found.look)
-    found.add((*order.touching(tolerance), *order.inside()))
-    if not no_mill:
-        found.add(order.passes(narrowest_tool(programs[0])))
-    elif found.noting:
-        found.notes += order.parts_note()
-    return pairing, len(np.unique(turned[turned >= 0]))
+        grouping = compare_walls(before.walls, after.walls)
+        self.add(grouping.differences)
+        self.add(compare_unrun(original, new))
+        pairing, turned = self._compare_work(before, after, grouping)
+        self.add(misplaced(before.marks, grouping.mark_of, self.tolerance))
+        self.add(no_longer_stated(self.programs, (before, after), pairing.new_of, grouping.mark_of))
+        self.add(_larger(before.path, after.path, self.tolerance, [beyond, _reach(pairing.extra)]))
+        self.add(_outside(new.path, machine))
+        differences = tuple(shorten(self.differences, self.count))
+        compared = () if differences else (*COMPARED, _EITHER_WAY) if self.allow_reverse else COMPARED
+        return Certificate(
+            not differences, differences, _counts(before), _counts(after), compared, _digest(original),
+            self.allow_reverse, turned, tuple(self.notes),
+        )  # fmt: skip
+
+    def _compare_work(self, before: ProgramWork, after: ProgramWork, grouping: ComparisonGroups) -> tuple[Pairing, int]:
+        """Add the differences of the work between barriers; return the matched features and the number of reversals."""
+        both = [one_way(work) if self.allow_reverse else as_it_is(work) for work in (before, after)]
+        features = [
+            replace(
+                side.work.features,
+                group=np.searchsorted(ends, np.arange(len(side.work.features)), side="right").astype(np.int32),
+            )
+            for side, ends in zip(both, (grouping.before, grouping.after), strict=True)
+        ]
+        before, after = (replace(side.work, features=f) for side, f in zip(both, features, strict=True))
+        room = Room(self.tolerance, _FEED_PART, _FEED, _DWELL, _SPEED, _SPEED_PART, rise=0.0, beam=self.beam)
+        pairing = pair(features[0], features[1], room)
+        if pairing.missing and not (pairing.new_of >= 0).any():
+            self.add(_other_units(self.programs))
+        explanation = explain(pairing, room, grouping.implied)
+        self.add(difference for difference, phrases in grouping.states if not phrases <= explanation.phrases)
+        self.add(explanation.differences, explanation.found)
+        turned = runs_turned(both[0], both[1], pairing.new_of)
+        self.add(*compare_rapids(before, after, pairing.new_of, turned, grouping.mark_of, self.tolerance, self.no_mill))
+        order = ChangedOrder(before, after, gaps_of(before), pairing.new_of, self.no_mill, self.look)
+        self.add((*order.touching(self.tolerance), *order.inside()))
+        if not self.no_mill:
+            self.add(order.passes(narrowest_tool(self.programs[0])))
+        elif self.noting:
+            self.notes += order.parts_note()
+        return pairing, len(np.unique(turned[turned >= 0]))
 
 
 def _other_units(programs: tuple[Program, Program]) -> Iterator[Difference]:

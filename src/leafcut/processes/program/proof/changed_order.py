@@ -15,11 +15,9 @@ from leafcut.model.toolpath import Kind
 from leafcut.processes.program.proof.doubt import FREE
 from leafcut.processes.program.proof.order_rules import (
     LEVEL,
-    freed_parts,
-    lowest_level,
+    detached_parts,
     near_lines,
-    passes_at_levels,
-    passes_side_by_side,
+    passes_beside,
     rows_in_order,
     visits_of,
 )
@@ -136,17 +134,14 @@ class ChangedOrder:
         if np.count_nonzero(chosen) > 1:
             owner = np.where(chosen[visit], visit, -1)
             near, of = near_lines(lines_of(self.features, self.traces, owner, FREE.sagitta))
-            for rule, text in (
-                (passes_at_levels, "{} is at another level beside {}, which came after it and is now before"),
-                (passes_side_by_side, "{} runs side by side with {}, which came after it and is now before"),
-            ):
-                known: set[tuple[int, int]] = set()
-                for pairs in rule(visits, near, of, FREE, width, wanted):
-                    self.look()
-                    # Long cuts meet in several parts of the index.
-                    new = [pair for pair in map(tuple, pairs.tolist()) if pair not in known]
-                    known.update(new)
-                    yield from ((*visits.first[list(pair)].tolist(), text) for pair in new)
+            known: set[tuple[str, int, int]] = set()
+            for said, pairs in passes_beside(visits, near, of, FREE, width, wanted):
+                self.look()
+                # Long cuts meet in several parts of the index.
+                new = [pair for pair in ((said, *pair) for pair in pairs.tolist()) if pair not in known]
+                known.update(new)
+                text = f"{{}} {said} {{}}, which came after it and is now before"
+                yield from ((*visits.first[list(pair)].tolist(), text) for _, *pair in new)
         for one, other in rows_in_order(visits, FREE, width).tolist():
             if 0 <= begins[other] < begins[one]:
                 text = "{} is a row beside {}, which came after it and is now before"
@@ -173,9 +168,7 @@ class ChangedOrder:
         overtakes = (above <= FREE.surely_through) & (ends >= 0) & (latest > ends)
         if not overtakes.any():
             return
-        level = lowest_level(features, visits, visit, FREE) & (above <= FREE.through)[visit]
-        lines = lines_of(features, self.traces, np.where(level, visit, -1), FREE.sagitta)
-        may, surely = freed_parts(visits, list(outlines_of(lines, None, FREE, self.look)), above, FREE)
+        may, surely = detached_parts(features, self.traces, visits, visit, above, FREE, self.look)
         for outline in np.flatnonzero(overtakes & surely).tolist():
             later = ends[:outline] > ends[outline]
             later &= ~(may[:outline] & (visits.floor[:outline] <= visits.floor[outline] + FREE.same_depth))

@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import NamedTuple, TypeVar
 
 from leafcut.model.difference import Difference
 from leafcut.processes.program.proof.features import EXACT, FIRST_CYCLE, Features, name_of
@@ -38,6 +38,7 @@ _NEAR = 1e-6
 
 #: Consecutive features without a move between them; a single hole.
 Stretch = list[Feature]
+_Item = TypeVar("_Item")
 
 
 class Explanation(NamedTuple):
@@ -76,7 +77,7 @@ def explain(pairing: Pairing, room: Room, implied: Sequence[str] = ()) -> Explan
     pairs, gone, new = _changed(missing[:_MOST_EXPLAINED], extra, room, known)
     found = [*elsewhere, *_changes_told(pairs, gone, new)]
     sides = pairing.before, pairing.after
-    stretches = [list(_stretches(rest, side)) for rest, side in zip((gone, new), sides, strict=True)]
+    stretches = [list(_stretches(rest)) for rest in (gone, new)]
     if counted:
         # New features may be counterparts of the features that were only counted.
         stretches[1] = []
@@ -85,7 +86,7 @@ def explain(pairing: Pairing, room: Room, implied: Sequence[str] = ()) -> Explan
         ("missing", "gone", stretches[0], sides[0]),
         ("extra", "new", stretches[1], sides[1]),
     ):
-        found += (_whole(words, verb, group, side) for group in _neighbours(rest))
+        found += (_whole(words, verb, group, side) for group in _grouped(rest, _adjacent))
     if not found and (missing or extra) and not implied:
         # Without an explanation, the programs still differ.
         one, other = (side[0].line if side else 0 for side in (missing, extra))
@@ -103,21 +104,21 @@ def _done_elsewhere(pairing: Pairing, room: Room) -> tuple[list[Difference], lis
     pairs, missing, extra = paired_one_by_one(nowhere[0], nowhere[1], room)
     text = "done before or after another barrier (pause, tool change, work offset …)"
     found = []
-    for group in _in_a_row(pairs):
+    for group in _grouped(pairs, lambda p, q: (q[0].number, q[1].number) == (p[0].number + 1, p[1].number + 1)):
         ones = [one for one, _ in group]
         said = _said(ones[0]) if len(ones) == 1 else f"{_counted(ones)}, the first {_said(ones[0])},"
         found.append(_difference("moved", group, f"{said} {_be(ones)} {text}"))
     return found, missing, extra
 
 
-def _in_a_row(pairs: list[tuple[Feature, Feature]]) -> Iterator[list[tuple[Feature, Feature]]]:
-    """Yield groups of pairs that are consecutive in both programs."""
-    group: list[tuple[Feature, Feature]] = []
-    for pair in pairs:
-        if group and (pair[0].number, pair[1].number) != (group[-1][0].number + 1, group[-1][1].number + 1):
+def _grouped(items: Iterable[_Item], goes_on: Callable[[_Item, _Item], bool]) -> Iterator[list[_Item]]:
+    """Yield groups of consecutive items; `goes_on` tells whether an item belongs to the group of the previous one."""
+    group: list[_Item] = []
+    for item in items:
+        if group and not goes_on(group[-1], item):
             yield group
             group = []
-        group.append(pair)
+        group.append(item)
     if group:
         yield group
 
@@ -161,7 +162,7 @@ def _changes_told(pairs: list[_Changed], gone: list[Feature], new: list[Feature]
             begun.append(pair)
         elif pair.rest or start:
             groups[*pair.rest, *start].append(pair)
-    for run in _runs(begun):
+    for run in _grouped(begun, lambda p, q: q.one.number == p.one.number + 1):
         numbers = [pair.other.number for pair in run]
         ordered = sorted(numbers)
         if numbers != ordered and ordered[-1] - ordered[0] == len(run) - 1:
@@ -179,28 +180,9 @@ def _changes_told(pairs: list[_Changed], gone: list[Feature], new: list[Feature]
         yield _difference("changed", [(p.one, p.other) for p in group], f"{said}: {'; '.join(phrases)}")
 
 
-def _runs(pairs: list[_Changed]) -> Iterator[list[_Changed]]:
-    """Yield groups that are consecutive in the original."""
-    run: list[_Changed] = []
-    for pair in pairs:
-        if run and pair.one.number != run[-1].one.number + 1:
-            yield run
-            run = []
-        run.append(pair)
-    if run:
-        yield run
-
-
-def _stretches(features: list[Feature], side: Features) -> Iterator[Stretch]:
+def _stretches(features: list[Feature]) -> Iterator[Stretch]:
     """Yield groups of features without a move between them."""
-    stretch: Stretch = []
-    for feature in sorted(features, key=lambda f: f.number):
-        if stretch and not _goes_on(stretch[-1], feature):
-            yield stretch
-            stretch = []
-        stretch.append(feature)
-    if stretch:
-        yield stretch
+    return _grouped(sorted(features, key=lambda f: f.number), _goes_on)
 
 
 def _goes_on(one: Feature, other: Feature) -> bool:
@@ -215,16 +197,8 @@ def _is_upright(feature: Feature) -> bool:
     return _same(feature.place[:2], feature.place[3:5])
 
 
-def _neighbours(stretches: list[Stretch]) -> Iterator[list[Stretch]]:
-    """Yield groups of adjacent stretches."""
-    group: list[Stretch] = []
-    for stretch in stretches:
-        if group and (stretch[0].number != group[-1][-1].number + 1 or _tool(stretch[0]) != _tool(group[0][0])):
-            yield group
-            group = []
-        group.append(stretch)
-    if group:
-        yield group
+def _adjacent(one: Stretch, other: Stretch) -> bool:
+    return other[0].number == one[-1].number + 1 and _tool(other[0]) == _tool(one[0])
 
 
 def _whole(words: str, verb: str, group: list[Stretch], side: Features) -> Difference:

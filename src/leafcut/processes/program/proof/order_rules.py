@@ -18,10 +18,11 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats, Indices, Mask
 from leafcut.geometry.index import NearLines, unique_pairs
+from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.proof.doubt import Doubt
 from leafcut.processes.program.proof.features import FIRST_CYCLE, Features
-from leafcut.processes.program.proof.outlines import Line, Outline
+from leafcut.processes.program.proof.outlines import TOUCHING, Line, Outline, lines_of, outlines_of
 from leafcut.processes.program.proof.traces import Traces
 
 #: Maximum depth difference within one level, mm.
@@ -184,6 +185,18 @@ def passes_side_by_side(
             yield part[_beside(near.lines, owner, part, reach) >= doubt.beside_part]
 
 
+def passes_beside(
+    visits: Visits, near: NearLines, owner: Indices, doubt: Doubt, width: float, wanted: PairFilter
+) -> Iterator[tuple[str, Indices]]:
+    """Yield the pairs of nearby passes, int64[k, 2], each with their relation in words; pairs may recur."""
+    for said, rule in (
+        ("is at another level beside", passes_at_levels),
+        ("runs side by side with", passes_side_by_side),
+    ):
+        for pairs in rule(visits, near, owner, doubt, width, wanted):
+            yield said, pairs
+
+
 def _apart(visits: Visits, a: Indices, b: Indices) -> Mask:
     """Return the mask of pairs at different depths; False if a depth is unknown."""
     with np.errstate(invalid="ignore"):
@@ -268,6 +281,20 @@ def lowest_level(features: Features, visits: Visits, visit: Indices, doubt: Doub
     limit = visits.floor[visit] + doubt.tab
     level: Mask = visits.sideways & (steady[visit] | ((z <= limit) & (start <= limit)))
     return level
+
+
+def detached_parts(
+    features: Features, traces: Traces, visits: Visits, visit: Indices, above: Floats, doubt: Doubt,
+    look: Heartbeat = unseen,
+) -> tuple[Mask, Mask]:  # fmt: skip
+    """Return the masks of visits that may detach a part, and that detach one for certain, bool[n] each.
+
+    `visit` is the visit of each feature; `above` is the distance of each visit from the deepest cut, mm.
+    """
+    level = lowest_level(features, visits, visit, doubt) & (above <= doubt.through)[visit]
+    lines = lines_of(features, traces, np.where(level, visit, -1), doubt.sagitta)
+    tab = TOUCHING if doubt.keep else None
+    return freed_parts(visits, list(outlines_of(lines, tab, doubt, look)), above, doubt)
 
 
 def freed_parts(visits: Visits, outlines: Sequence[Outline], above: Floats, doubt: Doubt) -> tuple[Mask, Mask]:

@@ -22,11 +22,9 @@ from leafcut.processes.program.proof.features import Features
 from leafcut.processes.program.proof.order_rules import (
     LEVEL,
     Visits,
-    freed_parts,
-    lowest_level,
+    detached_parts,
     near_lines,
-    passes_at_levels,
-    passes_side_by_side,
+    passes_beside,
     rows_in_order,
     visits_of,
 )
@@ -146,10 +144,9 @@ def _related(work: _Work, process: str, look: Heartbeat) -> dict[str, NDArray[np
         pairs[TOUCHES].append(unique_pairs(owner[a], owner[b]))
     if process not in BEAMS and not all(widths):
         visits = work.visits()
-        for rule in (passes_at_levels, passes_side_by_side):
-            for found in rule(visits, near, owner, KEEP, np.inf, wanted):
-                look()
-                pairs[PASSES].append(found)
+        for _, found in passes_beside(visits, near, owner, KEEP, np.inf, wanted):
+            look()
+            pairs[PASSES].append(found)
         if not across:
             pairs[PASSES].append(rows_in_order(visits, KEEP))
     tab = BEAM_TAB if process in BEAMS else MILL_TAB
@@ -181,13 +178,9 @@ def _freeing(work: _Work, process: str, look: Heartbeat) -> tuple[PieceOfWork, .
     deepest = work.rows.deepest[work.program.before[pieces[0].begin]]
     visits = work.visits()
     above = np.where([piece.kind == "cut" for piece in pieces], visits.bottom - deepest, np.inf)
-    through = above <= KEEP.through
-    if not through.any():
+    if not (above <= KEEP.through).any():
         return pieces
-    level = lowest_level(work.features, visits, work.owner, KEEP) & through[work.owner]
-    lines = lines_of(work.features, work.traces, np.where(level, work.owner, -1), KEEP.sagitta)
-    outlines = list(outlines_of(lines, TOUCHING, KEEP, look))
-    frees = freed_parts(visits, outlines, above, KEEP)
+    frees = detached_parts(work.features, work.traces, visits, work.owner, above, KEEP, look)
     return tuple(
         replace(piece, may_free=may, frees=may and surely) if may else piece
         for piece, may, surely in zip(pieces, *(mask.tolist() for mask in frees), strict=True)
