@@ -152,6 +152,9 @@ def test_what_is_broken_is_told_where_it_is_asked_for(
     told = capsys.readouterr().err
     assert words in told
     assert told.count("\n") == 1
+
+
+def test_a_broken_plug_in_does_not_disturb_other_jobs() -> None:
     assert run(["optimize", "example:plate-10", "--preset", "fast", "-q", "--dry-run"]) == 0
 
 

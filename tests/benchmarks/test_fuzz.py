@@ -31,7 +31,7 @@ def test_long_runs_and_long_numbers_end_in_errors_of_leafcut(tmp_path: Path) -> 
 def test_mutated_inputs_end_in_errors_of_leafcut(name: str, tmp_path: Path) -> None:
     """Every run has the same inputs; ``python -m benchmarks fuzz --again`` repeats a failed input."""
     seeds = fuzz.seeds_of(name)
-    for number in range(len(seeds), len(seeds) + (3 if name in FEW else 20)):
+    for number in range(len(seeds), len(seeds) + (3 if name in FEW else 10)):
         fault = fuzz.fault_of(name, fuzz.input_of(name, seeds, 1, number), tmp_path / "input")
         assert not fault, f"{name}:{number}: {fault}"
 

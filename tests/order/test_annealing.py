@@ -114,7 +114,7 @@ def test_several_threads_with_a_clock_give_one_true_answer_and_a_budget_does_not
     assert min(w.best for w in found.workers) >= found.cost - 1e-9
     assert len(told) >= 3
     assert told == sorted(told, reverse=True)
-    one, three = (solve(problem, SolveOptions(preset="fast", threads=t, bound=False)) for t in (1, 3))
+    one, three = (solve(problem, SolveOptions(iterations=2, threads=t, bound=False)) for t in (1, 3))
     assert one.nodes.tolist() == three.nodes.tolist()
 
 

@@ -55,7 +55,14 @@ def kicks(found: Solution) -> int:
     return sum(figures.ants for figures in found.workers)
 
 
-@pytest.mark.parametrize("problem", [contours(150, ways=2), contours(150), contours(150, pairs=True)])
+@pytest.mark.parametrize(
+    "problem",
+    [
+        pytest.param(contours(150, ways=2), marks=pytest.mark.slow),
+        pytest.param(contours(150), marks=pytest.mark.slow),
+        contours(150, pairs=True),
+    ],
+)
 def test_the_search_is_shorter_for_sheets_and_programs_too(problem: RoutingProblem) -> None:
     """Contours with several starts, cuts with two ends, and cuts with precedence."""
     found = solve(problem, SolveOptions(bound=False))
@@ -65,7 +72,7 @@ def test_the_search_is_shorter_for_sheets_and_programs_too(problem: RoutingProbl
 
 
 def test_a_longer_budget_or_iterations_asked_for_are_used() -> None:
-    problem = contours(100)
+    problem = contours(40)
     found = solve(problem, SolveOptions(iterations=120, bound=False))
     assert found.iterations == 120 and not found.spared
     thrifty = [Thrift.of(o, problem).holds for o in (SolveOptions(), SolveOptions(preset="thorough"))]
