@@ -39,8 +39,8 @@ def instance_of(n: int, closed: bool = True, seed: int = 1) -> Instance:
 
 
 def test_the_published_parameters_are_the_defaults() -> None:
-    assert (SIMPLE.fireflies, SIMPLE.attractiveness, SIMPLE.absorption, SIMPLE.switch) == (11, 20.0, 0.015, 0.27)
-    assert (COMPLEX.fireflies, COMPLEX.attractiveness, COMPLEX.absorption, COMPLEX.switch) == (10, 15.0, 0.015, 0.37)
+    assert (SIMPLE.fireflies, SIMPLE.attractiveness, SIMPLE.absorption) == (11, 20.0, 0.015)
+    assert (COMPLEX.fireflies, COMPLEX.attractiveness, COMPLEX.absorption) == (10, 15.0, 0.015)
     assert SIMPLE.patience == 20
     assert Flight.of(FireflyOptions(), limited=True).patience == math.inf
 

@@ -1,24 +1,23 @@
-"""Fireflies as published: distances by brute force, a step worked by hand, the n best of m × n, modes, refusals."""
+"""Fireflies as published: the same tours as a plain implementation, a step by hand, survivors, refusals."""
 
 from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 import leafcut
 from leafcut.errors import OptionError, SolveError
-from leafcut.kernels.cost import tour_cost
-from leafcut.kernels.firefly import best_inversion, places_apart
-from leafcut.model.problem import RoutingProblem
+from leafcut.kernels.firefly import PairRules, move_pairs
+from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import FireflyOptions, SolveOptions
+from leafcut.order.construction import random_words
 from leafcut.order.instance import Instance, build_instance
 from leafcut.order.literature.flight import Flight
-from leafcut.order.literature.published_fireflies import MOVES, PublishedFireflies, longest_run
+from leafcut.order.literature.published_fireflies import PublishedFireflies
 from leafcut.order.solve import solve
 from leafcut.order.stop import Stop
 from leafcut.processes import registry
@@ -29,23 +28,99 @@ SIMPLE, COMPLEX = (
 )
 
 
-def instance_of(n: int, seed: int = 1, **ends: tuple[float, float] | bool) -> Instance:
-    """Return an instance of n random places."""
-    places = np.random.default_rng(seed).uniform(0.0, 100.0, (n, 2))
-    return build_instance(RoutingProblem.of_points(places, **ends), 5)
-
-
-@given(st.integers(1, 60), st.integers(0, 999))
-def test_the_distance_is_that_of_hamming_place_by_place(h: int, seed: int) -> None:
+def instance_of(n: int, seed: int = 1) -> Instance:
+    """Return a closed tour of n places with whole costs, so that equal lengths are exactly equal."""
     rng = np.random.default_rng(seed)
-    one, other = (rng.permutation(h).astype(np.int32) for _ in range(2))
-    assert places_apart(one, other) == sum(a != b for a, b in zip(one.tolist(), other.tolist(), strict=True))
+    places = rng.integers(0, 50, (n, 2)).astype(float)
+    matrix = np.abs(places[:, None] - places).sum(axis=2)
+    return build_instance(RoutingProblem.of_points(places, Metric("EXPLICIT", matrix=matrix), closed=True), 5)
 
 
-def test_a_tour_turned_by_one_place_is_as_far_as_can_be_though_it_has_the_same_edges() -> None:
-    tour = np.arange(7, dtype=np.int32)
-    assert places_apart(tour, np.roll(tour, 1)) == 7
-    assert places_apart(tour, tour) == 0
+def random_numbers(word: int) -> Callable[[int], int]:
+    """Return a function of n that draws 0 … n - 1 by Marsaglia's xorshift (13, 7, 17)."""
+    state = word
+
+    def draw(n: int) -> int:
+        nonlocal state
+        for shift in (13, -7, 17):
+            state ^= (state << shift if shift > 0 else state >> -shift) & (2**64 - 1)
+        return int((state >> 11) / 2**53 * n)
+
+    return draw
+
+
+def plain_iteration(
+    d: list[list[float]], tours: list[list[int]], done: float, flight: Flight, draw: Callable[[int], int]
+) -> list[list[int]]:
+    """Return the next swarm, written from the description of the algorithm alone."""
+
+    def length(tour: list[int]) -> float:
+        return sum(d[a][b] for a, b in zip(tour, tour[1:] + tour[:1], strict=True))
+
+    h, results = len(tours[0]), []
+    beta_0 = int(flight.attractiveness)
+    for i in range(len(tours)):
+        for j in range(i, len(tours)):
+            a = sum(x != y for x, y in zip(tours[i], tours[j], strict=True))
+            beta = math.floor(beta_0 * math.exp(-flight.absorption * (10 * a / h) ** 2))
+            brightness_i, brightness_j = -length(tours[i]), -length(tours[j])
+            mover, other = (i, j) if brightness_i < brightness_j else (j, i)
+            if not flight.darker_moves and brightness_i != brightness_j:
+                mover, other = other, mover
+            if flight.complex and done < 0.37:
+                mover, beta = j, beta_0
+            shortest_limit = a if flight.short_by_distance else math.ceil(h / 10)
+            for u in range(1, beta_0 + 1):
+                tour = tours[mover if u <= beta else other]
+                if (flight.complex and done < 0.27) or brightness_i == brightness_j:
+                    p = draw(h)
+                    q = draw(h - 1)
+                    p, q = (p, q + 1) if q >= p else (q, p)
+                else:
+                    nodes = 2 + draw(max(2, min(shortest_limit, h - 2)) - 1)
+                    p = draw(h - nodes + 1)
+                    q = p + nodes - 1
+                results.append(tour[:p] + tour[p : q + 1][::-1] + tour[q + 1 :])
+    return sorted(results, key=length)[: len(tours)]
+
+
+@pytest.mark.parametrize("variant", ["published", "published-complex"])
+@pytest.mark.parametrize("moving", ["darker", "brighter"])
+@pytest.mark.parametrize("short", ["distance", "tenth"])
+def test_twelve_places_have_the_tours_of_a_plain_implementation(variant: str, moving: str, short: str) -> None:
+    instance = instance_of(12)
+    flight = Flight.of(
+        FireflyOptions(variant=variant, moving_firefly=moving, short_inversions=short, n_fireflies=5), limited=True
+    )
+    swarm = PublishedFireflies(instance, flight, SolveOptions(seed=3), Stop(iterations=20))
+    d, plain = instance.cost.matrix.tolist(), swarm.tours.tolist()
+    swarm.construct(0)
+    for iteration in range(1, 20):
+        draw = random_numbers(int(random_words(3, iteration, count=1)[0]))
+        plain = plain_iteration(d, plain, iteration / 20, flight, draw)
+        tours, lengths = swarm.construct(iteration)
+        assert tours.tolist() == plain
+        assert lengths.tolist() == sorted(lengths.tolist())
+
+
+@pytest.mark.parametrize(("darker_first", "most_moves_of"), [(True, 1), (False, 0)])
+def test_near_tours_give_most_moves_to_the_firefly_that_moves_first(darker_first: bool, most_moves_of: int) -> None:
+    """a = 0 1 2 3 4 5, 10 mm, and b = 0 2 1 3 4 5, 12 mm, differ at two of six places: r = 10·2/6.
+
+    β = 20·exp(-0.015·11.1) = 16.9: 16 moves of the first firefly, 4 of the other. Each alone makes 20 long moves.
+    """
+    points = [(float(x), 0.0) for x in range(6)]
+    instance = build_instance(RoutingProblem.of_points(points, closed=True), 0)
+    node = {int(x): k for k, x in enumerate(instance.cost.xy[:, 0])}
+    tours = np.array([[node[x] for x in order] for order in ((0, 1, 2, 3, 4, 5), (0, 2, 1, 3, 4, 5))], dtype=np.int32)
+    kept, lengths = np.zeros((100, 3), dtype=np.int32), np.full(100, np.inf)
+    rules = PairRules(20, 0.015, False, False, darker_first, 0)
+    words = np.array([7], dtype=np.uint64)
+    move_pairs(instance.cost, tours, np.array([10.0, 12.0]), 0, 2, rules, words, 0, kept, lengths)
+    assert np.isfinite(lengths).sum() == 60
+    moves = np.bincount(kept[:60, 0], minlength=2) - 20
+    assert moves.tolist() == ([4, 16] if most_moves_of else [16, 4])
+    assert lengths[:60].tolist() == sorted(lengths[:60].tolist())
 
 
 def test_the_published_swarm_is_random_and_has_the_published_numbers() -> None:
@@ -56,75 +131,20 @@ def test_the_published_swarm_is_random_and_has_the_published_numbers() -> None:
 
 
 @pytest.mark.parametrize(
-    "flight, as_bright, done, apart, longest",
+    ("flight", "done", "long", "explore"),
     [
-        (SIMPLE, True, 0.5, 30, 98),  # as bright: far
-        (SIMPLE, False, 0.0, 30, 25),  # else short, from the first iteration to the last: a quarter of 100 nodes
-        (SIMPLE, False, 0.9, 12, 12),  # and no longer than the distance
-        (SIMPLE, False, 0.9, 0, 2),
-        (COMPLEX, False, 0.26, 12, 98),  # below 27 %: far
-        (COMPLEX, False, 0.28, 12, 25),  # below 37 %: explores, whatever the distance
-        (COMPLEX, False, 0.38, 12, 12),
-        (COMPLEX, True, 0.38, 12, 12),  # as bright counts for simple pockets only
+        (SIMPLE, 0.0, False, False),  # simple pockets use neither percentage
+        (SIMPLE, 0.9, False, False),
+        (COMPLEX, 0.26, True, True),
+        (COMPLEX, 0.28, False, True),
+        (COMPLEX, 0.38, False, False),
     ],
 )
-def test_moves_are_as_long_as_the_mode_says(
-    flight: Flight, as_bright: bool, done: float, apart: int, longest: int
+def test_only_complex_pockets_begin_with_long_moves_and_exploration(
+    flight: Flight, done: float, long: bool, explore: bool
 ) -> None:
-    assert longest_run(flight, as_bright, done, apart, 100) == longest
-
-
-def test_one_step_worked_by_hand() -> None:
-    """Six places, x = 0 … 5; closed tours a = 0 1 2 3 4 5 (10 mm), b = 0 2 1 3 4 5 (12 mm), c = 2 0 1 3 4 5 (10 mm).
-
-    a and c are as bright and differ at three places: r = 10·3/6 = 5, β = 20·exp(-0.015·25) = 13.7, so 14 inversions are
-    tried; both move far, by runs of up to 6 - 2 nodes. b sees both; each has another node at two places, r = 10·2/6,
-    β = 20·exp(-0.015·11.1) = 16.9: 17 inversions of 2 nodes, which is the distance and a quarter of six nodes.
-    """
-    instance = build_instance(RoutingProblem.of_points([(x, 0.0) for x in range(6)], closed=True), 0)
-    node = {int(x): k for k, x in enumerate(instance.cost.xy[:, 0])}
-    swarm = PublishedFireflies(instance, SIMPLE, SolveOptions(seed=1), Stop(iterations=100))
-    orders = [(0, 1, 2, 3, 4, 5), (0, 2, 1, 3, 4, 5), (2, 0, 1, 3, 4, 5)]
-    swarm.tours = np.array([[node[x] for x in order] for order in orders], dtype=np.int32)
-    swarm.lengths = np.array([tour_cost(instance.cost, tour) for tour in swarm.tours])
-    assert swarm.lengths == pytest.approx([10.0, 12.0, 10.0])
-    assert [20.0 * math.exp(-0.015 * (10.0 * apart / 6) ** 2) for apart in (3, 2)] == pytest.approx(
-        [13.75, 16.93], abs=0.01
-    )
-    assert [swarm.aim_of(f) for f in range(3)] == [(14, 4), (17, 2), (14, 4)]
-
-
-@given(st.integers(6, 30), st.integers(0, 99), st.integers(1, 40), st.integers(2, 28))
-def test_a_move_has_the_best_of_its_inversions_and_adds_what_it_says(n: int, seed: int, tries: int, most: int) -> None:
-    """Of one inversion it is that; of very many, the best of all runs there are, tried one by one."""
-    instance = instance_of(n, seed, closed=True)
-    tour = np.random.default_rng(seed).permutation(n).astype(np.int32)
-    longest, moved = min(most, n - 2), np.zeros(n, dtype=np.int32)
-    added = best_inversion(instance.cost, tour, tries, longest, np.array([seed + 1], dtype=np.uint64), 0, moved)
-    assert sorted(moved.tolist()) == list(range(n))
-    before = tour_cost(instance.cost, tour)
-    assert tour_cost(instance.cost, moved) == pytest.approx(before + added)
-    every_run = [
-        np.concatenate([tour[:a], tour[a:b][::-1], tour[b:]])
-        for a, b in itertools.combinations(range(n + 1), 2)
-        if 2 <= b - a <= longest
-    ]
-    lengths = [float(tour_cost(instance.cost, one)) for one in every_run]
-    assert any(np.array_equal(moved, one) for one in every_run)
-    best_inversion(instance.cost, tour, 60 * n * n, longest, np.array([7], dtype=np.uint64), 0, moved)
-    assert tour_cost(instance.cost, moved) == pytest.approx(min(lengths))
-
-
-def test_of_m_times_n_moves_the_n_shortest_are_kept_and_no_tour_of_before() -> None:
-    instance = instance_of(30, closed=True)
-    swarm = PublishedFireflies(instance, SIMPLE, SolveOptions(seed=5), Stop(iterations=100))
-    swarm.construct(0)
-    before = swarm.tours.copy()
-    tours, lengths = swarm.construct(1)
-    made = sorted(float(tour_cost(instance.cost, tour)) for tour in swarm.moved)
-    assert len(swarm.moved) == MOVES * len(before) == 22
-    assert sorted(lengths.tolist()) == made[:11]
-    assert all(not np.array_equal(tour, old) for tour in tours for old in before)
+    rules = PublishedFireflies(instance_of(8), flight, SolveOptions(), Stop()).rules(done)
+    assert (rules.long, rules.explore) == (long, explore)
 
 
 @pytest.mark.parametrize("variant", ["published", "published-complex"])
@@ -134,7 +154,7 @@ def test_the_same_seed_gives_the_same_tour_and_given_ends_stay_ends(variant: str
     )
     ways = [
         solve(
-            problem, SolveOptions(algorithm="firefly", iterations=300, seed=seed, threads=threads, bound=False),
+            problem, SolveOptions(algorithm="firefly", iterations=10, seed=seed, threads=threads, bound=False),
             firefly=FireflyOptions(variant=variant),
         )
         for seed, threads in ((1, 1), (1, 2), (2, 1))
@@ -174,6 +194,8 @@ def test_options_that_it_would_not_use_are_refused_and_off_is_off() -> None:
     with pytest.raises(OptionError, match="--variant: only used with --algorithm firefly"):
         settings_for(collect({"variant": "published"}), drill)
     assert settings_for(collect({**published, "local_search": False}), drill).firefly.variant == "published"
+    with pytest.raises(OptionError, match="only used with --variant published"):
+        settings_for(collect({"algorithm": "firefly", "moving_firefly": "brighter"}), drill)
     pocket = registry.work("pocket")
     assert settings_for(collect({"variant": "published"}), pocket).firefly.variant == "published"
     with pytest.raises(OptionError, match="only used with --variant leafcut"):

@@ -6,11 +6,13 @@ LNAI 6943, 393–403: the distance of two tours by their different edges, and in
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.kernels import EPSILON, kernel, part
-from leafcut.kernels.cost import TIED, CostModel, travel
+from leafcut.kernels.cost import TIED, CostModel, tour_cost, travel
 from leafcut.kernels.lin_kernighan import ENDS, Tour, improve_queued, is_one_tour, make_move, pop, push, take_back
 from leafcut.kernels.local_search import reverse
 from leafcut.kernels.random import below
@@ -84,7 +86,7 @@ def fly(costs: NDArray, tour: NDArray, place: NDArray, moves: int, longest: int,
     return total
 
 
-@kernel
+@part
 def places_apart(tour: NDArray, second: NDArray) -> int:
     """Return the number of places at which two tours int32[h] differ (Hamming distance)."""
     count = 0
@@ -94,31 +96,123 @@ def places_apart(tour: NDArray, second: NDArray) -> int:
     return count
 
 
-@kernel
-def best_inversion(
-    cost: CostModel, tour: NDArray, tries: int, longest: int, states: NDArray, k: int, moved: NDArray
-) -> float:
-    """Write to `moved` the tour with the best of `tries` inversions of random runs; return the added cost.
+class PairRules(NamedTuple):
+    """Rules for the moves of a pair of fireflies in an iteration.
 
-    All inversions are tried on the same tour; the best is applied even if it lengthens the tour. A run has 2 …
-    `longest` nodes and does not wrap around the end of the array. A tied edge is kept; if all runs would break it,
-    nothing moves.
-    Changes: moved int32[h], states[k].
-    Source: G. K. Jati and Suyanto, ICAIS 2011, section 3 (inversion mutation). Differs: best of `tries`.
+    ============ ===== =================================================================================
+    moves        int   β0, number of moves of a pair
+    absorption   float γ
+    long         bool  every move is long; otherwise only moves of a pair of equal brightness are long
+    explore      bool  firefly j makes all moves of a pair (i, j)
+    darker_first bool  the darker firefly makes the first β moves; otherwise the brighter one
+    short        int   maximum number of nodes of a short inversion; 0: number of places at which the pair differs
+    ============ ===== =================================================================================
     """
-    h, best, start, stop = len(tour), np.inf, 0, -1
-    for _ in range(tries):
-        length = 2 + below(states, k, longest - 1)
-        first = below(states, k, h - length + 1)
-        last = first + length - 1
-        a, b = tour[first - 1], tour[first]
-        c, d = tour[last], tour[last + 1 if last + 1 < h else 0]
-        added = travel(cost, a, c) + travel(cost, b, d) - travel(cost, a, b) - travel(cost, c, d)
-        if added < min(best, -0.5 * TIED):
-            best, start, stop = added, first, last
-    for index in range(h):
-        moved[index] = tour[start + stop - index if start <= index <= stop else index]
-    return best if stop >= 0 else 0.0
+
+    moves: int
+    absorption: float
+    long: bool
+    explore: bool
+    darker_first: bool
+    short: int
+
+
+@kernel
+def move_pairs(
+    cost: CostModel,
+    tours: NDArray,
+    lengths: NDArray,
+    start: int,
+    stop: int,
+    rules: PairRules,
+    states: NDArray,
+    k: int,
+    kept: NDArray,
+    kept_lengths: NDArray,
+) -> None:
+    """Move all pairs of fireflies (i, j), start <= i < stop, i <= j < n; keep the n shortest results.
+
+    A pair makes β0 moves, each from the current tour of its firefly: the first β of one firefly, the others of the
+    other. A long inversion reverses the run between two random places. A short one has 2 … `short` nodes and
+    starts at a random place. No run wraps around the end of the array; a move that breaks a tied edge is dropped.
+
+    ============ ================ ==========================================================================
+    tours        int32[n, h]      `lengths` float64[n]
+    kept         int32[n, 3]      firefly, first and last place of the inverted run; a result of equal length
+                                  stays behind the earlier one
+    kept_lengths float64[n]       ascending; inf for a free row
+    ============ ================ ==========================================================================
+
+    Changes: states[k], kept, kept_lengths.
+    Source: as `order.literature.published_fireflies`.
+    """
+    n, h = tours.shape
+    for i in range(start, stop):
+        for j in range(i, n):
+            equal = abs(lengths[i] - lengths[j]) <= EPSILON
+            apart = places_apart(tours[i], tours[j])
+            r = 10.0 * apart / h
+            towards = int(rules.moves * np.exp(-rules.absorption * r * r))
+            first, second = j, i
+            if rules.explore:
+                towards = rules.moves
+            elif not equal and (lengths[i] > lengths[j]) == rules.darker_first:
+                first, second = i, j
+            limit = max(2, min(rules.short if rules.short > 0 else apart, h - 2))
+            for u in range(rules.moves):
+                f = first if u < towards else second
+                if rules.long or equal:
+                    head, last = below(states, k, h), below(states, k, h - 1)
+                    if last >= head:
+                        last += 1
+                    else:
+                        head, last = last, head
+                else:
+                    nodes = 2 + below(states, k, limit - 1)
+                    head = below(states, k, h - nodes + 1)
+                    last = head + nodes - 1
+                added = inversion_cost(cost, tours[f], head, last)
+                if added < -0.5 * TIED:
+                    insert_result(kept, kept_lengths, f, head, last, lengths[f] + added)
+
+
+@part
+def inversion_cost(cost: CostModel, tour: NDArray, first: int, last: int) -> float:
+    """Return the cost that the inversion of the places `first` … `last` adds to a closed tour int32[h]."""
+    h = len(tour)
+    if last - first >= h - 2:
+        return 0.0  # the same cycle in the other direction
+    a, b = tour[first - 1], tour[first]
+    c, d = tour[last], tour[last + 1 if last + 1 < h else 0]
+    return travel(cost, a, c) + travel(cost, b, d) - travel(cost, a, b) - travel(cost, c, d)
+
+
+@part
+def insert_result(kept: NDArray, kept_lengths: NDArray, f: int, first: int, last: int, length: float) -> None:
+    """Insert a result into the sorted rows of `kept`; the longest row drops out."""
+    row = len(kept_lengths)
+    while row > 0 and length < kept_lengths[row - 1] - EPSILON:
+        row -= 1
+    for later in range(len(kept_lengths) - 1, row, -1):
+        kept[later] = kept[later - 1]
+        kept_lengths[later] = kept_lengths[later - 1]
+    if row < len(kept_lengths):
+        kept[row, 0], kept[row, 1], kept[row, 2] = f, first, last
+        kept_lengths[row] = length
+
+
+@kernel
+def apply_results(cost: CostModel, tours: NDArray, kept: NDArray, moved: NDArray, lengths: NDArray) -> None:
+    """Write the tours of the results `kept` int32[m, 3] to the first rows of `moved`, and the lengths of all its tours.
+
+    Changes: moved int32[n, h], lengths float64[n].
+    """
+    for row in range(len(kept)):
+        f, first, last = kept[row]
+        for index in range(tours.shape[1]):
+            moved[row, index] = tours[f, first + last - index if first <= index <= last else index]
+    for row in range(len(moved)):
+        lengths[row] = tour_cost(cost, moved[row])
 
 
 @part

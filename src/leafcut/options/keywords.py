@@ -550,14 +550,20 @@ class _AcoOptions1(TypedDict, total=False):
 class _FireflyOptions1(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, reorder, solve.
     variant: Literal["leafcut", "published", "published-complex", None]
-    """Firefly variant; published: position-wise distances, the n best of m × n moves, no local search, with the
-    settings published for simple or for complex pockets (default: leafcut).
+    """Firefly variant; published: every pair makes β₀ inversions and the n shortest results survive, with the
+    rules for simple or for complex pockets, without local search (default: leafcut).
+    """
+    moving_firefly: Literal["darker", "brighter", None]
+    """Firefly of a pair that moves first, by the attractiveness of the other one (default: darker)."""
+    short_inversions: Literal["distance", "tenth", None]
+    """Maximum length of a short inversion: the places at which two tours differ, or a tenth of the nodes (default:
+    distance).
     """
     n_fireflies: int | None
     """Number of fireflies (n) (default: 11; 10 for published-complex)."""
     attractiveness: float | None
-    """Attractiveness: inversions per move towards a near tour (β₀); tried per move where published (default: 20;
-    15 for published-complex).
+    """Attractiveness: inversions per move towards a near tour (β₀); published: moves of each pair (default: 20; 15
+    for published-complex).
     """
     absorption: float | None
     """Absorption: how fast attractiveness falls with tour distance (γ) (default: 0.015)."""

@@ -34,6 +34,8 @@ ALGORITHM_GROUP = "leafcut.algorithms"
 #: Conditions of options that apply to ant or firefly algorithms only.
 _ANTS = one_of("algorithm", *ANT_ALGORITHMS)
 FIREFLIES = one_of("algorithm", "firefly")
+#: Condition of options of the published firefly algorithm.
+_PUBLISHED = (FIREFLIES, one_of("variant", "published", "published-complex"))
 
 #: Value of `--n-ants` besides a number: as many as there are parts of a sheet, else nodes.
 ANTS_AS_PARTS = "parts"
@@ -202,7 +204,7 @@ class AcoOptions(OptionGroup):
 
 @dataclass(frozen=True)
 class FireflyOptions(OptionGroup):
-    """Parameters of the firefly algorithm; defaults are those published for pockets (`order.literature.flight`)."""
+    """Parameters of the firefly algorithm; n, β₀ and γ are those published for pockets (`order.literature.flight`)."""
 
     section: ClassVar[str] = "firefly"
     title: ClassVar[str] = "Firefly algorithm"
@@ -210,10 +212,24 @@ class FireflyOptions(OptionGroup):
     variant: str = option(
         "text",
         "leafcut",
-        "firefly variant; published: position-wise distances, the n best of m × n moves, no local search, with the "
-        "settings published for simple or for complex pockets",
+        "firefly variant; published: every pair makes β₀ inversions and the n shortest results survive, with the rules "
+        "for simple or for complex pockets, without local search",
         choices=("leafcut", "published", "published-complex"),
         needs=(FIREFLIES,),
+    )
+    moving_firefly: str = option(
+        "text",
+        "darker",
+        "firefly of a pair that moves first, by the attractiveness of the other one",
+        choices=("darker", "brighter"),
+        needs=_PUBLISHED,
+    )
+    short_inversions: str = option(
+        "text",
+        "distance",
+        "maximum length of a short inversion: the places at which two tours differ, or a tenth of the nodes",
+        choices=("distance", "tenth"),
+        needs=_PUBLISHED,
     )
     n_fireflies: int | None = option(
         "whole",
@@ -227,7 +243,7 @@ class FireflyOptions(OptionGroup):
     attractiveness: float | None = option(
         "number",
         None,
-        "attractiveness: inversions per move towards a near tour (β₀); tried per move where published",
+        "attractiveness: inversions per move towards a near tour (β₀); published: moves of each pair",
         minimum=0,
         maximum=1000,
         default_words="20; 15 for published-complex",

@@ -11,10 +11,9 @@ The sources leave some points open, which are decided as follows.
 - β is the number of inversions of a flight; an iteration has one flight per node (`FLIGHTS`).
 - Long inversions have 2 to A nodes, short ones at most a share of all nodes, or 50 with repair. The switch from long to
   short comes at a share of the iterations (or of the time limit): coarse search first, then fine.
-- The settings for simple and for complex pockets differ only in their defaults: fireflies, β0, and the switch.
 
 Differs: inversions are applied sequentially, and each is kept unless it lengthens the tour. The published algorithm
-tries all from the same tour and keeps the n best tours, which soon become identical (`published_fireflies`). All
+makes all from the same tour and keeps the n shortest results (`published_fireflies`). All
 fireflies see the swarm at the start of the iteration, so they can move in threads. With local search, a move consists
 of two nearby inversions, repaired by sequential exchanges (`kernels.lin_kernighan`) at their nodes; the exchanges would
 undo a single inversion. For orders of clusters, the distance counts directed steps, runs fixed by precedence are not

@@ -25,19 +25,17 @@ from leafcut.order.workers import WorkerLog
 
 @dataclass(frozen=True)
 class Mode:
-    """Settings of a mode of the published system: number of fireflies, β0, and the switch to short moves, %."""
+    """Number of fireflies and β0."""
 
     fireflies: int
     attractiveness: float
-    switch_at: float
 
 
-#: Modes by the value of `--variant`.
-MODES = {
-    "leafcut": Mode(11, 20.0, 27.0),
-    "published": Mode(11, 20.0, 27.0),
-    "published-complex": Mode(10, 15.0, 37.0),
-}
+#: Modes by the value of `--variant`; 11 and 20 are published for simple pockets, 10 and 15 for complex ones.
+MODES = {"leafcut": Mode(11, 20.0), "published": Mode(11, 20.0), "published-complex": Mode(10, 15.0)}
+
+#: Share of the search after which the inversions of leafcut's variant are short.
+SWITCH = 0.27
 
 #: Iterations without a shorter tour after which the published system ends.
 PATIENCE = 20
@@ -48,15 +46,24 @@ SHORT_SHARE, SHORT_MENDED = 0.25, 50
 
 @dataclass(frozen=True)
 class Flight:
-    """Options of the firefly algorithm, with the published values as defaults."""
+    """Options of the firefly algorithm, with the defaults of its variant.
+
+    Attributes
+    ----------
+    at_random
+        The published algorithm, which starts from random tours.
+    complex, darker_moves, short_by_distance
+        Rules of the published algorithm (`published_fireflies`).
+    """
 
     fireflies: int
     attractiveness: float
     absorption: float
-    switch: float
     patience: float
     at_random: bool
     complex: bool = False
+    darker_moves: bool = True
+    short_by_distance: bool = True
 
     @classmethod
     def of(cls, options: FireflyOptions, limited: bool) -> Flight:
@@ -66,10 +73,11 @@ class Flight:
             fireflies=options.n_fireflies or mode.fireflies,
             attractiveness=mode.attractiveness if options.attractiveness is None else options.attractiveness,
             absorption=options.absorption,
-            switch=0.01 * mode.switch_at,
             patience=math.inf if limited else PATIENCE,
             at_random=options.variant != "leafcut",
             complex=options.variant == "published-complex",
+            darker_moves=options.moving_firefly == "darker",
+            short_by_distance=options.short_inversions == "distance",
         )
 
     def attraction(self, apart: int, h: int) -> float:
@@ -99,7 +107,7 @@ class Flight:
 
     def longest(self, apart: int, h: int, share_done: float, short: int) -> int:
         """Return the maximum number of nodes in an inversion, 2 to h - 2."""
-        limit = apart if share_done < self.switch else min(apart, short)
+        limit = apart if share_done < SWITCH else min(apart, short)
         return max(2, min(limit, h - 2))
 
 
