@@ -168,13 +168,13 @@ def _posts(data: bytes, _: Path) -> None:
                 interpret(text, dialect(name))
 
 
-def _whole(process: str, extension: str) -> Target:
+def _whole(process: str, extension: str, **options: float) -> Target:
     def work(data: bytes, place: Path) -> None:
         from leafcut import api
 
         file = place.with_suffix(extension)
         file.write_bytes(data)
-        api.optimize(file, process=process, preset="fast", time_limit=0.05, threads=1)
+        api.optimize(file, process=process, preset="fast", time_limit=0.05, threads=1, **options)
 
     return work
 
@@ -214,7 +214,7 @@ TARGETS: dict[str, tuple[Target, tuple[str, ...], float]] = {
     "plan": (_file("leafcut.read.plan_file", "load_plan"), (".json",), 4),
     "order": (_file("leafcut.read.order_file", "load_order"), (".json",), 4),
     "reorder": (_whole("auto", ".ngc"), (".ngc", ".nc"), 0.05),
-    "drill": (_whole("auto", ".csv"), (".csv",), 0.05),
+    "drill": (_whole("auto", ".csv", depth=1.0), (".csv",), 0.05),
     "cut": (_whole("cut", ".svg"), (".svg",), 0.02),
 }
 

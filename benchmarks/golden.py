@@ -27,14 +27,17 @@ DRILLS = ("haas-vf2", "grbl-3018", "fagor-8055")
 CUTTERS = ("plasma-table", "laser-table", "water-table")
 MILLS = ("linuxcnc-mill", "haas-vf2", "grbl-3018")
 
+#: Holes are only spotted.
+SPOTS: dict[str, Any] = {"depth": 1.0, "depth_to": "tip"}
+
 #: Jobs whose options change the course: name → drawing or program, process, options.
 VARIANTS: dict[str, tuple[str, str, dict[str, Any]]] = {
     "drill-library": ("plate_70.dxf", "drill", {"tools": "examples/tools.toml", "thickness": 6.0}),
-    "drill-given-order": ("plate_27.dxf", "drill", {"algorithm": "none", "start_point": (0.0, 0.0)}),
+    "drill-given-order": ("plate_27.dxf", "drill", {**SPOTS, "algorithm": "none", "start_point": (0.0, 0.0)}),
     "drill-nearest": ("plate_65.dxf", "drill", {"algorithm": "nn", "thickness": 8.0}),
-    "drill-by-distance": ("board_97.dxf", "drill", {"objective": "distance", "end_point": (0.0, 0.0)}),
+    "drill-by-distance": ("board_97.dxf", "drill", {**SPOTS, "objective": "distance", "end_point": (0.0, 0.0)}),
     "drill-keep-out": ("plate_45.dxf", "drill", {"keep_out": "20 20 40 40", "depth": 4.0}),
-    "drill-initial": ("plate_27.dxf", "drill", {"retract": "initial", "dialect": "heidenhain"}),
+    "drill-initial": ("plate_27.dxf", "drill", {**SPOTS, "retract": "initial", "dialect": "heidenhain"}),
     "drill-solid": ("stepped_plate.step", "drill", {}),
     "drill-surface": ("plate_10.dxf", "drill", {"machine": "haas-vf2", "dialect": "siemens", "depth": 3.0}),
     "pocket-feeds": (
@@ -120,7 +123,7 @@ def jobs() -> Iterator[tuple[str, str, str, dict[str, Any]]]:
     plates = sorted(p.name for p in (ROOT / "examples").glob("*.dxf") if p.name.startswith(("plate", "board")))
     for machine in DRILLS:
         for plate in plates:
-            yield f"drill/{plate}/{machine}", f"examples/{plate}", "drill", {"machine": machine}
+            yield f"drill/{plate}/{machine}", f"examples/{plate}", "drill", {"machine": machine, **SPOTS}
     kinds = dict(zip(CUTTERS, ("plasma", "laser", "waterjet"), strict=True))
     for machine in CUTTERS:
         for drawing in ("sheet.dxf", "bracket.dxf", "gusset.svg"):

@@ -151,8 +151,8 @@ REFUSED = [
     (1, ["optimize", "example:plate-11"], "plate-10"),
     (2, ["optimize"], "INPUT"),
     (2, ["polish", "x"], "polish"),
-    (1, ["optimize", PLATE, "--machine", "grbl-3018", "--work-offset", "1000,0,0"], "travel"),
-    (1, ["optimize", "example:board-200", "--machine", "grbl-3018"], "travel"),
+    (1, ["optimize", PLATE, "--machine", "grbl-3018", "--depth", "3", "--work-offset", "1000,0,0"], "travel"),
+    (1, ["optimize", "example:board-200", "--depth", "3", "--machine", "grbl-3018"], "travel"),
     (1, ["optimize", PLATE, "--thickness", "80", "--tools", "tools.toml"], "deep"),
     (1, ["optimize", PLATE, "--thickness", "5", "--tools", "other.toml"], "no drill of 6.35"),
     (1, ["optimize", PLATE, "-o", "no/such/folder/p.nc"], "no folder"),
@@ -247,7 +247,9 @@ def test_ctrl_c_in_the_search_keeps_the_best_and_writes_a_whole_program(
 ) -> None:
     out = tmp_path / "p.ngc"
     interrupt_at("ordering", monkeypatch)
-    text, _ = answer(capsys, "optimize", "random:80", "-o", str(out), "--iterations", "1000000", "--json")
+    text, _ = answer(
+        capsys, "optimize", "random:80", "-o", str(out), "--depth", "3", "--iterations", "1000000", "--json"
+    )
     assert json.loads(text)["verified"]
     assert out.read_text().rstrip().endswith("M2")
     assert out.read_text().count("\nX") + out.read_text().count("\nY") >= 70
@@ -257,7 +259,7 @@ def test_ctrl_c_elsewhere_writes_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     interrupt_at("verifying", monkeypatch)
-    _, err = answer(capsys, "optimize", PLATE, "-o", str(tmp_path / "p.ngc"), status=1)
+    _, err = answer(capsys, "optimize", PLATE, "-o", str(tmp_path / "p.ngc"), "--depth", "3", status=1)
     assert err == "leafcut: interrupted; nothing was written\n"
     assert list(tmp_path.iterdir()) == []
 

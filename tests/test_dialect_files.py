@@ -17,6 +17,7 @@ from leafcut.read.machine import load_machine, machine_template, shipped_machine
 
 PLATE = "example:plate-10"
 FAST = {"preset": "fast", "seed": 3}
+DRILLED = {**FAST, "depth": 3}
 
 
 @pytest.fixture
@@ -39,14 +40,14 @@ def machine_of(folder: Path, controller: str, shipped: str = "haas-vf2") -> Path
 def test_a_file_that_changes_nothing_writes_the_bytes_of_its_base(name: str, tmp_path: Path) -> None:
     file = tmp_path / "same.toml"
     file.write_text(f'base = "{name}"\n')
-    shipped, same = (leafcut.optimize(PLATE, dialect=word, header=False, **FAST) for word in (name, str(file)))
+    shipped, same = (leafcut.optimize(PLATE, dialect=word, header=False, **DRILLED) for word in (name, str(file)))
     assert same.text == shipped.text
     assert same.after == shipped.after
     assert (same.dialect, same.verified) == ("same.toml", True)
 
 
 def test_the_header_tells_the_name_of_the_file_alone(ours: Path) -> None:
-    text = leafcut.optimize(PLATE, dialect=str(ours), **FAST).text
+    text = leafcut.optimize(PLATE, dialect=str(ours), **DRILLED).text
     assert "--DIALECT OURS.TOML" in text.upper()
     assert str(ours.parent).upper() not in text.upper()
 
@@ -55,22 +56,21 @@ def test_what_the_file_changes_is_what_is_written_and_how_programs_are_named(our
     ours.write_text(
         'base = "haas"\nextension = ".eia"\ndecimals_mm = 4\ncycles = []\npreamble = ["G17 G90 G40 G49 G80 G94 G54"]\n'
     )
-    outcome = leafcut.optimize(PLATE, dialect=str(ours), **FAST)
+    outcome = leafcut.optimize(PLATE, dialect=str(ours), **DRILLED)
     assert outcome.verified
     assert "G81" not in outcome.text
     assert "\nG17 G90 G40 G49 G80 G94 G54\n" in outcome.text
     assert api.output_name(PLATE, dialect=str(ours)) == "plate-10.eia"
     assert outcome.extension == ".eia"
-    assert (
-        run(["optimize", PLATE, "--dialect", str(ours), "-o", str(tmp_path / "a.eia"), "--preset", "fast", "-q"]) == 0
-    )
+    words = ["optimize", PLATE, "--dialect", str(ours), "-o", str(tmp_path / "a.eia")]
+    assert run([*words, "--depth", "3", "--preset", "fast", "-q"]) == 0
 
 
 def test_a_file_with_which_no_safe_program_can_be_written_writes_none(ours: Path, tmp_path: Path) -> None:
     """Without G94 a feed could be one per turn, left over from the program before."""
     ours.write_text('base = "haas"\npreamble = ["G17 G90 G40 G49 G80 G54"]\n')
     with pytest.raises(VerifyError, match="the program was not written: feed: planned"):
-        leafcut.optimize(PLATE, tmp_path / "a.nc", dialect=str(ours), **FAST)
+        leafcut.optimize(PLATE, tmp_path / "a.nc", dialect=str(ours), **DRILLED)
     assert not (tmp_path / "a.nc").exists()
 
 
@@ -79,8 +79,8 @@ def test_a_machine_names_a_file_beside_its_profile_wherever_it_is_run_from(
 ) -> None:
     profile = machine_of(ours.parent, "ours.toml")
     monkeypatch.chdir(tmp_path)
-    outcome = leafcut.optimize(PLATE, machine=f"shop/{profile.name}", header=False, **FAST)
-    assert outcome.text == leafcut.optimize(PLATE, machine="haas-vf2", header=False, **FAST).text
+    outcome = leafcut.optimize(PLATE, machine=f"shop/{profile.name}", header=False, **DRILLED)
+    assert outcome.text == leafcut.optimize(PLATE, machine="haas-vf2", header=False, **DRILLED).text
     assert api.output_name(PLATE, machine=str(profile)) == "plate-10.nc"
     assert outcome.extension == ".nc"
     assert api.dialect_of({"machine": f"shop/{profile.name}"}) == str(Path("shop") / "ours.toml")
@@ -154,14 +154,14 @@ def test_neither_a_dialect_nor_the_one_that_a_machine_names_is_overwritten(ours:
     profile = machine_of(ours.parent, "ours.toml")
     for options in ({"dialect": str(ours)}, {"machine": str(profile)}):
         with pytest.raises(OutputError, match="never overwritten"):
-            leafcut.optimize(PLATE, ours, **options, **FAST)
+            leafcut.optimize(PLATE, ours, **options, **DRILLED)
     assert ours.read_text() == 'base = "haas"\n'
 
 
 def test_defaults_name_a_dialect_from_where_they_lie(ours: Path, tmp_path: Path) -> None:
     defaults = ours.parent / "defaults.toml"
     defaults.write_text('dialect = "ours.toml"\n')
-    outcome = leafcut.optimize(PLATE, defaults_file=defaults, **FAST)
+    outcome = leafcut.optimize(PLATE, defaults_file=defaults, **DRILLED)
     assert outcome.dialect == "ours.toml"
     assert outcome.defaults == ("--dialect ours.toml",)
 

@@ -58,7 +58,7 @@ def test_commands_without_extras_run_without_their_packages() -> None:
     commands = (
         ["list", "formats"],
         ["list", "machines"],
-        ["optimize", "example:plate-27", "--algorithm", "none", "--json", "--dry-run"],
+        ["optimize", "example:plate-27", "--depth", "3", "--algorithm", "none", "--json", "--dry-run"],
     )
     statuses, output, errors = without(packages, *commands)
     assert statuses == [0, 0, 0], errors

@@ -82,7 +82,12 @@ def test_without_packages_nothing_is_listed(
 
 def test_a_drawing_of_the_packages_format_is_drilled_on_its_machine_in_its_dialect(circle: str, tmp_path: Path) -> None:
     program = tmp_path / "a.txt"
-    assert run(["optimize", circle, "-o", str(program), "--machine", "shop-mill", "--preset", "fast", "-q"]) == 0
+    assert (
+        run(
+            ["optimize", circle, "-o", str(program), "--machine", "shop-mill", "--depth", "3", "--preset", "fast", "-q"]
+        )
+        == 0
+    )
     text = program.read_text()
     assert "SHOP-MILL" in text.upper()
     assert "\nG17 G90\nG40 G49 G80\nG94 G54\n" in text
@@ -97,12 +102,12 @@ def test_the_machine_and_the_dialect_are_what_the_files_say() -> None:
     assert (mill.name, mill.family, mill.travel_max[0]) == ("shop-mill", "fanuc", 800.0)
     assert dialect(mill.controller).preamble == words.preamble == ("G17 G90", "G40 G49 G80", "G94 G54")
     assert (words.name, words.extension, words.point_required) == ("shop-fanuc", ".txt", True)
-    assert leafcut.optimize("example:plate-10", dialect="shop-fanuc", preset="fast").dialect == "shop-fanuc"
+    assert leafcut.optimize("example:plate-10", dialect="shop-fanuc", depth=3, preset="fast").dialect == "shop-fanuc"
 
 
 def test_the_algorithm_orders_the_work(circle: str, capsys: pytest.CaptureFixture[str]) -> None:
     """Six holes on a circle are best drilled along it, which insertion always finds in so many tries."""
-    given: dict[str, Any] = {"objective": "distance", "preset": "fast"}
+    given: dict[str, Any] = {"depth": 3, "objective": "distance", "preset": "fast"}
     ours = leafcut.optimize(circle, algorithm="random-insertion", **given)
     assert ours.operations[0].solution.algorithm == "random-insertion"
     assert ours.verified

@@ -25,7 +25,7 @@ PROGRAM = (
 
 #: The least work for each function: the command, its input files ("cam" is `PROGRAM`), and its options.
 CALLS: dict[str, tuple[str, list[str], dict[str, Any]]] = {
-    "drill": ("drill", [PLATE], {"iterations": 1, "threads": 1}),
+    "drill": ("drill", [PLATE], {"depth": 3, "iterations": 1, "threads": 1}),
     "reorder": ("reorder", ["cam"], {"iterations": 1, "threads": 1}),
     "simulate": ("simulate", ["cam"], {}),
     "verify": ("verify", ["cam", "cam"], {}),
@@ -124,7 +124,7 @@ def test_files_that_options_name_are_inputs(tmp_path: Path, files: Callable[[str
 
 
 def test_the_program_is_saved_as_it_would_be_written(tmp_path: Path) -> None:
-    found = leafcut.drill(PLATE, tmp_path / "written.nc", iterations=1, threads=1)
+    found = leafcut.drill(PLATE, tmp_path / "written.nc", depth=3, iterations=1, threads=1)
     found.save(tmp_path / "saved.nc")
     assert (tmp_path / "saved.nc").read_bytes() == (tmp_path / "written.nc").read_bytes()
 

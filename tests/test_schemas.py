@@ -197,7 +197,7 @@ RUNS = [
     "cut bracket.dxf --thickness 6 --preset fast --dry-run", f"reorder {CAM} --algorithm none --dry-run",
     "pocket pocket.dxf --depth 1 --tool-diameter 10 --strategy contour --dry-run",
     "nest bracket.dxf:1 --sheet 600x400 --nester rectangles --variants 1",
-    f"optimize {CAM} {PLATE} -o out --preset fast", f"solve {MAP} --preset fast",
+    f"optimize {PLATE} example:plate-27 --depth 3 -o out --preset fast", f"solve {MAP} --preset fast",
     f"reorder {CAM} --algorithm none --feeds --tool-diameter 6 --workpiece -500,-500,-20,500,500,0 --dry-run",
     f"simulate {CAM}", f"simulate {CAM} {CAM}", f"stock {CAM} --tool-diameter 6", f"verify {CAM} {CAM}",
     "tools speeds --holes 1 --depth 3 --tool-diameter 6 --material steel-c45",

@@ -124,7 +124,21 @@ def test_drawings_among_several_inputs_end_as_programs_of_the_machine_do(
     shop: Path, capsys: pytest.CaptureFixture[str], examples: Path
 ) -> None:
     drawing = str(examples / "plate_10.dxf")
-    answered(capsys, "optimize", drawing, "a.nc", "-o", "out", "-q", "--machine", "mach4-router", *FAST)
+    (shop / "job.toml").write_text("[drill]\ndepth = 3\n")
+    answered(
+        capsys,
+        "optimize",
+        drawing,
+        "a.nc",
+        "-o",
+        "out",
+        "-q",
+        "--options",
+        "job.toml",
+        "--machine",
+        "mach4-router",
+        *FAST,
+    )
     assert sorted(p.name for p in (shop / "out").iterdir()) == ["a.nc", "batch.csv", "batch.html", "plate_10.tap"]
 
 

@@ -67,9 +67,9 @@ def test_defaults_are_left_out_when_asked_for_and_by_the_library(
     defaults: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     defaults.write_text('machine = "haas-vf2"\n')
-    found = json.loads(said(capsys, "optimize", PLATE, "--no-defaults", "--json", *FAST)[0])
+    found = json.loads(said(capsys, "optimize", PLATE, "--no-defaults", "--depth", "3", "--json", *FAST)[0])
     assert found["machine"] == "linuxcnc-mill" and "defaults" not in found
-    assert leafcut.optimize(PLATE, preset="fast").machine.name == "linuxcnc-mill"
+    assert leafcut.optimize(PLATE, depth=3, preset="fast").machine.name == "linuxcnc-mill"
 
 
 def test_simulate_verify_and_nest_take_the_defaults_that_they_use(

@@ -16,7 +16,7 @@ PLATE = str(Path(__file__).parents[2] / "examples" / "plate_10.dxf")
 
 
 def test_each_run_is_the_one_of_its_algorithm_and_seed(tmp_path: Path) -> None:
-    shared = {"machine": "haas-vf2", "preset": "fast", "seed": 4}
+    shared = {"machine": "haas-vf2", "depth": 3, "preset": "fast", "seed": 4}
     of = compare_on("plate", PLATE, "optimize", {**shared, "algorithm": "acs", "n_ants": 3}, ["nn", "acs"], 2)
     with Store(tmp_path / "r.sqlite") as store:
         assert run(of, store).done == 4
@@ -24,7 +24,13 @@ def test_each_run_is_the_one_of_its_algorithm_and_seed(tmp_path: Path) -> None:
     assert {(row.levels["algorithm"], row.seed) for row in rows} == {(w, s) for w in ("nn", "acs") for s in (4, 5)}
     for row in rows:
         alone = api.optimize(
-            PLATE, machine="haas-vf2", preset="fast", threads=1, seed=row.seed, algorithm=row.levels["algorithm"]
+            PLATE,
+            machine="haas-vf2",
+            depth=3,
+            preset="fast",
+            threads=1,
+            seed=row.seed,
+            algorithm=row.levels["algorithm"],
         )
         assert row.responses["machining"] == pytest.approx(alone.after.time_s, abs=1e-9)
 

@@ -38,7 +38,7 @@ def outcome(request: pytest.FixtureRequest) -> Outcome[Any]:
     known: dict[str, tuple[Path, str, dict[str, Any]]] = {
         "sheet": (examples / "sheet.dxf", "cut", sheet),
         "pocket": (examples / "pocket.dxf", "pocket", {"tool_diameter": "10", "depth": "3", "strategy": "contour"}),
-        "holes": (examples / "plate_10.dxf", "drill", {}),
+        "holes": (examples / "plate_10.dxf", "drill", {"depth": 3}),
         "program": (examples / "cam_121.nc", "auto", {}),
     }
     file, process, options = known[request.param]

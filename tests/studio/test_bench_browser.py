@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
-from studio_page import LONG, serious, typed
+from studio_page import LONG, press_run, serious, typed
 from studio_server import Server
 from test_live_browser import make_map
 
@@ -35,7 +35,7 @@ def stepped(page: Page, algorithm: str, steps: int) -> None:
     """Run a search on forty places step by step, so far as asked for."""
     make_map(page, 40, algorithm)
     page.locator(".choose").get_by_label("Speed", exact=True).select_option("step")
-    page.get_by_role("button", name="Run", exact=True).click()
+    press_run(page)
     study = page.locator(".study")
     expect(study).to_contain_text("step 1", timeout=LONG)
     for step in range(2, steps + 1):

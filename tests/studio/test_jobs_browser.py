@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
-from studio_page import LONG, PLATE, opened, run, serious, sure, typed, wait_for
+from studio_page import LONG, PLATE, opened, press_run, run, serious, sure, typed, wait_for
 from studio_server import running
 
 
@@ -31,7 +31,7 @@ def endless(page: Page, file: Path = PLATE) -> None:
     opened(page, file)
     page.get_by_label("Algorithm", exact=True).select_option("mmas")
     page.locator(".choose").get_by_label("Speed", exact=True).select_option("step")
-    page.get_by_role("button", name="Run", exact=True).click()
+    press_run(page)
     expect(page).to_have_url(re.compile("job="))
     expect(page.locator(".study")).to_contain_text("step 1", timeout=LONG)
 
@@ -49,7 +49,7 @@ def test_two_jobs_are_compared_and_one_is_found_by_what_was_chosen(own: Page) ->
     finished(own, Thickness="6mm")
     job = own.url
     typed(own, "Thickness", "1/4in")
-    own.get_by_role("button", name="Run", exact=True).click()
+    press_run(own)
     wait_for(own, lambda: own.url != job)
     expect(own.locator("#result-panel")).to_be_visible(timeout=LONG)
     own.keyboard.press("2")
@@ -82,7 +82,7 @@ def test_jobs_that_wait_are_put_in_another_order_by_keys(own: Page) -> None:
         own.get_by_label("Algorithm", exact=True).select_option("mmas")
         own.locator(".choose").get_by_label("Speed", exact=True).select_option("step")  # those that run wait, too
         before = own.url
-        own.get_by_role("button", name="Run", exact=True).click()
+        press_run(own)
         wait_for(own, lambda before=before: "job=" in own.url and own.url != before)
     own.keyboard.press("2")
     rows = own.locator(".queue li")
@@ -137,7 +137,7 @@ def test_the_tab_says_how_a_run_goes_and_a_notice_comes_only_where_it_was_asked_
     own.get_by_label("Notify me when a run is over").check()
     wait_for(own, lambda: own.evaluate("told") == ["asked"])
     own.keyboard.press("1")
-    own.get_by_role("button", name="Run", exact=True).click()
+    press_run(own)
     expect(own.locator(".study")).to_contain_text("step 1", timeout=LONG)
     expect(own).to_have_title(re.compile("^▶ "))  # of a run that the tab has not seen running it tells no end
     own.get_by_role("button", name="Stop, keep the best").click()

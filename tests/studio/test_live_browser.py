@@ -8,7 +8,20 @@ from pathlib import Path
 import pytest
 from parts_to_nest import svg
 from playwright.sync_api import Page, expect
-from studio_page import LONG, ROOT, choose_work, downloaded, opened, run, said_by, steady, sure, typed, wait_for
+from studio_page import (
+    LONG,
+    ROOT,
+    choose_work,
+    downloaded,
+    opened,
+    press_run,
+    run,
+    said_by,
+    steady,
+    sure,
+    typed,
+    wait_for,
+)
 
 from leafcut.cli import app as cli
 
@@ -91,7 +104,7 @@ def gap(page: Page) -> float:
 def test_a_search_is_stepped_through_its_gap_falls_its_path_moves_and_pheromone_is_laid(page: Page) -> None:
     make_map(page, 120, "mmas")
     page.locator(".choose").get_by_label("Speed", exact=True).select_option("step")
-    page.get_by_role("button", name="Run", exact=True).click()
+    press_run(page)
     study, canvas = page.locator(".study"), page.locator(".lc-pane:not(.lc-solid) .lc-canvas").last
     expect(study).to_contain_text("step 1", timeout=LONG)
     first = gap(page)
@@ -126,7 +139,7 @@ def test_a_drawing_whose_search_is_stopped_gives_the_program_that_the_command_li
     typed(page, "Thickness", "6")
     page.get_by_label("Algorithm", exact=True).select_option("mmas")
     page.locator(".choose").get_by_label("Speed", exact=True).select_option("step")
-    page.get_by_role("button", name="Run", exact=True).click()
+    press_run(page)
     study = page.locator(".study")
     expect(study).to_contain_text("step 1", timeout=LONG)
     first = gap(page)
@@ -145,7 +158,7 @@ def test_a_drawing_whose_search_is_stopped_gives_the_program_that_the_command_li
 def test_fireflies_are_shown_by_their_brightness(page: Page) -> None:
     make_map(page, 60, "firefly")
     page.locator(".choose").get_by_label("Speed", exact=True).select_option("step")
-    page.get_by_role("button", name="Run", exact=True).click()
+    press_run(page)
     expect(page.locator(".swarm rect")).to_have_count(11, timeout=LONG)
     page.get_by_role("button", name="Cancel").click()
     expect(page.locator(".progress")).to_be_visible()  # asked twice: it cannot be taken back
@@ -387,7 +400,7 @@ def test_beside_the_path_of_before_the_new_program_is_shown_and_told_as_that(pag
     expect(lines.nth(5)).to_have_class(re.compile("lc-selected"))
     typed(page, "Thickness", "6")  # another program: it is shown in place of the one before
     address = page.url
-    page.get_by_role("button", name="Run", exact=True).click()
+    press_run(page)
     wait_for(page, lambda: page.url != address)
     expect(page.locator(".badge")).to_be_visible(timeout=LONG)  # a new outcome opens its summary
     page.get_by_role("tab", name="Program").click()

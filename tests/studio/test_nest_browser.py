@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from parts_to_nest import ANGLE, PLATE
 from playwright.sync_api import Page, expect
-from studio_page import LONG, choose_work, downloaded, typed, work_is
+from studio_page import LONG, choose_work, downloaded, press_run, typed, work_is
 
 from leafcut.cli import app as cli
 
@@ -38,7 +38,7 @@ def test_parts_are_nested_compared_cut_and_downloaded_as_the_command_line_writes
         "--sheet 260x130 --gap 2 --margin 2 --variants 2 --preset fast"
     )
     expect(page.locator("#command")).to_have_text(words)
-    page.get_by_role("button", name="Run", exact=True).click()
+    press_run(page)
     variants = page.locator("table.nests tbody tr")
     expect(variants).to_have_count(2, timeout=LONG)
     assert cli.run([*words.split()[1:], "--quiet"]) == 0

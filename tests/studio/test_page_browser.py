@@ -9,7 +9,20 @@ from pathlib import Path
 import ezdxf
 import httpx2
 from playwright.sync_api import Page, expect
-from studio_page import LONG, PLATE, choose_machine, choose_work, opened, run, said_by, steady, sure, typed, wait_for
+from studio_page import (
+    LONG,
+    PLATE,
+    choose_machine,
+    choose_work,
+    opened,
+    press_run,
+    run,
+    said_by,
+    steady,
+    sure,
+    typed,
+    wait_for,
+)
 from studio_server import Server
 
 
@@ -22,7 +35,7 @@ def endless(page: Page) -> None:
     choose_work(page, "solve")
     page.get_by_label("Algorithm", exact=True).select_option("mmas")  # it searches as long as it may
     typed(page, "Time limit", "60min")
-    page.get_by_role("button", name="Run", exact=True).click()
+    press_run(page)
     expect(page.locator(".progress")).to_be_visible()
     expect(page).to_have_url(re.compile("job="))
 
@@ -72,10 +85,11 @@ def test_a_new_file_is_seen_whole_however_the_last_one_was_looked_at(page: Page,
 def test_what_must_be_known_before_a_program_runs_stands_before_its_figures(page: Page) -> None:
     opened(page, PLATE)
     typed(page, "Time limit", "1s")
+    typed(page, "Depth", "40mm")
     run(page)
-    expect(page.locator(".warnings")).to_contain_text("only spotted")
-    typed(page, "Thickness", "6mm")
-    page.get_by_role("button", name="Run", exact=True).click()
+    expect(page.locator(".warnings")).to_contain_text("in one stroke")
+    typed(page, "Depth", "3mm")
+    press_run(page)
     expect(page.locator(".warnings")).to_have_count(0, timeout=LONG)
     expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
 
@@ -212,7 +226,7 @@ def test_escape_ends_a_run_and_keeps_the_best_of_it(page: Page) -> None:
     opened(page, PLATE)
     page.get_by_label("Algorithm", exact=True).select_option("mmas")
     page.get_by_label("Speed", exact=True).first.select_option("step")
-    page.get_by_role("button", name="Run", exact=True).click()
+    press_run(page)
     expect(page.locator(".progress .figure").first).not_to_have_text("", timeout=LONG)
     page.keyboard.press("Escape")
     expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
@@ -328,7 +342,7 @@ def test_a_run_that_was_cancelled_is_not_told_as_none(page: Page) -> None:
     opened(page, PLATE)
     page.get_by_label("Algorithm", exact=True).select_option("mmas")
     page.locator(".choose").get_by_label("Speed", exact=True).select_option("step")
-    page.get_by_role("button", name="Run", exact=True).click()
+    press_run(page)
     expect(page.locator(".study")).to_contain_text("step 1", timeout=LONG)
     sure(page.locator(".progress [data-sure]"))
     expect(page.locator(".result")).to_contain_text("cancelled", timeout=LONG)

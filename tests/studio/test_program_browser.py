@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from playwright.sync_api import Browser, Locator, Page, expect
-from studio_page import LONG, ROOT, choose_work, opened, serious
+from studio_page import LONG, ROOT, choose_work, opened, press_run, serious
 from studio_server import Server
 
 CAM = ROOT / "examples" / "cam_121.nc"
@@ -27,7 +27,7 @@ def rows(page: Page) -> list[str]:
 
 
 def begin(page: Page) -> None:
-    page.get_by_role("button", name="Run", exact=True).click()
+    press_run(page)
 
 
 def reordered(page: Page) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Locator, Page, expect
-from studio_page import LONG, PLATE, choose_work, opened, run, steady, typed
+from studio_page import LONG, PLATE, choose_work, opened, press_run, run, steady, typed
 from studio_server import Server
 
 #: What is wider than its window, and cannot be scrolled by itself: the first elements that stick out.
@@ -63,7 +63,7 @@ def test_what_runs_can_be_stopped_also_where_the_results_are_folded_away(page: P
     typed(page, "Time limit", "60min")
     drawn = steady(page, "() => document.querySelector('.frame').getBoundingClientRect().height")
     fold(page, "right").click()
-    page.get_by_role("button", name="Run", exact=True).click()
+    press_run(page)
     stop = page.locator("#column-right").get_by_role("button", name="Stop, keep the best")
     expect(stop).to_be_visible(timeout=LONG)
     # The drawing keeps its height: what runs stands beside it.

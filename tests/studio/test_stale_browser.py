@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from playwright.sync_api import Page, expect
-from studio_page import LONG, PLATE, choose_machine, choose_work, downloaded, opened, run, serious, typed
+from studio_page import LONG, PLATE, choose_machine, choose_work, downloaded, opened, press_run, run, serious, typed
 from studio_server import Server
 
 
@@ -103,7 +103,7 @@ def test_an_order_edited_by_hand_marks_the_outcome_closing_asks_and_run_runs_wha
     expect(lines).to_have_count(0)
     edit.get_by_role("button", name="Redo", exact=True).click()
     expect(lines).to_have_count(1)
-    page.get_by_role("button", name="Run", exact=True).click()
+    press_run(page)
     expect(page.locator("#command")).to_contain_text("--hole-order plate_10_edited.json")
     expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
     expect(lines).to_have_count(0)

@@ -16,6 +16,7 @@ from studio_page import (
     choose_work,
     downloaded,
     opened,
+    press_run,
     run,
     said_by,
     serious,
@@ -71,7 +72,7 @@ def test_the_work_that_is_shown_is_the_work_that_is_run(page: Page) -> None:
         expect(page.locator("#said")).to_be_empty()
         work_is(page, work)
     # A run that fails says why, at the foot and beside what it said before, and the page goes on.
-    page.get_by_role("button", name="Run", exact=True).click()
+    press_run(page)
     expect(page.locator("#said")).to_contain_text("give “Depth”", timeout=LONG)
     expect(page.locator(".result .error")).to_contain_text("give “Depth”")
     expect(page.get_by_role("button", name="Run", exact=True)).to_be_enabled()
@@ -87,7 +88,7 @@ def test_a_random_map_is_made_and_its_search_stopped(page: Page) -> None:
     choose_work(page, "solve")
     page.get_by_label("Algorithm", exact=True).select_option("mmas")  # it searches as long as it may
     typed(page, "Time limit", "10min")
-    page.get_by_role("button", name="Run", exact=True).click()
+    press_run(page)
     expect(page.locator(".progress .figure").first).not_to_be_empty(timeout=LONG)
     expect(page.get_by_role("button", name="Run", exact=True)).to_be_disabled()
     page.get_by_role("button", name="Stop, keep the best").click()
@@ -105,7 +106,7 @@ def test_what_cannot_be_read_is_a_line_and_the_page_lives_on(page: Page, tmp_pat
     opened(page, PLATE)
     typed(page, "Thickness", "thick")
     expect(page.get_by_role("alert")).to_contain_text("'thick' is not")
-    page.get_by_role("button", name="Run", exact=True).click()
+    press_run(page)
     expect(page.locator("#said")).to_contain_text("“Thickness”: 'thick' is not")
     typed(page, "Thickness", "3")
     run(page)
@@ -115,7 +116,7 @@ def test_what_cannot_be_read_is_a_line_and_the_page_lives_on(page: Page, tmp_pat
 def test_a_job_goes_on_when_its_tab_is_closed_and_is_found_in_the_history(page: Page, server: Server) -> None:
     opened(page, PLATE)
     page.get_by_label("Search effort", exact=True).select_option("fast")
-    page.get_by_role("button", name="Run", exact=True).click()
+    press_run(page)
     expect(page).to_have_url(re.compile("job="))
     job = page.url.partition("job=")[2]
     other = page.context.new_page()
@@ -141,7 +142,7 @@ def test_two_tabs_have_their_own_choices(page: Page, server: Server) -> None:
     expect(page.locator(".about-part .name")).to_have_text("plate_10.dxf")
     for tab in (page, other):
         tab.get_by_label("Search effort", exact=True).select_option("fast")
-        tab.get_by_role("button", name="Run", exact=True).click()
+        press_run(tab)
     for tab, holes in ((page, "10"), (other, "27")):
         expect(tab.locator(".badge")).to_contain_text("Verified", timeout=LONG)
         tools = tab.get_by_role("table", name="Tools", exact=True).locator("tbody tr")
@@ -302,7 +303,7 @@ def nested(page: Page) -> list[tuple[str, ...]]:
     page.set_input_files("#open-file", {"name": "part.svg", "mimeType": "", "buffer": PART})
     expect(page.locator(".piece")).to_have_count(2)
     page.get_by_role("button", name="Remove: plate_10.dxf").click()
-    page.get_by_role("button", name="Run", exact=True).click()
+    press_run(page)
     page.get_by_role("tab", name="Summary").click()
     expect(page.locator("table.nests")).to_be_visible(timeout=LONG)
     return serious(page, "nest")

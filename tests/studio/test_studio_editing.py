@@ -159,14 +159,16 @@ def test_common_lines_are_cut_and_not_changed_by_hand(studio: Studio) -> None:
 
 
 def test_a_plate_is_drilled_in_the_order_that_was_changed(studio: Studio) -> None:
-    first = studio.jobs.start(Task("optimize", ("example:plate-10",), options={"preset": "fast"}))
+    first = studio.jobs.start(Task("optimize", ("example:plate-10",), options={"depth": "3", "preset": "fast"}))
     assert studio.jobs.wait(first, 60) is JobState.DONE
     edited = edited_of(studio.history, first)
     assert edited is not None
     before = json.loads(edited.text())
     edited.reverse(1)
     made = studio.folder.add_input("order.json", edited.text().encode())
-    again = studio.jobs.start(Task("optimize", ("example:plate-10",), options={"preset": "fast", "hole_order": made}))
+    again = studio.jobs.start(
+        Task("optimize", ("example:plate-10",), options={"depth": "3", "preset": "fast", "hole_order": made})
+    )
     assert studio.jobs.wait(again, 60) is JobState.DONE
     drilled = edited_of(studio.history, again)
     assert drilled is not None

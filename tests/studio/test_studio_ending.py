@@ -59,7 +59,7 @@ def test_a_job_that_reads_for_ever_is_ended(
 
     with monkeypatch.context() as patched:
         patched.setattr(room, "run", run)
-        job = studio.jobs.start(Task("optimize", ("example:plate-10",)))
+        job = studio.jobs.start(Task("optimize", ("example:plate-10",), options={"depth": "3"}))
         assert endless.begun.wait(LONG_ENOUGH)
         live = studio.jobs.live(job)
         assert live is not None
@@ -92,7 +92,7 @@ def test_a_job_is_ended_where_its_reading_is_in_a_callback_of_the_garbage_collec
     monkeypatch.setattr(room, "run", run)
     gc.callbacks.append(callback)
     try:
-        job = studio.jobs.start(Task("optimize", ("example:plate-10",)))
+        job = studio.jobs.start(Task("optimize", ("example:plate-10",), options={"depth": "3"}))
         assert inside.wait(LONG_ENOUGH)
         studio.jobs.cancel(job)
         assert studio.jobs.wait(job, LONG_ENOUGH) is JobState.CANCELLED
@@ -115,7 +115,7 @@ def test_what_does_not_read_is_not_ended_anywhere(studio: Studio, monkeypatch: p
         tell(Progress("searching", 0.5))
 
     monkeypatch.setattr(room, "run", run)
-    job = studio.jobs.start(Task("optimize", ("example:plate-10",)))
+    job = studio.jobs.start(Task("optimize", ("example:plate-10",), options={"depth": "3"}))
     assert begun.wait(LONG_ENOUGH)
     studio.jobs.cancel(job)
     cancelled.set()

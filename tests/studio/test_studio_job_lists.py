@@ -155,7 +155,8 @@ def test_jobs_that_wait_come_to_their_turn_in_the_order_that_was_given_them(
 
     monkeypatch.setattr(room, "run", held)
     jobs = [
-        studio.jobs.start(Task("optimize", ("example:plate-10",), options={"seed": k})) for k in range(room.AT_ONCE + 4)
+        studio.jobs.start(Task("optimize", ("example:plate-10",), options={"depth": "3", "seed": k}))
+        for k in range(room.AT_ONCE + 4)
     ]
     first, second, third, fourth = jobs[room.AT_ONCE :]
     from waiting import until

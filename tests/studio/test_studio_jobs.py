@@ -27,7 +27,7 @@ from leafcut.studio.studio import Studio, open_studio
 from leafcut.studio.wording import words as words_of
 
 LONG = Task("solve", ("random:300:1",), options={"time_limit": "120s", "bound": False})
-SHORT = Task("optimize", ("example:plate-10",), options={"preset": "fast"})
+SHORT = Task("optimize", ("example:plate-10",), options={"depth": "3", "preset": "fast"})
 
 
 def test_a_job_keeps_program_report_pictures_and_scenes(studio: Studio) -> None:

@@ -27,7 +27,7 @@ def test_all_that_is_shipped_can_be_copied_and_used(studio: Studio, kind: str) -
         library.save(studio.folder, kind, f"my-{name}", library.shipped_text(kind, name))
     assert studio.folder.own_names(kind) == sorted(f"my-{name}" for name in library.shipped(kind))
     option = {"machines": {"machine": "mine:my-haas-vf2"}, "tools": {"tools": "mine:my-example"}}[kind]
-    job = studio.jobs.start(Task("optimize", ("example:plate-10",), options={**option, "preset": "fast"}))
+    job = studio.jobs.start(Task("optimize", ("example:plate-10",), options={"depth": "3", **option, "preset": "fast"}))
     assert studio.jobs.wait(job) is JobState.DONE
     library.delete(studio.folder, kind, f"my-{library.shipped(kind)[0]}")
     assert f"my-{library.shipped(kind)[0]}" not in studio.folder.own_names(kind)
@@ -110,6 +110,6 @@ def test_a_page_names_no_file_of_a_dialect_but_one_that_lies_beside_a_machine_of
     (folder / "controls").mkdir()
     (folder / "controls" / "a.toml").write_text('base = "haas"\nextension = ".eia"\n')
     (folder / "mine.toml").write_text(text)
-    job = studio.jobs.start(Task("optimize", plate, options={"machine": "mine:mine", "preset": "fast"}))
+    job = studio.jobs.start(Task("optimize", plate, options={"depth": "3", "machine": "mine:mine", "preset": "fast"}))
     assert studio.jobs.wait(job) is JobState.DONE
     assert studio.history.artefacts(job)["program"] == "plate-10.eia"

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from parts_to_nest import ANGLE, PLATE, svg
 from playwright.sync_api import Page, expect
-from studio_page import LONG, ROOT, choose_work, downloaded, opened, typed
+from studio_page import LONG, ROOT, choose_work, downloaded, opened, press_run, typed
 
 DRAWN = """async () => {
     const { whenThere } = await import("leafcut-canvas/registry.js");
@@ -21,7 +21,7 @@ DRAWN = """async () => {
 
 def run(page: Page) -> None:
     page.get_by_label("Search effort", exact=True).select_option("fast")
-    page.get_by_role("button", name="Run", exact=True).click()
+    press_run(page)
     expect(page.get_by_role("tab", name="Issues")).to_be_visible(timeout=LONG)
 
 
@@ -100,7 +100,7 @@ def test_a_nest_that_goes_on_tells_what_is_being_tried(page: Page, tmp_path: Pat
     typed(page, "Quantity: angle.svg", "7")
     typed(page, "Sheet", "600x400")
     typed(page, "Time limit", "60min")
-    page.get_by_role("button", name="Run", exact=True).click()
+    press_run(page)
     tried = page.get_by_role("list", name="Tried so far").get_by_role("listitem")
     expect(tried.filter(has_text="by shapes").filter(has_text="trying …").first).to_be_visible(timeout=LONG)
     page.get_by_role("button", name="Stop, keep the best").click()

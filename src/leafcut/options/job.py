@@ -57,7 +57,7 @@ class JobOptions(OptionGroup):
         unit="mm",
         minimum=0.001,
         maximum=1000,
-        default_words="from --thickness, else 1 mm (spotting)",
+        default_words="required for pockets, and for holes without --thickness",
         of_file=True,
     )
     thickness: float | None = option(
@@ -67,7 +67,7 @@ class JobOptions(OptionGroup):
         unit="mm",
         minimum=0.001,
         maximum=1000,
-        default_words="unknown: holes are blind",
+        default_words="required for sheets, and for holes without --depth",
         of_file=True,
     )
     break_through: float = option(

@@ -36,7 +36,7 @@ def test_no_plan_is_worse_than_the_drawings_and_nearest_neighbours(
 ) -> None:
     """Separate paths for each tool would sometimes be worse, since one starts where the other ends."""
     for seed in seeds:
-        found = leafcut.optimize(map_of(tmp_path, seed), units="mm", objective=objective, preset="fast")
+        found = leafcut.optimize(map_of(tmp_path, seed), units="mm", depth=3, objective=objective, preset="fast")
         ours, drawn, nearest = (
             m.time_s if objective == "time" else m.travel_mm for m in (found.after, found.before, found.nearest)
         )
@@ -53,7 +53,7 @@ def test_a_part_that_is_too_large_is_refused_before_anything_is_sought(
     path.write_text("x,y\n0,0\n5,5\n9000,5\n4,4\n1,3\n8,9\n")
     monkeypatch.setattr(room, "solve", lambda *_, **__: pytest.fail("something was sought"))
     with pytest.raises(VerifyError, match="too large"):
-        leafcut.optimize(path, units="mm")
+        leafcut.optimize(path, units="mm", depth=3)
 
 
 def order_file(tmp_path: Path, *operations: tuple[int, list[int]]) -> Path:
@@ -67,7 +67,7 @@ def test_holes_come_in_the_order_of_a_file_and_its_cost_is_that_of_the_order(tmp
     row = tmp_path / "row.csv"
     row.write_text("x,y,diameter\n" + "".join(f"{10 * k},0,3\n" for k in range(8)))
     given = order_file(tmp_path, (0, [7, 6, 5, 4, 3, 2, 0, 1]))
-    found = leafcut.optimize(row, units="mm", objective="distance", hole_order=given, start_point="70,0")
+    found = leafcut.optimize(row, units="mm", depth=3, objective="distance", hole_order=given, start_point="70,0")
     assert found.verified
     (operation,) = found.operations
     assert operation.hole_order == (7, 6, 5, 4, 3, 2, 0, 1)
@@ -80,7 +80,7 @@ def test_what_a_file_does_not_name_is_found_around_it(tmp_path: Path) -> None:
     row = tmp_path / "row.csv"
     row.write_text("x,y,diameter\n" + "".join(f"{10 * k},0,3\n" for k in range(6)))
     found = leafcut.optimize(
-        row, units="mm", objective="distance", hole_order=order_file(tmp_path, (0, [2])), start_point="20,0"
+        row, units="mm", depth=3, objective="distance", hole_order=order_file(tmp_path, (0, [2])), start_point="20,0"
     )
     (operation,) = found.operations
     assert operation.hole_order == (2, 1, 0, 3, 4, 5)
@@ -108,9 +108,9 @@ def test_an_order_is_that_of_one_drawing(tmp_path: Path, places: list[tuple[floa
     given.write_text(order_text({0: (2, 0)}, drawing_of(PLACES)))
     if line:
         with pytest.raises(PlanError, match=re.escape(line)):
-            leafcut.optimize(plate, units="mm", hole_order=given)
+            leafcut.optimize(plate, units="mm", depth=3, hole_order=given)
     else:
-        found = leafcut.optimize(plate, units="mm", preset="fast", hole_order=given)
+        found = leafcut.optimize(plate, units="mm", depth=3, preset="fast", hole_order=given)
         assert found.operations[0].hole_order[:2] == (2, 0)
 
 
@@ -139,7 +139,7 @@ def test_an_order_that_cannot_be_meant_is_one_line(tmp_path: Path, text: str, li
     row.write_text("x,y,diameter\n0,0,3\n10,0,3\n20,0,3\n")
     given.write_text(text)
     with pytest.raises(LeafcutError, match=re.escape(line)):
-        leafcut.optimize(row, units="mm", hole_order=given)
+        leafcut.optimize(row, units="mm", depth=3, hole_order=given)
 
 
 def test_a_search_that_finds_less_than_the_drawing_has_gives_the_better_order_at_its_own_cost(
@@ -156,7 +156,7 @@ def test_a_search_that_finds_less_than_the_drawing_has_gives_the_better_order_at
     monkeypatch.setattr(ordering, "solve_together", poor)
     row = tmp_path / "row.csv"
     row.write_text("x,y,diameter\n" + "".join(f"{10 * k},0,{2 + (k > 3)}\n" for k in (0, 1, 2, 3, 4, 5, 6, 7)))
-    found = leafcut.optimize(row, units="mm", objective="distance", preset="fast")
+    found = leafcut.optimize(row, units="mm", depth=3, objective="distance", preset="fast")
     assert found.after.travel_mm == min(found.before.travel_mm, found.nearest.travel_mm)
     assert [one.solution.algorithm for one in found.operations] == ["none", "none"]
     assert sum(one.solution.cost for one in found.operations) == pytest.approx(70.0)

@@ -33,8 +33,8 @@ from leafcut.proof.difference import place, shorten
 _ARITHMETIC = 2e-6
 #: Point angle of assumed drills, rad: DIN 338, type N.
 _POINT_ANGLE = math.radians(118.0)
-#: Depth of spotted holes if no depth is given, mm; diameter assumed for a bare point, mm.
-_SPOT_DEPTH, _BARE_POINT = 1.0, 1.0
+#: Diameter assumed for a bare point, mm.
+_BARE_POINT = 1.0
 #: Default depth of a centre drill, relative to its diameter.
 _CENTRE_SHARE = 0.4
 #: Decimals and minimum of assumed tool diameters, mm.
@@ -228,11 +228,10 @@ def _required_holes(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Cut
                 tip = job.depth + (_point_length(tool) if request.options.depth_to == "shoulder" else 0.0)
             elif job.thickness is not None:
                 tip = job.thickness + job.break_through + _point_length(tool)
-            elif solid:
-                below = job.break_through if hole.through else 0.0
-                tip = (hole.depth or 0.0) + below + _point_length(tool) - (drill_point if hole.flat else 0.0)
             else:
-                tip = _SPOT_DEPTH
+                assert hole.depth is not None
+                below = job.break_through if hole.through else 0.0
+                tip = hole.depth + below + _point_length(tool) - (drill_point if hole.flat else 0.0)
             yield _Cut(x, y, tops[k] - tip, _tool_name(request, tool), k)
         for wide in hole.steps:
             wider = _wide_tool(request, wide, (x, y, hole.z))
@@ -248,10 +247,9 @@ def _required_slots(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Slo
         tool = _slot_tool(request, used, slot, (x0, y0), (x1, y1))
         if job.depth is not None:
             depth = job.depth + (_point_length(tool) if request.options.depth_to == "shoulder" else 0.0)
-        elif job.thickness is not None:
-            depth = job.thickness + job.break_through + _point_length(tool)
         else:
-            depth = _SPOT_DEPTH
+            assert job.thickness is not None
+            depth = job.thickness + job.break_through + _point_length(tool)
         yield _SlotCut(((x0, y0), (x1, y1)), -depth, tool.peck or tool.diameter, _tool_name(request, tool))
 
 

@@ -52,8 +52,8 @@ class Drilling(Process):
     )
     otherwise = {"keep_order": "--algorithm none keeps the order of the drawing"}  # noqa: RUF012
     helps = {  # noqa: RUF012  # `Process` declares both as class variables
-        "thickness": ("thickness of the plate: the holes go through", "unknown: the holes are blind"),
-        "depth": ("depth of blind holes below Z0", "from --thickness, else 1 mm (spotting)"),
+        "thickness": ("thickness of the plate: the holes go through", "this or the depth must be given"),
+        "depth": ("depth of blind holes below Z0", "this or the thickness must be given"),
         "material": ("material of the plate; it chooses among the presets of a tool library", ""),
         "feed": ("feed rate of assumed drills", "by diameter"),
         "spindle_speed": ("spindle speed of assumed drills", "20 m/min surface speed"),

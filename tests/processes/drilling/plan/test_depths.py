@@ -57,11 +57,6 @@ def test_a_centre_drill_goes_as_deep_as_its_library_says_or_four_tenths_of_its_w
     assert rule.tip_depth(Tool(4, 5.0, ToolKind.CENTRE_DRILL, depth=1.2)) == 1.2
 
 
-def test_without_depth_and_thickness_holes_are_spotted_by_a_millimetre_and_it_is_told() -> None:
-    rule = depth_rule(*drilling())
-    assert (rule.tip_depth(DRILL), [issue.code for issue in rule.issues]) == (1.0, ["L402"])
-
-
 def test_a_thread_is_full_at_the_far_side_when_the_tap_breaks_through_by_five_pitches() -> None:
     short, enough = (depth_rule(*drilling(thickness=10.0, break_through=b)) for b in (4.9, 5.0))
     told = tap_lead_issue(TAP, short)

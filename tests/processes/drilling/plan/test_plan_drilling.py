@@ -61,13 +61,17 @@ def test_a_blind_hole_is_deep_to_the_tip_or_to_the_shoulder(depth_to: str, tip: 
     assert blind.operations[0].cycle.bottom == pytest.approx(-tip)
 
 
-def test_without_a_depth_holes_are_only_spotted_and_it_is_said() -> None:
-    spotted = plan(thickness=None)
-    assert [i.code for i in spotted.issues] == ["L402"]
-
-
-def test_a_spotted_hole_is_one_millimetre_deep_at_the_tip() -> None:
-    assert plan(thickness=None).operations[0].cycle.bottom == pytest.approx(-1.0)
+def test_holes_without_a_depth_are_refused_unless_the_drawing_gives_it() -> None:
+    for part in (FOUR, Part("slot", (), (Slot((5.0, 1.0), (9.0, 1.0), 2.0),))):
+        with pytest.raises(
+            OptionError, match=f"^{part.name}: drilling needs a depth; give --thickness 6mm .*--depth 5mm"
+        ):
+            plan(part, None, thickness=None)
+        assert plan(part, None, thickness=None, depth=1.0, depth_to="tip").operations[0].cycle.bottom == -1.0
+    solid = Mesh(box_triangles(0, 0, -20, 80, 40, 0), "solid")
+    own = Part("own", (Hole(30, 20, 10.0, depth=5.0),))
+    bottoms = plan_drilling(own, MILL, None, *drilling(), solid).operations[0].cycle.bottom
+    assert bottoms == pytest.approx(-5.0 - 5.0 / math.tan(math.radians(59)))
 
 
 def test_a_depth_below_the_plate_is_refused() -> None:
@@ -248,9 +252,8 @@ def test_inch_and_millimetre_parts_give_the_solver_the_same_numbers() -> None:
 def test_a_tap_or_reamer_never_meets_the_cone_that_a_drill_leaves() -> None:
     """A 5 mm drill whose tip is 8 mm deep leaves its full diameter to 6.5 mm only: a tap to 8 mm would break."""
     tapped = Part("tapped", (Hole(0, 0, 6.0, "TAP"),))
-    for options in ({"thickness": None}, {"thickness": None, "depth": 8.0, "depth_to": "tip"}):
-        with pytest.raises(PlanError, match="would break at the bottom"):
-            plan(tapped, **options)
+    with pytest.raises(PlanError, match="would break at the bottom"):
+        plan(tapped, thickness=None, depth=8.0, depth_to="tip")
     drill, tap = plan(tapped, thickness=None, depth=8.0).operations[1:]
     assert -tap.cycle.bottom <= -drill.cycle.bottom - drill.tool.point_length + 1e-9
 

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from leafcut.errors import PlanError
+from leafcut.errors import OptionError, PlanError
 from leafcut.model.issue import Issue, Severity
+from leafcut.model.part import Part
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.options import JobOptions
 from leafcut.processes.drilling.options import DrillOptions
-
-#: Depth of spotted holes if no depth is given, mm: it marks the position without risk.
-SPOT_DEPTH = 1.0
 
 #: Default depth of a centre drill, relative to its diameter (the cone of a spot for the drill).
 CENTRE_DEPTH_RATIO = 0.4
@@ -33,7 +31,6 @@ class DepthRule:
     to_shoulder: bool
     break_through: float
     thickness: float | None = None
-    issues: tuple[Issue, ...] = ()
 
     @property
     def given(self) -> str:
@@ -89,6 +86,23 @@ def tap_lead_issue(tool: Tool, rule: DepthRule) -> Issue | None:
     )
 
 
+def refuse_unknown_depth(part: Part, job: JobOptions, options: DrillOptions) -> None:
+    """Refuse a part if neither the options nor its drawing give the depth of the holes.
+
+    Raises
+    ------
+    OptionError
+        Names the options to give.
+    """
+    if job.depth is not None or job.thickness is not None or options.through:
+        return
+    if not any(hole.depth is not None for hole in part.holes):
+        raise OptionError(
+            f"{part.name}: drilling needs a depth; give --thickness 6mm (through holes), --depth 5mm (blind holes), or "
+            "--depth 1mm --depth-to tip (spots only)"
+        )
+
+
 def depth_rule(job: JobOptions, options: DrillOptions) -> DepthRule:
     """Return the depth rule of the options.
 
@@ -98,12 +112,6 @@ def depth_rule(job: JobOptions, options: DrillOptions) -> DepthRule:
         Depth and thickness contradict each other.
     """
     to_shoulder = options.depth_to == "shoulder"
-    if job.thickness is None and job.depth is None:
-        note = Issue(
-            "L402",
-            f"no depth given: holes are only spotted, {SPOT_DEPTH:g} mm deep; give --thickness or --depth",
-        )
-        return DepthRule(SPOT_DEPTH, False, False, 0.0, issues=(note,))
     if job.depth is None:
         assert job.thickness is not None
         return DepthRule(job.thickness, True, to_shoulder, job.break_through)

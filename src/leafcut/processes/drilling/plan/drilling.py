@@ -24,7 +24,13 @@ from leafcut.model.tool import Tool, ToolKind, ToolLibrary
 from leafcut.model.toolpath import DrillCycle
 from leafcut.options import JobOptions
 from leafcut.processes.drilling.options import DrillOptions
-from leafcut.processes.drilling.plan.depths import DepthRule, centre_depth, depth_rule, tap_lead_issue
+from leafcut.processes.drilling.plan.depths import (
+    DepthRule,
+    centre_depth,
+    depth_rule,
+    refuse_unknown_depth,
+    tap_lead_issue,
+)
 from leafcut.processes.drilling.plan.ground import (
     Ground,
     check_beside,
@@ -153,6 +159,7 @@ def plan_drilling(
     if not part.holes and not part.slots:
         reasons = "; ".join(issue.message for issue in part.issues)
         raise PlanError(f"{part.name}: no holes to drill{': ' if reasons else ''}{reasons}")
+    refuse_unknown_depth(part, job, options)
     ground = _ground(part, mesh, job, options, fixture)
     if ground is not None and ground.clearance > job.clearance_height:
         raise PlanError(
@@ -222,7 +229,6 @@ def plan_drilling(
         issues=(
             *height_issues,
             *wide_issues,
-            *rule.issues,
             *chooser.issues(),
             *_tap_lead_issues(operations, rule),
             *_far_below(part, operations, rule, tops, deeper, underside),
