@@ -104,6 +104,30 @@ def test_a_command_loads_its_own_process_and_result_only(command: str) -> None:
     assert (status, processes, results) == ("1", {PROCESS_OF[command]}, {own})
 
 
+#: Commands whose file, or an option of it, is refused.
+REFUSED = (
+    "drill missing.dxf", "drill notes.xyz", "drill broken.dxf --depth 3", "drill {plate}", "drill {plate} --depth x",
+    "drill {plate} --depth 3 --keep-out 1,2", "cut missing.dxf", "cut broken.dxf --thickness 6", "cut {plate}",
+    "pocket broken.dxf --depth 3 --tool-diameter 6", "pocket {pocket}", "pocket {pocket} --depth 3",
+    "reorder missing.nc", "reorder {plate}", "reorder broken.nc", "simulate broken.nc", "stock broken.nc",
+    "verify broken.nc broken.nc", "nest broken.dxf", "solve broken.tsp", "missing.dxf",
+)  # fmt: skip
+
+
+def test_a_refused_file_or_option_loads_no_compiled_kernels(tmp_path: Path) -> None:
+    for name in ("notes.xyz", "broken.dxf", "broken.nc", "broken.tsp"):
+        (tmp_path / name).write_text("G1 X(", encoding="utf-8")
+    files = {"plate": EXAMPLES / "plate_8x8_10.dxf", "pocket": EXAMPLES / "pocket.dxf"}
+    commands = [command.format(**files).split() for command in REFUSED]
+    code = (
+        "import sys\nfrom leafcut.cli.app import run\n"
+        f"print([(words, status) for words in {commands!r} if (status := run(words)) not in (1, 2)])\n"
+        "print('numba' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines() == ["[]", "False"], done.stderr
+
+
 def test_every_command_of_a_process_is_known_without_loading_it() -> None:
     assert [one.command for one in registry.processes()] == list(registry.commands())
     assert [registry.of_command(word) for word in registry.commands()] == list(registry.processes())

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal, Unpack
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files.whole_files import StandardInput, check_is_there, check_output, write_together
+from leafcut.kernels.compiling import announced, compile_seconds
 from leafcut.model.heartbeat import OnProgress, Progress, looking_for, passing_on
 from leafcut.model.outcome import Outcome
 from leafcut.model.part import Part
@@ -104,7 +105,6 @@ def optimize(
     ReadError, OptionError, PlanError, PostError, VerifyError, OutputError
         The message is one line: the problem, its location, and the remedy. No file was written.
     """
-    from leafcut.order.compiling import compile_seconds
     from leafcut.results.program import ProgramResult
 
     start, compiled = time.perf_counter(), compile_seconds()
@@ -342,7 +342,6 @@ def _tour(
     cancelled: threading.Event | None,
 ) -> Solution:
     from leafcut.order import solve
-    from leafcut.order.compiling import announced
     from leafcut.order.maps import check_allowed, problem_of_map
 
     problem = problem_of_map(part)

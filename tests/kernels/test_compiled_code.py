@@ -12,7 +12,7 @@ import numba
 import pytest
 
 import leafcut.kernels
-from leafcut.order.compiling import EVERY_RUN, FIRST_RUN, announced
+from leafcut.kernels.compiling import EVERY_RUN, FIRST_RUN, announced
 
 KERNEL = """
 from kernels_copy import kernel
@@ -35,6 +35,7 @@ def scaled(x):
 @pytest.fixture
 def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """Return the folder of a package with the decorators of leafcut and two kernels of its own."""
+    leafcut.kernels.listen()
     folder = tmp_path / "kernels_copy"
     folder.mkdir()
     shutil.copy(leafcut.kernels.__file__, folder)
@@ -90,7 +91,7 @@ def test_the_line_about_compiling_names_a_missing_cache_folder(
         (tmp_path / "cache").write_text("", encoding="utf-8")
     forget()
     copy = importlib.import_module("kernels_copy")
-    monkeypatch.setattr("leafcut.order.compiling.cache_folder", copy.cache_folder)
+    monkeypatch.setattr("leafcut.kernels.compiling.cache_folder", copy.cache_folder)
     told: list[str] = []
     with announced(told.append) as compilations:
         assert importlib.import_module("kernels_copy.caller").twice(21) == 42

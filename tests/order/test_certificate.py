@@ -218,7 +218,7 @@ def test_ctrl_c_while_a_bound_is_sought_keeps_the_solution(monkeypatch: pytest.M
 def test_the_clock_of_a_search_stands_still_while_a_bound_is_sought(monkeypatch: pytest.MonkeyPatch) -> None:
     now = [100.0]
     monkeypatch.setattr(stop_module, "time", SimpleNamespace(perf_counter=lambda: now[0]))
-    monkeypatch.setattr("leafcut.order.compiling.compile_seconds", lambda: 0.0)
+    monkeypatch.setattr("leafcut.order.stop.compile_seconds", lambda: 0.0)
     stop = Stop(seconds=5.0, began=100.0)
     now[0] = 103.0
     with stop.paused():

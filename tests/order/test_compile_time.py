@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,7 +11,9 @@ import pytest
 from numba.core import event
 
 import leafcut
-from leafcut.order import compiling, stop
+from leafcut import kernels
+from leafcut.kernels import compiling
+from leafcut.order import stop
 from leafcut.processes.registry import report_of
 from leafcut.report.json_answer import as_json
 
@@ -27,6 +30,7 @@ class Clock:
 
 @pytest.fixture
 def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    kernels.listen()
     made = Clock()
     monkeypatch.setattr(compiling, "time", made)
     monkeypatch.setattr(stop, "time", made)
@@ -59,14 +63,13 @@ def test_seconds_of_nested_compilations_count_once(clock: Clock) -> None:
 
 def test_the_end_of_a_compilation_that_had_begun_before_is_not_counted(clock: Clock) -> None:
     """Another thread is compiling when the counting begins: the clock of searches must not stand still afterwards."""
-    with event.trigger_event("numba:compile"):
-        counted = compiling.Compilations()
-        event.register("numba:compile", counted)
-        clock.now += 3.0
-    clock.now += 4.0
-    with event.trigger_event("numba:compile"):
-        clock.now += 5.0
-    event.unregister("numba:compile", counted)
+    with ExitStack() as counting:
+        with event.trigger_event("numba:compile"):
+            counted = counting.enter_context(compiling.announced(lambda _: None))
+            clock.now += 3.0
+        clock.now += 4.0
+        with event.trigger_event("numba:compile"):
+            clock.now += 5.0
     clock.now += 6.0
     assert (counted.count, counted.seconds) == (1, pytest.approx(5.0))
 
@@ -74,7 +77,7 @@ def test_the_end_of_a_compilation_that_had_begun_before_is_not_counted(clock: Cl
 def test_a_run_states_compile_time_beside_its_own(examples: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of all that is counted while the run lasts, nothing is in its seconds."""
     spent = itertools.chain([100.0], itertools.repeat(140.0))
-    monkeypatch.setattr("leafcut.order.compiling.compile_seconds", lambda: next(spent))
+    monkeypatch.setattr("leafcut.api.compile_seconds", lambda: next(spent))
     outcome = leafcut.optimize(examples / "plate_8x8_10.dxf", process="drill", thickness=5, preset="fast")
     assert outcome.compile_seconds == 40.0
     answer = as_json(report_of(replace(outcome, seconds=2.0)))

@@ -52,7 +52,7 @@ EXCEPTIONS = frozenset(
         "src/leafcut/options/search.py",
         "src/leafcut/order/best.py",
         "src/leafcut/order/bound.py",
-        "src/leafcut/order/compiling.py",
+        "src/leafcut/kernels/compiling.py",
         "src/leafcut/order/literature/ant_system.py",
         "src/leafcut/order/literature/colony_system.py",
         "src/leafcut/order/precedence.py",

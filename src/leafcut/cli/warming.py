@@ -10,6 +10,7 @@ import shapely
 from leafcut import api
 from leafcut.files.whole_files import StandardInput
 from leafcut.geometry.polyline import Polyline
+from leafcut.kernels.compiling import Compilations, announced
 from leafcut.material.bands import pieces_near
 from leafcut.material.mesh_field import field_of_mesh
 from leafcut.material.removal import engaged_way
@@ -21,7 +22,6 @@ from leafcut.model.problem import RoutingProblem
 from leafcut.model.study import Study
 from leafcut.options import LITERATURE, AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order.algorithms import warm_up
-from leafcut.order.compiling import Compilations, announced
 from leafcut.order.construction import FEW
 from leafcut.order.kicks import MANY
 from leafcut.order.solve import solve

@@ -19,9 +19,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-import numba
-
 Function = TypeVar("Function", bound=Callable[..., object])
+
+#: Called with True when Numba starts to compile a function, and with False when it ends.
+listeners: list[Callable[[bool], None]] = []
 
 #: Gains below this are rounding errors (costs are mm, s or TSPLIB's integers).
 EPSILON = 1e-9
@@ -38,6 +39,9 @@ def part(function: Function) -> Function:
 
 
 def _compiled(function: Function, **flags: Any) -> Function:
+    import numba
+
+    listen()
     folder = cache_folder()
     # Numba reads the cache folder when it decorates a function. Other packages keep their own.
     previous, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder or "")
@@ -45,6 +49,23 @@ def _compiled(function: Function, **flags: Any) -> Function:
         return cast(Function, numba.njit(nogil=True, cache=folder is not None, **flags)(function))
     finally:
         numba.config.CACHE_DIR = previous
+
+
+@functools.cache
+def listen() -> None:
+    """Pass the compilations of Numba to `listeners`."""
+    from numba.core import event
+
+    class Listener(event.Listener):  # type: ignore[misc]  # numba has no types
+        def on_start(self, event: event.Event) -> None:
+            for listener in tuple(listeners):
+                listener(True)
+
+        def on_end(self, event: event.Event) -> None:
+            for listener in tuple(listeners):
+                listener(False)
+
+    event.register("numba:compile", Listener())
 
 
 @functools.cache

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
+from leafcut.kernels.compiling import compile_seconds
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import SolveOptions
 
@@ -18,8 +19,6 @@ FIRST_STRETCH = 1.0
 
 def clock() -> float:
     """Return the time in seconds for limits and histories; its origin is arbitrary, and it excludes compilation."""
-    from leafcut.order.compiling import compile_seconds  # imports Numba
-
     return time.perf_counter() - compile_seconds()
 
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from leafcut._version import __version__
+from leafcut.kernels.compiling import announced
 from leafcut.model.outcome import Outcome
 from leafcut.model.plan import Candidate, Order
 from leafcut.processes.job import Job, machine_issues, refuse_missing, refuse_too_large
@@ -30,8 +31,6 @@ def run_process(process: Process, job: Job, sources: Sequence[Source], asked: st
     ReadError, OptionError, PlanError, SolveError, PostError, VerifyError
         One line with the error, its place and the remedy.
     """
-    from leafcut.order.compiling import announced
-
     with announced(job.report):
         plan = process.plan(job, sources, asked)
         refuse_missing(plan.job.settings, sources[0], plan.issues)

@@ -105,11 +105,13 @@ class Pocketing(Process):
 
         from leafcut.model.plan import Stage
         from leafcut.processes.plan import Plan
-        from leafcut.processes.pocket.clearing import PocketWork, clear_pocket, order_problem
         from leafcut.processes.pocket.spec import prepared
-        from leafcut.processes.pocket.strategies import SearchTime
 
         ours, issues = prepared(job, sources[0])
+        # Only now: they load the compiled kernels, which a refused file or option does not need.
+        from leafcut.processes.pocket.clearing import PocketWork, clear_pocket, order_problem
+        from leafcut.processes.pocket.strategies import SearchTime
+
         pockets, cleared = ours.part.pockets, []
         time = SearchTime(ours.run.deadline.part(1.0 - ORDERING if len(pockets) > 1 else 1.0))
         for number, pocket in enumerate(pockets):

@@ -11,7 +11,6 @@ import numpy as np
 from leafcut.errors import OptionError, PlanError
 from leafcut.material.chip_feeds import allowed_feed, power_at
 from leafcut.material.cutting_force import DRIVE_EFFICIENCY
-from leafcut.material.engagement import Engaged
 from leafcut.model.feed_limits import FEED_INCREASE, FeedLimits
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
@@ -88,6 +87,8 @@ def _unlimited(settings: Settings, tool: Tool, material: WorkMaterial | None) ->
 
 def _check_slot(limits: FeedLimits, tool: Tool) -> None:
     """Refuse a spindle without the power for a full slot at the minimum feed."""
+    from leafcut.material.engagement import Engaged  # loads kernels, which a refused file does not need
+
     slot = Engaged(np.array([math.pi]), np.array([tool.diameter]), np.ones(1))
     slowest = float(allowed_feed(slot, limits)[0])
     if slowest < SLOWEST * tool.feed:

@@ -1,4 +1,7 @@
-"""Number and duration of kernel compilations, and the message shown on the first run on a machine."""
+"""Number and duration of kernel compilations, and the message shown on the first run on a machine.
+
+It does not load Numba, so a refused file or option does not wait for that.
+"""
 
 from __future__ import annotations
 
@@ -7,17 +10,13 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from numba.core import event
-
-from leafcut.kernels import cache_folder
+from leafcut.kernels import cache_folder, listeners
 
 FIRST_RUN = "compiling (first run on this machine)"
 EVERY_RUN = "compiling (again in every run: no writable folder for compiled code; set NUMBA_CACHE_DIR)"
 
-_EVENT = "numba:compile"
 
-
-class Compilations(event.Listener):  # type: ignore[misc]  # numba has no types
+class Compilations:
     """Counts compilations and measures their total time; overlapping compilations are counted once in the time.
 
     Attributes
@@ -38,24 +37,24 @@ class Compilations(event.Listener):  # type: ignore[misc]  # numba has no types
         """Whether the next run finds compiled code on disk."""
         return cache_folder() is not None
 
-    def on_start(self, event: event.Event) -> None:
-        """Count a compilation that starts."""
-        with self._lock:
-            self.count += 1
-            self._depth += 1
-            if self._depth == 1:
-                self._began = time.perf_counter()
-            first = self.count == 1
-        if first:
-            self._tell(FIRST_RUN if self.kept else EVERY_RUN)
+    def note(self, starts: bool) -> None:
+        """Count a compilation that starts; add the time of one that ends.
 
-    def on_end(self, event: event.Event) -> None:
-        """Add the time of a compilation that ends; it is ignored if it started before this listener was registered."""
+        The end of a compilation that started before this counter was active is ignored.
+        """
         with self._lock:
-            if self._depth:
+            if starts:
+                self.count += 1
+                self._depth += 1
+                if self._depth == 1:
+                    self._began = time.perf_counter()
+            elif self._depth:
                 self._depth -= 1
                 if not self._depth:
                     self._spent += time.perf_counter() - self._began
+            first = starts and self.count == 1
+        if first:
+            self._tell(FIRST_RUN if self.kept else EVERY_RUN)
 
     @property
     def seconds(self) -> float:
@@ -66,7 +65,7 @@ class Compilations(event.Listener):  # type: ignore[misc]  # numba has no types
 
 #: All compilations of this process; search clocks exclude them.
 _of_process = Compilations()
-event.register(_EVENT, _of_process)
+listeners.append(_of_process.note)
 
 
 def compile_seconds() -> float:
@@ -77,5 +76,9 @@ def compile_seconds() -> float:
 @contextmanager
 def announced(tell: Callable[[str], None]) -> Iterator[Compilations]:
     """Count the compilations in the block; `tell` receives a message for the user when the first one starts."""
-    with event.install_listener(_EVENT, Compilations(tell)) as compilations:
+    compilations = Compilations(tell)
+    listeners.append(compilations.note)
+    try:
         yield compilations
+    finally:
+        listeners.remove(compilations.note)
