@@ -410,8 +410,6 @@ class _PocketOptions1(TypedDict, total=False):
     """
     stock: Quantity | None
     """Stock that roughing leaves on the walls for the finishing pass (mm)."""
-    finishing_pass: bool | None
-    """Finish every wall after zigzag and grid strategies (on unless False)."""
     milling: Literal["climb", "conventional", None]
     """Milling direction (default: climb)."""
     max_engagement: Quantity | None

@@ -28,6 +28,7 @@ REMOVED = {
     "firefly_mode": "--variant published-complex has the settings published for complex pockets",
     "firefly_patience": "the search ends after 20 iterations without a gain, or at --iterations or --time-limit",
     "firefly_start": "the published variant starts from random tours, leafcut's from greedy tours",
+    "finishing_pass": "every wall is finished; without that, cusps of up to half a step-over stay on it",
     "gas_rate": "now --cutting-rate (gas, power and consumables together)",
     "heat_time": "--heat-distance keeps consecutive starts apart",
     "into_holes": "small parts are nested in holes if that saves sheet",

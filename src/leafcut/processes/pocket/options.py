@@ -49,7 +49,6 @@ class PocketOptions(OptionGroup):
         minimum=0,
         maximum=100,
     )
-    finishing_pass: bool = option("flag", True, "finish every wall after zigzag and grid strategies")
     milling: str = option("text", "climb", "milling direction", choices=("climb", "conventional"))
     max_engagement: float | None = option(
         "quantity",

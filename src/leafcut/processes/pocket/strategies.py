@@ -54,9 +54,9 @@ def _too_wide(region: CentreRegion) -> Callable[[PocketPath], Points]:
 def _zigzag(region: CentreRegion, run: Job, grids: Grids) -> PocketPath:
     from leafcut.processes.pocket.plan.zigzag import zigzag
 
-    options, wide = run.settings.of(PocketOptions), _too_wide(region)
+    wide = _too_wide(region)
     with run.deadline.running(run.cancelled) as late:
-        return zigzag(_planned(region), None, options.finishing_pass, late, wide)
+        return zigzag(_planned(region), None, late, wide)
 
 
 def _contour(region: CentreRegion, run: Job, grids: Grids) -> PocketPath:
@@ -110,7 +110,7 @@ def _grid(name: str) -> Strategy:
 
         settings, asked = run.settings, run.settings.of(PocketOptions)
         known = grids.pop(region, None)
-        problem, context = known or grid_problem(region, finish=asked.finishing_pass)
+        problem, context = known or grid_problem(region)
         if known is None and asked.strategy != name:
             grids[region] = problem, context
         options = replace(settings.solve, bound=False, target_gap=None, time_limit=run.deadline.seconds)

@@ -45,8 +45,7 @@ def test_a_grid_has_the_points_counted_by_hand() -> None:
     shape = region(shapely.box(0, 0, 31, 13))
     assert len(grid_points(shape).points) == 6 * 3
     assert len(grid_points(shape, (3.0, 3.0)).points) == 5 * 2
-    assert len(best_grid(shape, finish=False).points) == 6 * 3
-    assert len(best_grid(shape, finish=True).points) == 5 * 2
+    assert len(best_grid(shape).points) == 5 * 2
 
 
 def test_points_outside_by_less_than_the_tolerance_are_moved_onto_the_boundary() -> None:
@@ -145,14 +144,15 @@ def test_in_any_order_no_feed_crosses_an_island_and_nothing_stays_uncut(order: o
 
 def test_the_path_along_the_rows_costs_what_the_problem_says_and_has_no_retract() -> None:
     shape = region(shapely.box(0, 0, 31, 13))
-    problem, context = grid_problem(shape, finish=False)
+    problem, context = grid_problem(shape, grid=grid_points(shape))
     x, y = context.grid.points.T
     row = (y / 6).round().astype(int)
     order = np.lexsort((np.where(row % 2, -x, x), row)).astype(np.int32)
     path = grid_path(context, order)
     assert problem.metric.matrix is not None
-    assert path.feed_mm == pytest.approx(problem.metric.matrix[order[:-1], order[1:]].sum()) == 17 * 6.0
-    assert path.retracts == 0 and len(path.pieces) == 1
+    (rows,) = [piece for piece in path.pieces if piece.kind == "rough"]
+    assert rows.path.length == pytest.approx(problem.metric.matrix[order[:-1], order[1:]].sum()) == 17 * 6.0
+    assert path.retracts == 0
 
 
 @pytest.mark.parametrize("climb", [True, False])

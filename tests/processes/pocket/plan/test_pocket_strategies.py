@@ -114,7 +114,7 @@ def test_nothing_is_added_where_nothing_is_uncut() -> None:
 
 def test_lines_at_a_given_angle_run_at_that_angle_and_no_further_apart_than_the_step_over() -> None:
     region = only_region(Pocket(box(0, 0, 100, 60)))
-    path = zigzag(region, angle=math.pi / 2, finishing_pass=False)
+    path = zigzag(region, angle=math.pi / 2)
     steps = np.diff(path.pieces[0].path.vertices[:, :2], axis=0)
     long = steps[np.hypot(*steps.T) > 10.0]
     assert np.abs(long[:, 0]).max() < 1e-6
@@ -152,9 +152,9 @@ def test_a_slot_as_wide_as_the_tool_is_cleared_by_one_line_there_and_back() -> N
 
 
 @pytest.mark.parametrize("width", [10.0045, 10.008, 10.05])
-def test_a_slot_a_few_hundredths_wider_than_the_tool_has_lines_without_a_finishing_pass(width: float) -> None:
+def test_a_slot_a_few_hundredths_wider_than_the_tool_is_cleared_by_lines(width: float) -> None:
     region = only_region(Pocket(box(0, 0, 60, width)))
-    path = zigzag(region, finishing_pass=False)
+    path = zigzag(region)
     assert uncovered_share(region, path) < 0.01  # what is left are films along the walls
     assert leaves(region, path) < 1e-6
 

@@ -4,7 +4,7 @@ Source: the published system for pockets by a discrete firefly algorithm has the
 (0.5 D < DP < 0.7 D), and separate paths for roughing and finishing. Its points are pixels of a picture. Differs: our
 points lie on the exact region, and the finishing pass follows the walls, not points.
 
-With a finishing pass, nothing remains uncut: every place is within DP/√2 of a point of the unbounded grid. If that
+Nothing remains uncut: every place is within DP/√2 of a point of the unbounded grid. If that
 point is in the region, the tool visits it; if not, the boundary lies between the two, and the finishing pass follows
 the boundary. With stock, this pass keeps that distance from the walls, and another pass finishes them (`walls`).
 """
@@ -86,7 +86,6 @@ class GridContext:
     grid: Grid
     paths: RegionPaths
     retract: Retract
-    finish: bool
 
 
 def checked_pitch(rules: PocketRules) -> float:
@@ -162,11 +161,10 @@ def _refuse(count: float, rules: PocketRules) -> None:
     )
 
 
-def best_grid(region: CentreRegion, finish: bool = True) -> Grid:
-    """Return the best grid of several offsets and angles.
+def best_grid(region: CentreRegion) -> Grid:
+    """Return the best grid of several offsets and angles: the one with the smallest lower bound of its path.
 
-    With a finishing pass, which clears the rest, the best grid has the smallest lower bound of its path; without, the
-    most points. If the region is too small for any point, the grid is a single point inside it.
+    The finishing pass clears the rest. If the region is too small for any point, the grid is a single point inside it.
     """
     pitch = checked_pitch(region.rules)
     steps = np.arange(OFFSETS) * pitch / OFFSETS
@@ -177,14 +175,13 @@ def best_grid(region: CentreRegion, finish: bool = True) -> Grid:
     if not grids:
         middle = region.polygon.representative_point()
         return Grid(np.array([[middle.x, middle.y]]), pitch, 0)
-    return min(grids, key=lambda g: (g.bound,) if finish else (-len(g.points), g.bound))
+    return min(grids, key=lambda g: g.bound)
 
 
 def grid_problem(
     region: CentreRegion,
     retract: Retract | None = None,
     *,
-    finish: bool = True,
     grid: Grid | None = None,
 ) -> tuple[RoutingProblem, GridContext]:
     """Return the problem of visiting all points of a grid, and the context for `grid_path`.
@@ -197,14 +194,14 @@ def grid_problem(
     PlanError
         As `grid_points`.
     """
-    grid, retract = grid or best_grid(region, finish), retract or Retract()
+    grid, retract = grid or best_grid(region), retract or Retract()
     paths = RegionPaths(region.polygon, region.rings, grid.points, grid.pitch)
     x, y = grid.points.T
     lifted = retract.fixed + retract.per_mm * np.hypot(x[:, None] - x, y[:, None] - y)
     matrix = np.minimum(paths.between_points(), lifted)
     np.fill_diagonal(matrix, 0.0)
     problem = RoutingProblem.of_points(grid.points, Metric("EXPLICIT", matrix=matrix))
-    return problem, GridContext(region, grid, paths, retract, finish)
+    return problem, GridContext(region, grid, paths, retract)
 
 
 def grid_path(context: GridContext, order: NDArray[np.int32], strategy: str = "firefly") -> PocketPath:
@@ -215,8 +212,6 @@ def grid_path(context: GridContext, order: NDArray[np.int32], strategy: str = "f
     """
     nodes = [int(k) for k in order]
     rough = _over_points(context, nodes)
-    if not context.finish:
-        return PocketPath(strategy, tuple(rough))
     turned = [PocketPiece(piece.path.reversed(), piece.kind) for piece in reversed(rough)]
     there, back = (_along_walls(context, end) for end in (nodes[-1], nodes[0]))
     pieces = [*rough, *there[1]] if there[0] <= back[0] else [*turned, *back[1]]

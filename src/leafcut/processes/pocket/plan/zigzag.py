@@ -31,7 +31,6 @@ ENTRY_ROOM = 1.0
 def zigzag(
     region: CentreRegion,
     angle: float | None = None,
-    finishing_pass: bool = True,
     stopped: Callable[[], bool] = never,
     too_wide: Callable[[PocketPath], Points] | None = None,
 ) -> PocketPath:
@@ -48,12 +47,12 @@ def zigzag(
     """
     angles = [math.pi * k / ANGLES for k in range(ANGLES)] if angle is None else [angle]
     candidates: list[tuple[int, PocketPath]] = []
-    for margin in MARGINS if finishing_pass else MARGINS[-1:]:
+    for margin in MARGINS:
         paths: list[tuple[PocketPath, int]] = []
         for turn in angles:
             if (paths or candidates) and stopped():
                 break
-            paths.append(_at(region, turn, margin * region.rules.step_over, finishing_pass))
+            paths.append(_at(region, turn, margin * region.rules.step_over))
         for path, far in sorted(paths, key=lambda one: one[0].feed_mm + one[0].rapid_mm):
             candidates.append((far or (len(too_wide(path)) if too_wide else 0), path))
             if not candidates[-1][0]:
@@ -61,12 +60,12 @@ def zigzag(
     return min(candidates, key=lambda one: one[0])[1]
 
 
-def _at(region: CentreRegion, angle: float, margin: float, finishing_pass: bool) -> tuple[PocketPath, int]:
+def _at(region: CentreRegion, angle: float, margin: float) -> tuple[PocketPath, int]:
     """Return the path at an angle, with line ends `margin` mm from the walls, and its gaps (see `_far_beside`)."""
     rules = region.rules
     inner = shrunk(region.polygon, margin, rules.tolerance) if margin else region.polygon
     runs = [run for part in polygons(inner) for run in _runs(region, part, angle, rules)]
-    walls = [ring for ring in rings(region) if ring.level == 0] if finishing_pass else []
+    walls = [ring for ring in rings(region) if ring.level == 0]
     far = _far_beside(runs, [ring.stretch(0.0, ring.length) for ring in walls], rules.step_over)
     path = _Path(region)
     while runs:
