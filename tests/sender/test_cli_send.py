@@ -28,9 +28,9 @@ def part(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.parametrize(
     "words, status, told",
     [
-        ("part.nc --port nosuch", 2, "--port nosuch: there is no such port; "),
-        ("part.nc --port part.nc", 2, "--port part.nc: that is a file, no serial port; "),
-        ("part.nc --port .", 2, "--port .: that is a folder, no serial port; "),
+        ("part.nc --port nosuch", 2, "--port nosuch: the port does not exist; "),
+        ("part.nc --port part.nc", 2, "--port part.nc: this is a file, not a serial port; "),
+        ("part.nc --port .", 2, "--port .: this is a folder, not a serial port; "),
         ("part.nc --port /dev/null", 1, "--port /dev/null: it is no serial port"),
         ("part.nc --port nosuch --baud 1152000", 2, "--baud 1152000: did you mean '115200'"),
         ("part.nc", 2, "send needs --port; "),

@@ -129,7 +129,7 @@ def test_noise_on_the_line_changes_nothing_every_line_is_obeyed_once_and_in_orde
     [
         ("reset", r"the controller was reset while it was in line \d+"),
         ("kill", r"it has stopped everything, motors and spindle off \(kill\).*the machine is locked by an alarm"),
-        ("error", r"^[^;]*in or behind line \d+: an arc cannot be made from its words; the machine is stopped short"),
+        ("error", r"^[^;]*in or after line \d+: an arc cannot be made from its words; the machine is stopped short"),
         ("endstop", r"an end stop was hit where none should be \(X:12\.00\)"),
         ("garbage", r"the answer makes no sense: 'o.k.*look at the cable"),
         ("silent", r"nothing answers on fake any more; M112 \(emergency stop\) was sent all the same"),

@@ -105,7 +105,7 @@ def test_every_fault_ends_the_run_with_the_machine_stopped_and_its_state_told(fa
     assert not ending.complete and re.search(told, words), words
     # Before the first hole nothing is done yet: there is no place to go on from.
     assert "\n" not in words
-    assert ("go on with --from-hole 11" if fault == "drop" else "begin from the start") in words
+    assert ("go on with --from-hole 11" if fault == "drop" else "start from the beginning") in words
     if fault != "lost":
         assert board.realtime == [b"!"] * (fault != "alarm") + [b"\x18"] and not board.buffer
     # What was sent behind it was never taken: nothing is run after the stop.

@@ -270,7 +270,7 @@ def test_a_pulled_cable_is_one_line_and_the_machine_can_be_connected_again(open_
 
 def test_a_port_that_is_none_or_in_use_is_refused_in_one_line(open_board: Machine, client: TestClient) -> None:
     open_board.ask("disconnect")
-    assert "there is no such port" in open_board.refused("connect", port="/dev/nothing")
+    assert "the port does not exist" in open_board.refused("connect", port="/dev/nothing")
     other = SerialPort(open_board.board.port)
     assert "in use by another program" in open_board.refused("connect", port=open_board.board.port)
     other.close()

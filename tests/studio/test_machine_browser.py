@@ -267,4 +267,4 @@ def test_what_is_refused_is_one_line_in_the_language_of_the_page(own: Page, star
     page.goto(f"{started.origin}/?view=control&lang=en")
     page.get_by_label("Port", exact=True).fill("/dev/nothing")
     button(page, "Connect").click()
-    expect(page.locator("#machine-line")).to_contain_text("there is no such port")
+    expect(page.locator("#machine-line")).to_contain_text("the port does not exist")

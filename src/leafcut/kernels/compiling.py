@@ -58,7 +58,7 @@ class Compilations:
 
     @property
     def seconds(self) -> float:
-        """Total compile time so far, s."""
+        """Total compile time, s; includes a running compilation."""
         with self._lock:
             return self._spent + (time.perf_counter() - self._began if self._depth else 0.0)
 
@@ -75,7 +75,7 @@ def compile_seconds() -> float:
 
 @contextmanager
 def announced(tell: Callable[[str], None]) -> Iterator[Compilations]:
-    """Count the compilations in the block; `tell` receives a message for the user when the first one starts."""
+    """Count the compilations in the block; `tell` receives a message for the user when the first starts."""
     compilations = Compilations(tell)
     listeners.append(compilations.note)
     try:

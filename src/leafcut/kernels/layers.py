@@ -23,14 +23,14 @@ class Clusters(NamedTuple):
     The nodes of a cluster have consecutive numbers. Travel costs include the work at the destination.
 
     ============ ============== =====================================================================================
-    begin        int32[m + 1]   the nodes of cluster c are begin[c] … begin[c + 1] - 1
+    begin        int32[m + 1]   first node of each cluster; n at the end
     owner        int32[n]       cluster of each node
     table        float64[n, n]  cost of travel from u to v and of the work at v
     back         float64[n, n]  the same, from v to u: the transposed table
     least        float64[m, m]  minimum cost from one cluster to another
     least_back   float64[m, m]  the same, from the second to the first
     near         int32[m, k]    other clusters, cheapest travel in either direction first
-    after_begin  int32[m + 1]   the clusters that must come after c, also indirectly, are
+    after_begin  int32[m + 1]   clusters that must come after c, also indirectly:
     after        int32[k]       after[after_begin[c] … after_begin[c + 1] - 1]
     before_begin int32[m + 1]   likewise the clusters that must come before
     before       int32[k]

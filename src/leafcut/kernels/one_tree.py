@@ -262,8 +262,8 @@ def climb(
     Changes: penalty, best (float64[n] each), work.
     Source: M. Held, P. Wolfe and H. P. Crowder, Validation of subgradient optimization, Mathematical Programming 6
     (1974) (the length); T. Volgenant and R. Jonker, European J. Operational Research 9 (1982) (the squared decline).
-    Differs: besides single nodes, all sets of `Sets` move, each by its width. The sets correspond to the moats of M.
-    Jünger and W. R. Pulleyblank (1993): a cluster of holes needs a common reward, which would take thousands of steps
+    Differs: not only single nodes move, but all sets of `Sets`, each by its width. The sets correspond to the moats of
+    M. Jünger and W. R. Pulleyblank (1993): a cluster of holes needs a common reward, which would take thousands of steps
     node by node.
     """
     n = len(penalty)

@@ -78,7 +78,7 @@ CODES: dict[str, str] = {
     "L436": "parts do not fit on the sheets given",
     "L440": "no speeds were chosen for a tool",
     "L441": "a hole starts on an uneven surface",
-    "L442": "a hole is drawn at another height than the surface has",
+    "L442": "a hole is not drawn at the height of the surface",
     "L443": "the mesh of a surface or a fixture is not closed",
     "L444": "where a fixture stands",
     "L445": "a surface or a fixture may have another unit",

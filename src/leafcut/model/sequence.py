@@ -68,7 +68,7 @@ class PieceOfWork:
     Attributes
     ----------
     begin, end
-        Blocks begin … end - 1.
+        Half-open range of blocks.
     kind
         ``hole`` or ``cut``.
     entry, exit
@@ -135,7 +135,7 @@ class Section:
 
 @dataclass(frozen=True, slots=True)
 class Kept:
-    """Blocks begin … end - 1, which stay unchanged; `reasons` is empty for a header or a footer."""
+    """Blocks that stay unchanged (half-open range); `reasons` is empty for a header or a footer."""
 
     begin: int
     end: int

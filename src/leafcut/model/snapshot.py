@@ -41,7 +41,7 @@ class NextPlace:
     cost, pheromone, attraction
         Of the step: d, τ, and η = 1 / (d + ε).
     probability
-        Probability of this step for an ant that has visited none of the points.
+        Probability of this step for an ant at the start of its tour.
     """
 
     place: int

@@ -264,23 +264,23 @@ class _DrillOptions1(TypedDict, total=False):
     depth_to: Literal["shoulder", "tip", None]
     """Depth reference: full diameter (shoulder) or drill point (tip) (default: shoulder)."""
     hole_heights: Literal["one", "drawn", None]
-    """Height at which holes begin: one for all, which becomes Z0, or each its own as drawn, with ways at
-    --clearance-height over the highest; Z0 is then that of the drawing (default: one).
+    """Height of the tops of the holes: one for all, which becomes Z0, or as drawn; then Z0 is the zero of the
+    drawing, and travel moves run at --clearance-height above the highest hole (default: one).
     """
     surface: str | Path | None
-    """STL file of the part or its blank, with the zero of the drawing: each hole begins on it, and ways between
-    holes are as low as it allows (default: flat).
+    """STL file of the part or its blank, with the zero of the drawing: each hole starts at its surface, and travel
+    moves are as low as it allows (default: flat).
     """
     surface_unit: Literal["mm", "in", "cm", "m", None]
     """Unit of the STL files (default: mm)."""
     through: bool | None
     """Drill each hole through the part, by the thickness of the part at the hole."""
     fixture: str | Sequence[str] | None
-    """Boxes that stand on the surface, such as clamps: 'x0 y0 z0 x1 y1 z1' in mm, separated by commas; rapids go
-    over them (default: none).
+    """Boxes on the surface, such as clamps: 'x0 y0 z0 x1 y1 z1' in mm, separated by commas; rapids pass over them
+    (default: none).
     """
     fixture_file: str | Path | None
-    """STL or STEP file of the fixture, such as clamps or a vise, with the zero of the surface; rapids go over it
+    """STL or STEP file of the fixture, such as clamps or a vise, with the zero of the surface; rapids pass over it
     (default: none).
     """
     cycle: Literal["G81", "G82", "G83", "G73", "G84", "G85", None]

@@ -54,7 +54,7 @@ class SearchObserver:
     wants_bound = False
 
     def after_iteration(self, best: Best, iteration: int, alone: bool, costs: NDArray[np.float64] | None) -> None:
-        """Handle the end of an iteration; for the arguments see `Best.tell`."""
+        """Handle the end of an iteration; see `Best.tell` for the arguments."""
 
 
 class Watched(SearchObserver):
@@ -137,7 +137,7 @@ class Best:
 
     @property
     def known_bound(self) -> float | None:
-        """The lower bound, or `shown_bound` if there is none."""
+        """The lower bound; without one, `shown_bound`."""
         return self.shown_bound if self.bound is None else self.bound
 
     def final_bound(self) -> float | None:

@@ -21,8 +21,8 @@ from leafcut.order import spanning_tree
 from leafcut.order.instance import Instance
 from leafcut.order.spanning_tree import SpanningTree, StopAsked, all_pairs, edge_lengths, in_the_plane, smallest_tree
 
-#: Steps of the ascent. More gained nothing on a few hundred nodes; clustered boards of one or two thousand nodes need
-#: many; for more nodes there is no time. A step takes about 0.2 µs per node.
+#: Number of steps of the ascent. More steps gained nothing on a few hundred nodes. Clustered boards of 1,000 to 2,000
+#: nodes need many; larger boards cannot afford them. A step takes about 0.2 µs per node.
 FEWEST_STEPS, STEPS, STEPS_PER_NODE, NODE_STEPS = 50, 200, 0.5, 1.5e6
 
 #: Shares of the steps after which a bound is proved and the edges of its 1-tree join the graph. The first proofs come
@@ -70,12 +70,12 @@ def lower_bound(instance: Instance, upper: float, *, stop: StopAsked | None = No
         Cost of a known tour, in the unit of the metric, without service times. A better tour gives a better bound; the
         bound is valid in any case.
     stop
-        Called every few hundredths of a second. If it returns True, the best bound proved so far is returned, if any.
+        Called every few hundredths of a second. If it returns True, the best proved bound is returned, if any.
 
     Returns
     -------
     float | None
-        At most `tour_cost` of any tour that contains the tied edge, if there is one. Floating-point rounding is
+        At most `tour_cost` of any tour that contains the tied edge (if any). Floating-point rounding is
         accounted for. An integer if all costs are integers. None for clusters of several nodes, nodes with different
         entry and exit, asymmetric matrices, more than `MOST_NODES` nodes, more than `DENSE_LIMIT` nodes without plane
         coordinates (GEO, EXPLICIT), lifts so expensive compared with distances that a proof would check too many edges,
@@ -129,9 +129,9 @@ def _steps(n: int) -> int:
 
 
 def _best_of_few(instance: Instance, upper: float, stop: StopAsked) -> float | None:
-    """Return the best bound of an ascent in which every step proves a bound; None if there was no time for a step.
+    """Return the best bound of an ascent in which every step proves a bound; None if the time ran out before a step.
 
-    The steps are those of `kernels.one_tree.climb` on dense n² arrays, which need less compilation.
+    The steps equal `kernels.one_tree.climb`, but use dense n² arrays, which need less compilation.
     """
     cost, n = instance.cost, instance.n
     hub, steps, penalty, proved = _hub(cost, n), _steps(n), np.zeros(n), None
@@ -255,7 +255,7 @@ class _Ascent:
 
 
 def _two_spokes(hub: Hub, penalty: Floats) -> NDArray[np.int64]:
-    """Return the neighbours of the hub along its two cheapest edges, including the tied edge if there is one."""
+    """Return the neighbours of the hub along its two cheapest edges; the tied edge, if any, comes first."""
     costs = hub.spokes + penalty
     costs[hub.node] = math.inf
     if hub.tied >= 0:

@@ -51,7 +51,7 @@ def broken_pair(pairs: Ints, order: NDArray[np.int32]) -> tuple[int, int] | None
 
 
 def rows(pairs: Ints, n: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Return begin int32[n + 1] and other int32[k]; the partners of v are other[begin[v] … begin[v + 1] - 1]."""
+    """Return the pairs in compressed rows: the first index of each cluster's partners int32[n + 1], and the partners."""
     ordered = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
     begin = np.searchsorted(ordered[:, 0], np.arange(n + 1)).astype(np.int32)
     return begin, np.ascontiguousarray(ordered[:, 1])
@@ -81,7 +81,7 @@ def consequences(pairs: Ints, n: int) -> tuple[NDArray[np.bool_], Ints]:
 
 
 def _sorted(pairs: Ints, n: int) -> list[int]:
-    """Return the clusters in topological order, without those on a cycle or after one."""
+    """Return the clusters in topological order; leave out cycles and the clusters that depend on them."""
     begin, after = rows(pairs, n)
     missing = np.bincount(pairs[:, 1], minlength=n)
     order: list[int] = np.flatnonzero(missing == 0).tolist()

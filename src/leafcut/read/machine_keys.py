@@ -38,7 +38,7 @@ class ProfileKey:
         Value in a template for a key without a default.
     required
         Every profile must have the key.
-    told
+    reported
         A run that uses the default reports it (L408), because times or refusals depend on it.
     unit, size
         For a quantity: its internal unit, a key of `units.FACTORS`, and the number of values: one, or one per axis.
@@ -91,11 +91,11 @@ _ZEROS = ["0 mm", "0 mm", "0 mm"]
 
 PROFILE_KEYS: tuple[ProfileKey, ...] = (
     ProfileKey("name", "name of the machine", why="the name of the file"),
-    ProfileKey("description", "what the machine is, in one line", why="its name"),
+    ProfileKey("description", "description of the machine, in one line", why="its name"),
     ProfileKey("controller", "dialect of its programs: linuxcnc, haas, fanuc, grbl … as for --dialect", required=True),
     ProfileKey(
         "process",
-        f"what does the work: {', '.join(Head)}",
+        f"kind of tool: {', '.join(Head)}",
         Head.SPINDLE.value,
         "most machines have one",
         reported=True,
@@ -231,7 +231,7 @@ PROFILE_KEYS: tuple[ProfileKey, ...] = (
     ProfileKey(
         "travel.min",
         "lowest machine coordinates",
-        why="unknown: nothing is checked against them",
+        why="unknown: travel is not checked",
         example=["-400 mm", "-200 mm", UNKNOWN],
         unit="mm",
         size=3,
@@ -239,7 +239,7 @@ PROFILE_KEYS: tuple[ProfileKey, ...] = (
     ProfileKey(
         "travel.max",
         "highest machine coordinates",
-        why="unknown: nothing is checked against them",
+        why="unknown: travel is not checked",
         example=["0 mm", "0 mm", UNKNOWN],
         unit="mm",
         size=3,

@@ -70,8 +70,8 @@ def pockets_of_drawing(part: Part, options: PocketDrawingOptions, joining: Sheet
     if heights.differ:
         raise ReadError(
             path,
-            f"outlines of pockets and islands are drawn at different heights: {heights}; all begin at one surface, Z0: "
-            "choose those of one height (--layers, --pocket-layers), or draw them at one",
+            f"outlines of pockets and islands are drawn at different heights: {heights}; all must start at Z0: "
+            "select a single height (--layers, --pocket-layers), or draw them at the same height",
         )
     issues = [i for i in issues if i.code != "L406"] + heights.notes("outlines of pockets and islands")
     return as_pockets(replace(part, issues=tuple(issues)), kinds, joining, path, outermost)
@@ -154,7 +154,7 @@ def _kinds(
     if guessed:
         layers = shown(", ".join(guessed), 80)
         message = (
-            f"pockets and islands by the names of layers: {layers}; change that with --pocket-layers, --island-layers"
+            f"pockets and islands by the names of layers: {layers}; choose others with --pocket-layers, --island-layers"
         )
         issues.append(Issue("L421", message, severity=Severity.NOTE))
     # If layers name islands only, all other lines are pockets.
@@ -285,9 +285,7 @@ def _check_reading(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], 
     """Raise if the outermost outlines can be edges or pockets, or if edges contain no pocket."""
     nested = bool(depth.any())
     if outermost == EDGE and not nested:
-        raise LeafcutError(
-            "--outline edge: none of the outlines read as pockets lies inside another; use --outline pocket"
-        )
+        raise LeafcutError("--outline edge: no outline read as a pocket lies inside another; use --outline pocket")
     if outermost != EITHER or not nested:
         return
     # A pocket has its islands at odd depth; a plate has its pockets there.

@@ -32,7 +32,7 @@ ANSWER_SECONDS, START_SECONDS, HOMING_SECONDS = 5.0, 5.0, 180.0
 #: Interval of status queries, s: while waiting for a result, and when idle.
 POLL_SECONDS, SLOW_POLL_SECONDS = 0.1, 0.5
 _READ_SECONDS = 0.02
-#: States without motion in which nothing is accepted until the operator acts.
+#: States in which the machine rests and accepts nothing until the operator acts.
 LOCKED = ("Alarm", "ConfigAlarm", "Critical", "Sleep")
 #: State of a machine that was stopped without deceleration and may have lost steps.
 STOPPED_SHORT = "Stopped"
@@ -44,7 +44,7 @@ class Interrupted(Exception):
 
 #: Called with each line of traffic: direction ("<" or ">") and text.
 Log = Callable[[str, str], None]
-#: Called with each answer that arrives while waiting for another one.
+#: Called with each answer that arrives while the code waits for a different answer.
 OnAnswer = Callable[[ControllerAnswer], None]
 
 
@@ -244,7 +244,7 @@ class Conversation(ABC):
         return self.gather()
 
     def settings(self) -> tuple[str, str]:
-        """Return the kind (`importing.KINDS`) and the text of the settings; nothing is changed, nothing moves.
+        """Return the kind (`importing.KINDS`) and the text of the settings, without changing settings or moving.
 
         Raises
         ------
@@ -308,7 +308,7 @@ class Conversation(ABC):
         return (error_in_words if isinstance(answer, Refused) else alarm_in_words)(answer.why, self.family)
 
     def record_restart(self) -> None:
-        """Record a restart of the board; zeros set so far are lost."""
+        """Record a restart of the board: the zeros set before are lost."""
         self.restarted, self.homed = True, False
         self._zeroed.clear()
 

@@ -1,4 +1,4 @@
-"""The serial port, opened exclusively. Each failure is a one-line error."""
+"""The serial port, opened exclusively. Failures are reported in a single line."""
 
 from __future__ import annotations
 
@@ -55,10 +55,10 @@ class SerialPort:
             raise OptionError(f"--baud {baud}: {nearest(str(baud), [str(rate) for rate in BAUDS])[2:]}")
         self.name = name
         if os.name == "posix" and not os.path.exists(name):  # noqa: PTH110 - a device, and no path of ours
-            raise OptionError(f"--port {name}: there is no such port; {ports_in_words()}")
+            raise OptionError(f"--port {name}: the port does not exist; {ports_in_words()}")
         for is_kind, kind in ((os.path.isdir, "a folder"), (os.path.isfile, "a file")):
             if is_kind(name):
-                raise OptionError(f"--port {name}: that is {kind}, no serial port; {ports_in_words()}")
+                raise OptionError(f"--port {name}: this is {kind}, not a serial port; {ports_in_words()}")
         try:
             self._serial = serial.Serial(
                 name, baud, timeout=0.0, write_timeout=_WRITE_SECONDS, exclusive=True if os.name == "posix" else None
@@ -108,12 +108,12 @@ def _refusal(name: str, problem: Exception) -> SendError:
     number = getattr(problem, "errno", None)
     text = str(problem)
     if number in (errno.EBUSY, errno.EWOULDBLOCK) or "exclusively lock" in text or "Access is denied" in text:
-        return SendError(f"--port {name}: in use by another program; close that one first")
+        return SendError(f"--port {name}: in use by another program; close it first")
     if number in (errno.EACCES, errno.EPERM):
         return SendError(f"--port {name}: you may not open it; on Linux become a member of the group 'dialout'")
     if number == errno.ENOENT or "FileNotFound" in text:
-        return SendError(f"--port {name}: there is no such port; {ports_in_words()}")
-    return SendError(f"--port {name}: it is no serial port, or does not take this speed")
+        return SendError(f"--port {name}: the port does not exist; {ports_in_words()}")
+    return SendError(f"--port {name}: not a serial port, or it does not support this baud rate")
 
 
 def ports() -> list[tuple[str, str]]:

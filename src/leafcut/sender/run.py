@@ -234,7 +234,7 @@ class SendRun:
         self.requests.append(request)
 
     def run(self) -> Ending:
-        """Send all steps and return how the run ended. On any failure, stop the machine and report its state."""
+        """Send all steps and return the result of the run. On any failure, stop the machine and report its state."""
         if self.prompt is None and not self.check:
             self._skip_first_tool()
         try:
@@ -500,7 +500,7 @@ class SendRun:
         try:
             steps, _ = resumed(self.job, following, height)
         except OptionError:
-            # If the program has not moved yet, there is no position to return to.
+            # Before the first move of the program, the tool has no position to return to.
             motion, lines = modes_before(self.job, following)
             steps = (*lines, *with_motion(list(self.left), motion))
         self.left = deque(self._stepping_holes([step for step in steps if step != pause], pause.hole))
@@ -511,10 +511,10 @@ class SendRun:
                 pass
 
     def _place_text(self) -> str:
-        """Return the current line in words, as far as it is known."""
+        """Return the current line as text, if it is known."""
         if self.taken < self._first:
             return "before the program"
-        return f"line {self.line} '{self.job.text(self.line)}'" if self._sure else f"in or behind line {self.line}"
+        return f"line {self.line} '{self.job.text(self.line)}'" if self._sure else f"in or after line {self.line}"
 
     def _while_in(self) -> str:
         return f" while it was in line {self.line}" if self.taken >= self._first else ""

@@ -26,7 +26,7 @@ def progress_in_words(view: RunView, job: SendJob) -> str:
 
 
 def ending_in_words(ending: Ending, job: SendJob) -> str:
-    """Return how a run ended in one line: reason, machine state, progress, and how to resume."""
+    """Return one line about the end of a run: reason, machine state, progress, and how to resume."""
     lines = job.steps[-1].number
     if ending.complete:
         return f"{job.file}: all {count_of(lines, 'line')} done; the machine is {ending.state}"
@@ -35,11 +35,11 @@ def ending_in_words(ending: Ending, job: SendJob) -> str:
         standing = "it stands at" if ending.homed else "it was last seen at"
         parts.append(f"{standing} {place_in_words(ending.place)} ({ending.coordinates})")
     if ending.line:
-        last_position = f"{'' if ending.sure else 'or behind '}line {ending.line}" + (
+        last_position = f"{'' if ending.sure else 'or after '}line {ending.line}" + (
             f", hole {ending.hole.number}" if ending.hole else ""
         )
         parts.append(f"it was in {last_position}; lines up to {ending.taken} of {lines} were taken")
-        advice = f"go on with {ending.go_on}" if ending.go_on else "begin from the start"
+        advice = f"go on with {ending.go_on}" if ending.go_on else "start from the beginning"
         parts.append(advice + ("" if ending.homed else " after homing it, or setting its place"))
     else:
         parts.append("no line of the program was run")
@@ -47,7 +47,7 @@ def ending_in_words(ending: Ending, job: SendJob) -> str:
 
 
 def ending_as_json(ending: Ending, job: SendJob) -> dict[str, Any]:
-    """Return how a run ended as JSON data."""
+    """Return the end of a run as JSON data."""
     return {
         "program": job.file,
         "complete": ending.complete,

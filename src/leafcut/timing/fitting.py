@@ -1,10 +1,10 @@
 """Fit a machine profile to measured times of programs.
 
-Two parameters are seldom known and determine most of the time besides feed. These are the accelerations (one factor for
-all axes here) and the corner value (`Machine.corner_deviation`; LinuxCNC's corners have none). Both are positive, so
-their logarithms are fitted, by weighted least squares of the times with the Levenberg–Marquardt method.
-Source: J. J. Moré, "The Levenberg-Marquardt algorithm: implementation and theory" (1978); standard errors from the
-inverse of JᵀJ: G. A. F. Seber and C. J. Wild, "Nonlinear regression" (1989), section 2.1.
+Apart from the feed, two parameters determine most of the time, and both are seldom known: the accelerations (one factor
+for all axes here) and the corner value (`Machine.corner_deviation`; LinuxCNC's corners have none). Both are positive,
+so their logarithms are fitted, by weighted least squares of the times with the Levenberg–Marquardt method. Source: J.
+J. Moré, "The Levenberg-Marquardt algorithm: implementation and theory" (1978); standard errors from the inverse of JᵀJ:
+G. A. F. Seber and C. J. Wild, "Nonlinear regression" (1989), section 2.1.
 """
 
 from __future__ import annotations
@@ -206,13 +206,13 @@ def _least_squares(
 def _errors(jacobian: Floats, parameters: Sequence[str], residual: Floats) -> tuple[dict[str, float], float]:
     """Return the standard error of each logarithm, and the condition number of the Jacobian with normalised columns.
 
-    The variance is the larger of the expected one (1, by the weights) and that of the residuals.
+    The variance is that of the residuals, but at least 1, the variance expected from the weights.
     """
     degrees_of_freedom = len(residual) - len(parameters)
     spread = max(1.0, float(residual @ residual) / degrees_of_freedom if degrees_of_freedom > 0 else 1.0)
     size = np.sqrt((jacobian * jacobian).sum(axis=0))
     if np.any(size < _NO_EFFECT):
-        # Judge the other parameters without the one that has no effect.
+        # Without the parameter that has no effect, judge the others separately.
         separate_errors = np.where(size < _NO_EFFECT, math.inf, math.sqrt(spread) / np.maximum(size, _NO_EFFECT))
         return dict(zip(parameters, separate_errors.tolist(), strict=True)), math.inf
     singular = np.linalg.svd(jacobian / size, compute_uv=False)

@@ -299,7 +299,7 @@ def test_a_mesh_that_is_open_at_a_hole_is_told_so(folder: Path) -> None:
     gone = (triangles[:, :, 2] == -12).all(axis=1) & (triangles[:, :, 0] >= 80).all(axis=1)
     step = (triangles[:, :, 2] == -20).all(axis=1) & (triangles[:, :, 0] >= 80).all(axis=1)
     (folder / "hollow.stl").write_bytes(binary_stl(triangles[~gone & ~step]))
-    with pytest.raises(LeafcutError, match=r"hollow\.stl is not closed, and nothing of it is at the hole at .*; mend"):
+    with pytest.raises(LeafcutError, match=r"hollow\.stl is not closed, and has no surface at the hole at .*; mend"):
         drilled(folder, surface=str(folder / "hollow.stl"))
 
 
@@ -502,9 +502,12 @@ def test_uneven_rims_and_other_drawn_heights_are_told(folder: Path, tmp_path: Pa
     given = {"surface": str(folder / "plate.stl"), "through": True, "hole_heights": "drawn", **FAST}
     outcome = api.optimize(tmp_path / "holes.csv", process="drill", **given)
     told = {issue.code: str(issue) for issue in outcome.issues}
-    counts = "; R planes count from the higher place, depths from the drawing"
+    counts = "; R planes are measured from the highest point of the rim, depths from the drawing"
     assert f"at 40, 10 the rim is between Z-6.000 and Z0.000{counts}" in told["L441"]
-    assert "at 60, 70 the drawing says Z-7.000 and the surface Z-6.000; depths count from the drawing" in told["L442"]
+    assert (
+        "at 60, 70 the drawing has Z-7.000 and the surface Z-6.000; depths are measured from the drawing"
+        in told["L442"]
+    )
     outcome = api.optimize(tmp_path / "holes.csv", process="drill", **{**given, "hole_heights": "one"})
     told = {issue.code: str(issue) for issue in outcome.issues}
     assert "the surface Z-6.000; the surface counts" in told["L442"]

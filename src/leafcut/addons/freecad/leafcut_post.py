@@ -1,7 +1,7 @@
-"""FreeCAD's post-processor of leafcut: another one writes the program, leafcut reorders and proves it.
+"""FreeCAD post-processor: a standard post-processor writes the program, then leafcut reorders and verifies it.
 
-Arguments of the job: --base NAME is the post-processor that writes the program (linuxcnc, if it is not told), and all
-others are those of `leafcut reorder`: --machine haas-vf2 --time-limit 5s
+Arguments of the job: ``--base NAME`` names the standard post-processor (default: linuxcnc). All other arguments are
+options of `leafcut reorder`: ``--machine haas-vf2 --time-limit 5s``
 """
 
 from __future__ import annotations
@@ -12,23 +12,23 @@ import shlex
 import subprocess
 from typing import Any
 
-#: How leafcut is called; `leafcut install addon freecad` writes its own place here.
+#: Command that starts leafcut; `leafcut install addon freecad` writes the path of this installation here.
 LEAFCUT = ["leafcut"]
 
-TOOLTIP = "Writes by another post-processor (--base linuxcnc), then reorders and proves by leafcut reorder."
+TOOLTIP = "Posts with another post-processor (--base linuxcnc), then reorders and verifies with leafcut reorder."
 TOOLTIP_ARGS = "--base NAME, and the options of leafcut reorder: --machine haas-vf2 --time-limit 5s"
 
-#: Where FreeCAD keeps its post-processors: up to 0.20, and since.
+#: Packages that contain FreeCAD's post-processors: up to version 0.20, and since.
 _PLACES = ("PathScripts.post", "Path.Post.scripts")
 
 
 def export(objectslist: Any, filename: str, argstring: str) -> str:
-    """Write the program of a job; return its text. Nothing is written where leafcut refuses.
+    """Write the program of a job and return its text. No file is written if leafcut refuses the program.
 
     Raises
     ------
     RuntimeError
-        What leafcut says of the program, or of the options.
+        The error message of leafcut.
     """
     words = shlex.split(argstring or "")
     base = "linuxcnc"
@@ -41,7 +41,7 @@ def export(objectslist: Any, filename: str, argstring: str) -> str:
     text = str(_post(base).export(objectslist, "-", "--no-show-editor") or "")
     if not text:
         raise RuntimeError(f"the post-processor {base} wrote nothing")
-    # The Python of FreeCAD is not that of leafcut.
+    # FreeCAD brings its own Python, whose variables would disturb leafcut's.
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
     command = [*LEAFCUT, "reorder", "-", "-o", "-", "--quiet", *words]
     try:
@@ -61,7 +61,7 @@ def export(objectslist: Any, filename: str, argstring: str) -> str:
 
 
 def _post(name: str) -> Any:
-    """Return a post-processor of FreeCAD, or one of the person's own."""
+    """Return a post-processor of FreeCAD or of the user."""
     for module in (*(f"{place}.{name}_post" for place in _PLACES), f"{name}_post"):
         try:
             return importlib.import_module(module)
@@ -72,7 +72,7 @@ def _post(name: str) -> Any:
 
 
 def _write(filename: str, data: bytes) -> None:
-    """Write the program whole or not at all."""
+    """Write the complete file, or none at all."""
     passing = f"{filename}.leafcut-part"
     try:
         with open(passing, "wb") as file:  # noqa: PTH123  # as plain as FreeCAD's own

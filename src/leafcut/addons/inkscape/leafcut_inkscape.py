@@ -1,4 +1,4 @@
-"""Inkscape's extension of leafcut: Inkscape calls it with the drawing and takes the program from standard output."""
+"""Inkscape extension: Inkscape calls it with a drawing and reads the program from standard output."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import shlex
 import subprocess
 import sys
 
-#: How leafcut is called; `leafcut install addon inkscape` writes its own place here.
+#: Command that starts leafcut; `leafcut install addon inkscape` writes the path of this installation here.
 LEAFCUT = ["leafcut"]
 
 
@@ -30,8 +30,8 @@ def command(arguments: list[str]) -> list[str]:
 
 
 def main() -> int:
-    """Write the program to standard output, and what is told to standard error; return the exit status."""
-    # The Python of Inkscape is not that of leafcut.
+    """Write the program to standard output and messages to standard error; return the exit status."""
+    # Inkscape brings its own Python, whose variables would disturb leafcut's.
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
     try:
         done = subprocess.run(command(sys.argv[1:]), capture_output=True, env=environment, check=False)
@@ -42,7 +42,7 @@ def main() -> int:
         sys.stderr.write(f"More options: {problem}\n")
         return 2
     sys.stderr.write(done.stderr.decode("utf-8", "replace"))
-    # Something that is drawn and not cut is told, and the program is written, as leafcut itself does.
+    # Status 3: parts of the drawing are not cut. leafcut has reported them, and the program is written.
     if done.returncode not in (0, 3):
         return done.returncode
     sys.stdout.buffer.write(done.stdout)

@@ -31,7 +31,7 @@ class AntSystem(Trails):
 
 
 class ElitistAntSystem(AntSystem):
-    """Ant System in which the best tour so far deposits e/C in addition (equation 3.5)."""
+    """Ant System in which the best-so-far tour deposits an additional e/C (equation 3.5)."""
 
     def usual_pheromone(self) -> float:
         """Return the initial pheromone, (e + m) / (ρ C_nn)."""
@@ -39,7 +39,7 @@ class ElitistAntSystem(AntSystem):
         return float((p.elitist_weight + p.ants) / (p.rate * self.c_nn))
 
     def update(self, iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
-        """Update as in Ant System, then deposit on the best tour so far."""
+        """Update as in Ant System, then deposit on the best-so-far tour."""
         super().update(iteration, tours, costs, best)
         self.deposit(best.tour, self.parameters.elitist_weight / best.cost)
 
@@ -49,7 +49,7 @@ class ElitistAntSystem(AntSystem):
 
 
 class RankBasedAntSystem(Trails):
-    """The w - 1 best ants deposit by rank, the best tour so far with weight w (equation 3.6)."""
+    """The w - 1 best ants deposit by rank, and the best-so-far tour with weight w (equation 3.6)."""
 
     def usual_pheromone(self) -> float:
         """Return the initial pheromone, w(w - 1) / 2 / (ρ C_nn)."""
@@ -57,7 +57,7 @@ class RankBasedAntSystem(Trails):
         return max(1.0, 0.5 * p.ranks * (p.ranks - 1)) / (p.rate * self.c_nn)
 
     def update(self, iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
-        """Evaporate, then deposit on the tours of the best ants and on the best tour so far."""
+        """Evaporate, then deposit on the tours of the best ants and on the best-so-far tour."""
         self.evaporate()
         w = self.parameters.ranks
         for rank, ant in enumerate(np.argsort(costs, kind="stable")[: w - 1], start=1):

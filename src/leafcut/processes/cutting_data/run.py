@@ -167,7 +167,7 @@ def _check_known(tool: Tool, kind: ToolMaterial, work: CuttingWork, material: Wo
         return
     known = [candidate.value for candidate in ToolMaterial if material.lives_of(work, candidate)]
     noun = {CuttingWork.DRILL: "drills", CuttingWork.MILL: "end mills"}[work]
-    known_text = f"there are those of {' and '.join(known)} {noun}" if known else f"there are none of {noun} at all"
+    known_text = f"it has constants of {' and '.join(known)} {noun}" if known else f"it has none for {noun}"
     raise PlanError(
         f"{tool.label}: {material.name} has no tool-life constants of {kind.value} {noun}; {known_text}; add a "
         "[[life]] in a material file of your own, or set --tool-material"

@@ -13,7 +13,7 @@ from leafcut.options.option_spec import OptionGroup, option
 
 @dataclass(frozen=True)
 class DrillOptions(OptionGroup):
-    """How holes become drilling operations.
+    """Options for turning holes into drilling operations.
 
     `JobOptions` holds depth, thickness, heights, clamps, and the first and last point.
     """
@@ -31,16 +31,16 @@ class DrillOptions(OptionGroup):
     hole_heights: str = option(
         "text",
         "one",
-        "height at which holes begin: one for all, which becomes Z0, or each its own as drawn, with ways at "
-        "--clearance-height over the highest; Z0 is then that of the drawing",
+        "height of the tops of the holes: one for all, which becomes Z0, or as drawn; then Z0 is the zero of the "
+        "drawing, and travel moves run at --clearance-height above the highest hole",
         choices=("one", "drawn"),
         of_file=True,
     )
     surface: Path | None = option(
         "path",
         None,
-        "STL file of the part or its blank, with the zero of the drawing: each hole begins on it, and ways between "
-        "holes are as low as it allows",
+        "STL file of the part or its blank, with the zero of the drawing: each hole starts at its surface, and travel "
+        "moves are as low as it allows",
         default_words="flat",
         of_file=True,
     )
@@ -57,8 +57,7 @@ class DrillOptions(OptionGroup):
     fixture: tuple[str, ...] = option(
         "names",
         (),
-        "boxes that stand on the surface, such as clamps: 'x0 y0 z0 x1 y1 z1' in mm, separated by commas; rapids go "
-        "over them",
+        "boxes on the surface, such as clamps: 'x0 y0 z0 x1 y1 z1' in mm, separated by commas; rapids pass over them",
         default_words="none",
         needs=(given("surface"),),
         of_file=True,
@@ -66,7 +65,7 @@ class DrillOptions(OptionGroup):
     fixture_file: Path | None = option(
         "path",
         None,
-        "STL or STEP file of the fixture, such as clamps or a vise, with the zero of the surface; rapids go over it",
+        "STL or STEP file of the fixture, such as clamps or a vise, with the zero of the surface; rapids pass over it",
         default_words="none",
         needs=(given("surface"),),
         of_file=True,

@@ -72,7 +72,7 @@ QUESTIONS: tuple[Question, ...] = (
     Question(
         "controller", ("controller",), "its controller, such as haas, centroid, fanuc, linuxcnc, grbl", required=True
     ),
-    Question("process", ("process",), f"what does the work: {', '.join(Head)}"),
+    Question("process", ("process",), f"kind of tool: {', '.join(Head)}"),
     Question("units", ("units",), "units of a program that does not state them: mm or in"),
     Question(
         "rapid",
@@ -162,7 +162,7 @@ def _with_place(problem: OptionError, place: str | None) -> OptionError:
 
 
 class _Answers:
-    """The answers so far, and suggestions for the others."""
+    """The answers given, and suggestions for the others."""
 
     def __init__(self, given: dict[str, Any], ask: Ask | None, base: str | None) -> None:
         self.given, self.ask = given, ask

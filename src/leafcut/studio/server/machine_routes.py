@@ -116,7 +116,7 @@ async def _done(studio: Studio, future: Future[Any]) -> dict[str, Any]:
 def _add_connection(router: APIRouter, studio: Studio) -> None:
     link = studio.machine
 
-    @router.get("/machine", summary="What the machine does, where it is, and how far its program is")
+    @router.get("/machine", summary="State and position of the machine, and the progress of its program")
     async def state() -> dict[str, Any]:
         return _state(studio)
 
@@ -177,7 +177,9 @@ def _add_by_hand(router: APIRouter, studio: Studio) -> None:
 def _add_program(router: APIRouter, studio: Studio) -> None:
     link = studio.machine
 
-    @router.post("/machine/check", summary="Check a program against the machine as it stands; nothing of it is sent")
+    @router.post(
+        "/machine/check", summary="Check a program against the current state of the machine, without sending it"
+    )
     async def check(body: RunBody) -> dict[str, Any]:
         job = await asyncio.to_thread(_program, studio, body)
         ready = await asyncio.wrap_future(link.check(PROGRAM, job, _wishes(body)))

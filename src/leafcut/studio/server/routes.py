@@ -2,7 +2,7 @@
 
 Documented by ``/api/openapi.json``. Other programs send the token from the studio's folder as
 ``Authorization: Bearer TOKEN``. An answer is a JSON object with the number of its format as ``schema``. An error is a
-JSON object with one key, ``error``, and a one-line message.
+JSON object with a single key, ``error``: a message of one line.
 """
 
 from __future__ import annotations
@@ -96,14 +96,14 @@ class Refusal(BaseModel):
 
 #: Meaning of the error statuses, for every route.
 _REFUSED: dict[int | str, dict[str, Any]] = {
-    400: {"model": Refusal, "description": "options that are unknown or out of range"},
+    400: {"model": Refusal, "description": "unknown options, or values out of range"},
     401: {"model": Refusal, "description": "the token is missing"},
-    403: {"model": Refusal, "description": "another host or origin than the studio's own"},
-    404: {"model": Refusal, "description": "there is no such thing"},
-    413: {"model": Refusal, "description": "more than the studio takes"},
+    403: {"model": Refusal, "description": "host or origin differs from the studio's"},
+    404: {"model": Refusal, "description": "not found"},
+    413: {"model": Refusal, "description": "request or upload too large"},
     422: {
         "model": Refusal,
-        "description": "an input that cannot be done, or a field that is missing or of a wrong kind",
+        "description": "input that cannot be processed, or a missing or invalid field",
     },
     500: {"model": Refusal, "description": "an internal error in leafcut"},
 }
@@ -128,7 +128,7 @@ def router(studio: Studio) -> APIRouter:
     @routes.get("", include_in_schema=False)
     @routes.get("/{rest:path}", include_in_schema=False)
     def nothing(rest: str = "") -> None:
-        raise HTTPException(404, "there is nothing at this address")
+        raise HTTPException(404, "no page at this address")
 
     return routes
 
@@ -243,7 +243,7 @@ def _add_commands(routes: APIRouter, folder: Folder, jobs: Jobs) -> None:
         texts = {sheet.file: _text(jobs, record.id, sheet.drawing) for sheet in sheets}
         return _Answer({**answer, "texts": texts, "job": record.id})
 
-    @routes.post("/simulate", summary="What a program costs on a machine, and what is dangerous in it")
+    @routes.post("/simulate", summary="Time and cost of a program on a machine, and its dangers")
     async def simulate(file: Upload = None, options: Options = "{}") -> _Answer:
         """Return the answer of ``leafcut simulate --json``, and the job's id as ``job``."""
         given = _options(options)
@@ -362,12 +362,12 @@ def _add_jobs(routes: APIRouter, jobs: Jobs) -> None:
             await jobs.over(cut_job)
         return {"variants": comparison(jobs, job)}
 
-    @routes.get("/jobs/{job}/cuts", summary="What the cuts of a nest's variants come to, as far as they are planned")
+    @routes.get("/jobs/{job}/cuts", summary="Time and cost of the cuts of a nest's variants that are planned already")
     def cuts(job: JobId) -> dict[str, Any]:
         _record_of(jobs, job)
         return {"variants": comparison(jobs, job)}
 
-    @routes.delete("/jobs/{job}", summary="Forget a job and the files that only it used")
+    @routes.delete("/jobs/{job}", summary="Delete a job and the files that only it used")
     def delete(job: JobId) -> dict[str, str]:
         _record_of(jobs, job)
         jobs.delete(job)
@@ -375,7 +375,7 @@ def _add_jobs(routes: APIRouter, jobs: Jobs) -> None:
 
     @routes.get(
         "/jobs/{job}/files/{name}",
-        summary="A file that a run made",
+        summary="A file written by a job",
         response_class=Response,
         responses={200: {"description": "the file", "content": {"*/*": {"schema": _BINARY}}}},
     )

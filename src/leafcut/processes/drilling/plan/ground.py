@@ -280,7 +280,7 @@ def check_beside(
     tips: NDArray[np.float64],
     ground: Ground,
 ) -> None:
-    """Refuse a hole of a solid in which a tool wider than the hole would cut the material beside it.
+    """Refuse a tool that is wider than a hole of a solid and would cut the surrounding material.
 
     The surface of a solid is the finished part: nothing above the top of a hole may be cut. A centre drill makes its
     chamfer below the top, and needs clearance for its greater width above it.
@@ -312,7 +312,7 @@ def check_beside(
         index = min(hits)
         x, y = xy[index]
         raise PlanError(
-            f"{tool.label}: at {x:g}, {y:g} it is wider than the hole and cuts the wall beside it "
+            f"{tool.label}: at {x:g}, {y:g} it is wider than the hole and would cut its wall "
             f"({count_of(len(hits), 'hole')} in all); use a narrower tool, or leave the holes out"
         )
 
@@ -384,7 +384,7 @@ def tops_of(
         (x0, y0, _), (x1, y1, _) = ground.mesh.low.tolist(), ground.mesh.high.tolist()
         if not ground.mesh.closed and x0 < x < x1 and y0 < y < y1:
             raise PlanError(
-                f"{ground.mesh.name} is not closed, and nothing of it is at the hole at {x:g}, {y:g}, or beside it "
+                f"{ground.mesh.name} is not closed, and has no surface at the hole at {x:g}, {y:g}, or beside it "
                 f"({count_of(len(outside), 'hole')} in all); mend the mesh in CAD"
             )
         _refuse_other_unit(part, ground.mesh)
@@ -395,7 +395,11 @@ def tops_of(
         )
     _check_fixtures(part, ground, radius)
     issues, tops = [*ground.issues, *_unit_issues(part, ground.mesh, rims.top - rims.under, radius)], rims.top
-    counts = "R planes count from the higher place, depths from the drawing" if drawn else "the higher place counts"
+    counts = (
+        "R planes are measured from the highest point of the rim, depths from the drawing"
+        if drawn
+        else "the highest point counts"
+    )
     uneven = np.flatnonzero(rims.top - rims.lowest > UNEVEN)
     if len(uneven):
         worst = int(uneven[np.argmax((rims.top - rims.lowest)[uneven])])
@@ -403,7 +407,7 @@ def tops_of(
         issues.append(
             Issue(
                 "L441",
-                f"{count_of(len(uneven), 'hole')} on uneven ground: at {x:g}, {y:g} the rim is between Z"
+                f"{count_of(len(uneven), 'hole')} on an uneven surface: at {x:g}, {y:g} the rim is between Z"
                 f"{rims.lowest[worst]:.3f} and Z{rims.top[worst]:.3f}; {counts}",
             )
         )
@@ -418,10 +422,12 @@ def tops_of(
             issues.append(
                 Issue(
                     "L442",
-                    f"{count_of(len(different), 'hole')} drawn at another height than the surface has: at {x:g}, "
-                    f"{y:g} the drawing says Z{heights[worst]:.3f} and the surface Z{rims.top[worst]:.3f}; "
+                    f"{count_of(len(different), 'hole')} not drawn at the height of the surface: at {x:g}, "
+                    f"{y:g} the drawing has Z{heights[worst]:.3f} and the surface Z{rims.top[worst]:.3f}; "
                     + (
-                        "depths count from the drawing, R planes from the higher one" if drawn else "the surface counts"
+                        "depths are measured from the drawing, R planes from the higher of the two"
+                        if drawn
+                        else "the surface counts"
                     ),
                 )
             )
