@@ -60,7 +60,7 @@ def test_an_add_on_calls_the_leafcut_that_wrote_it(
         ("inkscape", 2, "install addon inkscape needs a folder: leafcut install addon inkscape FOLDER"),
         ("inkscape nosuch", 1, "nosuch: not a folder"),
         ("inkscape -", 2, "needs a folder"),
-        ("freecad theirs", 1, "leafcut_post.py: is there already and not of leafcut"),
+        ("freecad theirs", 1, "leafcut_post.py: exists already and is not from leafcut"),
     ],
 )
 def test_what_cannot_be_written_is_refused_in_a_line(

@@ -107,7 +107,7 @@ def test_a_list_names_inputs_from_where_it_lies(tmp_path: Path) -> None:
         (["a.nc", "b.nc", "-o", ".", "--workers", "0"], "--workers: choose 1 to 1024"),
         (["a.nc", "b.nc", "-o", ".", "--executor", "thread"], "--executor: unknown value 'thread'"),
         (["a.nc", "b.nc", "-o", ".", "--save-plan", "x.json"], "--save-plan: names one file"),
-        (["a.nc", "b.nc", "-o", ".", "--executor", "dask://127.0.0.1:1"], "no Dask scheduler answers"),
+        (["a.nc", "b.nc", "-o", ".", "--executor", "dask://127.0.0.1:1"], "no Dask scheduler responds"),
     ],
 )
 def test_a_wrong_command_line_is_refused_in_one_line(

@@ -120,7 +120,7 @@ def test_nothing_is_written_over_an_input_or_by_halves(tmp_path: Path, capsys: p
         ("machine check a.nc --measured 1:00", "--machine needs a value|needs --machine"),
         ("machine check --machine haas-vf2", "needs programs with --measured, or --times"),
         ("machine check a.nc b.nc --measured 1:00 --machine haas-vf2", "1 time for 2 programs"),
-        ("machine check a.nc --measured 1:99 --machine haas-vf2", "is no time of a clock.*write it as 12:34"),
+        ("machine check a.nc --measured 1:99 --machine haas-vf2", "is not a valid time.*write it as 12:34"),
         ("machine check a.nc --measured soon --machine haas-vf2", "'soon' is not a number"),
         ("machine check a.nc --measured 0 --machine haas-vf2", "is not above 0"),
         ("machine check a.nc --measured 1:00 --machine haas-vf3", "did you mean 'haas-vf2'"),
@@ -217,10 +217,10 @@ def test_several_measured_programs_give_a_profile_that_takes_their_time(
     assert (same["acceleration"], same["condition"]) == (found["acceleration"], found["condition"])
     assert run(["machine", "check", "--times", str(table), "--machine", "mach3-router"]) == 0
     told = capsys.readouterr().out
-    assert "as many values as programs" not in told
+    assert "as many parameters as programs" not in told
     words = ["machine", "check", *list(truth)[1:], "--machine", "mach3-router"]
     assert run([*words, *(f"--measured={truth[file]}s" for file in list(truth)[1:])]) == 0
-    assert "as many values as programs" in capsys.readouterr().out
+    assert "as many parameters as programs" in capsys.readouterr().out
     assert "root mean square" in told and "condition" in told and "accelerations: 0.6" in told
 
 

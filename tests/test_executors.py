@@ -196,7 +196,7 @@ def test_a_missing_cluster_is_refused_in_one_line(refusal: Exception, monkeypatc
     with pytest.raises(ExecutorError) as refused, open_executor("dask://shop:8786"):
         pytest.fail("there is no cluster")
     line = str(refused.value)
-    assert line.startswith("dask://shop:8786: no Dask scheduler answers there") and "\n" not in line
+    assert line.startswith("dask://shop:8786: no Dask scheduler responds there") and "\n" not in line
 
 
 @pytest.mark.slow
@@ -206,7 +206,7 @@ def test_dask_reports_a_missing_cluster_as_one_line() -> None:
         silent.bind(("127.0.0.1", 0))  # and no `listen`: every connection is refused
         spec = f"dask://127.0.0.1:{silent.getsockname()[1]}"
         out, _ = client_of(spec, "abs", "range(3)", connect_seconds=0.5).communicate()
-    assert out.startswith(f"{spec}: no Dask scheduler answers there") and out.count("\n") == 1
+    assert out.startswith(f"{spec}: no Dask scheduler responds there") and out.count("\n") == 1
 
 
 @pytest.mark.slow
@@ -225,4 +225,4 @@ def test_a_scheduler_that_dies_during_a_task_is_one_line(cluster: Cluster) -> No
         assert client.stdout.readline() == "0.1 None\n"
         cluster.scheduler.send_signal(signal.SIGKILL)
         out = client.stdout.read()
-    assert out == f"{cluster.spec}: the scheduler is gone; start it again and repeat the command\n"
+    assert out == f"{cluster.spec}: the scheduler has stopped; restart it and repeat the command\n"

@@ -302,7 +302,7 @@ def test_drill_files_that_lie_far_apart_are_warned_of(board: Path) -> None:
     (board / "board-NPTH.drl").write_text(BOARD.format("T1C3.2\n", "T1\nX200.0Y200.0\n"))
     outcome = leafcut.optimize(["board-PTH.drl", "board-NPTH.drl"], depth=2, machine="linuxcnc-sim")
     assert [i.severity for i in outcome.issues if i.code == "L409"] == ["note", "warning"]
-    with pytest.raises(leafcut.LeafcutError, match=r"--strict: L409 .* are they of one board"):
+    with pytest.raises(leafcut.LeafcutError, match=r"--strict: L409 .* do they belong to the same board"):
         leafcut.optimize(["board-PTH.drl", "board-NPTH.drl"], depth=2, machine="linuxcnc-sim", strict=True)
 
 

@@ -424,7 +424,7 @@ def check_times(
     from leafcut.timing.fitting import Measured, fit
 
     if not measured:
-        raise OptionError("no program was measured; give each with its time")
+        raise OptionError("no program was measured; add a time to each program")
     keywords: SimulateKeywords = {"machine": machine}
     if units:
         keywords["units"] = units

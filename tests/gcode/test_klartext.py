@@ -233,7 +233,12 @@ def _other_speed(b: ToolpathBuilder) -> None:
 
 @pytest.mark.parametrize(
     "work, words",
-    [(_arc, "drilling only"), (_machine, "machine zero"), (_tap, "no tapping cycle"), (_other_speed, "one speed")],
+    [
+        (_arc, "only drilling programs"),
+        (_machine, "machine zero"),
+        (_tap, "no tapping cycle"),
+        (_other_speed, "a single speed"),
+    ],
 )
 def test_what_has_no_words_is_refused(work: object, words: str) -> None:
     b = ToolpathBuilder()

@@ -78,7 +78,7 @@ def test_a_block_around_the_cuts_reaches_beyond_them_and_as_far_as_the_plate_is_
     ("stock", "words"),
     [
         (ShownStock(refused="a reason"), "a reason"),
-        (ShownStock(), "no tool is known"),
+        (ShownStock(), "no known tool"),
         (ShownStock({1: MILL}, block=((500.0, 0.0, -10.0), (600.0, 60.0, 0.0))), "never touches the stock"),
     ],
 )

@@ -277,7 +277,7 @@ def test_ctrl_c_on_the_command_line_ends_all_processes_and_answers(tmp_path: Pat
 
 
 def test_options_without_effect_are_refused() -> None:
-    with pytest.raises(SolveError, match="ants of acs wear off one pheromone in turn"):
+    with pytest.raises(SolveError, match="the ants of acs update the shared pheromone in turn"):
         run("acs", "processes")
     with pytest.raises(OptionError, match="--n-processes: only used with --parallel processes or exchange"):
         settings_for(collect({"algorithm": "as", "n_processes": 3}), registry.work("drill"))

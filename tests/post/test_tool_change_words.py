@@ -68,7 +68,7 @@ def test_the_program_with_them_is_read_back_as_planned_and_moves_as_without(
 
 @pytest.mark.parametrize(
     ("machine", "why"),
-    [("grbl-3018", "changed by hand"), ("fagor-8055", "takes up the length of its tool")],
+    [("grbl-3018", "changed by hand"), ("fagor-8055", "also activates the tool length")],
 )
 def test_a_tool_is_not_named_ahead_where_its_word_does_more(
     holes: Path, tmp_path: Path, machine: str, why: str

@@ -386,7 +386,7 @@ def _one_coolant_off(b: ToolpathBuilder) -> None:
         (_no_feed, "mach3", "give the tool a feed"),
         (_too_far, "mach3", "out of range of any machine"),
         (_peck_of_nothing, "haas", "needs the depth of a peck"),
-        (_arc_of_nothing, "grbl", "closer than the program's decimals"),
+        (_arc_of_nothing, "grbl", "equal at the program's number of decimals"),
         (_one_coolant_off, "linuxcnc", "switch off both first"),
     ],
 )
@@ -408,7 +408,7 @@ def test_a_tool_is_not_changed_by_hand_at_a_turning_spindle() -> None:
     b.rapid(z=10.0)
     b.tool(2)
     b.end()
-    with pytest.raises(PostError, match="by hand while the spindle turns"):
+    with pytest.raises(PostError, match="a manual tool change while the spindle is running"):
         write_program(b.build(), dialect("grbl"), PostOptions())
     assert "T2 M6" in write_program(b.build(), dialect("haas"), PostOptions())
 

@@ -35,7 +35,7 @@ def test_an_order_of_each_task_once_that_keeps_the_precedence_is_used(nodes: lis
         ([0, 1, 4], "3 visits do not do each of the 3 tasks once"),
         ([0, 2, 6], "3 visits do not do each of the 3 tasks once"),
         ([0, 2, -1], "3 visits do not do each of the 3 tasks once"),
-        ([4, 0, 2], "a task is done before its predecessor"),
+        ([4, 0, 2], "a task precedes its predecessor"),
     ],
 )
 def test_any_other_order_is_refused(nodes: list[int], wrong: str) -> None:

@@ -55,7 +55,7 @@ def of_arcs(space: Any) -> None:
     [
         (
             circles(5, -3, -3),
-            r"1 at Z5 \(the first at 0, 5\), 2 at Z-3 \(the first at 10, 5\); all are drilled from one",
+            r"1 at Z5 \(the first at 0, 5\), 2 at Z-3 \(the first at 10, 5\); all are drilled from the same",
         ),
         (in_a_block, r"1 at Z5 \(the first at 10, 5\), 1 at Z1 \(the first at 0, 5\)"),
         (of_another_plane, r"1 at Z5 \(the first at 10, 5\), 1 at Z0 \(the first at 0, 5\)"),

@@ -132,7 +132,7 @@ def test_spindle_speeds_must_be_among_those_it_has(rpm: float, fine: bool) -> No
     [
         (Head.TORCH, []),
         (Head.WATER, []),
-        (Head.LASER, ["S6001 is out of range; the power of the laser is S100 to S6000"]),
+        (Head.LASER, ["S6001 is out of range; the laser power ranges from S100 to S6000"]),
     ],
 )
 def test_no_spindle_is_named_where_none_turns(head: Head, told: list[str]) -> None:

@@ -211,7 +211,7 @@ MACH4 = (HERE / "mach4_mm.ini").read_text()
         (grbl(**{"122": "fast"}), r":35: \$122 is 'fast', but must be a number"),
         (grbl(**{"110": "1e999"}), r"\$110 is 1e999, which no machine has"),
         (grbl(**{"130": "-5"}), "the travel of x is -5 mm, but must be above 0"),
-        (grbl().partition("$121")[0], r"has no \$121; save the whole answer to \$\$"),
+        (grbl().partition("$121")[0], r"has no \$121; save the complete answer to \$\$"),
         (INI.replace("[AXIS_Z]", "[AXIS_W]"), "has no MAX_VELOCITY in"),
         (INI.partition("[AXIS_Y]")[0], "has no MAX_VELOCITY in .AXIS_Y. or .JOINT_1."),
         (INI.replace("coordinates=XYYZ", "coordinates=XZ"), "has no axis y"),
@@ -221,7 +221,7 @@ MACH4 = (HERE / "mach4_mm.ini").read_text()
         (INI + "\n#INCLUDE /etc/passwd\n", "includes '/etc/passwd', which is not in its folder"),
         (INI + "\n#INCLUDE ../test_controllers.py\n", "which is not in its folder"),
         (INI + "\n#INCLUDE ~/x\n", "which is not in its folder"),
-        (INI + "\n#INCLUDE none.inc\n", "which is not there"),
+        (INI + "\n#INCLUDE none.inc\n", "which does not exist"),
         (MACH3[: len(MACH3) // 2], "is no whole XML file"),
         (MACH3.replace("<Vel1>", "<Vol1>").replace("</Vel1>", "</Vol1>"), "has no <Vel1>"),
         (MACH3.replace("<Steps0>200.", "<Steps0>0."), "steps per unit"),
@@ -361,7 +361,7 @@ def test_a_profile_of_four_lines_is_a_machine_and_its_unknown_travel_is_told(tmp
     assert machine.travel_min == (LOW,) * 3 and machine.reach(0) == NO and not machine.table_known
     outcome = leafcut.optimize("example:plate-10", machine=str(file), thickness=5)
     told = {issue.code: issue.message for issue in outcome.issues}
-    assert "travel unknown in x, y, z" in told["L408"] and "nothing was checked" in told["L403"]
+    assert "travel unknown in x, y, z" in told["L408"] and "it was not checked" in told["L403"]
     assert outcome.verified and math.isfinite(outcome.after.time_s)
 
 

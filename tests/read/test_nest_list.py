@@ -47,9 +47,7 @@ def test_a_wrong_line_is_refused_with_its_number(tmp_path: Path, text: str, word
 
 
 def test_words_without_a_drawing_or_a_quantity_are_refused() -> None:
-    with pytest.raises(
-        OptionError, match=r"no parts are given; name drawings with quantities, such as bracket\.dxf:10"
-    ):
+    with pytest.raises(OptionError, match=r"no parts given; name drawings with quantities, such as bracket\.dxf:10"):
         read_wanted([])
     with pytest.raises(OptionError, match=r"a\.dxf:0: the quantity must be 1 or more"):
         read_wanted(["a.dxf:0"])

@@ -185,7 +185,7 @@ def test_an_unknown_machine_is_told_the_nearest_name() -> None:
         (
             'controller = "linuxcnc"',
             'controller = "linuxnc"',
-            "'linuxnc', which is no dialect; did you mean 'linuxcnc'",
+            "'linuxnc', which is not a dialect; did you mean 'linuxcnc'",
         ),
         ('controller = "linuxcnc"', 'controller = "none.toml"', "file not found in the folder of the profile"),
         ('controller = "linuxcnc"', 'controller = "../a.toml"', "must be in the folder of the profile"),

@@ -287,7 +287,7 @@ def test_a_very_fine_picture_is_smoothed_quickly(save: Save, monkeypatch: pytest
 def test_files_that_are_no_good_pictures_are_refused(save: Save, tmp_path: Path) -> None:
     good = save(drawn(DISC, 4)).read_bytes()
     for name, data, words in (
-        ("cut.png", good[: len(good) // 2], "damaged or cut off"),
+        ("cut.png", good[: len(good) // 2], "damaged or truncated"),
         ("head.png", good[:20], "damaged PNG"),
         ("text.png", b"hello", "this is not a picture; save it as PNG, JPEG or BMP"),
     ):

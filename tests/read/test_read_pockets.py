@@ -165,7 +165,7 @@ def test_layers_that_say_what_is_a_pocket_leave_nothing_to_outline_edge(data: Pa
     (asked,) = read_pockets(drawing, None, PocketDrawingOptions(outline="pocket")).pockets
     (unasked,) = read_pockets(drawing).pockets
     assert shape_of(asked).equals(shape_of(unasked))
-    assert "layers already say" in refusal(drawing, outline="edge")
+    assert "layers already distinguish" in refusal(drawing, outline="edge")
 
 
 @pytest.mark.hazard
@@ -177,7 +177,7 @@ def test_a_pocket_at_the_edge_of_its_plate_is_reported(draw: Draw) -> None:
     part = read_pockets(draw(build), None, PocketDrawingOptions(outline="edge"))
     assert [pocket.area for pocket in part.pockets] == [100.0]
     assert [str(i) for i in part.issues if i.code == "L423"] == [
-        "L423 1 pocket at the edge of the plate: no wall stays there (at (0, 20))"
+        "L423 1 pocket at the edge of the plate: no wall remains there (at (0, 20))"
     ]
 
 

@@ -159,7 +159,7 @@ def test_of_holes_from_both_sides_the_upper_is_drilled_and_the_lower_reported(tm
     assert (z, diameter, depth, through, flat) == (0.0, 4.0, 3.0, False, True)
     (issue,) = part.issues
     assert (issue.code, issue.severity) == ("L218", "missing")
-    assert str(issue) == "L218 1 hole open from below alone, not drilled: turn the part over for them (--up -z)"
+    assert str(issue) == "L218 1 hole open only from below, not drilled: turn the part over (--up -z)"
 
 
 def test_an_island_in_a_round_pocket_leaves_no_hole(tmp_path: Path) -> None:
@@ -379,7 +379,7 @@ def test_a_solid_is_chosen_of_a_step_file_only(tmp_path: Path, examples: Path) -
 
 
 def test_a_unit_or_one_height_for_all_cannot_be_asked_for(examples: Path) -> None:
-    for options, told in (({"units": "in"}, "states its unit"), ({"hole_heights": "one"}, "heights of their own")):
+    for options, told in (({"units": "in"}, "states its unit"), ({"hole_heights": "one"}, "individual heights")):
         with pytest.raises(LeafcutError, match=told):
             api.optimize(examples / "stepped_plate.step", process="drill", **options, **FAST)
 

@@ -111,10 +111,10 @@ def test_units_are_those_of_the_text(tmp_path: Path) -> None:
         ('cycle = "G83"', 'material = "wood"\ncycle = "G83"', "'material' is 'wood'; choose one of hss, carbide"),
         ('cycle = "G83"', 'life_cost = -2\ncycle = "G83"', "'life_cost' is -2, but must be from 0 to 1000000"),
         ('cycle = "G83"', 'cycle = "G82"\ndwell = "101 s"', "'dwell' is 101 s, but must be from 0 to 100 s"),
-        ('cycle = "G83"', 'depth = "3 mm"\ncycle = "G83"', "'depth' is of centre drills only; set the depth of holes"),
+        ('cycle = "G83"', 'depth = "3 mm"\ncycle = "G83"', "'depth' is for centre drills only; set the depth of holes"),
         ('cycle = "G83"', 'life_cost = "2"\ncycle = "G83"', "'life_cost' is 2, but must be a number"),
         ("[[hole]]", "[[holes]]", "did you mean 'hole'"),
-        ("[[hole]]", '[[hole]]\ndiameter = "6 mm"\nlayer = "M6"\nsteps = [1]\n[[hole]]', "has a recipe already"),
+        ("[[hole]]", '[[hole]]\ndiameter = "6 mm"\nlayer = "M6"\nsteps = [1]\n[[hole]]', "already has a recipe"),
     ],
 )
 def test_a_wrong_table_is_refused_in_one_line_with_file_and_number(

@@ -176,7 +176,7 @@ def test_every_sample_of_linuxcnc_is_read_or_lacks_what_a_machine_needs(linuxcnc
         "has no axis",
         "more than any machine has",
         "of no controller",
-        "which is not there",
+        "which does not exist",
         "has no MAX_VELOCITY",
     )
     assert not [message for message in refused if not any(word in message for word in words)]
@@ -218,7 +218,7 @@ def test_what_a_config_does_not_tell_is_noted(tmp_path: Path) -> None:
 
 
 def test_a_config_that_runs_itself_ends(tmp_path: Path) -> None:
-    with pytest.raises(ReadError, match="does one run itself"):
+    with pytest.raises(ReadError, match="does a file run itself"):
         of_file(config(tmp_path, config=f'M453\n{SPEEDS}M98 P"config.g"\n'))
     many = {f"f{k}": f'M98 P"f{k + 1}.g"\n' * 9 for k in range(6)}
     with pytest.raises(ReadError, match="more than 100 files"):

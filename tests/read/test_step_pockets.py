@@ -279,7 +279,7 @@ def test_a_usual_substitute_for_the_thickness_of_a_solid_is_a_warning_with_both(
 
 def test_what_no_section_shows_as_it_is_seen_from_above_is_no_sheet(tmp_path: Path) -> None:
     solid = fused(box(0, 0, 0, 40, 20, 4), box(20, 10, 4, 60, 40, 8))
-    with pytest.raises(LeafcutError, match="is no flat sheet"):
+    with pytest.raises(LeafcutError, match="is not a flat sheet"):
         read_contours(saved(tmp_path / "two.step", solid))
 
 

@@ -79,7 +79,7 @@ def test_a_table_of_ones_own_has_units_in_its_cells_and_in_its_head(tmp_path: Pa
     assert (two.kind, two.diameter, two.teeth, two.point_angle) == (ToolKind.END_MILL, 6.0, 2, math.pi)
     assert (three.kind, three.diameter, three.number) == (ToolKind.CENTRE_DRILL, 10.0, 3)
     assert five.diameter == pytest.approx(3.175)
-    assert library.left_out == ("T4: 'tapping head' does not say what kind of tool it is",)
+    assert library.left_out == ("T4: 'tapping head' is not a kind of tool",)
 
 
 def test_a_table_of_fusion_has_the_unit_of_each_tool(tmp_path: Path) -> None:
@@ -160,7 +160,7 @@ def test_a_single_preset_of_another_material_is_not_used(name: str, tmp_path: Pa
         if fits:
             assert load_tools(file, material="mild_steel").tools[0].spindle_rpm == 9000, preset
         else:
-            with pytest.raises(DataError, match=f"no preset for 'mild_steel' alone; name one .*: '{preset}'"):
+            with pytest.raises(DataError, match=f"no single preset for 'mild_steel'; name one .*: '{preset}'"):
                 load_tools(file, material="mild_steel")
         assert load_tools(file).tools[0].spindle_rpm == 9000
 
@@ -174,7 +174,7 @@ def test_drilling_obeys_or_refuses_the_material(tmp_path: Path) -> None:
     assert "S1500" in text and "F150" in text
     own = tmp_path / "own.toml"
     own.write_text("[[tool]]\nnumber = 1\ndiameter = 5\nfeed = 100\nspindle_speed = 2000\n")
-    with pytest.raises(OptionError, match="--material: chooses among the presets of a Fusion tool library only"):
+    with pytest.raises(OptionError, match="--material: only selects a preset of a Fusion tool library"):
         leafcut.optimize(plate, tools=own, material="steel", **given)
     with pytest.raises(OptionError, match="--material: only used with --tools"):
         leafcut.optimize(plate, material="steel", **given)
@@ -216,7 +216,7 @@ def test_lengths_without_a_unit_are_those_that_are_said(tmp_path: Path) -> None:
         ("a.csv", b"x" * (17 << 20), "a tool library of 17 MiB"),
         ("a.csv", b"", "no column is called"),
         ("a.toml", b"", "is a library of leafcut's own; importable are .csv"),
-        ("a.txt", b"", "is no tool library; importable are"),
+        ("a.txt", b"", "not a tool library; importable are"),
         ("none.csv", None, "file not found"),
     ],
 )

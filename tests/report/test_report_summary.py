@@ -137,7 +137,7 @@ def test_assumptions_and_corners_that_are_not_cut_stand_beside_verified(outcome_
     issues = (
         Issue("L401", "T1 drill Ø5 assumed: 60 mm/min at 900 rpm", severity=Severity.NOTE),
         Issue("L402", "no depth given: 1 mm deep", severity=Severity.NOTE),
-        Issue("L102", "the file does not say its units: mm assumed"),
+        Issue("L102", "the file does not state its units: mm assumed"),
         Issue("L701", "pocket 1: 4 corners are not reached", severity=Severity.NOTE),
         Issue("L201", "1 LINE: not a hole"),
     )

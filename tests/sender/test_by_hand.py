@@ -46,7 +46,7 @@ def test_a_probe_that_did_not_touch_sets_no_zero() -> None:
     board = ProbedGrbl()
     board.touched = 0
     talk = talking(board)
-    with pytest.raises(SendError, match="does not say where the probe touched"):
+    with pytest.raises(SendError, match="does not report the position of the contact"):
         probe_z(talk, talk.facts(), plate=1.5, feed=50.0, travel=15.0)
     assert not any("G10" in line for line in board.taken)
 
@@ -58,7 +58,7 @@ def test_a_probe_of_nonsense_is_refused(plate: float, feed: float, travel: float
     facts = talk.facts()
     with pytest.raises(OptionError):
         probe_z(talk, facts, plate, feed, travel)
-    with pytest.raises(SendError, match=r"may go down 80\.000 mm here"):
+    with pytest.raises(SendError, match=r"can descend only 80\.000 mm here"):
         probe_z(talk, facts, 1.0, 50.0, 90.0)
     assert board.taken == []
 

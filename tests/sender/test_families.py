@@ -42,10 +42,10 @@ def test_the_firmware_is_told_by_its_greeting_or_its_version(line: str, family: 
 def test_numbers_that_mean_different_things_are_told_by_the_firmware() -> None:
     """Status_LimitsEngaged is 45 and Status_EStop 50 (grblHAL errors.h); FsFileNotFound is 65 (FluidNC Error.h)."""
     assert "limit switch" in error_in_words(45, "grblHAL") and "emergency stop" in error_in_words(50, "grblHAL")
-    assert error_in_words(65, "FluidNC") == "error 65: there is no such file"
+    assert error_in_words(65, "FluidNC") == "error 65: the file does not exist"
     assert error_in_words(20, "FluidNC") == error_in_words(20)
-    assert "not in the list of FluidNC" in error_in_words(45, "FluidNC")
-    assert "not in the list of GRBL" in error_in_words(45)
+    assert "unknown to FluidNC" in error_in_words(45, "FluidNC")
+    assert "unknown to GRBL" in error_in_words(45)
     assert "emergency stop" in alarm_in_words(10, "grblHAL") and "spindle" in alarm_in_words(10, "FluidNC")
     assert "homing is needed" in alarm_in_words(14, "FluidNC") and "spindle" in alarm_in_words(14, "grblHAL")
 
@@ -237,10 +237,10 @@ def test_a_grbl_that_is_not_locked_until_it_is_homed_cannot_say_it() -> None:
     """L of [OPT: (gnea/grbl, report.c): HOMING_INIT_LOCK is off."""
     status = Status("Idle", machine=(0.0, 0.0, 0.0))
     answers = [parse(line) for line in ("[VER:1.1h:]", "[OPT:VL,15,128]", "$22=1", "$20=1")]
-    with pytest.raises(SendError, match="does not say whether it was homed, and does not wait for that: add --home"):
+    with pytest.raises(SendError, match="does not report whether it was homed, and does not wait for that: add --home"):
         check_ready(gathered(answers, status, homed=False), unhomed=False)
     check_ready(gathered(answers, status, homed=True), unhomed=False)
-    with pytest.raises(SendError, match=r"does not say how much its buffer holds \(\[OPT:V\]\)"):
+    with pytest.raises(SendError, match=r"does not report the size of its buffer \(\[OPT:V\]\)"):
         gathered([parse("[VER:1.1h:]"), parse("[OPT:V]"), parse("$22=1")], status, homed=False)
 
 
@@ -254,7 +254,7 @@ def test_an_alarm_with_its_number_in_the_status_is_explained_by_its_firmware() -
         check_ready(facts, unhomed=False, family=talk.family)
 
 
-@pytest.mark.parametrize("state, told", [("ConfigAlarm", "its configuration is wrong"), ("Critical", "reset it")])
+@pytest.mark.parametrize("state, told", [("ConfigAlarm", "its configuration is invalid"), ("Critical", "reset it")])
 def test_what_locks_a_fluidnc_is_told(state: str, told: str) -> None:
     board = FakeFluidNc()
     board.shown = state
@@ -283,7 +283,7 @@ def test_a_fluidnc_is_known_by_its_configuration_and_not_by_the_few_numbers_that
 @pytest.mark.parametrize(
     "was, now, told",
     [
-        ("must_home: true", "must_home: false", "does not say whether it was homed"),
+        ("must_home: true", "must_home: false", "does not report whether it was homed"),
         ("cycle: 1", "cycle: -1", r"homing is off \(not every axis has homing with a cycle\)"),
         ("max_travel_mm: 100.000000", "max_travel_mm: much", r"\$CD:\d+: max_travel_mm of z is 'much'"),
         ("axes:", "axes: &a", "has an anchor"),

@@ -129,10 +129,10 @@ def test_noise_on_the_line_changes_nothing_every_line_is_obeyed_once_and_in_orde
     [
         ("reset", r"the controller was reset while it was in line \d+"),
         ("kill", r"it has stopped everything, motors and spindle off \(kill\).*the machine is locked by an alarm"),
-        ("error", r"^[^;]*in or after line \d+: an arc cannot be made from its words; the machine is stopped short"),
-        ("endstop", r"an end stop was hit where none should be \(X:12\.00\)"),
-        ("garbage", r"the answer makes no sense: 'o.k.*look at the cable"),
-        ("silent", r"nothing answers on fake any more; M112 \(emergency stop\) was sent all the same"),
+        ("error", r"^[^;]*in or after line \d+: an arc has invalid words; the machine is stopped short"),
+        ("endstop", r"an end stop was hit unexpectedly \(X:12\.00\)"),
+        ("garbage", r"invalid answer: 'o.k.*check the cable"),
+        ("silent", r"nothing answers on fake any more; M112 \(emergency stop\) was sent anyway"),
         ("lost", r"the connection to fake is lost.*its spindle may stay on"),
     ],
 )
@@ -198,7 +198,7 @@ def test_stop_is_at_once_and_the_place_is_no_longer_trusted_but_from_a_hold_it_i
     # The hole by its place, not by what was taken: 15 moves are dropped, nearly four holes.
     assert ending.sure and ending.hole is not None and ending.taken - 24 < ending.line < ending.taken
     assert abs(ending.hole.x - ending.place[0]) <= 5.0
-    assert "stopped short" in ending_in_words(ending, job_with(drilled(20)))
+    assert "stopped without deceleration" in ending_in_words(ending, job_with(drilled(20)))
 
     def held(run: SendRun, view: RunView) -> None:
         run.ask(Request.STOP if view.state == "Hold" else Request.HOLD) if view.hole >= 4 else None
@@ -221,7 +221,7 @@ def test_a_change_of_tool_waits_until_it_stands_and_neither_m0_nor_t_reaches_it(
     lines = [*drilled(2), "M5", "; 6 mm mill", "M0 T2", "M3 S5000", "G4 P4000", *drilled(1), "M1"]
     ending = sent(board, job_with(lines), prompt=prompt)
     assert ending.complete, ending.reason
-    assert asked == ["line 18: put in tool T2 (6 mm mill)", "line 25: pause"]
+    assert asked == ["line 18: mount tool T2 (6 mm mill)", "line 25: pause"]
     assert not any(re.match("M[016]$|T", line) for line in board.taken)
 
 
@@ -300,7 +300,7 @@ def test_what_a_person_does_at_the_machines_own_display_is_obeyed() -> None:
 
     ending = sent(board, job_with(drilled(30)), watch)
     assert said == ["paused", "resumed", "cancel"]
-    assert ending.reason.endswith("it was stopped at its own display (cancel)") and board.spindle == 0.0
+    assert ending.reason.endswith("it was stopped at its display (cancel)") and board.spindle == 0.0
 
 
 def broken(board: FakeMarlin, what: str, value: object) -> FakeMarlin:
@@ -315,8 +315,8 @@ def broken(board: FakeMarlin, what: str, value: object) -> FakeMarlin:
         ("firmware", "FIRMWARE_NAME:Repetier_1.0.3", r"is not Marlin \('Repetier_1\.0\.3'\)"),
         ("keepalive", "echo:M113 S0", "does not report that it is busy"),
         ("lacks", {"M113"}, "does not report that it is busy"),
-        ("lacks", {"M211"}, "does not say its travel"),
-        ("lacks", {"M503"}, r"does not say its settings \(M503\)"),
+        ("lacks", {"M211"}, "does not report its travel"),
+        ("lacks", {"M503"}, r"does not report its settings \(M503\)"),
         ("settings", "echo:  M92 X80", "settings cannot be used: .*M203"),
         ("killed", True, "nothing answers on fake"),
     ],
@@ -330,7 +330,7 @@ def test_a_board_that_cannot_say_what_is_needed_is_refused(what: str, value: obj
 def test_whether_it_was_homed_cannot_be_asked_so_a_person_says_it() -> None:
     board = FakeMarlin()
     talk, facts = met(board, homed=False)
-    with pytest.raises(SendError, match="does not say whether it was homed"):
+    with pytest.raises(SendError, match="does not report whether it was homed"):
         check_ready(facts, unhomed=False)
     board.start()
     talk, facts = met(board, homed=False)
@@ -375,7 +375,7 @@ def test_the_machine_decides_how_it_is_spoken_to(tmp_path: Path) -> None:
         'name = "l"\ncontroller = "marlin"\nprocess = "laser"\nrapid.velocity = "3 m/min"\n'
         'rapid.acceleration = "180 mm/s2"\n'
     )
-    with pytest.raises(OptionError, match="a laser on Marlin cannot be sent to"):
+    with pytest.raises(OptionError, match="does not send to lasers on Marlin"):
         read_job("part.gcode", str(laser))
 
 

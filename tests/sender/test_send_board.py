@@ -127,7 +127,7 @@ def test_an_error_in_line_40_stops_the_machine_and_is_told_with_its_line(
     program.write_text("\n".join(lines) + "\n")
     ending, _, job = send(board, program, machine)
     assert not ending.complete and ending.homed and ending.state == "standing still"
-    assert ending.reason == "line 40 'G0 Z0.5 M7': error 20: the controller does not have this word"
+    assert ending.reason == "line 40 'G0 Z0.5 M7': error 20: the controller does not support this word"
     assert 40 <= ending.taken < 80 and ending.line <= 40 + 24
     assert b"!" in board.sent and board.sent.rstrip(b"?").endswith(b"\x18")
     talk = GrblConversation(SerialPort(board.port))
@@ -149,7 +149,7 @@ def test_a_reset_in_the_middle_is_noticed_and_the_place_is_not_trusted(
 
     ending, _, _ = send(board, program, machine, watch=watch)
     assert pressed and not ending.complete and not ending.homed
-    assert "reset while it moved" in ending.reason or "the controller was reset" in ending.reason
+    assert "reset during a move" in ending.reason or "the controller was reset" in ending.reason
     assert ending.state == "locked by an alarm"
     assert ending.hole is not None and abs(ending.hole.number - pressed[0].hole) <= 10
 

@@ -54,7 +54,7 @@ def test_only_a_tool_chosen_right_above_makes_of_a_pause_a_change() -> None:
     assert [(p.number, p.change, p.tool) for p in pauses] == [
         (2, True, 1), (4, False, None), (5, True, 2), (11, False, None),
     ]  # fmt: skip
-    assert str(pauses[0]) == "line 2: put in tool T1 (3 mm drill)"
+    assert str(pauses[0]) == "line 2: mount tool T1 (3 mm drill)"
 
 
 @pytest.mark.parametrize(
@@ -86,7 +86,7 @@ def test_a_program_of_another_machine_is_refused() -> None:
 
     with pytest.raises(OptionError, match="its controller is linuxcnc; only GRBL and Marlin boards"):
         read_job("part.nc", "linuxcnc-mill")
-    with pytest.raises(ReadError, match="moves nothing"):
+    with pytest.raises(ReadError, match="has no moves"):
         job_of("G21\nM30\n", "part.nc", MACHINE, GRBL, None)
     with pytest.raises(OptionError, match="L806 spindle speed"):
         job("S20000 M3\nG0 X1 Y1")

@@ -85,13 +85,13 @@ def test_a_line_that_does_not_fit_is_not_sent() -> None:
 @pytest.mark.parametrize(
     "fault, told",
     [
-        ("error:20", r"line 20 'G0 X4 Y0': error 20: the controller does not have this word"),
-        ("error:99", r"line 20 'G0 X4 Y0': error 99: not in the list"),
+        ("error:20", r"line 20 'G0 X4 Y0': error 20: the controller does not support this word"),
+        ("error:99", r"line 20 'G0 X4 Y0': error 99: unknown to GRBL"),
         ("alarm", r"alarm 1: a limit switch was reached.*the machine is locked by an alarm"),
         ("reset", r"the controller was reset while it was in line \d+"),
-        ("garbage", r"the answer makes no sense: 'o.k.*look at the cable"),
+        ("garbage", r"the answer makes no sense: 'o.k.*check the cable"),
         ("drop", r"an answer was lost on the way"),
-        ("twice", r"is another program speaking to it"),
+        ("twice", r"is another program connected to it"),
         ("silent", r"nothing answers on fake any more.*it runs the lines that it has, at most to line \d+"),
         ("lost", r"the connection to fake is lost.*its spindle may stay on"),
     ],
@@ -222,7 +222,7 @@ def test_a_change_of_tool_waits_stops_the_spindle_and_never_reaches_the_board() 
     job = job_with(lines)
     ending = sent(board, job, prompt=prompt)
     assert ending.complete, ending.reason
-    assert asked == ["line 14: put in tool T2 (6 mm mill)", "line 20: pause (turn the part)"]
+    assert asked == ["line 14: mount tool T2 (6 mm mill)", "line 20: pause (turn the part)"]
     assert not any("M6" in line or "M0" in line for line in board.taken)
     at = board.taken.index("T2")
     assert board.taken[at - 2 : at + 2] == ["M5", "M5", "T2", "S500M3"]
@@ -274,7 +274,7 @@ class Deaf(FakeGrbl):
     [
         (b"", "nothing answers on fake; is the machine on"),
         (b"start\r\necho:Marlin 2.1.2\r\n", r"what answers on fake is not GRBL \('echo:Marlin 2\.1\.2'\)"),
-        (bytes(range(128, 255)), "makes no sense .*; is it another --baud, or a bad cable"),
+        (bytes(range(128, 255)), "sends invalid data .*; check --baud and the cable"),
         (b"x" * 5000, "is not GRBL"),
     ],
 )
@@ -429,7 +429,9 @@ def test_a_board_that_does_not_report_a_stored_place_is_not_sent_there() -> None
     board = FakeGrbl()
     del board.stored["G28"]
     checked_on(board, *drilled(1))
-    with pytest.raises(SendError, match=r"line 8 goes to the place that is stored for G28, .* does not say where"):
+    with pytest.raises(
+        SendError, match=r"line 8 goes to the position stored for G28, .* does not report that position"
+    ):
         checked_on(board, *drilled(1), "G28 G91 Z0")
 
 

@@ -132,8 +132,8 @@ def test_a_program_runs_is_held_goes_on_is_hurried_and_ends(open_board: Machine)
     assert checked["holes"] == MANY and checked["seconds"] > 1.0
     assert checked["box"] == [[0.0, 0.0, -0.5], [13.5, 4.5, 0.5]] and checked["tools"] == [None]
     twice = {"source": open_board.file(plate(MANY)), "machine": "mine:board", "from_hole": 3, "from_line": 40}
-    assert "both say where to go on" in open_board.refused("check", 400, **twice)
-    assert checked["told"] == ["soft limits are off ($20=0): the controller itself stops at no limit"]
+    assert "both set the line to resume at" in open_board.refused("check", 400, **twice)
+    assert checked["told"] == ["soft limits are off ($20=0): the controller does not stop at the limits"]
     open_board.start(plate(MANY))
     open_board.until(lambda s: s["progress"]["hole"] >= 3)
     assert "busy" in open_board.refused("jog", x=1, feed=100)
@@ -279,9 +279,9 @@ def test_a_port_that_is_none_or_in_use_is_refused_in_one_line(open_board: Machin
 
 def test_a_probe_that_touches_nothing_is_an_alarm_and_its_way_ends_with_the_travel(open_board: Machine) -> None:
     line = open_board.refused("probe", plate=1, feed=100, travel=100)
-    assert "then the machine's travel ends" in line
+    assert "before the end of the machine's travel" in line
     line = open_board.refused("probe", plate=1, feed=600, travel=1)
-    assert "alarm 5: the probe touched nothing" in line
+    assert "alarm 5: the probe made no contact" in line
     assert open_board.until(lambda s: s["status"] == "Alarm")["unsure"] is False
     open_board.ask("unlock")
     open_board.idle()

@@ -31,7 +31,7 @@ ES = words("es")
         ("plate.dxf: nothing is left to cut or mark", "plate.dxf: no queda nada que cortar ni marcar"),
         ("stopped", "detenido"),
         (
-            "line 40 'G0 Z0.5 M7': error 20: the controller does not have this word; the machine is standing still; "
+            "line 40 'G0 Z0.5 M7': error 20: the controller does not support this word; the machine is standing still; "
             "it stands at X1.000 Y2.000 Z-0.500 (machine coordinates); it was in line 44, hole 11; "
             "lines up to 60 of 287 were taken; go on with --from-hole 11",
             "línea 40 'G0 Z0.5 M7': error 20: el control no tiene esta palabra; la máquina está parada; "
@@ -39,8 +39,8 @@ ES = words("es")
             "se aceptaron las líneas hasta la 60 de 287; siga con “Desde el agujero” 11",
         ),
         (
-            "line 12 'G1 Z-1': alarm 1: a limit switch was reached: the machine stood still at once, and its "
-            "position is lost; home it",
+            "line 12 'G1 Z-1': alarm 1: a limit switch was reached: the machine stopped at once and lost its "
+            "position; home it",
             "línea 12 'G1 Z-1': alarma 1: se alcanzó un final de carrera: la máquina se paró en seco y su "
             "posición se perdió; haga el recorrido de referencia",
         ),

@@ -38,7 +38,7 @@ ADDONS = {
         ),
         Addon(
             "freecad",
-            "a post-processor of FreeCAD: what its jobs write is reordered and proved",
+            "a post-processor for FreeCAD: programs of its jobs are reordered and verified",
             ("leafcut_post.py",),
             "start FreeCAD again: the output of a job has the processor leafcut",
         ),
@@ -68,7 +68,7 @@ def write_addon(name: str, folder: str | Path) -> list[Path]:
         target = Path(folder) / file
         check_output(target, ())
         if target.exists() and b"leafcut" not in target.read_bytes():
-            raise OutputError(f"{target}: is there already and not of leafcut; choose another folder")
+            raise OutputError(f"{target}: exists already and is not from leafcut; choose another folder")
         texts[str(target)] = text.replace(_CALL, f"LEAFCUT = {[sys.executable, '-m', 'leafcut']!r}")
     write_together(texts)
     return [Path(target) for target in texts]

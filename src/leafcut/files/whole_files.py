@@ -168,7 +168,7 @@ def toml_bytes(path: Path) -> bytes:
         raise DataError(f"{path}: cannot be read ({problem.strerror})") from None
     if len(content) > LARGEST_TOML:
         raise DataError(
-            f"{path}: larger than {LARGEST_TOML // 1000} kB; files of options, machines and tools are smaller"
+            f"{path}: larger than {LARGEST_TOML // 1000} kB; the limit for files of options, machines and tools"
         )
     return content
 
@@ -243,7 +243,7 @@ def check_output(target: str | Path | None, inputs: Iterable[str | Path | None])
     if not path.parent.is_dir():
         raise OutputError(f"{path}: no folder '{path.parent}'; create it first")
     if not os.access(path.parent, os.W_OK) or (path.exists() and not os.access(path, os.W_OK)):
-        raise OutputError(f"{path}: no permission to write; choose another place")
+        raise OutputError(f"{path}: no permission to write; choose another folder")
     for source in inputs:
         if source is not None and same_file(path, Path(source)):
             raise OutputError(

@@ -59,7 +59,7 @@ def spline_points(control: Floats, degree: int, knots: Floats, weights: Floats |
     if len(positive_weights) != n or not (positive_weights > 0.0).all() or not np.isfinite(positive_weights).all():
         raise PlanError("the weights of a spline must be positive, one per control point")
     if not (np.isfinite(control).all() and np.isfinite(knots).all() and (np.diff(knots) >= 0.0).all()):
-        raise PlanError("a spline has a number that is not finite, or knots that fall")
+        raise PlanError("a spline has a number that is not finite, or decreasing knots")
     homogeneous = np.column_stack([control[:, :2] * positive_weights[:, None], positive_weights])
     spans = np.flatnonzero(np.diff(knots[degree : n + 1]) > 0.0) + degree
     if not len(spans):

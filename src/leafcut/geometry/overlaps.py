@@ -115,7 +115,7 @@ def _line_pairs(table: _Segments, tolerance: float) -> tuple[Indices, Indices]:
         return lines[:0], lines[:0]
     shapes = shapely.linestrings(np.stack([table.a[lines], table.b[lines]], axis=1))
     batches = []
-    for i, j in query_pairs(shapes, shapes, "lines in one place", "dwithin", tolerance):
+    for i, j in query_pairs(shapes, shapes, "coincident lines", "dwithin", tolerance):
         first, second = lines[i[i < j]], lines[j[i < j]]
         overlapping = _lines_overlap(table, first, second, tolerance)
         batches.append(np.stack([first[overlapping], second[overlapping]]))

@@ -263,8 +263,8 @@ def climb(
     Source: M. Held, P. Wolfe and H. P. Crowder, Validation of subgradient optimization, Mathematical Programming 6
     (1974) (the length); T. Volgenant and R. Jonker, European J. Operational Research 9 (1982) (the squared decline).
     Differs: not only single nodes move, but all sets of `Sets`, each by its width. The sets correspond to the moats of
-    M. Jünger and W. R. Pulleyblank (1993): a cluster of holes needs a common reward, which would take thousands of steps
-    node by node.
+    M. Jünger and W. R. Pulleyblank (1993): a cluster of holes needs a common reward, which would take thousands of
+    steps node by node.
     """
     n = len(penalty)
     root = 0 if hub != 0 else 1

@@ -78,7 +78,8 @@ class HeightField:
             while math.ceil(width / min_cell) * math.ceil(depth / min_cell) > MOST_CELLS:
                 min_cell *= 1.01
             raise PlanError(
-                f"cells of {cell:g} mm: {columns * rows:,} of them are needed, at most {MOST_CELLS:,} fit; use cells "
+                f"cells of {cell:g} mm: {columns * rows:,} of them are needed, but at most {MOST_CELLS:,} fit; use "
+                f"cells "
                 f"of {math.ceil(1000 * min_cell) / 1000:g} mm or a smaller stock"
             )
         heights = np.full((rows, columns), block.high[2], dtype=np.float32)

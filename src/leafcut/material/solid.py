@@ -105,7 +105,7 @@ def _prepare(path: Toolpath, stock: ShownStock) -> tuple[dict[int, Cutter], Stoc
     if stock.refused:
         raise PlanError(stock.refused)
     if not stock.tools:
-        raise PlanError("no tool is known that cuts")
+        raise PlanError("no known tool cuts")
     cutters = {number: cutter_of(tool) for number, tool in stock.tools.items()}
     if stock.surface is not None:
         return cutters, block_of_surface(stock.surface, stock)

@@ -38,7 +38,7 @@ class ToolCut:
 
 @dataclass(frozen=True)
 class RapidCut:
-    """A rapid in the material: its line and depth, mm."""
+    """A rapid in material: its line and depth, mm."""
 
     line: int
     depth_mm: float

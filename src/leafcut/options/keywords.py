@@ -401,8 +401,8 @@ class _PocketOptions1(TypedDict, total=False):
     strategy: Literal["best", "zigzag", "contour", "connected", "firefly", "ants", "adaptive", None]
     """Clearing strategy; best tries all and writes the fastest (default: best)."""
     tool_number: int | None
-    """Tool number of the end mill, by which the tool library is searched as well (default: 1; with a library its
-    end mill of that diameter, or its only one).
+    """Tool number of the end mill, also used to select it in the tool library (default: 1; with a library, its end
+    mill of that diameter, or its only end mill).
     """
     pocket_top: Literal["highest", "surface", None]
     """Where the material of a solid's pockets begins: at its highest place, or at the surface around each, where

@@ -120,11 +120,9 @@ def method_for(problem: RoutingProblem, options: SolveOptions) -> Method:
             f"{problem.n_clusters} with {problem.n_nodes}; use --algorithm auto"
         )
     if ordered:
-        raise SolveError(f"algorithm '{name}' cannot keep what must come before what; use --algorithm auto, which can")
+        raise SolveError(f"algorithm '{name}' does not support precedence; use --algorithm auto")
     if problem.metric.matrix is not None and is_directed(problem):
-        raise SolveError(
-            f"algorithm '{name}' needs equal costs in both directions; use --algorithm auto, which does not"
-        )
+        raise SolveError(f"algorithm '{name}' needs equal costs in both directions; use --algorithm auto")
     return Method(name, algorithm, False)
 
 

@@ -89,7 +89,7 @@ def tour_instance(
 def _no_bound(problem: RoutingProblem) -> SolveError:
     what = f"{problem.n_clusters:,} targets"
     if problem.n_nodes > problem.n_clusters:
-        what += " that can be worked more than one way"
+        what += " with several starts or directions"
     elif is_directed(problem):
         what += " with costs that differ by direction"
     return SolveError(

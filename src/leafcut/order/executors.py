@@ -189,7 +189,7 @@ class _Dask(WatchedExecutor):
 
     def _check_connected(self) -> None:
         if self.client.status != "running":
-            raise ExecutorError(f"{self.spec}: the scheduler is gone; start it again and repeat the command")
+            raise ExecutorError(f"{self.spec}: the scheduler has stopped; restart it and repeat the command")
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         with suppress(Exception):  # the scheduler may be gone
@@ -205,7 +205,7 @@ def _pass_on(done: Future[Any], answer: Future[Any]) -> None:
     if problem is None:
         answer.set_result(pickle.loads(done.result()))
     elif type(problem).__name__ == "KilledWorker":
-        answer.set_exception(ExecutorError("each worker that began this task died (too little memory?)"))
+        answer.set_exception(ExecutorError("every worker that started this task died (not enough memory?)"))
     else:
         answer.set_exception(problem)
 
@@ -287,7 +287,7 @@ def _connected(spec: str) -> Iterator[Any]:
                 client = Client(f"tcp://{spec.removeprefix(DASK)}", timeout=CONNECT_SECONDS, set_as_default=False)
             except (OSError, ValueError) as problem:
                 raise ExecutorError(
-                    f"{spec}: no Dask scheduler answers there; start one with dask scheduler, or check host and port"
+                    f"{spec}: no Dask scheduler responds there; start one with dask scheduler, or check host and port"
                 ) from problem
             try:
                 _check_workers(client, spec)
@@ -378,7 +378,7 @@ class _Course:
         try:
             self.given[self.executor.submit(self.work, task)] = task, deaths
         except BrokenExecutor as problem:
-            raise ExecutorError(f"the workers are gone ({problem})") from problem
+            raise ExecutorError(f"the workers have stopped ({problem})") from problem
 
     def take(self, future: Future[Any]) -> Iterator[tuple[Any, Any]]:
         """Yield a task with its result or error; yield nothing if its worker died and the task is repeated."""
@@ -391,6 +391,6 @@ class _Course:
             self.executor.check()
         deaths += self.alone
         if deaths >= self.attempts:
-            yield task, ExecutorError(f"its worker died {deaths} times (too little memory?)")
+            yield task, ExecutorError(f"its worker died {deaths} times (not enough memory?)")
         else:
             self.suspects.append((task, deaths))

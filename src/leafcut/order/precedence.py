@@ -51,7 +51,7 @@ def broken_pair(pairs: Ints, order: NDArray[np.int32]) -> tuple[int, int] | None
 
 
 def rows(pairs: Ints, n: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Return the pairs in compressed rows: the first index of each cluster's partners int32[n + 1], and the partners."""
+    """Return the pairs in compressed rows: first index of each cluster's partners int32[n + 1], and the partners."""
     ordered = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
     begin = np.searchsorted(ordered[:, 0], np.arange(n + 1)).astype(np.int32)
     return begin, np.ascontiguousarray(ordered[:, 1])

@@ -47,7 +47,7 @@ class KlartextWriter(Writer):
     def _lacks(self, kind: Kind) -> str:
         names = {Kind.ARC_CW: "arcs", Kind.ARC_CCW: "arcs", Kind.MACHINE: "moves to machine zero"}
         return (
-            f"{self.dialect.name}: leafcut writes drilling only in this language, and no "
+            f"{self.dialect.name}: leafcut writes only drilling programs in this language, not "
             f"{names.get(kind, kind.name.lower())}"
         )
 
@@ -116,7 +116,7 @@ class KlartextWriter(Writer):
 
     def _tool(self, row: Motion) -> None:
         if self.spinning:
-            raise PostError("a tool is called while the spindle turns; stop it before")
+            raise PostError("a tool is called while the spindle is running; stop it first")
         name = self.tool_names.get(row.ref, "")
         self.out.lines += comment_lines(f"T{row.ref} {name}".strip(), _WIDTH, style=";")
         self._speed_now = self._speeds.get(self.row, 0.0)
@@ -131,5 +131,5 @@ class KlartextWriter(Writer):
             self.out.say("M5")
             return
         if abs(row.value) != self._speed_now:
-            raise PostError(f"{self.dialect.name}: one tool has one speed here; it is in its TOOL CALL")
+            raise PostError(f"{self.dialect.name}: each tool has a single speed here, set by its TOOL CALL")
         self.out.say("M3" if row.value > 0 else "M4")

@@ -65,7 +65,7 @@ class Writer:
         for number, (motion, next_kind) in enumerate(zip(self.path, kinds, strict=False)):
             self.row = number
             if self.ended:
-                raise PostError("the toolpath goes on after its end")
+                raise PostError("the toolpath continues after its end")
             self.next_kind = Kind(next_kind)
             if motion.kind is not Kind.DRILL:
                 self._leave_cycle()
@@ -129,7 +129,7 @@ class Writer:
         z = row.end[2]
         if not self.safe and (sideways or math.isnan(z)):
             raise PostError(
-                "the toolpath moves in X or Y while the height of the tool is not known; at the start, and after a "
+                "the toolpath moves in X or Y while the height of the tool is unknown; at the start, and after a "
                 "change of tool, the first move must be in Z alone"
             )
         offset: list[str] = []
@@ -180,7 +180,7 @@ class Writer:
         if max(steps) < 1e-6:
             return
         if max(steps) < 2.0:
-            raise PostError("an arc whose ends are closer than the program's decimals can tell apart")
+            raise PostError("an arc whose ends are equal at the program's number of decimals")
 
     def _check_cutting(self, row: Motion) -> None:
         if not self.safe or self.pending_offset is not None:
@@ -189,7 +189,7 @@ class Writer:
                 "the first move must be a rapid in Z alone"
             )
         if all(math.isnan(v) for v in row.end):
-            raise PostError("a cut to a place that is not known")
+            raise PostError("a cut to an unknown position")
 
     def _changes(self, value: float, axis: int) -> bool:
         return not math.isnan(value) and self.numbers.length(value) != self.place[axis]
@@ -204,7 +204,7 @@ class Writer:
             self.out.forget("XYZ")
             words = [self._axis(row, axis) for axis in range(3)]
         if not any(words):
-            raise PostError("a move to a place that is not known")
+            raise PostError("a move to an unknown position")
         return words
 
     def _axis(self, row: Motion, axis: int) -> str:
@@ -229,7 +229,7 @@ class Writer:
         if not self.safe and moved_axes != [2]:
             raise PostError("the first move, in machine coordinates, must be in Z alone")
         if not moved_axes:
-            raise PostError("a move in machine coordinates to nowhere")
+            raise PostError("a move in machine coordinates without a target")
         self._move_machine(
             ["XYZ"[axis] + self.numbers.length(row.end[axis]) for axis in moved_axes],
             all(row.end[axis] == 0.0 for axis in moved_axes),
@@ -260,7 +260,7 @@ class Writer:
         cycle = self.path.cycles[row.ref]
         self._check_cutting(row)
         if any(math.isnan(v) for v in (*row.end, self.position[2])):
-            raise PostError("a hole while the place of the tool is not known")
+            raise PostError("a hole while the position of the tool is unknown")
         if self.calls_cycles and self.cycle is not None:
             same = self._is_active(cycle) and self.cycle.to_initial == cycle.to_initial
             if not same or self.feed_of_cycle != row.value:
@@ -349,7 +349,7 @@ class Writer:
     def _tool(self, row: Motion) -> None:
         is_manual = self.dialect.changes_by_hand
         if is_manual and self.spinning:
-            raise PostError("a tool is changed by hand while the spindle turns; stop it before")
+            raise PostError("a manual tool change while the spindle is running; stop it first")
         name = self.tool_names.get(row.ref, "")
         self.out.comment(f"T{row.ref} {name}".strip())
         tool = self._tool_word(row.ref)

@@ -34,7 +34,7 @@ def coolant_words(mode: int, before: int, dialect: Dialect) -> list[str]:
     if mode == 0:
         return ["M9"]
     if before & ~mode:
-        raise PostError("one of two coolants cannot be switched off alone; switch off both first")
+        raise PostError("a single coolant cannot be switched off while two are on; switch off both first")
     words = [word for bit, word in _COOLANT_WORDS.items() if mode & bit]
     for word in words:
         if int(word[1:]) not in dialect.m_codes:
@@ -62,8 +62,8 @@ def has_cycle(cycle: DrillCycle, dialect: Dialect) -> bool:
         return supported
     if not supported:
         raise PostError(
-            f"{dialect.name} has no tapping cycle (G84) that leafcut knows, and tapping cannot be written in plain "
-            "moves; leave the tapped holes out, or choose another machine"
+            f"{dialect.name} has no tapping cycle (G84) known to leafcut, and tapping cannot be written as plain "
+            f"moves; leave the tapped holes out, or choose another machine"
         )
     if cycle.dwell > 0 and "G84" not in dialect.dwell_cycles:
         raise PostError(f"the tapping cycle (G84) of {dialect.name} has no dwell; remove it from the tool library")

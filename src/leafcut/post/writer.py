@@ -80,4 +80,4 @@ def check_options(dialect: Dialect, options: PostOptions) -> None:
     if options.output_units == "inch" and not dialect.units_inch:
         raise PostError(f"--output-units inch: {dialect.name} programs are in millimetres; leave it out")
     if options.line_numbers and not dialect.line_numbers:
-        raise PostError(f"--line-numbers: {dialect.name} takes no numbered blocks; leave it out")
+        raise PostError(f"--line-numbers: {dialect.name} does not support block numbers; leave it out")

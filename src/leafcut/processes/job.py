@@ -101,7 +101,7 @@ def check_dialect_options(settings: Settings, machine: Machine, dialect: Dialect
     no_power = f"{dialect.name} programs have no laser power"
     for name, supported, reason in (
         ("program_number", dialect.program_number, f"{dialect.name} programs have no number"),
-        ("line_numbers", dialect.line_numbers, f"{dialect.name} takes no numbered blocks"),
+        ("line_numbers", dialect.line_numbers, f"{dialect.name} does not support block numbers"),
         ("beam_power", powered, no_power),
         ("mark_power", powered, no_power),
         ("coolant", dialect.torch is None, f"{dialect.name} has no coolant"),
@@ -155,7 +155,7 @@ def refuse_missing(settings: Settings, source: object, issues: Iterable[Issue]) 
     missing = missing_work(issues) if settings.read.strict else ()
     if missing:
         more = f" (and {len(missing) - 1} more)" if len(missing) > 1 else ""
-        raise PlanError(f"{source}: {missing[0]}{more}; --strict refuses a program that does not do all of the work")
+        raise PlanError(f"{source}: {missing[0]}{more}; --strict refuses an incomplete program")
 
 
 def machine_issues(
@@ -171,8 +171,8 @@ def machine_issues(
         x0, y0, x1, y1 = box
         lowest = " ".join(f"{axis}{low:.4g}" for axis, low in (("X", x0), ("Y", y0)) if axis in axes)
         message = (
-            f"the part reaches {lowest}: it extends over X{x0:.4g} to {x1:.4g}, Y{y0:.4g} to {y1:.4g} mm; set the zero "
-            "of the workpiece for that, or give --origin lower-left"
+            f"the part reaches {lowest}: it extends over X{x0:.4g} to {x1:.4g}, Y{y0:.4g} to {y1:.4g} mm; set the "
+            f"work zero accordingly, or use --origin lower-left"
         )
         issues.append(Issue("L403", message, severity=Severity.NOTE if zero_is_set else Severity.WARNING))
     if machine.assumed:
@@ -181,11 +181,11 @@ def machine_issues(
         issues.append(Issue("L408", f"{message}; see leafcut list machines", severity=Severity.NOTE))
     if machine.work_offset is None:
         # An unknown travel limit is already reported with the assumed values.
-        checked = ": only its size was checked against the travel"
+        checked = ": only its size was compared with the travel"
         if not any(math.isfinite(machine.reach(axis)) for axis in range(3)):
-            checked = ", and so is the travel: nothing was checked against it"
+            checked = ", and so is the travel: it was not checked"
         message = (
-            f"the position of the part on {machine.name} is unknown{checked}; give --work-offset to check its place"
+            f"the position of the part on {machine.name} is unknown{checked}; set --work-offset to check its position"
         )
         issues.append(Issue("L403", message, severity=Severity.NOTE))
     return issues

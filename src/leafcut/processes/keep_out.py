@@ -80,8 +80,8 @@ def obstacles_of(job: Job, program: Program, beam: bool) -> tuple[Obstacles | No
     if unknown:
         tools = ", ".join(f"T{number}" for number in unknown)
         message = (
-            f"the diameter of {tools} is unknown: only its centre keeps out; widen the rectangles by its radius, "
-            "or give --tools"
+            f"the diameter of {tools} is unknown: only its centre stays out; widen the rectangles by its radius, or "
+            f"set --tools"
         )
         issues.append(Issue("L509", message))
     return obstacles, issues

@@ -38,7 +38,7 @@ def kinds_of(contours: Sequence[Contour], options: SheetOptions, issues: list[Is
         known = ["mark" if k in ("", "text") and c.layer in marks else k for k, c in zip(known, contours, strict=True)]
         if marks:
             message = (
-                f"marked, not cut, by the name of the layer: {_join_names(marks)}; set --mark-layers to change that"
+                f"marked, not cut, because of the layer name: {_join_names(marks)}; set --mark-layers to change that"
             )
             issues.append(Issue("L421", message, severity=Severity.NOTE))
     if not options.sheet_layers and "sheet" not in known:

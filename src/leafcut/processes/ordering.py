@@ -127,10 +127,10 @@ def check_order(stages: Sequence[Stage], order: Order) -> None:
         if len(nodes) != problem.n_clusters or (position < 0).any():
             fault = f"{len(nodes)} visits do not do each of the {problem.n_clusters} tasks once"
         elif (position[before] > position[after]).any():
-            fault = "a task is done before its predecessor"
+            fault = "a task precedes its predecessor"
         else:
             continue
-        raise PlanError(f"{stage.name}: {fault}; this is a fault of the algorithm, choose another --algorithm")
+        raise PlanError(f"{stage.name}: {fault}; this is a defect of the algorithm; choose another --algorithm")
 
 
 def nearest_order(job: Job, stages: Sequence[Stage]) -> Order:

@@ -153,7 +153,7 @@ def _issue(path: Toolpath, before: NDArray[np.float64], kind: str, mask: Mask) -
     number, row = int(mask.sum()), int(np.argmax(mask))
     start, end = (place(*p) for p in (before[row].tolist(), path.end[row].tolist()))
     if path.kind[row] == Kind.MACHINE:
-        end = "a place in machine coordinates"
+        end = "a position in machine coordinates"
     text = singular if number == 1 else f"{number:,} {plural}"
     first = "from" if number == 1 else "the first from"
     return Issue(code, f"{text}: {first} {start} to {end}", f"line {int(path.line[row])}", severity)

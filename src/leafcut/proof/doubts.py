@@ -81,8 +81,8 @@ def _restarts(program: Program) -> Iterator[Issue]:
     rows = starts[without & (stopped > cuts[0])]
     if len(rows):
         message = (
-            f"{count_of(len(rows), 'start')} of the spindle between cuts without a dwell (G4) before the next cut: the "
-            "spindle may not have its speed yet, unless the controller waits for it"
+            f"{count_of(len(rows), 'start')} of the spindle between cuts without a dwell (G4) before the next cut: "
+            f"the spindle may not be up to speed, unless the controller waits for it"
         )
         yield Issue("L817", message, f"line {int(path.line[rows[0]])}", Severity.NOTE)
 
@@ -96,7 +96,7 @@ def _long_dwells(program: Program, dialect: Dialect) -> Iterator[Issue]:
     rows = np.flatnonzero(seconds > _LONG)
     if len(rows):
         dwells, longest = count_of(len(rows), "dwell"), f"{seconds.max():,.0f} s"
-        unit = _UNITS.get(dialect.dwell_unit, "a unit of its own")
+        unit = _UNITS.get(dialect.dwell_unit, "its own unit")
         message = (
             f"{dwells} of more than {_LONG:g} s, the longest {longest}: {dialect.name} reads {dialect.dwell_letter} in "
             f"{unit}, and other controllers in another unit; check it"

@@ -125,7 +125,7 @@ def _speeds(path: Toolpath, machine: Machine) -> list[Difference]:
     if machine.head is Head.LASER:
         kind = "laser power"
         texts = [
-            f"S{speed:g} is out of range; the power of the laser is S{low:g} to S{high:g}" for speed in speeds[rows]
+            f"S{speed:g} is out of range; the laser power ranges from S{low:g} to S{high:g}" for speed in speeds[rows]
         ]
     else:
         kind = "spindle speed"

@@ -214,7 +214,7 @@ def _wrong_offsets(path: Toolpath) -> list[Difference]:
             "length offset",
             0,
             int(path.line[row]),
-            f"tool {tool[row]} moves with length offset {offset[row]}, not its own; {describe(path[int(row)])}",
+            f"tool {tool[row]} moves with length offset {offset[row]} instead of its own; {describe(path[int(row)])}",
         )
         for row in wrong[np.sort(first)]
     ]

@@ -174,7 +174,7 @@ _ENCLOSES_MESSAGE = (
 #: Kind, noun, message.
 _KINDS = (
     ("slot", "slot", "not milled: only round holes are drilled"),
-    ("hole", "hole", "drawn as lines or a free curve, not drilled: draw it as a circle"),
+    ("hole", "hole", "drawn as lines or a spline, not drilled: draw it as a circle"),
     ("circle", "circle", _ENCLOSES_MESSAGE),
     ("contour", "contour", "not machined: only round holes are drilled"),
     ("outline", "outline", ""),

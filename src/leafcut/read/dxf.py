@@ -102,7 +102,7 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
     n_points = sum(h.diameter == 0 for h in kept)
     if 0 < n_points < len(kept):
         selection_issues.append(
-            Issue("L405", f"{count_of(n_points, 'POINT')} beside the circles: taken as holes to drill")
+            Issue("L405", f"{count_of(n_points, 'POINT')} in addition to the circles: treated as holes")
         )
     return replace(part, issues=(*issues, *selection_issues))
 
@@ -215,7 +215,7 @@ class Finds:
 def _polygon_issue(holes: list[Hole]) -> Issue:
     sizes = ", ".join(f"Ø{diameter:.4g}" for diameter in sorted({round(hole.diameter, 3) for hole in holes})[:5])
     positions = [(hole.x, hole.y) for hole in holes]
-    message = f"{count_of(len(holes), 'polygon')} with corners on a circle: taken as round holes ({sizes})"
+    message = f"{count_of(len(holes), 'polygon')} with corners on a circle: treated as round holes ({sizes})"
     return Issue("L405", message, places_of(positions, len(positions)))
 
 

@@ -136,14 +136,15 @@ def _too_narrow(holes: list[Hole]) -> Issue | None:
     return Issue(
         "L102",
         f"{len(positions)} holes span {right - left:.3g} × {high - low:.3g} mm, less than the widest of them, "
-        f"{widest:g} mm: that cannot be right; export the file with decimal points",
+        f"{widest:g} mm: implausible; export the file with decimal points",
     )
 
 
 def _prepare(source: Source, units: str | None) -> _Prepared:
     max_holes = FREE_COPIES + COPIES_PER_BYTE * len(source.data)
     reason = (
-        f"repeats (R) make more than {max_holes:,} holes of a file of {size_of(source)}; repeat less, or split the file"
+        f"repeats (R) make more than {max_holes:,} holes of a file of {size_of(source)}; use fewer repeats, or split "
+        f"the file"
     )
     prepared, repeats = _Prepared(), ReadBudget(source.path, max_holes, reason)
     in_header = False
@@ -284,7 +285,7 @@ def _locate(message: str, prepared: _Prepared) -> tuple[int | None, str, str]:
 def _reason(text: str) -> str:
     if "No number format" in text or "NoneType" in text:
         return (
-            "the number has no decimal point, and the file does not say where it belongs (METRIC or INCH is missing); "
+            "the number has no decimal point, and the file does not state its position (METRIC or INCH is missing); "
             "give --units in (format 00.0000) or --units mm (000.000)"
         )
     if "Unknown excellon statement" in text:

@@ -49,7 +49,7 @@ def part_holes(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole],
     layer_texts = ", ".join(f"{count} on layer {shown(layer, 30)}" for layer, count in layers.most_common(5))
     more = " …" if len(layers) > 5 else ""
     message = (
-        "circles not drilled, because their layers are named as a drawing frame, text or dimension: "
+        "circles not drilled, because their layers are named like a drawing frame, text or dimension: "
         f"{layer_texts}{more}; choose the layers to drill with --layers"
     )
     positions = [(hole.x, hole.y) for hole in skipped]
@@ -152,7 +152,7 @@ def _without_centre_marks(holes: list[Hole], tolerance: float, issues: list[Issu
         issues.append(
             Issue(
                 "L302",
-                f"{count_of(len(marks), 'point')} in the centre of a circle: taken as centre marks",
+                f"{count_of(len(marks), 'point')} in the centre of a circle: treated as centre marks",
                 severity=Severity.NOTE,
             )
         )
@@ -173,14 +173,15 @@ def _select_concentric(holes: list[Hole], options: ReadOptions, issues: list[Iss
     raised = [(h.x, h.y) for i, h in enumerate(holes) if i not in removed and highest[i] > h.z + SAME_HEIGHT]
     if raised:
         # Material remains above the lower circle; a rapid to its own height would enter it.
-        message = "circles with one centre are drawn at different heights: the hole starts at the highest of them"
+        message = "concentric circles are drawn at different heights: the hole starts at the highest"
         issues.append(Issue("L406", message, places_of(raised, len(raised))))
     if removed:
         positions = [(holes[i].x, holes[i].y) for i in sorted(removed)]
         issues.append(
             Issue(
                 "L302",
-                f"{count_of(len(removed), 'circle')} left out beside the {options.concentric} with the same centre",
+                f"{count_of(len(removed), 'circle')} left out in favour of the {options.concentric} with the same "
+                f"centre",
                 places_of(positions, len(positions)),
                 missing=MissingWork("circle", len(positions), tuple(positions)),
             )

@@ -143,7 +143,7 @@ def copies_of(source: Source, noun: str, free: int = FREE_COPIES) -> ReadBudget:
     """Return the budget for the elements that the blocks or uses of a drawing expand to."""
     limit = free + COPIES_PER_BYTE * len(source.data)
     reason = f"the {noun} of this drawing, which has {size_of(source)}, expand to more than {limit:,} elements"
-    return ReadBudget(source.path, limit, f"{reason}; explode less of it")
+    return ReadBudget(source.path, limit, f"{reason}; explode fewer blocks")
 
 
 def points_of(source: Source) -> ReadBudget:
@@ -260,7 +260,7 @@ def parse_json(text: str) -> Any:
     """
     value = json.loads(text)
     if "\\ud" in text.lower() and has_half_letter(value):
-        raise ValueError("a text with half of a letter, \\ud800 to \\udfff")
+        raise ValueError("a text with half of a surrogate pair, \\ud800 to \\udfff")
     return value
 
 
@@ -319,7 +319,7 @@ def refuse_tiny(path: str, part: Part, options: ReadOptions) -> None:
     if max(width, height) < SMALLEST_DRAWING:
         raise ReadError(
             path,
-            f"the whole drawing is {width:.3g} × {height:.3g} mm: its unit is probably wrong; give it with --units "
+            f"the whole drawing is {width:.3g} × {height:.3g} mm: its unit is probably wrong; set it with --units "
             "(mm if the part is so small)",
         )
 

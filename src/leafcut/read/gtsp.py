@@ -88,7 +88,7 @@ def _grouping(path: str, keys: tsplib.SpecificationKeys, sections: Sections, n: 
             if not 1 <= node <= n:
                 raise ReadError(path, f"set {name} has node {node}; nodes are numbered 1 to {n}", line)
             if cluster[node - 1] >= 0:
-                raise ReadError(path, f"node {node} occurs twice in the sets; it may be in one only", line)
+                raise ReadError(path, f"node {node} occurs twice in the sets; a node belongs to a single set", line)
             cluster[node - 1] = number[name]
     alone = np.flatnonzero(cluster < 0)
     if len(alone):
@@ -145,5 +145,5 @@ def _runs(path: str, section: DataSection) -> list[tuple[int, list[int]]]:
     runs = [(int(lines[a + 1]), integers[a + 1 : b].tolist()) for a, b in pairwise(ends)]
     empty = next((line for line, run in runs if not run), None)
     if empty is not None:
-        raise ReadError(path, "a line has nothing before its -1", empty)
+        raise ReadError(path, "a line is empty before its -1", empty)
     return runs

@@ -204,7 +204,7 @@ def _machine_of(data: dict[str, Any], place: str) -> Machine:
         assumed["max_feed"] = f"{machine.max_feed * SECONDS_PER_MINUTE:g} mm/min (the slower of the rapids of x and y)"
     unlimited = [axis for axis, name in enumerate("xyz") if not math.isfinite(machine.reach(axis))]
     if unlimited:
-        assumed["travel"] = f"unknown in {', '.join('xyz'[axis] for axis in unlimited)} (nothing is checked against it)"
+        assumed["travel"] = f"unknown in {', '.join('xyz'[axis] for axis in unlimited)} (not checked)"
     machine = replace(machine, assumed=assumed)
     _check(machine, place, top)
     return machine
@@ -230,7 +230,7 @@ def _controller(top: TomlTable, place: str) -> tuple[str, str]:
     if name in DIALECTS.names():
         return name, DIALECTS.load(name).family
     if name and name not in dialects():
-        raise top.problem("controller", f"is '{shown(name)}', which is no dialect{nearest(name, dialects())}")
+        raise top.problem("controller", f"is '{shown(name)}', which is not a dialect{nearest(name, dialects())}")
     return name, ""
 
 

@@ -67,7 +67,7 @@ def load_mesh(
         triangles = step_mesh(str(file), _step_bytes(file, size), which, pose)
     else:
         if which not in (None, "all"):
-            raise OptionError("--solid: STL has no solids, a STEP file has; leave it out")
+            raise OptionError("--solid: only STEP files have solids; leave it out")
         if pose != AS_DRAWN:
             raise OptionError(
                 "--up, --z-zero: an STL file keeps its own axes and Z0, a STEP file is turned; leave them out"
@@ -85,7 +85,7 @@ def _step_bytes(file: Path, size: int) -> bytes:
 def _stl(file: Path, head: bytes, size: int) -> np.ndarray:
     """Return the triangles of an STL file, float64[n, 3, 3]."""
     if size < _HEADER and not head.lstrip().startswith(b"solid"):
-        raise ReadError(file, "is no STL file: it is too short")
+        raise ReadError(file, "not an STL file: too short")
     binary = size >= _HEADER and size == _HEADER + _TRIANGLE * int.from_bytes(head[80:84], "little")
     if not binary and not head.lstrip().lower().startswith(b"solid"):
         stated_count = int.from_bytes(head[80:84], "little")
@@ -97,7 +97,7 @@ def _stl(file: Path, head: bytes, size: int) -> np.ndarray:
     count = int.from_bytes(head[80:84], "little") if binary else 0
     if count > MOST_TRIANGLES or (not binary and size > _MAX_TEXT):
         size_text = f"{count:,} triangles" if binary else f"{size >> 20} MiB of text"
-        raise ReadError(file, f"has {size_text}; at most {MOST_TRIANGLES:,} triangles are read: save it coarser")
+        raise ReadError(file, f"has {size_text}; at most {MOST_TRIANGLES:,} triangles are read: export it coarser")
     data = file.read_bytes()
     if binary:
         # Three numbers of the normal, nine of the corners, and two unused bytes.
@@ -107,7 +107,7 @@ def _stl(file: Path, head: bytes, size: int) -> np.ndarray:
         return rows["corners"].astype(np.float64)
     corners = _VERTEX.findall(data)
     if len(corners) % 3:
-        raise ReadError(file, f"is cut off: its {len(corners):,} corners do not make whole triangles")
+        raise ReadError(file, f"is truncated: its {len(corners):,} corners do not make whole triangles")
     with parsing(file, "a corner is not a number"):
         return np.array(corners, dtype=np.float64).reshape(-1, 3, 3)
 
@@ -121,7 +121,7 @@ def _check_mesh(triangles: np.ndarray, file: Path, mend: str) -> Mesh:
     longest = float(np.ptp(triangles.reshape(-1, 3), axis=0).max())
     if not SMALLEST <= longest <= LARGEST:
         length_text = f"{longest:.3g} mm" if math.isfinite(longest) else "more than any number"
-        raise ReadError(file, f"is {length_text} long, which no part is; {mend}")
+        raise ReadError(file, f"is {length_text} long, too long for a part; {mend}")
     return Mesh(triangles, file.name, is_closed(triangles))
 
 

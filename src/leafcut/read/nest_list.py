@@ -55,7 +55,7 @@ def read_wanted(arguments: Sequence[str | WantedDrawing]) -> list[WantedDrawing]
         for drawing in ([argument] if isinstance(argument, WantedDrawing) else _drawings_named(argument))
     ]
     if not drawings:
-        raise OptionError("no parts are given; name drawings with quantities, such as bracket.dxf:10, or a list.csv")
+        raise OptionError("no parts given; name drawings with quantities, such as bracket.dxf:10, or a list.csv")
     if len(drawings) > MAX_DRAWINGS:
         raise OptionError(f"more than {MAX_DRAWINGS:,} drawings; nest them in several runs")
     return drawings

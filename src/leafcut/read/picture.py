@@ -136,7 +136,7 @@ def _open_picture(source: Source) -> Any:
             width, height = image.size
             animated = kind == "PNG" and getattr(image, "n_frames", 1) > 1
     except Image.DecompressionBombError:
-        raise ReadError(source.path, _too_large("far too many pixels")) from None
+        raise ReadError(source.path, _too_large("too many pixels")) from None
     except UnidentifiedImageError:
         raise ReadError(source.path, f"a damaged {kind} picture (invalid header); save it again") from None
     except Exception as problem:  # decoders raise unrelated exceptions on damaged files
@@ -183,7 +183,7 @@ def _brightness(source: Source, image: Any, invert: bool) -> Grey:
                 grey /= 255.0
     except Exception as problem:  # decoders raise unrelated exceptions on damaged files
         raise ReadError(
-            source.path, f"a damaged or cut off picture ({shown(str(problem), 80)}); save it again"
+            source.path, f"a damaged or truncated picture ({shown(str(problem), 80)}); save it again"
         ) from None
     return 1.0 - grey if invert else grey
 
@@ -237,7 +237,7 @@ def _level_light(grey: Grey, invert: bool, issues: list[Issue]) -> Grey:
     falloff = 1.0 - float(surface.min() / surface.max())
     if falloff < UNEVEN:
         return grey
-    message = f"the picture is lit unevenly, {100.0 * falloff:.0f}% darker at one place than at another: levelled"
+    message = f"the picture is lit unevenly, by up to {100.0 * falloff:.0f}%: levelled"
     issues.append(Issue("L426", f"{message}; set --threshold to use it anyway"))
     levelled: Grey = np.empty_like(light)
     y, x = (np.linspace(-1.0, 1.0, n) for n in light.shape)
@@ -313,13 +313,14 @@ def _without_dirt(
     kept = [line for line in wide if not shapely.Polygon(line).buffer(-0.5 * narrow).is_empty]
     if not kept:
         detail = f" that is wider than --speckle {narrow * size:g} mm" if lines else ""
-        raise ReadError(source.path, f"no region to mill{detail}; set what is milled with --threshold and --invert")
+        raise ReadError(source.path, f"no region to mill{detail}; choose the milled area with --threshold and --invert")
     if n_dirt := len(lines) - len(kept):
         known = {id(line) for line in kept}
         dirt = [line[0] for line in lines if id(line) not in known]
         positions = [(round(float(x) * size, 3), round((rows - float(y)) * size, 3)) for x, y in dirt]
         message = (
-            f"{count_of(n_dirt, 'spot')} narrower than {narrow * size:g} mm taken as dirt; set --speckle to change that"
+            f"{count_of(n_dirt, 'spot')} narrower than {narrow * size:g} mm ignored as dirt; change the limit with "
+            f"--speckle"
         )
         issues.append(Issue("L214", message, places_of(positions, n_dirt)))
     return kept
@@ -333,5 +334,5 @@ def _check_edges(lines: list[Points], shape: tuple[int, ...], issues: list[Issue
     # A level line crosses at most half of a pixel at the edge.
     sides = {"left": left, "right": columns - right, "upper": upper, "lower": rows - lower}
     if reached := [name for name, distance in sides.items() if distance < _HALF_PIXEL]:
-        message = f"what is milled reaches the {', '.join(reached)} edge of the picture, which is taken as a wall"
+        message = f"the milled area reaches the {', '.join(reached)} edge of the picture, which becomes a wall"
         issues.append(Issue("L425", message))

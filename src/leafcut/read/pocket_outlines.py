@@ -62,9 +62,7 @@ def pockets_of_drawing(part: Part, options: PocketDrawingOptions, joining: Sheet
     kinds, named = _kinds(part.contours, options, issues, path)
     outermost = options.outline or (POCKET if named else EITHER)
     if outermost == EDGE and {POCKET, ISLAND} & set(kinds):
-        raise ReadError(
-            path, "--outline edge: layers already say what is a pocket and what an island; leave out --outline"
-        )
+        raise ReadError(path, "--outline edge: layers already distinguish pockets and islands; leave out --outline")
     chosen = [c for c, kind in zip(part.contours, kinds, strict=True) if kind is not None]
     heights = HeightCount.of((*c.path.start, c.z) for c in chosen)
     if heights.differ:
@@ -207,7 +205,7 @@ def _outlines(
         )
     closed = sorted((o for o in joined if o.contour.path.closed), key=lambda o: o.order)
     if not closed:
-        raise LeafcutError("no closed outline is left: nothing to mill")
+        raise LeafcutError("no closed outline remains: nothing to mill")
     return closed
 
 
@@ -356,10 +354,10 @@ def _check_apart(
             "stand clear, or be drawn as part of the wall"
         )
     if touching:
-        message = f"{count_of(len(touching), 'pair')} of pockets touch each other: no wall stays between them"
+        message = f"{count_of(len(touching), 'pair')} of pockets touch each other: no wall remains between them"
         issues.append(Issue("L423", message, places_of(touching, len(touching))))
     if at_edge:
-        message = f"{count_of(len(at_edge), 'pocket')} at the edge of the plate: no wall stays there"
+        message = f"{count_of(len(at_edge), 'pocket')} at the edge of the plate: no wall remains there"
         issues.append(Issue("L423", message, places_of(at_edge, len(at_edge))))
 
 

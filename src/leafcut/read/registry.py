@@ -85,7 +85,7 @@ BUILT_IN = (
     Format(
         "picture",
         (".png", ".jpg", ".jpeg", ".bmp"),
-        "picture: what is dark is a pocket, with --pixel-size; for pockets only",
+        "picture: dark areas are pockets, with --pixel-size; for pockets only",
         _reader("picture:read_picture"),
         recognition.sniff_picture,
         pockets=_reader("picture:read_picture_pockets"),
@@ -122,14 +122,14 @@ BUILT_IN = (
     Format(
         "gtsp",
         (".gtsp", ".pcglns"),
-        "sets of nodes, one of each visited, with or without order",
+        "sets of nodes: a tour visits one node per set, with or without precedence",
         _reader("gtsp:read_gtsp"),
         recognition.sniff_gtsp,
     ),
     Format(
         "gcode",
         (".nc", ".ngc", ".gcode", ".gc", ".tap", ".cnc", ".min", ".eia", ".pim"),
-        "G-code program of any CAM, to be put in a better order",
+        "G-code program of any CAM, to be reordered",
         _reader("gcode:read_gcode"),
         recognition.sniff_gcode,
         processes=("program",),

@@ -39,7 +39,7 @@ def read_sirius(source: Source, options: ReadOptions) -> Part:
     ReadError
         Always.
     """
-    raise ReadError(source.path, "a sheet of a CAM is read for cutting only; for drilling use DXF or Excellon")
+    raise ReadError(source.path, "a sheet of a CAM system is read for cutting only; for drilling use DXF or Excellon")
 
 
 def read_sirius_contours(source: Source, options: ReadOptions) -> Part:

@@ -214,7 +214,7 @@ def _issues(data: dict[str, Any], up: str) -> list[Issue]:
         issues.append(
             Issue(
                 "L218",
-                f"{count_of(data['below'], 'hole')} open from below alone, not drilled: turn the part over for them "
+                f"{count_of(data['below'], 'hole')} open only from below, not drilled: turn the part over "
                 f"(--up {opposite})",
                 missing=MissingWork("hole", data["below"]),
             )
@@ -232,8 +232,8 @@ def _issues(data: dict[str, Any], up: str) -> list[Issue]:
         issues.append(
             Issue(
                 "L218",
-                f"{count_of(data['free'], 'face')} of a free form, in which no holes are looked for: where one is the "
-                "wall of a hole, export it as a cylinder",
+                f"{count_of(data['free'], 'face')} of free form, not searched for holes: export walls of holes as "
+                f"cylinders",
             )
         )
     for direction, count in data["aside"].items():
@@ -258,7 +258,7 @@ def _issues_of_pockets(data: dict[str, Any]) -> list[Issue]:
             Issue(
                 "L219",
                 f"{count_of(data['open'], 'level face')} open at a side (a step, an open slot), not milled: a pocket "
-                "has walls all round",
+                f"has walls all around",
                 missing=MissingWork("level face", data["open"]),
             )
         )
@@ -266,8 +266,8 @@ def _issues_of_pockets(data: dict[str, Any]) -> list[Issue]:
         issues.append(
             Issue(
                 "L219",
-                f"{count_of(data['leaning'], 'pocket')} with walls that lean or are rounded at the floor, not milled: "
-                "walls must stand upright",
+                f"{count_of(data['leaning'], 'pocket')} with sloping walls or rounded floor edges, not milled: walls "
+                f"must be vertical",
                 missing=MissingWork("pocket", data["leaning"]),
             )
         )
@@ -323,7 +323,7 @@ def work_besides_holes(source: Source, options: ReadOptions) -> list[Issue]:
     outlines = [_oriented(pocket["outline"], clockwise=False) for pocket in data["pockets"] if not pocket["diameter"]]
     if outlines:
         positions = tuple(_centre(outline) for outline in outlines)
-        message = f"{count_of(len(outlines), 'pocket')} not milled: no drill makes it; use leafcut pocket"
+        message = f"{count_of(len(outlines), 'pocket')} not milled: no drill can make it; use leafcut pocket"
         missing = MissingWork("pocket", len(outlines), positions, tuple(outlines))
         issues.append(Issue("L219", message, places_of([*positions], len(positions)), missing=missing))
     return issues
@@ -341,7 +341,7 @@ def _solid(
     if len(data) > LARGEST:
         raise ReadError(path, f"has {len(data) >> 20} MiB; STEP files up to {LARGEST >> 20} MiB are read")
     if not data.rstrip().endswith(b"END-ISO-10303-21;"):
-        raise ReadError(path, "the STEP file is cut off: its last line is missing")
+        raise ReadError(path, "the STEP file is truncated: its last line is missing")
     with tempfile.TemporaryDirectory(prefix="leafcut-step-") as folder:
         file, output = Path(folder, "part.step"), Path(folder, "found.npz")
         file.write_bytes(data)
@@ -365,7 +365,7 @@ def _solid(
                 timeout=SECONDS, check=False, env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
             )  # fmt: skip
         except subprocess.TimeoutExpired:
-            raise ReadError(path, f"takes more than {SECONDS} s to read; export the part in fewer faces") from None
+            raise ReadError(path, f"takes more than {SECONDS} s to read; export the part with fewer faces") from None
         if process.returncode or not output.is_file():
             raise ReadError(path, "OpenCASCADE could not read the STEP file, or needed too much memory for it")
         with np.load(output) as arrays:

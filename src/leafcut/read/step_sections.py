@@ -174,7 +174,7 @@ def outlines_of(shape: Any, triangles: NDArray[np.float64], faces: Sequence[Any]
     best = min(range(len(heights)), key=lambda k: (missing[k] > allowed, k if missing[k] <= allowed else missing[k]))
     if missing[best] > allowed or not len(sections[best].rings):
         return {
-            "problem": "the solid is no flat sheet: no level section of it is as it is seen from above; cut it from a "
+            "problem": "the solid is not a flat sheet: no level section equals its view from above; cut it from a "
             "drawing of its outline"
         }
     material = sections[best].material

@@ -244,7 +244,7 @@ def _read_solid(
     none = np.zeros((0, 3, 3))
     reader = STEPControl_Reader()
     if reader.ReadFile(file) != IFSelect_RetDone:
-        return {"problem": "the STEP file could not be read; it is damaged or cut off"}, none
+        return {"problem": "the STEP file could not be read; it is damaged or truncated"}, none
     reader.TransferRoots()
     if not reader.NbShapes():
         return {"problem": "the STEP file has no solid"}, none

@@ -386,6 +386,6 @@ class _Walk:
             missing = MissingWork("element", len(names))
             issues.append(Issue("L203", f"{len(names)} skipped: {reason}", location, missing=missing))
         if self.n_clipped:
-            message = f"{count_of(self.n_clipped, 'element')} with a clip path or mask: cut whole, as if not clipped"
+            message = f"{count_of(self.n_clipped, 'element')} with a clip path or mask: cut without clipping"
             issues.append(Issue("L215", message))
         return issues

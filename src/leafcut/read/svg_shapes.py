@@ -114,7 +114,7 @@ def _ellipse(a: Mapping[str, str], frame: ViewSize) -> Iterator[SvgSubpath]:
 def _path(a: Mapping[str, str], _: ViewSize) -> Iterator[SvgSubpath]:
     text = a.get("d", "")
     if not _PATH_DATA.fullmatch(text):
-        raise ValueError("path data with unknown letters")
+        raise ValueError("path data with unknown commands")
     if text.strip() and text.strip()[0] not in "Mm":
         raise ValueError("path data that does not start with M")
     try:

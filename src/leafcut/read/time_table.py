@@ -29,7 +29,7 @@ def parse_clock(text: str) -> float:
     if match:
         hours, minutes, seconds = int(match[1] or 0), int(match[2]), float(match[3])
         if seconds >= 60 or (match[1] and minutes >= 60):
-            raise OptionError(f"'{text}' is no time of a clock: no more than 59 minutes and seconds")
+            raise OptionError(f"'{text}' is not a valid time: at most 59 minutes and 59 seconds")
         duration = 3600.0 * hours + 60.0 * minutes + seconds
     else:
         duration = parse_quantity(text, "s")
@@ -55,7 +55,7 @@ def read_times(path: str | Path) -> list[tuple[str, float]]:
     except OSError as problem:
         raise ReadError(path, f"cannot be read ({problem.strerror})") from None
     if len(data) > _MOST_BYTES:
-        raise ReadError(path, f"is larger than {_MOST_BYTES // 1000} kB; a table of times is not")
+        raise ReadError(path, f"is larger than {_MOST_BYTES // 1000} kB; the limit for a table of times")
     if b"\0" in data:
         raise ReadError(path, "is a binary file; a table of program,seconds was expected")
     text = decoded(data)[0]

@@ -104,7 +104,7 @@ def _for_material(values: dict[str, Any] | str | list[Preset], material: str) ->
     if candidates and all(row == candidates[0][1] for _, row in candidates):
         return candidates[0][1]
     names = ", ".join(f"'{shown(name, 30)}'" for name, _ in values[:6])
-    fault = f"no preset for '{shown(material, 30)}' alone" if material_words else "several presets"
+    fault = f"no single preset for '{shown(material, 30)}'" if material_words else "several presets"
     return f"it has {fault}; name one with --material: {names}{', …' if len(values) > 6 else ''}"
 
 

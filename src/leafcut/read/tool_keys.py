@@ -14,9 +14,7 @@ _LENGTH = "above 0 and at most 1000 mm"
 
 TOOL_KEYS: tuple[ProfileKey, ...] = (
     ProfileKey("number", "its number in programs, the T word", example=1, required=True, bounds="1 to 99999999"),
-    ProfileKey(
-        "kind", "what kind of tool it is", ToolKind.DRILL.value, choices=tuple(k for k in ToolKind if k not in NO_TOOLS)
-    ),
+    ProfileKey("kind", "kind of tool", ToolKind.DRILL.value, choices=tuple(k for k in ToolKind if k not in NO_TOOLS)),
     ProfileKey("diameter", "diameter of the hole it makes", required=True, unit="mm", bounds=_LENGTH),
     ProfileKey("name", "name for lists and programs", why="its kind"),
     ProfileKey(
@@ -29,13 +27,13 @@ TOOL_KEYS: tuple[ProfileKey, ...] = (
     ProfileKey("feed", "feed rate", why="assumed from its diameter", unit="mm/s", bounds=_POSITIVE),
     ProfileKey("spindle_speed", "spindle speed", why="assumed from its diameter", unit="rpm", bounds=_POSITIVE),
     ProfileKey("cycle", "drilling cycle; G84 is for taps alone", why="as --cycle says", choices=CYCLES),
-    ProfileKey("peck", "depth of one peck; G83 and G73 need it", why="no pecking", unit="mm", bounds=_LENGTH),
-    ProfileKey("dwell", "wait at the bottom; G82 needs it", why="none", unit="s", bounds="0 to 100 s"),
+    ProfileKey("peck", "peck depth; G83 and G73 need it", why="no pecking", unit="mm", bounds=_LENGTH),
+    ProfileKey("dwell", "dwell at the bottom; G82 needs it", why="none", unit="s", bounds="0 to 100 s"),
     ProfileKey(
         "pitch", "of a tap: length per revolution", why="a tap needs it", unit="mm", bounds="below the diameter"
     ),
-    ProfileKey("flute_length", "how deep it can go", why="as deep as asked for", unit="mm", bounds=_LENGTH),
-    ProfileKey("depth", "of a centre drill: how deep it goes", why="as --depth says", unit="mm", bounds=_LENGTH),
+    ProfileKey("flute_length", "maximum cutting depth", why="the requested depth", unit="mm", bounds=_LENGTH),
+    ProfileKey("depth", "of a centre drill: drilling depth", why="as --depth says", unit="mm", bounds=_LENGTH),
     ProfileKey("plunge_feed", "of a mill: plunge rate", why="a third of its feed", unit="mm/s", bounds=_POSITIVE),
     ProfileKey("teeth", "of a mill: number of teeth", why="not known", example=2, bounds="1 to 100"),
     ProfileKey(
@@ -54,14 +52,14 @@ TOOL_KEYS: tuple[ProfileKey, ...] = (
     ),
     ProfileKey(
         "material",
-        "what its cutting edges are made of, for `leafcut tools speeds`",
+        "material of its cutting edges, for `leafcut tools speeds`",
         why="as --tool-material says",
         example=ToolMaterial.HSS.value,
         choices=tuple(ToolMaterial),
     ),
     ProfileKey(
         "life_cost",
-        "cost of one tool life, a new tool or a regrind, for `leafcut tools speeds`",
+        "cost per tool life (a new tool or a regrind), for `leafcut tools speeds`",
         why="an estimate: 10",
         example=12.5,
         bounds="0 or more",
@@ -69,27 +67,27 @@ TOOL_KEYS: tuple[ProfileKey, ...] = (
     ProfileKey(
         "shank_diameter",
         "diameter above its flutes; with flute_length",
-        why="not known, so that no collision of it is seen",
+        why="unknown; its collisions are not checked",
         unit="mm",
         bounds=_LENGTH,
     ),
     ProfileKey("stickout", "from its tip to its holder", why="not known", unit="mm", bounds=_LENGTH),
     ProfileKey(
         "shaft",
-        "what is between its flutes and its shank, from the flutes up: diameter x length of each piece, of a cone "
-        "lower-upper x length, in mm; with flute_length",
+        "sections between flutes and shank, from the flutes up: diameter x length in mm, a cone as lower-upper x "
+        "length; with flute_length",
         why="nothing",
         example="4-6 x 3",
     ),
     ProfileKey(
         "holder",
-        "its holder, from below: diameter x length of each piece, of a cone lower-upper x length, in mm; with stickout",
-        why="not known, so that no collision of it is seen",
+        "sections of the holder, from below: diameter x length in mm, a cone as lower-upper x length; with stickout",
+        why="unknown; its collisions are not checked",
         example="20-28 x 5, 28 x 40",
     ),
 )
 HOLE_KEYS: tuple[ProfileKey, ...] = (
     ProfileKey("diameter", "diameter of the drawn holes", required=True, unit="mm", bounds=_LENGTH),
-    ProfileKey("layer", "layers on which they are drawn, with * and ?", "*", "all layers"),
-    ProfileKey("steps", "numbers of the tools that make it, in their order", example=[1, 2], required=True),
+    ProfileKey("layer", "layers of the drawn holes; * and ? are wildcards", "*", "all layers"),
+    ProfileKey("steps", "numbers of the tools that make the hole, in this order", example=[1, 2], required=True),
 )

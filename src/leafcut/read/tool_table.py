@@ -115,7 +115,7 @@ def _column(cell: str) -> tuple[str, str]:
 
 def _tool(cells: Mapping[str, tuple[str, str]], number: str, units: str) -> dict[str, Any] | str:
     if not re.fullmatch(r"[0-9]{1,9}", number):
-        return f"its number '{shown(number, 20)}' is no whole number"
+        return f"its number '{shown(number, 20)}' is not a whole number"
     unit = units
     if "unit" in cells:
         word = cells["unit"][0].lower()
@@ -126,7 +126,7 @@ def _tool(cells: Mapping[str, tuple[str, str]], number: str, units: str) -> dict
     word = cells.get("kind", ("", ""))[0]
     kind = _kind(word, name)
     if kind is None:
-        return f"'{shown(word or name, 30)}' does not say what kind of tool it is"
+        return f"'{shown(word or name, 30)}' is not a kind of tool"
     row: dict[str, Any] = {"number": int(number), "kind": kind}
     if name:
         row["name"] = shown(name, 40)

@@ -72,7 +72,7 @@ def load_tools(path: str | Path, units: str = "mm", material: str = "") -> ToolL
         table = TomlTable(values, f"{place}: [[hole]] {count}", _HOLE_KEYS)
         recipe = _recipe(table, tools)
         if (recipe.diameter, recipe.layer) in recipes:
-            raise table.problem("diameter", f"{recipe.diameter:g} mm on layer '{recipe.layer}' has a recipe already")
+            raise table.problem("diameter", f"{recipe.diameter:g} mm on layer '{recipe.layer}' already has a recipe")
         recipes[recipe.diameter, recipe.layer] = recipe
     return ToolLibrary(tuple(tools.values()), tuple(recipes.values()), place)
 
@@ -87,7 +87,7 @@ def foreign_rows(path: Path, units: str, material: str) -> tuple[list[dict[str, 
     """
     foreign = rows_of(path, units, material)
     if foreign is None:
-        raise DataError(f"{path}: is no tool library of another program")
+        raise DataError(f"{path}: not a tool library of another program")
     return _foreign_library(*foreign, str(path))
 
 
@@ -226,13 +226,13 @@ def _check_mill(tool: Tool, table: TomlTable) -> None:
 def _check_cycle(tool: Tool, table: TomlTable) -> None:
     """Raise if the cycle does not fit the tool, because it would break the tool."""
     if tool.cycle in ("G83", "G73") and tool.peck is None:
-        raise table.problem("cycle", f"is {tool.cycle}, which needs 'peck', the depth of one peck")
+        raise table.problem("cycle", f"is {tool.cycle}, which needs 'peck', the peck depth")
     if tool.cycle == "G82" and tool.dwell is None:
-        raise table.problem("cycle", "is G82, which needs 'dwell', the wait at the bottom")
+        raise table.problem("cycle", "is G82, which needs 'dwell', the dwell at the bottom")
     if tool.cycle is not None and (tool.cycle == "G84") is not (tool.kind is ToolKind.TAP):
         raise table.problem("cycle", f"is {tool.cycle} for a {tool.kind.value}; G84 is for taps, and taps are for G84")
     if tool.depth is not None and tool.kind is not ToolKind.CENTRE_DRILL:
-        raise table.problem("depth", "is of centre drills only; set the depth of holes with --depth or --thickness")
+        raise table.problem("depth", "is for centre drills only; set the depth of holes with --depth or --thickness")
 
 
 def _tapping(tool: Tool, table: TomlTable) -> Tool:

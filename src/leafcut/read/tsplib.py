@@ -113,7 +113,7 @@ def check_kind(path: str, keys: SpecificationKeys, weight: str, kinds: Sequence[
         raise ReadError(path, f"TYPE '{shown(kind)}' is not supported; expected {expected}", line)
     if weight not in WEIGHT_TYPES:
         line = keys["EDGE_WEIGHT_TYPE"][1]
-        raise ReadError(path, f"EDGE_WEIGHT_TYPE '{shown(weight)}' is not known{nearest(weight, WEIGHT_TYPES)}", line)
+        raise ReadError(path, f"EDGE_WEIGHT_TYPE '{shown(weight)}' is unknown{nearest(weight, WEIGHT_TYPES)}", line)
 
 
 def dimension(path: str, keys: SpecificationKeys) -> int:
@@ -186,7 +186,7 @@ def matrix(
     form = SAME_FORMAT.get(form.upper(), form.upper())
     if form not in MATRIX_FORMATS:
         known = nearest(form, MATRIX_FORMATS)
-        raise ReadError(path, f"EDGE_WEIGHT_FORMAT '{shown(form)}' is not known{known}", line or None)
+        raise ReadError(path, f"EDGE_WEIGHT_FORMAT '{shown(form)}' is unknown{known}", line or None)
     if "EDGE_WEIGHT_SECTION" not in sections:
         raise ReadError(path, "EDGE_WEIGHT_SECTION is missing")
     section = sections["EDGE_WEIGHT_SECTION"]

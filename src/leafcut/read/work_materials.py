@@ -185,7 +185,7 @@ def _life(table: TomlTable) -> ToolLife:
         raise table.problem("speed", "and 'constant' have the same meaning; leave one out")
     if "speed" in table:
         if any(exponents.values()):
-            raise table.problem("speed", "is for one tool at one feed: exponents other than 'life' need 'constant'")
+            raise table.problem("speed", "is for a single tool and feed: exponents other than 'life' need 'constant'")
         speed, life = table.quantity("speed", "mm/s"), table.quantity("at_life", "s")
         if not (speed > 0 and life > 0):
             raise table.problem("speed", "and 'at_life' must be above 0")

@@ -98,7 +98,7 @@ def print_cutting_data(data: CuttingData, save: str | None, plot: str | None, co
         if any(source.startswith("estimate") for source in front.sources):
             show(f"estimate: {life} has no measured source")
         elif any("from memory" in source for source in front.sources):
-            show(f"from memory: some constants of {life} were not seen in print")
+            show(f"unverified: some constants of {life} have no printed source")
     show("")
     if len(data.tools) > 1:
         show(f"all tools: {format_time(data.time)} and {data.cost:.2f} for one part")

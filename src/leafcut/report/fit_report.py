@@ -40,7 +40,7 @@ def fit_lines(fitted: Fitted, simulations: Sequence[Simulation], measured: Seque
     lines = []
     if len(measured) > 1:
         lines.append(
-            f"root mean square of the differences: {_rms(fitted.before, measured):.2f} s before, "
+            f"root mean square error: {_rms(fitted.before, measured):.2f} s before, "
             f"{_rms(fitted.after, measured):.2f} s after"
         )
     if fitted.acceleration is not None:
@@ -51,15 +51,13 @@ def fit_lines(fitted: Fitted, simulations: Sequence[Simulation], measured: Seque
     if fitted.acceleration is not None and fitted.corner is not None:
         lines.append(f"the programs distinguish the two: condition {fitted.condition:.1f}")
     if sum(simulation is not None for simulation in (fitted.acceleration, fitted.corner)) == len(measured):
-        lines.append(
-            "as many values as programs: the fit is exact by itself; measure one more to see how well it holds"
-        )
+        lines.append("as many parameters as programs: the fit is exact; measure another program to test it")
     titles = {"acceleration": "accelerations", "corner": "corner value"}
     lines += [f"{titles[name]} kept: {reason}" for name, reason in fitted.held.items()]
     for simulation, seconds in zip(simulations, measured, strict=True):
         change = simulation.measure.by_kind.get("tool_change", 0.0)
         if change > _LARGE_SHARE * seconds:
-            lines.append(f"{simulation.program}: {format_time(change)} of it are tool changes, as the profile has them")
+            lines.append(f"{simulation.program}: {format_time(change)} of it for tool changes, as in the profile")
     return lines
 
 

@@ -26,17 +26,17 @@ def pace_facts(pace: PaceChange | None) -> list[Fact]:
         return []
     facts = [Fact("pace", plain(pace))]
     if pace.retracts_s is not None:
-        lower = said("saved; all heights stay")
+        lower = said("saved; heights unchanged")
         if pace.lowered:
             lower = said("saved; heights lowered: {number}", number=f"{pace.lowered:,}")
         facts.append(Fact("pace.retracts_s", pace.retracts_s, "s", lower, said("Retracts")))
     if pace.air_s is not None:
         number, near = f"{pace.rapids:,}", pace.clearance_mm
-        words = said("saved; no cut in the air can be a rapid")
+        words = said("saved; no air cut can become a rapid")
         if pace.rapids:
-            words = said("saved; cuts in the air that are rapids now: {number}", number=number)
+            words = said("saved; air cuts converted to rapids: {number}", number=number)
         if pace.rapids and near is not None:
-            template = "saved; cuts in the air that are rapids now: {number}, {near} mm or more from all material"
+            template = "saved; air cuts converted to rapids: {number}, {near} mm or more from any material"
             words = said(template, number=number, near=f"{near:.2g}")
         facts.append(Fact("pace.air_s", pace.air_s, "s", words, said("Air")))
     if pace.feeds_s is not None:
@@ -49,7 +49,7 @@ def pace_facts(pace: PaceChange | None) -> list[Fact]:
 def _tool_words(tool: ToolPace) -> str:
     """Return how the feeds of a tool have changed, and its thickest chip."""
     before, after = (_feed_words(*feeds) for feeds in (tool.feed_before, tool.feed_after))
-    origin = "by its own feed and speed" if tool.limit_stated else "the program's own thickest"
+    origin = "from its feed and speed" if tool.limit_stated else "the thickest of the program"
     return (
         f"{clean(tool.label)}: {before} → {after} mm/min; thickest chip {tool.chip_before:.3g} → "
         f"{tool.chip_after:.3g} mm a revolution, at most {tool.chip_limit:.3g} ({origin})"

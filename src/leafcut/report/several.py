@@ -40,7 +40,7 @@ def print_programs(
         total = [a + b for a, b in zip(total, times, strict=True)]
         missing = sum(work["count"] for work in answer.get("missing", ()))
         worst = _worst(answer.get("issues", ()), missing)
-        words = "; ".join(filter(None, ["yes, by an earlier run" if answer.get("done_before") else "yes", worst]))
+        words = "; ".join(filter(None, ["yes, in an earlier run" if answer.get("done_before") else "yes", worst]))
         saved = percent_words(float(row["saved_percent"])) if row["saved_percent"] else NO_VALUE
         _add(
             table,

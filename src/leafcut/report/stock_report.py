@@ -130,7 +130,7 @@ def _compared(stock_cut: StockCut) -> list[str]:
     if stock_cut.same_as is None:
         return []
     if not stock_cut.differences:
-        return [f"{stock_cut.same_as} leaves the same, in {stock_cut.field.heights.size:,} cells"]
+        return [f"{stock_cut.same_as} leaves the same stock, in {stock_cut.field.heights.size:,} cells"]
     lines = [
         f"at X{fixed(difference.x, 2)} Y{fixed(difference.y, 2)}: Z{fixed(difference.before, 3)} there, "
         f"Z{fixed(difference.after, 3)} here "
@@ -139,7 +139,7 @@ def _compared(stock_cut: StockCut) -> list[str]:
     ]
     n_more = len(stock_cut.differences) - _MAX_PLACES
     return [
-        f"{stock_cut.same_as} does not leave the same:",
+        f"{stock_cut.same_as} leaves different stock:",
         *lines,
         *([f"and {count(n_more, 'more place')}"] if n_more > 0 else []),
     ]

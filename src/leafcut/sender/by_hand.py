@@ -50,7 +50,7 @@ def jog_line(moves: dict[str, float], feed: float, *, machine: bool = False) -> 
     """
     words = [f"{axis}{number_in_mm(value)}" for axis, value in moves.items() if axis in _AXES and math.isfinite(value)]
     if not words or len(words) < len(moves):
-        raise OptionError("a jog needs lengths in X, Y or Z, mm")
+        raise OptionError("a jog needs distances in X, Y or Z, mm")
     if not (math.isfinite(feed) and feed > 0.0):
         raise OptionError("a jog needs a feed above 0 mm/min")
     return f"$J={'G53' if machine else 'G91'}G21{''.join(words)}F{number_in_mm(feed)}"
@@ -109,13 +109,13 @@ def probe_z(talk: GrblConversation, facts: Facts, plate: float, feed: float, tra
     if not (math.isfinite(plate) and plate >= 0.0):
         raise OptionError("the thickness of the plate must be 0 or more, mm")
     if not (math.isfinite(feed) and math.isfinite(travel) and feed > 0.0 and travel > 0.0):
-        raise OptionError("the probe needs a feed and a limit of its way above 0")
+        raise OptionError("the probe needs a feed and a maximum distance above 0")
     place = facts.machine_place(talk.fresh_status())
     lowest = facts.travel()[0][2]
     if facts.knows_place and place is not None and place[2] - travel < lowest - _TOLERANCE:
         raise SendError(
-            f"the probe may go down {max(place[2] - lowest, 0.0):.3f} mm here, then the machine's travel ends; "
-            f"its limit is {travel:g} mm"
+            f"the probe can descend only {max(place[2] - lowest, 0.0):.3f} mm here before the end of the machine's "
+            f"travel; its maximum distance is {travel:g} mm"
         )
     try:
         answers = talk.ask(f"G91G21G38.2Z{number_in_mm(-travel)}F{number_in_mm(feed)}", _PROBE_SECONDS)
@@ -130,7 +130,7 @@ def probe_z(talk: GrblConversation, facts: Facts, plate: float, feed: float, tra
     contact = place_in(contact_text)
     place_now = facts.machine_place(talk.fresh_status())
     if contact is None or touched.strip() != "1" or place_now is None:
-        raise SendError("the controller does not say where the probe touched")
+        raise SendError("the controller does not report the position of the contact")
     # The tool comes to rest slightly below the contact point.
     talk.ask("G54")
     talk.ask(f"G10 L20 P1 Z{number_in_mm(plate + place_now[2] - contact[2] * facts.unit)}")

@@ -31,7 +31,7 @@ _CODES = {"rapid below clearance": "L801", "rapid into the part": "L802"}
 #: States that end only by an action of the operator.
 _STANDING = ("Check", "Hold", "Door")
 
-_UNSURE = "the controller does not say whether it was homed, and does not wait for that"
+_UNSURE = "the controller does not report whether it was homed, and does not insist on it"
 
 
 def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family: str = "") -> None:
@@ -65,8 +65,8 @@ def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family:
         raise SendError(f"a limit switch is pressed ({facts.status.pins}); move the machine away from it")
     if not facts.homing and not unhomed:
         raise SendError(
-            f"homing is off ({facts.names.homing}): the machine does not know where it is, and nothing keeps it inside "
-            "its travel; set its zero by hand and add --unhomed, or turn homing on"
+            f"homing is off ({facts.names.homing}): the machine does not know its position, and its travel is not "
+            f"enforced; set its zero by hand and add --unhomed, or turn homing on"
         )
     if facts.homing and not facts.homed and not unhomed:
         reason = "the controller reports that it was not homed" if facts.homed is False else _UNSURE
@@ -191,8 +191,8 @@ def _machine_end(job: SendJob, facts: Facts, path: Toolpath, row: int) -> Floats
         return place
     if name not in facts.places:
         raise SendError(
-            f"line {line} goes to the place that is stored for {name}, and the controller does not say where that is "
-            "($#); take the line out"
+            f"line {line} goes to the position stored for {name}, and the controller does not report that "
+            f"position ($#); remove the line"
         )
     end: Floats = np.where(np.isfinite(place), np.array(facts.places[name]), place)
     return end
@@ -272,10 +272,10 @@ def _cause(job: SendJob, facts: Facts, path: Toolpath, row: int) -> str:
     origin = "" if at == row else f"line {line} left the tool there, "
     name = _stored_name(job, line)
     if name is None:
-        return f"{origin}the work zero is at Z{zero:.3f} in machine coordinates; go to a higher place"
+        return f"{origin}the work zero is at Z{zero:.3f} in machine coordinates; choose a higher position"
     return (
-        f"{origin}the place stored for {name} is Z{facts.places[name][2]:.3f} in machine coordinates ($#), the work "
-        f"zero is at Z{zero:.3f}; store a place above the part ({name}.1), or take line {line} out"
+        f"{origin}the position stored for {name} is Z{facts.places[name][2]:.3f} in machine coordinates ($#), the work "
+        f"zero is at Z{zero:.3f}; store a position above the part ({name}.1), or remove line {line}"
     )
 
 
@@ -353,7 +353,7 @@ def _differences(job: SendJob, facts: Facts) -> list[Issue]:
     if not wrong:
         return []
     message = (
-        f"the controller is not set as the profile of {profile.name} says: {', '.join(wrong)}; times and limits are "
-        "the controller's; leafcut machine import makes a profile of it"
+        f"the controller differs from the profile of {profile.name}: {', '.join(wrong)}; times and limits are "
+        "the controller's; create a profile of it with leafcut machine import"
     )
     return [Issue("L820", message, severity=Severity.WARNING)]

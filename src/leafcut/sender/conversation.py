@@ -283,10 +283,10 @@ class Conversation(ABC):
                 case Status():
                     continue
                 case Strange(words):
-                    raise SendError(f"the answer to '{text}' makes no sense: '{words}'")
+                    raise SendError(f"invalid answer to '{text}': '{words}'")
                 case _:
                     answers.append(answer)
-        raise SendError(f"the controller does not answer to '{text}'")
+        raise SendError(f"the controller does not respond to '{text}'")
 
     def fresh_status(self, seconds: float = ANSWER_SECONDS) -> Status:
         """Query and return the status.
@@ -299,7 +299,7 @@ class Conversation(ABC):
         for answer in self.receive(seconds, SLOW_POLL_SECONDS):
             if isinstance(answer, Status):
                 return answer
-        raise SendError(f"nothing answers on {self.port.name} any more")
+        raise SendError(f"{self.port.name} no longer responds")
 
     def explained(self, answer: Refused | Alarm) -> str:
         """Return the meaning of an error or alarm for this firmware."""
@@ -366,12 +366,12 @@ class NotThisFirmware(SendError):
 def wrong_firmware(port: str, answers: list[str], firmware: str) -> NotThisFirmware:
     """Return the error for a port at which another firmware, or none, answers."""
     if not answers:
-        words = f"nothing answers on {port}; is the machine on, and is this its port and its --baud?"
+        words = f"no response on {port}; is the machine on, and are port and --baud right?"
     else:
         text = shown(answers[-1], 40)
-        words = f"what answers on {port} is not {firmware} ('{text}')"
+        words = f"the device on {port} is not {firmware} ('{text}')"
         if sum(not ("\x20" <= c <= "\x7e") for c in text) > len(text) // 4:
-            words = f"what comes from {port} makes no sense ('{text}'); is it another --baud, or a bad cable?"
+            words = f"{port} sends invalid data ('{text}'); check --baud and the cable"
     return NotThisFirmware(words, answers)
 
 

@@ -122,7 +122,7 @@ class Facts:
         return (
             ""
             if self.soft_limits
-            else f"soft limits are off ({self.names.soft_limits}): the controller itself stops at no limit"
+            else f"soft limits are off ({self.names.soft_limits}): the controller does not stop at the limits"
         )
 
     def travel(self) -> tuple[XYZ, XYZ]:

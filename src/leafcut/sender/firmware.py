@@ -31,10 +31,12 @@ def speaker_of(machine: Machine, name: str) -> type[Conversation]:
     speaker = _SPEAKERS.get(machine.control)
     if speaker is None:
         raise OptionError(
-            f"--machine {name}: its controller is {machine.control}; only GRBL and Marlin boards can be sent to"
+            f"--machine {name}: its controller is {machine.control}; leafcut sends only to GRBL and Marlin boards"
         )
     if speaker is MarlinConversation and machine.head is Head.LASER:
-        raise OptionError(f"--machine {name}: a laser on Marlin cannot be sent to; only mills, drills and plotters can")
+        raise OptionError(
+            f"--machine {name}: leafcut does not send to lasers on Marlin, only to mills, drills and plotters"
+        )
     return speaker
 
 
@@ -59,7 +61,7 @@ def asked_settings(port: Port, kind: str | None = None, clock: Callable[[], floa
         The board does not answer, has another firmware, is moving, or does not report its settings.
     """
     if kind is not None and kind not in ASKED:
-        raise OptionError(f"--kind {kind}: only {', '.join(ASKED)} can be asked at a port; give a file of its settings")
+        raise OptionError(f"--kind {kind}: only {', '.join(ASKED)} can be read from a port; use a file of its settings")
     speakers = [GrblConversation, MarlinConversation] if kind is None else [ASKED[kind]]
     problems: list[NotThisFirmware] = []
     for speaker in speakers:

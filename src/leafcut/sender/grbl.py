@@ -169,8 +169,7 @@ class GrblConversation(Conversation):
         self.write(b"\n")
         if not any(isinstance(answer, Accepted | Refused) for answer in self.receive(ANSWER_SECONDS)):
             raise SendError(
-                f"what answers on {self.port.name} reports its state, but accepts no line; "
-                "reset it, and check the cable"
+                f"the device on {self.port.name} reports its state, but accepts no line; reset it, and check the cable"
             )
         self.listen()
 
@@ -309,7 +308,7 @@ class GrblConversation(Conversation):
         self.hold()
         self.pass_time(UNANSWERED_SECONDS)
         self.write(RESET)
-        return "a hold and a reset were sent all the same"
+        return "a hold and a reset were sent anyway"
 
 
 def at_hold(status: Status) -> bool:

@@ -74,13 +74,13 @@ def gathered(answers: list[ControllerAnswer], status: Status, *, homed: bool, co
     options = next((report for report in reports if report.name == "OPT"), None)
     settings = _Settings({report.name: report.text for report in reports if report.name.startswith("$")})
     if build is None or options is None or not settings:
-        raise SendError("what answers there is not GRBL 1.1, grblHAL or FluidNC (no version, or no settings)")
+        raise SendError("the device is not GRBL 1.1, grblHAL or FluidNC (no version, or no settings)")
     letters, *counts = options.text.split(",")
     buffer = GRBL_BUFFER
     if len(counts) >= 2 and counts[1].strip().isdecimal():
         buffer = int(counts[1])
     elif not configuration:
-        raise SendError(f"the controller does not say how much its buffer holds ([OPT:{options.text}])")
+        raise SendError(f"the controller does not report the size of its buffer ([OPT:{options.text}])")
     modes = next((tuple(report.text.split()) for report in reports if report.name == "GC"), ())
     facts = _by_numbers(settings, letters, Facts(build.text.partition(":")[0], buffer, status, *_NOWHERE, _GRBL_NAMES))
     facts = replace(facts, modes=modes, places=_places(reports, facts.unit))
@@ -101,7 +101,7 @@ class _Settings(dict[str, str]):
         try:
             return float(text) if text else default
         except ValueError:
-            raise SendError(f"the controller has ${setting}={text}, which is no number; look at its settings") from None
+            raise SendError(f"the controller has ${setting}={text}, which is no number; check its settings") from None
 
     def known(self, setting: int) -> float | None:
         """Return a setting as a number; None if the controller lacks it."""

@@ -173,7 +173,7 @@ def accepted_codes(words: str) -> tuple[str, ...]:
     codes = tuple(entry.strip().upper() for entry in words.split(",") if entry.strip())
     for code in codes:
         if code not in CODES:
-            raise OptionError(f"--accept: '{code}' is no code of an issue, such as L801")
+            raise OptionError(f"--accept: '{code}' is not an issue code such as L801")
     return codes
 
 
@@ -196,7 +196,7 @@ def job_of(
         name = {"mm": "mm", "in": "inches"}[units or machine.units]
         issues.append(Issue("L102", f"the program does not state its units (G20 or G21): read as {name}"))
     if not (program.path.kind <= Kind.ARC_CCW).any():
-        raise ReadError(file, "the program moves nothing")
+        raise ReadError(file, "the program has no moves")
     return SendJob(file, machine, controller_dialect, program, steps, tuple(issues), tuple(accept))
 
 
@@ -219,7 +219,7 @@ def _check_known(program: Program, file: str) -> None:
             line = int(path.line[rows[0]])
             block = int(np.searchsorted(program.first, rows[0], side="right")) - 1
             explanation = program.fixed.get(block, "") or f"'{program.lines[line - 1].strip()}' {reason}"
-            raise ReadError(file, f"{explanation}; take it out, and send it again", line)
+            raise ReadError(file, f"{explanation}; remove it, and send again", line)
 
 
 def _holes(program: Program) -> list[DrilledHole]:

@@ -39,7 +39,7 @@ class Pause:
     def __str__(self) -> str:
         if self.hole:
             return f"line {self.number}: before hole {self.hole}"
-        action = "pause" if not self.change else "change the tool" if self.tool is None else f"put in tool T{self.tool}"
+        action = "pause" if not self.change else "change the tool" if self.tool is None else f"mount tool T{self.tool}"
         return f"line {self.number}: {action}" + (f" ({self.remark})" if self.remark else "")
 
 

@@ -73,8 +73,8 @@ PLANNED_SECONDS = 30.0
 _NOTHING_TO_DO = ("G17", "G21", "M5", "M9")
 
 _NO_BUSY = "the firmware does not report that it is busy; turn on M113 S2 (HOST_KEEPALIVE_FEATURE)"
-_NO_SETTINGS = "the firmware does not say its settings (M503): build it with them"
-_NO_TRAVEL = "the firmware does not say its travel (M211): it has no soft end stops"
+_NO_SETTINGS = "the firmware does not report its settings (M503): build it with them"
+_NO_TRAVEL = "the firmware does not report its travel (M211): it has no soft end stops"
 
 _VERSION = re.compile(r"Marlin\s+(?:bugfix-)?(\d+)\.[^\s(]*")
 _ENDS = re.compile(r"(Min|Max):\s*X\s*(-?[\d.]+)\s*Y\s*(-?[\d.]+)\s*Z\s*(-?[\d.]+)", re.IGNORECASE)
@@ -220,7 +220,7 @@ class MarlinConversation(Conversation):
         elif action in ("resume", "resumed"):
             self._held = False
         elif action in ("cancel", "poweroff", "disconnect"):
-            return [Alarm(f"it was stopped at its own display ({action})")]
+            return [Alarm(f"it was stopped at its display ({action})")]
         return []
 
     def _ok(self) -> list[ControllerAnswer]:
@@ -320,7 +320,7 @@ class MarlinConversation(Conversation):
             if any(isinstance(answer, Status) for answer in self.listen()):
                 until = self._until(PLANNED_SECONDS)
             if self.clock() > until:
-                raise SendError(f"nothing answers on {self.port.name} any more")
+                raise SendError(f"{self.port.name} no longer responds")
         self._fly(text)
 
     def ask_status(self, *, more: bool = False) -> None:
@@ -386,7 +386,7 @@ class MarlinConversation(Conversation):
         if version is None:
             raise wrong_firmware(self.port.name, [name or "ok"], "Marlin")
         if int(version[1]) < 2:
-            raise SendError(f"what answers on {self.port.name} is {shown(version[0], 40)}; Marlin 2 is needed")
+            raise SendError(f"the device on {self.port.name} is {shown(version[0], 40)}; Marlin 2 is needed")
         pairs = [report.text.rpartition(":") for report in reports if report.name == CAPABILITY]
         return version[0], {name: value.strip() == "1" for name, _, value in pairs}
 
@@ -411,7 +411,7 @@ class MarlinConversation(Conversation):
             raise SendError("the controller is set to inches (G20 in M503); leafcut sends millimetres to Marlin")
         status = self._rested()
         if status.machine is None:
-            raise SendError("the controller does not say where it is (M114)")
+            raise SendError("the controller does not report its position (M114)")
         return Facts(
             version=version,
             buffer=GRBL_BUFFER,
@@ -520,7 +520,7 @@ class MarlinConversation(Conversation):
         self._stray = 0  # its answer may have been counted for a line that had none
         if not any(isinstance(answer, Accepted) for answer in self.receive(ANSWER_SECONDS, KNOCK_SECONDS, self._knock)):
             self.write(b"M112\n")
-            raise SendError("it does not answer to M410; M112 (emergency stop) was sent")
+            raise SendError("it does not respond to M410; M112 (emergency stop) was sent")
         self._synchronise()
         self.ask("M5")
         status = replace(self._rested(), state=STOPPED_SHORT)
@@ -549,7 +549,7 @@ class MarlinConversation(Conversation):
     def stop_unanswered(self) -> str:
         """Send the emergency stop in case the machine still receives."""
         self.write(b"M112\n")
-        return "M112 (emergency stop) was sent all the same"
+        return "M112 (emergency stop) was sent anyway"
 
 
 def _soft_endstops(text: str) -> tuple[bool, XYZ, XYZ]:

@@ -31,13 +31,14 @@ _NAMED = re.compile(r"(FIRMWARE_NAME|Cap):\s*(.*)")
 
 #: Part of an error → meaning.
 _ERRORS = {
-    "kill() called": "it has stopped everything, motors and spindle off (kill): look why, then press its reset",
-    "stopped due to errors": "it was stopped by an error of its own; free it with --unlock (M999) when that is mended",
+    "kill() called": "it has stopped everything, motors and spindle off (kill): find the cause, then press its reset",
+    "stopped due to errors": "it was stopped by an internal error; unlock it with --unlock (M999) after fixing the "
+    "cause",
     "MINTEMP": "a temperature sensor is missing, or too cold",
     "MAXTEMP": "a temperature sensor is shorted, or too hot",
     "Thermal Runaway": "a heater does not follow its command",
     "Heating failed": "a heater does not follow its command",
-    "bad parameters": "an arc cannot be made from its words",
+    "bad parameters": "an arc has invalid words",
     "Watchdog": "its watchdog has stopped it",
     "flow fault": "the coolant does not flow",
 }
@@ -57,7 +58,7 @@ def parse(line: str) -> ControllerAnswer:
     if line.startswith(("Error:", "!!")):
         return _error(line.partition(":")[2].strip() or line)
     if "endstops hit" in line:
-        return Alarm(f"an end stop was hit where none should be ({shown(line.rpartition('hit:')[2].strip(), 40)})")
+        return Alarm(f"an end stop was hit unexpectedly ({shown(line.rpartition('hit:')[2].strip(), 40)})")
     if match := _UNKNOWN.match(line):
         return Report(UNKNOWN, match[1].strip())
     if match := _HOME_FIRST.match(line):

@@ -110,7 +110,7 @@ def _refusal(name: str, problem: Exception) -> SendError:
     if number in (errno.EBUSY, errno.EWOULDBLOCK) or "exclusively lock" in text or "Access is denied" in text:
         return SendError(f"--port {name}: in use by another program; close it first")
     if number in (errno.EACCES, errno.EPERM):
-        return SendError(f"--port {name}: you may not open it; on Linux become a member of the group 'dialout'")
+        return SendError(f"--port {name}: access denied; on Linux join the group 'dialout'")
     if number == errno.ENOENT or "FileNotFound" in text:
         return SendError(f"--port {name}: the port does not exist; {ports_in_words()}")
     return SendError(f"--port {name}: not a serial port, or it does not support this baud rate")

@@ -39,7 +39,7 @@ def line_of_hole(job: SendJob, number: int) -> int:
         The program has no such hole.
     """
     if not 1 <= number <= len(job.holes):
-        have = count_of(len(job.holes), "hole") if job.holes else "no holes: give a line instead, with --from-line"
+        have = count_of(len(job.holes), "hole") if job.holes else "the program has no holes: use --from-line instead"
         raise OptionError(f"--from-hole {number}: the program has {have}")
     return job.holes[number - 1].first
 
@@ -53,7 +53,7 @@ def check_place(from_hole: int | None, from_line: int | None) -> None:
         Both are given.
     """
     if from_hole is not None and from_line is not None:
-        raise OptionError("--from-hole and --from-line both say where to go on; leave one out")
+        raise OptionError("--from-hole and --from-line both set the line to resume at; leave one out")
 
 
 def rest_of(
@@ -113,7 +113,7 @@ def _place_before(job: SendJob, row: int, line: int) -> XYZ:
     """Return the tool position before a row; Z is 0 for a laser that never moves Z."""
     path = job.program.path
     if row >= len(path):
-        raise OptionError(f"--from-line {line}: nothing is left to be done there")
+        raise OptionError(f"--from-line {line}: no work remains after this line")
     x, y, z = path.before[row].tolist()
     never_moves_z = not np.isfinite(path.end[path.kind <= Kind.ARC_CCW, 2]).any()
     if never_moves_z:
@@ -121,7 +121,7 @@ def _place_before(job: SendJob, row: int, line: int) -> XYZ:
     if not all(math.isfinite(v) for v in (x, y, z)):
         hole = next((hole for hole in job.holes if hole.first > line), None)
         advice = (
-            f"; go on from line {hole.first} (--from-hole {hole.number})" if hole else "; start from the first line"
+            f"; resume from line {hole.first} (--from-hole {hole.number})" if hole else "; start from the first line"
         )
         raise OptionError(f"--from-line {line}: the tool position before this line is not known{advice}")
     return x, y, z

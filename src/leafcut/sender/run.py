@@ -269,7 +269,9 @@ class SendRun:
             self.left.remove(first)
         pause = next((step for step in self.left if isinstance(step, Pause)), None)
         if pause is not None:
-            raise OptionError(f"{self.job.file} stops for a person ({pause}), and nobody can be asked; use a terminal")
+            raise OptionError(
+                f"{self.job.file} stops for the operator ({pause}), but no terminal is available to ask; use one"
+            )
 
     def _send_all(self) -> None:
         while True:
@@ -340,13 +342,13 @@ class SendRun:
             self._asked_at = now
             self.talk.ask_status(more=bool(self.left) and not isinstance(self.left[0], Pause))
         if now - self._heard_at > SILENCE_SECONDS * self.talk.patience:
-            raise _Silent(f"nothing answers on {self.talk.port.name} any more")
+            raise _Silent(f"{self.talk.port.name} no longer responds")
         if (
             self._rests >= 2
             and self.counter.waiting
             and now - self._owed_since > OWING_SECONDS * self.talk.patience + self._dwell()
         ):
-            raise _Ended("an answer was lost on the way, so the lines can no longer be counted; look at the cable")
+            raise _Ended("an answer was lost on the way, so the lines can no longer be counted; check the cable")
 
     def _dwell(self) -> float:
         """Return the dwell of the oldest unanswered line, s."""
@@ -367,7 +369,7 @@ class SendRun:
             case Greeting():
                 raise _Ended(f"the controller was reset{self._while_in()}")
             case Strange(words):
-                raise _Ended(f"the answer makes no sense: '{words}'; look at the cable")
+                raise _Ended(f"invalid answer: '{words}'; check the cable")
             case Status():
                 self._see(answer)
             case _:
@@ -378,7 +380,7 @@ class SendRun:
         line = self.counter.answered()
         self._owed_since, self._rests = self.talk.clock(), 0
         if line is None:
-            raise _Ended("the controller answers a line that was not sent: is another program connected to it?")
+            raise _Ended("the controller answered a line that was not sent: is another program connected to it?")
         if line.number:
             self.taken = line.number
             self._history.append(line.number)
@@ -390,7 +392,7 @@ class SendRun:
             raise _Ended(problem)
         self._errors.append((line.number, problem))
         if len(self._errors) >= _MAX_ERRORS:
-            raise _Ended(f"{problem}; {_MAX_ERRORS} errors, the rest was not looked at")
+            raise _Ended(f"{problem}; {_MAX_ERRORS} errors; the rest was not checked")
 
     def _see(self, status: Status) -> None:
         """Process a status: position of the machine, and whether it is at rest."""
@@ -398,7 +400,7 @@ class SendRun:
             raise _Ended(f"{self._place_text()}: the machine is {state_in_words(status, self.talk.family)}")
         used = None if status.free_bytes is None else self.facts.buffer - status.free_bytes
         if self.facts.buffer == GRBL_BUFFER and used is not None and used > self.counter.bytes + SPARED:
-            raise _Ended("there is more in the controller's buffer than was sent: is another program speaking to it?")
+            raise _Ended("the controller's buffer holds more than was sent: is another program connected to it?")
         self._rests = self._rests + 1 if status.state in ("Idle", "Check") else 0
         self._not_yet_held = 0 if status.state == "Hold" else max(self._not_yet_held - 1, 0)
         if status.overrides is not None:
@@ -482,7 +484,7 @@ class SendRun:
         try:
             data = text.upper() if text.isascii() and text.isprintable() else ""
             if not data or len(data) > 79 or set(data) & set("!?~"):
-                return ["that is no line for a controller"]
+                return ["not a line for a controller"]
             replies = [str(getattr(answer, "text", answer)) for answer in self.talk.ask(data, 600.0)]
             return [*replies, "ok"]
         except PortLost:
@@ -578,9 +580,7 @@ class SendRun:
         self._settle_line()
         last = self.talk.status
         turns = self._spindle_turns()
-        rest = (
-            f"it runs the lines that it has, at most to line {self.sent}, and stands then" if self.sent else "unknown"
-        )
+        rest = f"it runs its buffered lines, at most up to line {self.sent}, then stops" if self.sent else "unknown"
         spindle = (
             f"; its {'laser' if self.job.laser else 'spindle'} may stay on: stop it at the machine" if turns else ""
         )

@@ -39,10 +39,10 @@ def ending_in_words(ending: Ending, job: SendJob) -> str:
             f", hole {ending.hole.number}" if ending.hole else ""
         )
         parts.append(f"it was in {last_position}; lines up to {ending.taken} of {lines} were taken")
-        advice = f"go on with {ending.go_on}" if ending.go_on else "start from the beginning"
-        parts.append(advice + ("" if ending.homed else " after homing it, or setting its place"))
+        advice = f"resume with {ending.go_on}" if ending.go_on else "start from the beginning"
+        parts.append(advice + ("" if ending.homed else " after homing, or after setting the position"))
     else:
-        parts.append("no line of the program was run")
+        parts.append("no line of the program was executed")
     return brief("; ".join(parts))
 
 

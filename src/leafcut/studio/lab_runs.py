@@ -77,7 +77,7 @@ class LabRuns:
         """
         if name == OWN_PART:
             if self.own is None:
-                raise OptionError("no part was compared since the studio started; begin that on the Lab page")
+                raise OptionError("no part was compared since the studio started; start a comparison on the Lab page")
             return self.own
         if name.endswith(".toml") or "/" in name or "\\" in name:
             raise OptionError("name an experiment that comes with leafcut")

@@ -93,7 +93,7 @@ def fit(programs: Sequence[Measured], machine: Machine) -> Fitted:
     parameters = ["acceleration"] if corner_style(machine) == "linuxcnc" else ["acceleration", "corner"]
     held: dict[str, str] = {}
     if "corner" not in parameters:
-        held["corner"] = "LinuxCNC's corners go by the program's own G64 P, and have no value of the machine"
+        held["corner"] = "LinuxCNC's corners go by the program's own G64 P, not by a value of the machine"
     if len(programs) < 2:
         held |= dict.fromkeys(parameters, "one program is not enough; measure at least two")
         return Fitted(machine, before, before, None, None, {}, math.nan, held)
@@ -125,7 +125,7 @@ def _reason_held(error: float, name: str) -> str:
         return "the programs do not determine it, or their times contradict each other"
     if error > _KNOWN[name]:
         return f"the programs do not determine it: its standard error is {100 * error:.0f} %"
-    return f"the best {name} lies beyond what machines have; check what was measured"
+    return f"the best {name} is implausible for a machine; check the measurements"
 
 
 def _start(machine: Machine, parameters: Sequence[str]) -> Floats:

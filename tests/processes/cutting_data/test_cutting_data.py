@@ -262,7 +262,7 @@ def test_the_costs_of_the_library_count(library: Path) -> None:
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"material": None}, "no material given; name what is cut with --material"),
+        ({"material": None}, "no material given; name it with --material"),
         ({"material": "c54"}, "unknown material 'c54'; did you mean 'c45'?"),
         ({"tool_diameter": None}, "no tool given: give a drawing, --tools or --tool-diameter"),
         ({"holes": None}, "no number of holes: give a drawing or --holes"),
@@ -350,7 +350,7 @@ def test_the_terminal_shows_the_best_of_each_objective_and_the_librarys_own(
 @pytest.mark.parametrize(
     ("material", "tool", "words"),
     [
-        ("6061", "hss", "from memory: some constants of the tool life of hss in aluminium-6061 were not seen in print"),
+        ("6061", "hss", "unverified: some constants of the tool life of hss in aluminium-6061 have no printed source"),
         ("c45", "carbide", "estimate: the tool life of carbide in steel-c45 has no measured source"),
         ("s235", "hss", ""),
     ],

@@ -309,7 +309,7 @@ def test_a_mesh_that_is_open_at_a_hole_is_told_so(folder: Path) -> None:
         ({"thickness": 6}, "--through and --thickness"),
         ({"fixture": "1 2 3"}, "needs six numbers"),
         ({"fixture": "1 2 3 1 5 6"}, "has no volume"),
-        ({"fixture": "clamp.stl"}, "give a file with --fixture-file"),
+        ({"fixture": "clamp.stl"}, "set a file with --fixture-file"),
         ({"fixture_file": "nothing.stl"}, "nothing.stl"),
         ({"surface": None}, "--through"),
         ({"surface": "nothing.stl"}, "nothing.stl"),
@@ -531,4 +531,4 @@ def test_the_command_line_gives_the_same_time(
     assert answer["after"]["time_s"] == pytest.approx(low.after.time_s)
     assert answer["low_ways_saved_s"] > 10.0
     assert run([*words, "--machine", "linuxcnc-mill", "-o", str(tmp_path / "out.ngc")]) == 0
-    assert "saved against moves at the greatest height" in capsys.readouterr().out
+    assert "saved compared with moves at the greatest height" in capsys.readouterr().out

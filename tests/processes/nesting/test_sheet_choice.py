@@ -126,7 +126,7 @@ def test_the_price_of_a_sheet_lives_from_the_nest_to_the_cost_of_its_parts(plate
         ("", "is empty"),
         ("away.dxf", "away.dxf"),
         ("two.dxf", "2 separate outlines"),
-        ("tiny.dxf", "no sheet that holds anything"),
+        ("tiny.dxf", "leaves no room for parts"),
         ("open.dxf", "open path"),
     ],
 )

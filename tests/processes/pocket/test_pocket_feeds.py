@@ -129,7 +129,7 @@ def test_a_program_whose_chips_are_too_thick_is_refused(drawing: Path, monkeypat
     monkeypatch.setattr(
         "leafcut.processes.pocket.feeds.allowed_feed", lambda e, limits: np.full(len(e.chip), limits.most)
     )
-    with pytest.raises(VerifyError, match=r"a move at 900 mm/min makes a chip of 0.15 mm a revolution near"):
+    with pytest.raises(VerifyError, match=r"a move at 900 mm/min makes a chip of 0.15 mm per revolution near"):
         api.optimize(drawing, feeds=True, **GIVEN)
 
 
@@ -176,7 +176,7 @@ def test_a_material_of_unknown_force_gives_a_warning(drawing: Path, library_tool
     given = {**library_tool, "material": "plastic", "depth": 1.5}
     unknown = api.optimize(drawing, feeds=True, machine="haas-vf2", **given)
     assert [issue.message for issue in unknown.issues if issue.code == "L705"] == [
-        "power and torque do not limit feeds: the force that 'plastic' needs is not known; name a material of "
+        "power and torque do not limit feeds: the cutting force of 'plastic' is unknown; name a material of "
         "`leafcut list materials`"
     ]
 

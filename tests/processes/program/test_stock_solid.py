@@ -126,7 +126,7 @@ def test_undercuts_are_told_and_count_as_material(tmp_path: Path, capsys: pytest
         ("open.stl", 1, "open.stl: has holes in its surface, so that it is not known where material is; mend it"),
         ("torn.stl", 1, "is truncated"),
         ("many.stl", 1, "has 10,000,000 triangles; at most"),
-        ("metres.stl", 1, "is 0.04 mm long, which no part is; save it in mm"),
+        ("metres.stl", 1, "is 0.04 mm long, too long for a part; save it in mm"),
         ("inches.stl", 1, "never touches the stock"),
         ("flat.stl", 1, "has no volume"),
     ],
@@ -156,7 +156,7 @@ def test_cells_that_do_not_fit_and_cuts_beyond_the_stock_are_told(
 ) -> None:
     file = stl(tmp_path / "stock.stl", box((0, 0, -10), (40, 40, 0)))
     assert run(["stock", program(tmp_path), "--workpiece", file, "--cell", "0.001"]) == 1
-    assert "1,600,000,000 of them are needed, at most 64,000,000 fit" in capsys.readouterr().err
+    assert "1,600,000,000 of them are needed, but at most 64,000,000 fit" in capsys.readouterr().err
     small = stl(tmp_path / "small.stl", box((0, 0, -10), (40, 18, 0)))
     assert run(["stock", program(tmp_path), "--workpiece", small]) == 0
     assert "a cut reaches Y30.00, but the stock that was given ends at Y18 (line 6)" in capsys.readouterr().out

@@ -80,7 +80,7 @@ def test_reordering_takes_a_step_file_as_its_stock(slot: str, tmp_path: Path) ->
     ("name", "more", "status", "words"),
     [
         ("gone.step", (), 1, "gone.step: cannot be read"),
-        ("torn.step", (), 1, "the STEP file is cut off"),
+        ("torn.step", (), 1, "the STEP file is truncated"),
         ("empty.step", (), 1, "has no solid"),
         ("text.step", (), 1, "is not an STL file"),
         (

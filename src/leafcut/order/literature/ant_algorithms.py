@@ -26,14 +26,17 @@ def check_ants(algorithm: str, aco: AcoOptions, _: FireflyOptions, choices: bool
     """
     if aco.parallel == "processes" and algorithm == "acs":
         raise SolveError(
-            "--parallel processes: ants of acs wear off one pheromone in turn; use --parallel exchange or threads"
+            "--parallel processes: the ants of acs update the shared pheromone in turn; use --parallel exchange or "
+            "threads"
         )
     if aco.parallel != "gpu":
         return
     if choices:
         raise SolveError("--parallel gpu: paths with directions or precedence are ordered on the CPU; leave it out")
     if algorithm == "acs":
-        raise SolveError("--parallel gpu: the ants of acs change the pheromone as they go; use --parallel threads")
+        raise SolveError(
+            "--parallel gpu: the ants of acs update the pheromone during construction; use --parallel threads"
+        )
     from leafcut.order.literature.gpu import check_gpu
 
     check_gpu()

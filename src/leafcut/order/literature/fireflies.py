@@ -248,8 +248,8 @@ def check_fireflies(_: str, __: AcoOptions, firefly: FireflyOptions, choices: bo
     """
     if choices and firefly.variant != "leafcut":
         raise SolveError(
-            f"--variant {firefly.variant} moves closed tours of places: it keeps no precedence, direction or "
-            "choice of starts; use --variant leafcut"
+            f"--variant {firefly.variant} supports only closed tours of points, without precedence, directions or "
+            f"alternative starts; use --variant leafcut"
         )
 
 

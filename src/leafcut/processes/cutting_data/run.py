@@ -67,7 +67,7 @@ def cutting_data(
     if objective not in OBJECTIVES:
         raise OptionError(f"--objective: unknown value '{objective}'{nearest(objective, OBJECTIVES)}")
     if "material" not in settings.given:
-        raise OptionError("no material given; name what is cut with --material (leafcut list materials lists them)")
+        raise OptionError("no material given; name it with --material (leafcut list materials lists them)")
     options = settings.of(SpeedOptions)
     machine = machine_of(settings)
     if machine.head is not Head.SPINDLE:
@@ -77,7 +77,7 @@ def cutting_data(
     works = list(_tool_works(drawing, settings, machine, material, issues, progress))
     if not works:
         reasons = "; ".join(issue.message for issue in issues[:3])
-        raise PlanError(f"no tool is left to choose speeds for{f': {reasons}' if reasons else ''}")
+        raise PlanError(f"no tool remains to choose speeds for{f': {reasons}' if reasons else ''}")
     fronts = _fronts(works, settings, machine, material, objective, issues)
     return CuttingData(
         source="" if drawing is None else str(drawing),
@@ -294,7 +294,7 @@ def _grid(work: ToolWork, kind: ToolMaterial, machine: Machine, material: WorkMa
         share *= _HSS_MILL_CHIP
     largest = share * work.tool.diameter
     if not largest:
-        raise OptionError(f"{material.name} does not say how large a chip may be; use a material file that does")
+        raise OptionError(f"{material.name} has no limits of the chip thickness; use a material file with these limits")
     return SpeedGrid(
         lowest_rpm=machine.spindle_min_rpm,
         highest_rpm=machine.spindle_max_rpm,

@@ -199,7 +199,7 @@ def judge_holes(request: DrillingRequest, text: str, path: Toolpath, rounding: f
             continue
         where = place(plunge.x, plunge.y, plunge.tip)
         if drawn.near(plunge.x, plunge.y, tolerance):
-            text = f"{plunge.tool} drills at {where}, where the hole is already made"
+            text = f"{plunge.tool} drills at {where}, where the hole exists already"
             differences.append(Difference("hole twice", 0, plunge.line, text))
         else:
             text = f"{plunge.tool} drills at {where}, where the drawing has no hole"
@@ -418,7 +418,7 @@ def _read_motions(
         path.tool.tolist(), strict=True,
     )  # fmt: skip
     for kind, (x0, y0, z0), (x, y, z), ref, line, number in rows:
-        tool = f"T{number}" if names is None else names.get(number, f"T{number}, which no comment names")
+        tool = f"T{number}" if names is None else names.get(number, f"T{number}, which no comment describes")
         upright = x == x0 and y == y0
         if kind == Kind.DRILL:
             plunges.append(_Plunge(x, y, path.cycles[ref].bottom, tool, line))
@@ -538,7 +538,7 @@ def _compare_slots(slots: Sequence[_SlotCut], passes: Sequence[_Pass], tolerance
         if abs(z1 - slots[number].bottom) <= tolerance:
             bottom_passes[number] += 1
             if bottom_passes[number] > 1:
-                text = f"{where} is cut once more at its bottom"
+                text = f"{where} is cut again at its bottom"
                 differences.append(Difference("slot twice", 0, motion.line, text))
     for slot, count in zip(slots, bottom_passes, strict=True):
         if not count:

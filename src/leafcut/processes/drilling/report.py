@@ -23,7 +23,7 @@ class DrillingReport(PathReport[DrillingDetail]):
         saved = self.outcome.detail.low_ways_saved_s
         if saved is None or saved < _LEAST_SAVED:
             return [] if saved is None else [Fact("low_ways_saved_s", max(saved, 0.0), "s")]
-        label = said("saved against moves at the greatest height")
+        label = said("saved compared with moves at the greatest height")
         return [Fact("low_ways_saved_s", saved, "s", label, said("Low moves"))]
 
     def stock(self) -> ShownStock:

@@ -89,7 +89,7 @@ def planned(job: Job, sources: Sequence[Source], everything: bool) -> tuple[Dril
         from leafcut.read.tool_formats import WITH_PRESETS
 
         if tools.suffix.lower() not in WITH_PRESETS:
-            raise OptionError("--material: chooses among the presets of a Fusion tool library only; leave it out")
+            raise OptionError("--material: only selects a preset of a Fusion tool library; leave it out")
     on_progress, reading = job.start_step("reading"), job.settings.read
     options, drill_options = job.settings.job, job.settings.of(DrillOptions)
     of_step = any(sniff_step(source.data[:SNIFF_BYTES]) is Match.YES for source in sources)
@@ -105,7 +105,7 @@ def planned(job: Job, sources: Sequence[Source], everything: bool) -> tuple[Dril
     part = _with_missing_work(part, job, sources[0], everything)
     solid = any(hole.depth is not None for hole in part.holes)
     if solid and "hole_heights" in job.settings.asked and drill_options.hole_heights == "one":
-        raise OptionError("--hole-heights one: the holes of a solid have heights of their own; leave it out")
+        raise OptionError("--hole-heights one: the holes of a solid have individual heights; leave it out")
     surface, fixture = _meshes(job, sources[0], part, of_step)
     mesh, fixture = (
         None if loaded is None else placed_mesh(loaded, part, job.settings.read) for loaded in (surface, fixture)
@@ -152,7 +152,7 @@ def wanted_nodes(plan: DrillPlan, path: Path | None) -> dict[int, Ints]:
     if order.drawing is not None and order.drawing != drawing:
         difference = "as many, in other places" if order.drawing.holes == drawing.holes else f"{drawing.holes}"
         raise PlanError(
-            f"{path}: this is the order of another drawing, with {order.drawing.holes} holes; this one has "
+            f"{path}: this is an order for a different drawing, with {order.drawing.holes} holes; this one has "
             f"{difference}; make a new file for it, or remove 'drawing' from this one to use it anyway"
         )
     nodes = {}
@@ -184,8 +184,8 @@ def check_tool_changes(machine: Machine, dialect: Dialect) -> None:
     for supported, reason in (
         (machine.tool_changer, "its tools are changed by hand"),
         (dialect.tool_change == "M6", f"{dialect.name} has no M6"),
-        (dialect.language != "klartext", f"{dialect.name} programs name no tool before its call"),
-        (dialect.length_offset != "D", f"a T of {dialect.name} takes up the length of its tool, too"),
+        (dialect.language != "klartext", f"{dialect.name} programs cannot preselect a tool"),
+        (dialect.length_offset != "D", f"a T word of {dialect.name} also activates the tool length"),
     ):
         if machine.preselect_tool and not supported:
             raise OptionError(

@@ -28,7 +28,7 @@ class Nesting(Process):
     )
     uses |= use(CutDataOptions, "cut_process", "kerf")
     uses |= use(SolveOptions, "preset", "time_limit", "iterations", "seed", "threads")
-    otherwise = {"quantity": "write it after the drawing, such as bracket.dxf:20"}  # noqa: RUF012  # `Process` declares it as a class variable
+    otherwise = {"quantity": "written after the drawing, such as bracket.dxf:20"}  # noqa: RUF012  # `Process` declares it as a class variable
     command = "nest"
     help = "Nest parts on sheets, in several variants, and write the best nest as DXF for cutting."
     offered_with = "cut"

@@ -73,7 +73,7 @@ def _check_sheets(nest: Nest) -> list[str]:
 
 def _check_angles(nest: Nest, layout: Layout) -> list[str]:
     return [
-        f"{nest.parts[p.part].name}: lies at {math.degrees(p.angle):g}°, which is not allowed"
+        f"{nest.parts[p.part].name}: is rotated by {math.degrees(p.angle):g}°, which is not allowed"
         for p in layout.placements
         if not _is_allowed(p.angle, nest.parts[p.part].rotations)
     ]
@@ -192,7 +192,7 @@ def check_drawing(nest: Nest, layout: Layout, sheet: Sheet) -> list[str]:
     for path in stock.paths:
         edge = next((candidate for candidate in edges if _is_same(Contour(path, "sheet"), candidate)), None)
         if edge is None:
-            errors.append(f"the edge of the sheet is not that of {stock.length:g} × {stock.width:g} mm")
+            errors.append(f"the edge of the sheet differs from {stock.length:g} × {stock.width:g} mm")
         else:
             edges.remove(edge)
     if edges:

@@ -100,7 +100,13 @@ def print_nests(outcome: NestOutcome, console: Console) -> None:
     console.print(Text(clean(f"{parts} on sheets of {_sizes(first)}, {spaced}")), soft_wrap=True)
     table = Table(box=None, padding=(0, 3, 0, 0), header_style="dim", pad_edge=False)
     table.add_column("variant")
-    for title in (*(["cost"] if first.priced else []), "sheets", "used of the last", "utilisation", "of what is used"):
+    for title in (
+        *(["cost"] if first.priced else []),
+        "sheets",
+        "of the last sheet used",
+        "utilisation",
+        "of the material used",
+    ):
         table.add_column(title, justify="right", no_wrap=True)
     for number, nest in enumerate(outcome.nests, 1):
         shares = (f"{100.0 * share:.1f} %" for share in (nest.utilisation, nest.utilisation_of_used))

@@ -263,7 +263,7 @@ def _available_sheets(
     if "sheet" not in settings.given:
         if not machine.table_known:
             raise OptionError(
-                f"--sheet: the travel of {machine.name} is unknown, and with it the largest sheet; give a size"
+                f"--sheet: the travel of {machine.name} is unknown, and so is the largest sheet; set a size"
             )
         sides = [SHEET_STEP * max(math.floor(side / SHEET_STEP), 1) for side in reach]
         size = "x".join(f"{side:g}" for side in sides)
@@ -279,9 +279,7 @@ def _available_sheets(
     for stock in stocks:
         if all(side <= limit for side, limit in zip((stock.length, stock.width), reach, strict=True)):
             continue
-        message = (
-            f"a sheet of {shown(stock.name)} is larger than {machine.name} reaches, {reach[0]:g} × {reach[1]:g} mm"
-        )
+        message = f"a sheet of {shown(stock.name)} exceeds the travel of {machine.name}, {reach[0]:g} × {reach[1]:g} mm"
         if "machine" in settings.given:
             raise OptionError(f"--sheet: {message}; use a smaller one, or another --machine")
         issues.append(Issue("L435", f"{message}: check it with the machine that cuts it (--machine)"))
@@ -306,8 +304,8 @@ def _remnant_stock(sheet: SheetWord, source: Source, margin: float, on_progress:
     holes = [c.path for c in drawn.contours if c.depth == 1]
     if len(outer) != 1:
         raise PlanError(
-            f"{shown(sheet.name)}: {len(outer)} separate outlines; a sheet has one, with holes in it: give each "
-            "sheet its own drawing"
+            f"{shown(sheet.name)}: {len(outer)} separate outlines; a sheet has a single outline, with holes in it: "
+            f"use one drawing per sheet"
         )
     x0, y0, x1, y1 = outer[0].extents
     paths = tuple(path.moved(-x0, -y0) for path in (*outer, *holes))
@@ -315,8 +313,8 @@ def _remnant_stock(sheet: SheetWord, source: Source, margin: float, on_progress:
     metal = Polygon(outline, inner)
     if max(x1 - x0, y1 - y0) > LARGEST_SHEET or not metal.is_valid or metal.buffer(-margin).is_empty:
         raise PlanError(
-            f"{shown(sheet.name)}: {x1 - x0:.6g} × {y1 - y0:.6g} mm is no sheet that holds anything, with "
-            f"--margin {margin:g} mm along its edges"
+            f"{shown(sheet.name)}: {x1 - x0:.6g} × {y1 - y0:.6g} mm leaves no room for parts, with --margin "
+            f"{margin:g} mm along its edges"
         )
     return Stock(x1 - x0, y1 - y0, sheet.count, sheet.price, paths, Path(sheet.name).stem)
 

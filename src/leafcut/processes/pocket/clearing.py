@@ -130,7 +130,7 @@ def _tried(
     from leafcut.processes.pocket.measures import measure_path
 
     if job.run.cancelled.is_set() and strategy.name not in (*USUAL, job.run.settings.of(PocketOptions).strategy):
-        return PocketResult(strategy.name, refused="stopped before it was tried"), [], []
+        return PocketResult(strategy.name, refused="not tried before the search was stopped"), [], []
     try:
         clearings = [_clearing(job, job.levels[number], strategy, region, roughed, time) for region in regions]
     except (PlanError, SolveError) as problem:

@@ -28,10 +28,10 @@ class PocketOptions(OptionGroup):
     tool_number: int | None = option(
         "whole",
         None,
-        "tool number of the end mill, by which the tool library is searched as well",
+        "tool number of the end mill, also used to select it in the tool library",
         minimum=1,
         maximum=99_999_999,
-        default_words="1; with a library its end mill of that diameter, or its only one",
+        default_words="1; with a library, its end mill of that diameter, or its only end mill",
     )
     pocket_top: str = option(
         "text",

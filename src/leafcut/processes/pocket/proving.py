@@ -117,7 +117,7 @@ def _uncut(job: PocketJob, removed: list[tuple[int, Removal]]) -> list[Issue]:
         points = [piece.representative_point() for piece in left[:NAMED_PLACES]]
         at = ", ".join(f"({point.x:.2f}, {point.y:.2f})" for point in points)
         more = f" and {count_of(len(left) - NAMED_PLACES, 'more place')}" if len(left) > NAMED_PLACES else ""
-        words = f"{job.part.pockets[number].label}: {area_words(removal.uncovered.area)} stay uncut ({share:.2f} %)"
+        words = f"{job.part.pockets[number].label}: {area_words(removal.uncovered.area)} remain uncut ({share:.2f} %)"
         work = MissingWork("place", len(left), tuple((point.x, point.y) for point in points))
         issues.append(Issue("L711", words, f"near {at}{more}", missing=work))
     return issues
@@ -128,8 +128,8 @@ def stops(job: PocketJob) -> list[Issue]:
     if not job.words.rounding or job.rounding <= job.rules.stock:
         return []
     words = (
-        f"{job.words.name} stops after every move (G61): with G64 it would cut corners short by up to "
-        f"{job.rounding:.2g} mm at this feed, into walls; give that much --stock to rough without stops"
+        f"{job.words.name} stops after every move (G61): with G64 it would round corners by up to {job.rounding:.2g} "
+        f"mm at this feed, into the walls; set --stock to this value to rough without stops"
     )
     return [Issue("L704", words, severity=Severity.NOTE)]
 
@@ -149,5 +149,5 @@ def entry_issues(descents: Sequence[Descent]) -> list[Issue]:
         words = f"{len(needed)} holes have" if len(needed) > 1 else "a hole has"
         places = list(needed)[:4]
         at = "; ".join(f"({x:.3f}, {y:.3f})" for x, y in places) + (" …" if len(needed) > 4 else "")
-        issues.append(Issue("L703", f"{words} to be there before this program runs, as deep as the pocket", f"at {at}"))
+        issues.append(Issue("L703", f"{words} to exist before this program runs, as deep as the pocket", f"at {at}"))
     return issues

@@ -61,7 +61,7 @@ def read(text: str, file: str) -> Values:
     parts = [_subtree(axes, axis) for axis in "xyz"]
     for axis, part in zip("xy", parts, strict=False):
         if not part:
-            raise values.refusal(f"has no axis {axis} in 'axes'; is the file whole?")
+            raise values.refusal(f"has no axis {axis} in 'axes'; is the file complete?")
     values.motion(
         _axis_values(values, parts, "max_rate_mm_per_min", _RATE, "mm/min"),
         _axis_values(values, parts, "acceleration_mm_per_sec2", _ACCELERATION, "mm/s2"),
@@ -202,7 +202,7 @@ def _store_travel(values: Values, parts: list[_Tree]) -> None:
         source = f"max_travel_mm and homing, {in_lines(lines)}"
         values.travel(Axes(tuple(lowest), "mm", source, derived=True), Axes(tuple(highest), "mm", source, derived=True))
     homed = any(_subtree(part, "homing") for part in parts)
-    source = "mpos_mm of homing" if homed else "no homing: machine zero is where it was switched on"
+    source = "mpos_mm of homing" if homed else "no homing: machine zero is its position at power-on"
     values.home_at(Axes(tuple(homes), "mm", source, derived=homed, assumed=not homed))
 
 
@@ -210,13 +210,13 @@ def _store_process(values: Values, tree: _Tree) -> None:
     spindle = next((name for name in _SPINDLES if name in tree), None)
     laser = _LASER in tree
     only_laser = laser and spindle is None
-    values.derive("controller", "grbl-laser" if only_laser else "grbl", "FluidNC takes the language of GRBL")
+    values.derive("controller", "grbl-laser" if only_laser else "grbl", "FluidNC uses the dialect of GRBL")
     if only_laser:
         values.work(Head.LASER, f"section '{_LASER}' and no spindle")
     else:
         values.assume("process", Head.SPINDLE.value, f"section '{spindle}'" if spindle else "the file names no spindle")
         if laser:
-            values.note('it has a laser, too: give that a profile of its own, with process = "laser"')
+            values.note('it also has a laser: create a separate profile for it, with process = "laser"')
     section = _subtree(tree, spindle or _LASER)
     speeds = section.get("speed_map")
     if isinstance(speeds, _Scalar):
@@ -228,7 +228,7 @@ def _store_process(values: Values, tree: _Tree) -> None:
     elif not only_laser:
         values.assume("spindle.start_time", *SPINDLE_START)
     else:
-        values.assume("spindle.start_time", "0 s", "a laser is there at once")
+        values.assume("spindle.start_time", "0 s", "a laser needs no start-up time")
     values.tools_by_hand("FluidNC changes tools by macros, which are not read")
 
 

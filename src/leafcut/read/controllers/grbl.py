@@ -114,7 +114,7 @@ def _store_controller(values: Values, settings: dict[int, _Setting], laser: bool
     if laser:
         values.work(Head.LASER, f"{_source(settings, _LASER)}: laser mode")
     else:
-        values.assume("process", Head.SPINDLE.value, "laser mode is off ($32); the file cannot say more")
+        values.assume("process", Head.SPINDLE.value, "laser mode is off ($32); the file has no other information")
     highest = _number(values, settings, _FASTEST_RPM) if _FASTEST_RPM in settings else 0.0
     lowest = _number(values, settings, _SLOWEST_RPM) if _SLOWEST_RPM in settings else 0.0
     if highest > 0:
@@ -127,10 +127,10 @@ def _store_controller(values: Values, settings: dict[int, _Setting], laser: bool
             "spindle.start_time", f"{_number(values, settings, _SPINDLE_ON):.10g} s", _source(settings, _SPINDLE_ON)
         )
     elif laser:
-        values.assume("spindle.start_time", "0 s", "a laser is there at once")
+        values.assume("spindle.start_time", "0 s", "a laser needs no start-up time")
     else:
         values.assume("spindle.start_time", *SPINDLE_START)
-    values.tools_by_hand("GRBL has no tool changer of its own")
+    values.tools_by_hand("GRBL itself has no tool changer")
 
 
 def _store_travel(values: Values, settings: dict[int, _Setting], hal: bool) -> None:
@@ -159,17 +159,17 @@ def _store_travel(values: Values, settings: dict[int, _Setting], hal: bool) -> N
         values.note("the file has no travel ($130 to $132): it is not checked")
     if homing & 1:
         home_source = _sources(settings, [key for key in (_HOMING, _HOME_TO_MIN) if key in settings])
-        values.home_at(Axes(tuple(home), "mm", f"{home_source}: the ends where its switches are", derived=True))
+        values.home_at(Axes(tuple(home), "mm", f"{home_source}: the ends with its limit switches", derived=True))
     else:
-        reason = "no homing ($22): machine zero is where the machine was switched on"
+        reason = "no homing ($22): machine zero is its position at power-on"
         values.home_at(Axes((0.0, 0.0, 0.0), "mm", reason, assumed=True))
-        values.note("homing is off ($22=0): the travel counts from where the machine stands when it is switched on")
+        values.note("homing is off ($22=0): the travel starts at the position at power-on")
 
 
 def _axes(values: Values, settings: dict[int, _Setting], keys: tuple[int, ...], unit: str) -> Axes:
     for key in keys:
         if key not in settings:
-            raise values.refusal(f"has no ${key}; save the whole answer to $$")
+            raise values.refusal(f"has no ${key}; save the complete answer to $$")
     return Axes(tuple(_number(values, settings, key) for key in keys), unit, _sources(settings, keys))
 
 

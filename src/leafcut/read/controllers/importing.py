@@ -230,8 +230,8 @@ def profile_text(values: tuple[Value, ...], title: str) -> str:
     """Return a profile as TOML, with the origin of each value as a comment, and its source in ``[sources]``."""
     lines = [
         f"# {title}",
-        "# taken: from the file; derived: from these values, or from the way the controller works;",
-        "# assumed: not known, and only likely; check it.",
+        "# taken: from the file; derived: from these values, or from the behaviour of the controller;",
+        "# assumed: unknown, but likely; check it.",
         MACHINE.line,
     ]
     tables = dict.fromkeys(value.key.rpartition(".")[0] for value in values)

@@ -85,10 +85,10 @@ class _Reading:
             raise refused(f"more than {DEEPEST} files deep; does it include itself?")
         try:
             if not path.is_file():
-                raise refused("which is not there")
+                raise refused("which does not exist")
             self.files += 1
             if self.files > MOST_FILES:
-                raise refused(f"one of more than {MOST_FILES} files; does one include itself?")
+                raise refused(f"one of more than {MOST_FILES} files; does a file include itself?")
             self.bytes_read += path.stat().st_size
             if self.bytes_read > MOST_INCLUDED:
                 raise refused(f"with which it holds more than {MOST_INCLUDED >> 20} MiB")

@@ -56,7 +56,7 @@ def _units(ini: Ini, values: Values, given: str | None) -> str:
     if entry is None:
         if given is None:
             raise values.refusal("[TRAJ] has no LINEAR_UNITS, so its lengths may be mm or inches; set --units")
-        values.assume("units", given, "--units; the file does not say it")
+        values.assume("units", given, "--units; the file does not state it")
         return given
     word = entry.text.split()[0].lower() if entry.text.split() else ""
     unit = _UNITS.get(word)
@@ -174,7 +174,7 @@ class _Reader:
             self.values.work(Head.TORCH, f"plasma, {origin}")
             return
         self.values.derive("controller", "linuxcnc", "the file is one of LinuxCNC")
-        self.values.assume("process", Head.SPINDLE.value, "the file does not say what does the work")
+        self.values.assume("process", Head.SPINDLE.value, "the file does not state the process")
 
     def spindle(self) -> None:
         """Store the speed range of the spindle, if given."""
@@ -202,7 +202,7 @@ class _Reader:
         if random is not None and random.text.strip().lower() in ("1", "yes", "true"):
             origin = f"[EMCIO]RANDOM_TOOLCHANGER, {random.place}"
             self.values.derive("tool_change.automatic", True, origin)
-            self.values.assume("tool_change.time", "10 s", "between a carousel and a hand")
+            self.values.assume("tool_change.time", "10 s", "between a carousel and a manual change")
         else:
             self.values.tools_by_hand("LinuxCNC's HAL files decide, which are not read")
         entry = self.ini.get("TOOL_CHANGE_POSITION", "EMCIO")
@@ -229,7 +229,7 @@ class _Reader:
         entry = self._entry(key, axis)
         if entry is None:
             sections = f"[AXIS_{axis.upper()}]" + (f" or [JOINT_{self.joints.index(axis)}]" if self.trivial else "")
-            raise self.values.refusal(f"has no {key} in {sections}; is the file whole?")
+            raise self.values.refusal(f"has no {key} in {sections}; is the file complete?")
         return self._number(entry[0], f"{entry[1]}{key}"), f"{entry[1]} {entry[0].place}"
 
     def _number(self, entry: Entry, label: str) -> float:

@@ -30,7 +30,7 @@ _MACH3_UNSET = (-100.0, 100.0)
 #: Tags that Mach3 writes only after the motor tuning of an axis is saved.
 _MACH3_MOTORS = tuple(f"{stem}{axis}" for axis in range(3) for stem in ("Vel", "Acc"))
 #: Corner rounding, which neither file contains: an estimate, and its reason.
-_DEVIATION = "0.05 mm", "constant velocity rounds corners; how far is not in the file"
+_DEVIATION = "0.05 mm", "constant velocity rounds corners; the file does not state by how much"
 
 
 def read_mach3(text: str, file: str, units: str | None = None) -> Values:
@@ -46,7 +46,7 @@ def read_mach3(text: str, file: str, units: str | None = None) -> Values:
 
     def tag_text(tag: str) -> str:
         if tag not in tags:
-            raise values.refusal(f"has no <{tag}>; is the file whole?")
+            raise values.refusal(f"has no <{tag}>; is the file complete?")
         return tags[tag]
 
     def per_axis(stem: str) -> tuple[float, ...]:
@@ -74,7 +74,7 @@ def read_mach3(text: str, file: str, units: str | None = None) -> Values:
         raise values.refusal("steps per unit (<Steps0> to <Steps2>) must be above 0; is the motor tuning done?")
     lowest, highest = per_axis("M{}Min"), per_axis("M{}Max")
     _store_mach3_travel(values, unit, lowest, highest, limits_off=tags.get("SoftLimit", "1").strip() == "0")
-    values.home_at(Axes((0.0, 0.0, 0.0), unit, "Mach3 leaves it to the owner where zero is", assumed=True))
+    values.home_at(Axes((0.0, 0.0, 0.0), unit, "in Mach3 the owner chooses the position of zero", assumed=True))
     _store_mach3_process(values, tags)
     return values
 
@@ -88,13 +88,13 @@ def _store_mach3_travel(
         return
     template = "soft limits, <M{}Min> to <M{}Max>"
     if limits_off:
-        values.note("soft limits are off in Mach3 (<SoftLimit>0): the travel is taken from them nevertheless")
+        values.note("soft limits are off in Mach3 (<SoftLimit>0): their travel is used anyway")
     source = template.format(0, 2)
     values.travel(Axes(lowest, unit, source), Axes(highest, unit, source))
 
 
 def _store_mach3_process(values: Values, tags: Mapping[str, str]) -> None:
-    values.assume("process", Head.SPINDLE.value, "the file does not say what does the work")
+    values.assume("process", Head.SPINDLE.value, "the file does not state the process")
     if tags.get("PlasmaMode", "0").strip() == "1":
         values.note('PlasmaMode is on: if this is a plasma table, set process = "torch" and controller = "plasma"')
     pulley = int(number(values, tags.get("PULLEY", "0"), "<PULLEY>")) + 1
@@ -136,7 +136,7 @@ def read_mach4(text: str, file: str, units: str | None = None) -> Values:
     )
     _store_mach4_travel(ini, values, motors, unit)
     values.home_at(Axes((0.0, 0.0, 0.0), unit, "Mach4's file has the direction of homing, not its end", assumed=True))
-    values.assume("process", Head.SPINDLE.value, "the file does not say what does the work")
+    values.assume("process", Head.SPINDLE.value, "the file does not state the process")
     fastest = ini.get("MaxRPM", "SpindleRange0")
     if fastest is not None and number(values, fastest.text, f"MaxRPM ({fastest.place})") > 0:
         slowest = ini.get("MinRPM", "SpindleRange0")
@@ -163,7 +163,7 @@ def _store_mach4_travel(ini: Ini, values: Values, motors: list[str], unit: str) 
     flags = [ini.get("SoftLimitUsed", f"Axis{axis}") for axis in range(3)]
     ignored = [n for n, flag, is_set in zip("xyz", flags, was_set, strict=True) if is_set and flag and flag.text == "0"]
     if ignored:
-        values.note(f"soft limits of {', '.join(ignored)} are off in Mach4: the travel is taken from them nevertheless")
+        values.note(f"soft limits of {', '.join(ignored)} are off in Mach4: their travel is used anyway")
     lowest = tuple(value if is_set else -math.inf for value, is_set in zip(low, was_set, strict=True))
     highest = tuple(value if is_set else math.inf for value, is_set in zip(high, was_set, strict=True))
     values.travel(Axes(lowest, unit, source, derived=True), Axes(highest, unit, source, derived=True))
@@ -175,7 +175,7 @@ def _motor(ini: Ini, values: Values, axis: int) -> str:
     section = child.text if child is not None else f"Motor{axis}"
     if section not in ini.sections:
         raise values.refusal(
-            f"has no section [{shown(section, 20)}], the motor of axis {'xyz'[axis]}; is the file whole?"
+            f"has no section [{shown(section, 20)}], the motor of axis {'xyz'[axis]}; is the file complete?"
         )
     return section
 
@@ -188,7 +188,9 @@ def _motor_values(
     for motor in motors:
         entry, counts = ini.get(key, motor), ini.get("CountsPerUnit", motor)
         if entry is None or counts is None:
-            raise values.refusal(f"has no {key if entry is None else 'CountsPerUnit'} in [{motor}]; is the file whole?")
+            raise values.refusal(
+                f"has no {key if entry is None else 'CountsPerUnit'} in [{motor}]; is the file complete?"
+            )
         scale = number(values, counts.text, f"[{motor}]CountsPerUnit ({counts.place})")
         if not scale > 0:
             raise values.refusal(f"[{motor}]CountsPerUnit is {scale:g}, but must be above 0 ({counts.place})")

@@ -147,7 +147,7 @@ def questioned(
             f"--{question.name}" for question in QUESTIONS if question.required and not answers.is_answered(question)
         ]
         if missing:
-            raise OptionError(f"machine new needs {' and '.join(missing)} where nobody can be asked (no terminal)")
+            raise OptionError(f"machine new needs {' and '.join(missing)} because it cannot ask (no terminal)")
     for question in QUESTIONS:
         try:
             answers.answer(question)
@@ -330,7 +330,7 @@ def _take_choice(known: Sequence[str]) -> Callable[[Question, str], dict[str, An
     def take(question: Question, typed: str) -> dict[str, Any]:
         word = typed.strip().lower()
         if word not in known:
-            raise OptionError(f"'{shown(typed, 30)}' is not known{nearest(word[:80], known)}")
+            raise OptionError(f"'{shown(typed, 30)}' is unknown{nearest(word[:80], known)}")
         return {question.keys[0]: word}
 
     return take

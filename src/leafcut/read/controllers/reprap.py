@@ -192,7 +192,7 @@ def _store_rrf_travel(values: Values, lines: list[_Line], unit: str) -> dict[str
         if not math.isfinite(ends[axis][1]):
             ends[axis] = [-math.inf, math.inf]
     if plain != entries:
-        values.note("M208 has expressions, which are not worked out: write the travel of those axes into the profile")
+        values.note("M208 has expressions, which are not evaluated: write the travel of those axes into the profile")
     elif not entries:
         values.note("the file has no M208: the travel is not checked")
     if plain:
@@ -219,7 +219,7 @@ def _store_rrf_home(values: Values, lines: list[_Line], ends: dict[str, list[flo
     if not positions:
         _store_zero_home(values)
         return
-    source = f"M574, {_location(positions)}: the ends where its switches are, with the values of M208"
+    source = f"M574, {_location(positions)}: the ends with its limit switches, with the values of M208"
     values.home_at(Axes(tuple(homes.values()), unit, source, derived=True))
 
 
@@ -250,7 +250,7 @@ def _store_jerk_corners(values: Values, jerk: float, place: _Source, unit: str, 
 
 
 def _store_zero_home(values: Values) -> None:
-    values.home_at(Axes((0.0, 0.0, 0.0), "mm", "the file does not say where homing ends", assumed=True))
+    values.home_at(Axes((0.0, 0.0, 0.0), "mm", "the file does not state the end of homing", assumed=True))
 
 
 def _store_common_values(values: Values, name: str, laser: bool = False) -> None:
@@ -258,18 +258,18 @@ def _store_common_values(values: Values, name: str, laser: bool = False) -> None
     if laser:
         values.work(Head.LASER, "M452")
     else:
-        values.assume("process", Head.SPINDLE.value, "the file does not say what does the work")
-    values.assume("spindle.start_time", *(("0 s", "a laser is there at once") if laser else SPINDLE_START))
-    values.tools_by_hand("the file does not say how tools are changed")
+        values.assume("process", Head.SPINDLE.value, "the file does not state the process")
+    values.assume("spindle.start_time", *(("0 s", "a laser needs no start-up time") if laser else SPINDLE_START))
+    values.tools_by_hand("the file does not state how tools are changed")
 
 
 def _axes(values: Values, settings: _Settings, word: str, unit: str, label: str) -> Axes:
     letters = settings.words.get(word)
     if letters is None:
-        raise values.refusal(f"has no {word}, the {label}; is the file whole?")
+        raise values.refusal(f"has no {word}, the {label}; is the file complete?")
     missing = [axis for axis in "XYZ" if axis not in letters]
     if missing:
-        raise values.refusal(f"{word} has no {' and no '.join(missing)}; is the file whole?")
+        raise values.refusal(f"{word} has no {' and no '.join(missing)}; is the file complete?")
     # If an axis has several motors (X100:100), the slowest decides.
     numbers = []
     for axis in "XYZ":
@@ -350,10 +350,10 @@ class _Running:
         if self.missing:
             names = ", ".join(dict.fromkeys(self.missing))
             self.values.note(
-                f"it runs files that are not in its folder, so what they set is not known: {shown(names, 80)}"
+                f"it runs files that are not in its folder, so their settings are unknown: {shown(names, 80)}"
             )
         if self.conditions:
-            self.values.note("it has conditions (if, while): every line was taken as if it were run")
+            self.values.note("it has conditions (if, while): every line was read as if it were executed")
         return lines
 
     def _parse_text(self, text: str, file: str, depth: int) -> list[_Line]:
@@ -393,7 +393,7 @@ class _Running:
         if depth == _DEEPEST_RUN or self.run > _MOST_RUN:
             raise self.values.refusal(
                 f"runs '{shown(name, 60)}', one of more than {_MOST_RUN} files or more than {_DEEPEST_RUN} deep; "
-                "does one run itself?"
+                "does a file run itself?"
             )
         try:
             with path.open("rb") as stream:

@@ -21,7 +21,7 @@ FASTEST, HARDEST, LONGEST = 10_000.0, 100_000.0, 100_000.0
 FASTEST_SPINDLE = 500_000.0
 
 #: Estimates for missing values.
-HAND_CHANGE = "60 s", "a practised hand, with setting z anew"
+HAND_CHANGE = "60 s", "a practised operator, including setting Z again"
 SPINDLE_START = "2 s", "a small spindle"
 
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
@@ -115,7 +115,7 @@ class Values:
         self._axes("rapid.velocity", velocity)
         self._axes("rapid.acceleration", acceleration)
         slower = min(velocity.numbers[:2])
-        self.derive("max_feed", with_unit(slower, velocity.unit), "the slower rapid of x and y: axes limit feeds, too")
+        self.derive("max_feed", with_unit(slower, velocity.unit), "the slower rapid of x and y: axes also limit feeds")
 
     def travel(self, lowest: Axes, highest: Axes) -> None:
         """Store the travel; an infinite limit is unknown."""
@@ -160,7 +160,7 @@ class Values:
     def spindle(self, highest: float, lowest: float, source: str) -> None:
         """Store the speed range of the spindle, rpm."""
         if not 0 <= lowest <= highest <= FASTEST_SPINDLE or not highest > 0:
-            raise self.refusal(f"the spindle turns {lowest:g} to {highest:g} rpm ({source}); correct that first")
+            raise self.refusal(f"the spindle turns {lowest:g} to {highest:g} rpm ({source}); correct it first")
         self.take("spindle.max_speed", f"{highest:g} rpm", source)
         if lowest > 0:
             self.take("spindle.min_speed", f"{lowest:g} rpm", source)
@@ -196,7 +196,7 @@ class Axes:
             if math.isfinite(number) and abs(number) * factor > limit:
                 raise values.refusal(
                     f"{key} of {axis} is {number:g} {self.unit}, more than any machine has, "
-                    f"{limit / factor:g} {self.unit} ({self.source}); correct that first"
+                    f"{limit / factor:g} {self.unit} ({self.source}); correct it first"
                 )
 
 

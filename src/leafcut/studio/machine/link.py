@@ -234,7 +234,7 @@ class MachineLink:
         """Set the zero of G54 to the current position in some axes, such as ``XY``."""
         named = "".join(axis for axis in "XYZ" if axis in axes.upper())
         if not named or len(named) != len(axes):
-            raise OptionError(f"'{axes}' are no axes; name some of X, Y and Z")
+            raise OptionError(f"'{axes}' are not axes; use X, Y and Z")
         return self._post(holder, MachineTask.ASKING, lambda _: self._zero(named), by_hand=True)
 
     def probe(self, holder: str, plate: float, feed: float, travel: float) -> Future[Any]:
@@ -314,7 +314,7 @@ class MachineLink:
             self._claim(holder)
             busy = self.state.doing not in (MachineTask.NOTHING, MachineTask.ASKING)
             if busy and not (by_hand and self.state.question is not None):
-                raise SendError("the machine is busy; wait until that is done, or stop it")
+                raise SendError("the machine is busy; wait for the end, or stop it")
             self._tasks.append(_Task(task, act, future, by_hand, jog))
         return future
 
@@ -438,7 +438,7 @@ class MachineLink:
         for answer in talk.listen():
             (handle or self._hear)(answer)
         if now - self._heard_at > SILENCE_SECONDS * talk.patience:
-            raise PortLost(f"nothing answers on {talk.port.name} any more")
+            raise PortLost(f"{talk.port.name} no longer responds")
         if self._cancel or (self._is_abandoned() and self.state.status == "Jog"):
             self._cancel, self._jog_until = False, 0.0
             cancel_jog(talk)
@@ -455,7 +455,7 @@ class MachineLink:
                 self._facts = None
                 self._show_message("the controller was reset", bad=True)
             case Strange(words):
-                self._show_message(f"the answer makes no sense: '{words}'; look at the cable", bad=True)
+                self._show_message(f"invalid answer: '{words}'; check the cable", bad=True)
             case _:
                 pass
 
@@ -501,7 +501,7 @@ class MachineLink:
             self._publish(doing=MachineTask.NOTHING)
         if talk.status is not None and talk.status.state == "Alarm":
             self._publish(unsure=True)
-        self._show_message("stopped by you; the spindle is off")
+        self._show_message("stopped by the user; the spindle is off")
 
     # Manual operation.
 
@@ -513,7 +513,7 @@ class MachineLink:
         except (Interrupted, SendError) as problem:
             self._publish(unsure=True)
             if isinstance(problem, Interrupted):
-                raise SendError("homing was stopped by you: the position is lost") from None
+                raise SendError("homing was stopped by the user: the position is lost") from None
             raise
         self._talk.restarted = False
         self._publish(unsure=False)
@@ -577,13 +577,13 @@ class MachineLink:
         facts = self._look_up()
         check_ready(facts, unhomed=wishes.unhomed, restarted=talk.restarted, family=talk.family)
         if self.state.unsure and not wishes.unhomed:
-            raise SendError("it was locked by an alarm, and may not be where it thinks: home it, or set its zero anew")
+            raise SendError("it was locked by an alarm, so its position may be wrong: home it, or set its zero again")
         issues = check_program(job, facts, unhomed=wishes.unhomed)
         notes = [str(issue) for issue in issues_to_tell([*job.issues, *issues])]
         if facts.soft_limits_off:
             notes.append(facts.soft_limits_off)
         if wishes.by_hole and not job.holes:
-            raise SendError(f"{job.file} drills no holes that could be gone through one by one")
+            raise SendError(f"{job.file} has no holes to drill one at a time")
         line, steps, tool = rest_of(job, facts, wishes.from_hole, wishes.from_line)
         if tool is not None:
             notes.append(f"tool T{tool} must be in the spindle")

@@ -35,7 +35,7 @@ def machine_of(word: str, folder: Folder) -> Machine:
         raise OptionError("choose a machine of the library")
     if speaker_of(machine, machine.name) is not GrblConversation:
         raise OptionError(
-            f"{machine.name}: this page serves GRBL boards alone; send to {machine.control} with leafcut send"
+            f"{machine.name}: this page supports only GRBL boards; send to {machine.control} with leafcut send"
         )
     return machine
 

@@ -34,7 +34,7 @@ class View:
     source, name
         The input: id of an upload or name of a built-in part, and its displayed name; empty for none.
     second, second_name
-        For `verify`: the program that must do the same work.
+        For `verify`: the program to compare with it.
     parts, part_names
         For a nest: the requested parts, and id → displayed name of the drawing.
     origin

@@ -128,17 +128,17 @@ def _add_connection(router: APIRouter, studio: Studio) -> None:
     async def connect(body: ConnectBody) -> dict[str, Any]:
         return await _done(studio, link.connect(PROGRAM, body.port, body.baud))
 
-    @router.post("/machine/disconnect", summary="Give the port back")
+    @router.post("/machine/disconnect", summary="Close the port")
     async def disconnect() -> dict[str, Any]:
         await asyncio.to_thread(link.disconnect, PROGRAM)
         return _state(studio)
 
-    @router.post("/machine/take", summary="Command the machine in place of a page")
+    @router.post("/machine/take", summary="Take control of the machine from a page")
     async def take() -> dict[str, Any]:
         link.take(PROGRAM)
         return _state(studio)
 
-    @router.post("/machine/stop", summary="Stop it: hold, wait until it has stopped, reset; the spindle is off")
+    @router.post("/machine/stop", summary="Stop the machine: hold, wait for standstill, reset; the spindle is off")
     async def stop() -> dict[str, str]:
         link.stop()
         return {"stop": "sent"}
@@ -151,11 +151,11 @@ def _add_by_hand(router: APIRouter, studio: Studio) -> None:
     async def home() -> dict[str, Any]:
         return await _done(studio, link.home(PROGRAM))
 
-    @router.post("/machine/unlock", summary="Bring it to rest out of an alarm or a hold, without homing it")
+    @router.post("/machine/unlock", summary="Unlock the machine after an alarm or a hold, without homing")
     async def unlock() -> dict[str, Any]:
         return await _done(studio, link.unlock(PROGRAM))
 
-    @router.post("/machine/jog", summary="Move it by hand")
+    @router.post("/machine/jog", summary="Jog the machine")
     async def jog(body: JogBody) -> dict[str, Any]:
         moves = {axis: value for axis, value in (("X", body.x), ("Y", body.y), ("Z", body.z)) if value}
         return await _done(studio, link.jog(PROGRAM, moves, body.feed))
@@ -165,11 +165,11 @@ def _add_by_hand(router: APIRouter, studio: Studio) -> None:
         link.cancel(PROGRAM)
         return _state(studio)
 
-    @router.post("/machine/zero", summary="Set the work zero where the tool is (G10 L20 P1)")
+    @router.post("/machine/zero", summary="Set the work zero at the current tool position (G10 L20 P1)")
     async def zero(body: ZeroBody) -> dict[str, Any]:
         return await _done(studio, link.zero(PROGRAM, body.axes))
 
-    @router.post("/machine/probe", summary="Set the zero of Z by a plate (G38.2)")
+    @router.post("/machine/probe", summary="Set the zero of Z with a touch plate (G38.2)")
     async def probe(body: ProbeBody) -> dict[str, Any]:
         return await _done(studio, link.probe(PROGRAM, body.plate, body.feed, body.travel))
 
@@ -188,7 +188,7 @@ def _add_program(router: APIRouter, studio: Studio) -> None:
             "told": ready.told, "seconds": seconds, "holes": len(job.holes), "box": ready.box, "tools": ready.tools,
         }  # fmt: skip
 
-    @router.post("/machine/frame", summary="Trace the box of a program in the air")
+    @router.post("/machine/frame", summary="Trace the bounding box of a program in the air")
     async def frame(body: FrameBody) -> dict[str, Any]:
         job = await asyncio.to_thread(_program, studio, body)
         return await _done(studio, link.frame(PROGRAM, job, RunWishes(unhomed=body.unhomed), body.feed))
@@ -199,12 +199,14 @@ def _add_program(router: APIRouter, studio: Studio) -> None:
         ready = await asyncio.wrap_future(link.run(PROGRAM, job, _wishes(body)))
         return {**_state(studio), "told": ready.told}
 
-    @router.post("/machine/answer", summary="Answer what a program asks: the next hole, a tool, a pause")
+    @router.post("/machine/answer", summary="Answer a question of the program: next hole, tool change, pause")
     async def answer(body: AnswerBody) -> dict[str, Any]:
         link.answer(PROGRAM, {"go on": "", "all": "all", "stop": None}[body.answer])
         return _state(studio)
 
-    @router.post("/machine/hold", summary="Hold the program: it slows down and stands, the spindle turns on")
+    @router.post(
+        "/machine/hold", summary="Hold the program: the machine decelerates to a stop, the spindle keeps running"
+    )
     async def hold() -> dict[str, Any]:
         link.request(PROGRAM, Request.HOLD)
         return _state(studio)
@@ -214,7 +216,7 @@ def _add_program(router: APIRouter, studio: Studio) -> None:
         link.request(PROGRAM, Request.RESUME)
         return _state(studio)
 
-    @router.post("/machine/feed/{change}", summary="Change the feed by 10 %, or take it as programmed")
+    @router.post("/machine/feed/{change}", summary="Change the feed by 10 %, or reset it to the programmed feed")
     async def feed(change: Annotated[Literal["faster", "slower", "normal"], Path()]) -> dict[str, Any]:
         link.request(PROGRAM, _FEEDS[change])
         return _state(studio)

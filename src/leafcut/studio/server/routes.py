@@ -43,7 +43,7 @@ _SHOWN = ("image/svg+xml", "text/html; charset=utf-8")
 
 JobId = Annotated[str, Path(pattern="^[A-Za-z0-9_-]{12}$", description="a job's id")]
 Upload = Annotated[UploadFile | None, File(description="a file that leafcut reads")]
-Named = Annotated[str, Form(description="in place of a file: example:plate-70, random:200:7")]
+Named = Annotated[str, Form(description="instead of a file: example:plate-70, random:200:7")]
 Options = Annotated[str, Form(description='a JSON object of options: {"machine": "haas-vf2", "thickness": "3mm"}')]
 
 _KEPT = {"cache-control": "private, max-age=31536000, immutable"}
@@ -144,7 +144,7 @@ def refuse_http(_: Request, problem: Exception) -> JSONResponse:
     status, detail = getattr(problem, "status_code", 400), getattr(problem, "detail", "")
     if str(detail).startswith("Part exceeded"):  # message of the form parser
         detail = "a field of this request is larger than 1 MiB; only files may be"
-    return JSONResponse({"error": str(detail) or "this request cannot be understood"}, status)
+    return JSONResponse({"error": str(detail) or "this request is malformed"}, status)
 
 
 def refuse_invalid(_: Request, problem: Exception) -> JSONResponse:
@@ -224,11 +224,11 @@ def _add_commands(routes: APIRouter, folder: Folder, jobs: Jobs) -> None:
         record, answer = await _done(jobs, task, "" if file is not None else source)
         return _Answer({**answer, "text": _text(jobs, record.id, "tour"), "job": record.id})
 
-    @routes.post("/nest", summary="Parts with quantities laid on sheets, in several variants")
+    @routes.post("/nest", summary="Nest parts with quantities on sheets, in several variants")
     async def nest(
         files: Annotated[list[UploadFile], File(description="drawings of parts")],
         parts: Annotated[
-            str, Form(description='how often each, in their order: [{"quantity": 10, "rotations": "0 90"}]')
+            str, Form(description='quantities, in the order of the files: [{"quantity": 10, "rotations": "0 90"}]')
         ] = "[]",
         options: Options = "{}",
     ) -> _Answer:
@@ -251,10 +251,10 @@ def _add_commands(routes: APIRouter, folder: Folder, jobs: Jobs) -> None:
         record, answer = await _done(jobs, task)
         return _Answer({**answer, "job": record.id})
 
-    @routes.post("/verify", summary="Whether two programs do the same work, or where they differ")
+    @routes.post("/verify", summary="Whether two programs do the same work, and their differences")
     async def verify(
-        original: Annotated[UploadFile, File(description="the program that is right")],
-        new: Annotated[UploadFile, File(description="the program that must do the same work")],
+        original: Annotated[UploadFile, File(description="the reference program")],
+        new: Annotated[UploadFile, File(description="the program to compare with it")],
         options: Options = "{}",
     ) -> _Answer:
         """Return the output of ``leafcut verify --json``, with the job's id as ``job``."""
@@ -329,17 +329,17 @@ def _add_jobs(routes: APIRouter, jobs: Jobs) -> None:
     def every(most: Annotated[int, Query(ge=1, le=1000)] = 100) -> dict[str, Any]:
         return {"jobs": [_job_answer(jobs, record) for record in jobs.newest(most)]}
 
-    @routes.get("/jobs/{job}", summary="A job: how it stands, and its answer where it is done")
+    @routes.get("/jobs/{job}", summary="State of a job, and its answer when it is done")
     def one(job: JobId) -> dict[str, Any]:
         return {**_job_answer(jobs, _record_of(jobs, job)), "answer": jobs.history.answer(job)}
 
-    @routes.post("/jobs/{job}/stop", summary="Stop a job and keep the best that it has")
+    @routes.post("/jobs/{job}/stop", summary="Stop a job and keep its best result")
     def stop(job: JobId) -> dict[str, Any]:
         _record_of(jobs, job)
         jobs.stop(job)
         return _job_answer(jobs, _record_of(jobs, job))
 
-    @routes.post("/jobs/{job}/cancel", summary="Stop a job and keep nothing")
+    @routes.post("/jobs/{job}/cancel", summary="Stop a job and discard its result")
     def cancel(job: JobId) -> dict[str, Any]:
         _record_of(jobs, job)
         jobs.cancel(job)
@@ -382,7 +382,7 @@ def _add_jobs(routes: APIRouter, jobs: Jobs) -> None:
     def artefact(job: JobId, name: Annotated[str, Path(max_length=40)], show: bool = False) -> Response:
         stored = jobs.history.artefact(job, name)
         if stored is None:
-            raise HTTPException(404, "there is no such file")
+            raise HTTPException(404, "the file does not exist")
         shown = show and stored.media_type in _SHOWN
         disposition = f"{'inline' if shown else 'attachment'}; filename*=UTF-8''{quote(stored.file_name)}"
         headers = {"content-disposition": disposition, "content-security-policy": STILL_POLICY}
@@ -398,7 +398,7 @@ def _add_lab(routes: APIRouter, lab: LabRuns) -> None:
         from leafcut.lab.running import can_run
 
         if file not in ("report.html", "runs.csv"):
-            raise HTTPException(404, "there is no such file")
+            raise HTTPException(404, "the file does not exist")
         description = lab.described(name, reduced)
         rows = lab.rows(description)
         headers = {"content-security-policy": STILL_POLICY}

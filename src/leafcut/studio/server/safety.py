@@ -123,7 +123,7 @@ class Guard:
             await self._enter(asked, send)
         elif not self._known(asked):
             await _answer(
-                asked, send, 401, "Open the address that leafcut studio printed last: it holds the key to this page."
+                asked, send, 401, "Open the address that leafcut studio printed last: it contains the key to this page."
             )
         else:
             await self._pass(asked, scope, receive, send)
@@ -134,7 +134,7 @@ class Guard:
             return "This address is not the studio's: use 127.0.0.1 and the port that it printed."
         own_origin = f"http://{asked.host}"
         if asked.origin is not None and asked.origin != own_origin:
-            return "A page of another origin may not speak to the studio."
+            return "A page of another origin must not access the studio."
         # Without a key, report the missing key instead.
         if asked.changes and asked.origin is None and self._known(asked) and not self._bearer(asked):
             return "A request that changes something needs its origin, or the token in an Authorization header."
@@ -181,7 +181,7 @@ class Guard:
 
 
 def _too_large(limit: int) -> tuple[int, str]:
-    return 413, f"This is larger than {limit >> 20} MiB, the most that the studio takes."
+    return 413, f"This is larger than {limit >> 20} MiB, the studio's limit."
 
 
 class _Asked:

@@ -530,8 +530,8 @@ def test_a_drill_that_comes_out_more_than_three_millimetres_below_the_plate_is_a
     part = Part("two", (Hole(0, 0, 8.0), Hole(30, 12.5, 10.0), Hole(50, 0, 10.0)))
     told = far_below(plan(part, None))
     assert told == [
-        "T2 drill Ø10 at 30, 12.5 comes out 3.50 mm below the part (2 places with more than 3 mm): leave room below it "
-        "for the tip, or give a smaller --break-through"
+        "T2 drill Ø10 at 30, 12.5 comes out 3.50 mm below the part (2 places with more than 3 mm): leave room below "
+        "it for the tip, or use a smaller --break-through"
     ]
     assert far_below(plan(Part("one", part.holes[:1]), None)) == []
     assert (

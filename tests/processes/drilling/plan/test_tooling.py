@@ -99,9 +99,9 @@ def test_holes_of_nearly_one_size_share_the_assumed_drill_of_the_nearest_catalog
     told = [issue.message for issue in chooser.issues() if "catalogue size" in issue.message]
     assert told == [
         "T1 drill Ø12.4 makes 10 holes of Ø12.405 to 12.45: within --diameter-tolerance 0.05 mm the nearest catalogue "
-        "size counts",
+        "size is used",
         "T2 drill Ø12.5 makes 15 holes of Ø12.455 to 12.53: within --diameter-tolerance 0.05 mm the nearest catalogue "
-        "size counts",
+        "size is used",
     ]
 
 
@@ -209,11 +209,11 @@ def test_an_assumed_speed_that_is_much_too_high_is_a_warning_that_names_the_righ
     router = replace(MILL, name="router", spindle_min_rpm=6000.0, spindle_max_rpm=24000.0)
     (issue,) = chosen(Hole(0, 0, 2.1), router)[1]
     assert issue.severity is Severity.WARNING
-    assert issue.message.endswith("; 3032 rpm would be right, but the spindle of router turns at least 6000")
+    assert issue.message.endswith("; 3032 rpm would be suitable, but the spindle of router turns at least 6000")
     (issue,) = chosen(Hole(0, 0, 1.5), router)[1]
-    assert issue.severity is Severity.NOTE and "would be right" not in issue.message
+    assert issue.severity is Severity.NOTE and "would be suitable" not in issue.message
     (issue,) = chosen(Hole(0, 0, 2.1), router, spindle_speed=6000.0)[1]
-    assert "would be right" not in issue.message
+    assert "would be suitable" not in issue.message
 
 
 @pytest.mark.hazard
@@ -224,10 +224,10 @@ def test_a_feed_that_is_assumed_for_a_speed_far_above_the_right_one_is_a_warning
     assert issue.severity is Severity.WARNING
     assert issue.message.endswith(
         "at 6000 rpm, for high-speed steel in mild steel or aluminium; check them, or give "
-        "--tools; 249 rpm would be right for that"
+        "--tools; 249 rpm would be suitable"
     )
     (issue,) = chosen(Hole(0, 0, 25.6), router, spindle_speed=6000.0, feed=1.0)[1]
-    assert issue.severity is Severity.NOTE and "would be right" not in issue.message
+    assert issue.severity is Severity.NOTE and "would be suitable" not in issue.message
 
 
 def test_drills_of_circuit_boards_may_turn_as_fast_as_carbide_in_their_material() -> None:

@@ -97,7 +97,7 @@ def test_a_spindle_that_turns_no_slower_than_too_fast_for_the_mill_is_a_warning(
     rules = PocketRules(tool_diameter=5.0, step_over=3.0)
     data, [told] = milling_data(PocketOptions(), JobOptions(material="aluminium"), rules, router)
     assert data.tool.spindle_rpm == router.spindle_min_rpm == 6000
-    assert told.severity is Severity.WARNING and "3820 rpm would be right" in told.message
+    assert told.severity is Severity.WARNING and "3820 rpm would be suitable" in told.message
     rules = PocketRules(tool_diameter=3.0, step_over=1.8)
     _, [told] = milling_data(PocketOptions(), JobOptions(material="aluminium"), rules, router)
     assert told.severity is Severity.NOTE
@@ -129,5 +129,5 @@ def test_a_feed_that_is_assumed_for_a_speed_far_above_the_right_one_is_a_warning
     router = load_machine("mach3-router")
     rules = PocketRules(tool_diameter=20.0, step_over=12.0)
     _, [told] = milling_data(PocketOptions(), JobOptions(spindle_speed=6000.0), rules, router)
-    assert told.severity is Severity.WARNING and told.message.endswith("; 318 rpm would be right for that")
+    assert told.severity is Severity.WARNING and told.message.endswith("; 318 rpm would be suitable")
     assert not milling_data(PocketOptions(), JobOptions(spindle_speed=6000.0, feed=2.0), rules, router)[1]

@@ -219,7 +219,7 @@ def test_a_rapid_goes_down_to_just_over_the_floor_that_is_cut_and_the_tool_feeds
     pocket = (Pocket(box(0, 0, 60, 60)),)
     assert check_pockets(path, pocket, RULES, depths=[4.0], retract=2.0) == []
     low = replace(path, end=np.where(path.end == -2.0 + ABOVE, -2.0, path.end))
-    assert {d.what for d in check_pockets(low, pocket, RULES, depths=[4.0], retract=2.0)} == {"rapid in the material"}
+    assert {d.what for d in check_pockets(low, pocket, RULES, depths=[4.0], retract=2.0)} == {"rapid in material"}
 
 
 def test_a_rapid_over_a_clamp_is_made_at_the_clearance_height() -> None:

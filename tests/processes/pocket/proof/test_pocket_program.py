@@ -94,7 +94,7 @@ def test_a_rapid_below_the_r_plane_is_found_but_the_rise_is_not() -> None:
     builder.rapid(35.0, 5.0)
     builder.rapid(z=2.0)
     builder.end()
-    assert found(builder.build()) == ["rapid in the material"] * 2
+    assert found(builder.build()) == ["rapid in material"] * 2
 
 
 @pytest.mark.hazard
@@ -133,7 +133,7 @@ def test_a_rapid_goes_down_below_the_r_plane_only_where_all_of_the_tool_is_over_
         builder.rapid(z=2.0)
         builder.end()
         # Before anything is cut, no place is cleared.
-        assert found(builder.build()) == ([] if free and order == 1 else ["rapid in the material"])
+        assert found(builder.build()) == ([] if free and order == 1 else ["rapid in material"])
 
 
 @pytest.mark.hazard

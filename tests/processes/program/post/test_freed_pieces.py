@@ -123,7 +123,13 @@ def test_a_stroke_from_its_other_end_waits_behind_the_plunge_as_before() -> None
         (strokes("G0 X{x} Y{y}\nM98 P8\n"), "coolant is switched"),
         (strokes("#1=3\nG0 X{x} Y{y}\nM98 P9\n"), "parameters"),
     ],
-    ids=["M3 again", "a parameter set in between", "where the tool is", "M8 in the subprogram", "computed subprogram"],
+    ids=[
+        "M3 again",
+        "a parameter set in between",
+        "the current position",
+        "M8 in the subprogram",
+        "computed subprogram",
+    ],
 )
 def test_what_cannot_be_proved_stays_and_says_why(body: str, reason: str) -> None:
     subprograms = "O8\nG1 Z-1. F100.\nM8\nX1.\nM9\nG0 Z5.\nM99\nO9\nG1 Z-#1 F100.\nG0 Z5.\nM99\n"

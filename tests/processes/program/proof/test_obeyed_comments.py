@@ -132,5 +132,5 @@ def test_our_own_program_is_refused_with_an_obeyed_comment_in_it() -> None:
     text = "G21 G90 G17 G40\nG0 Z5\n{}\nM5\nM2\n"
     read_back(text.format("(plate)"), dialect("linuxcnc"))
     for comment in ("(abort, x)", "( msg, x)", ";py,x", "(PROBEOPEN a)"):
-        with pytest.raises(ReadError, match="program:3: a controller would act on the comment"):
+        with pytest.raises(ReadError, match="program:3: a controller would execute the comment"):
             read_back(text.format(comment), dialect("linuxcnc"))

@@ -262,7 +262,7 @@ def _own_depths(part: Part, work: dict[Step, list[int]], job: JobOptions) -> tup
         hole = part.holes[shallow]
         raise PlanError(
             f"the hole at {hole.x:g}, {hole.y:g} is {hole.depth:.3g} mm deep with a flat floor, and the point of its "
-            "drill is longer; give --depth, or leave the hole out (--max-diameter, --min-diameter)"
+            f"drill is longer; set --depth, or leave the hole out (--max-diameter, --min-diameter)"
         )
     return replace(job, thickness=least), deeper - least
 
@@ -285,7 +285,7 @@ def _ground(
         raise PlanError(f"{part.name}: slots are not routed on a surface; leave --surface out, or the slots (--layers)")
     if options.through and (job.thickness is not None or job.depth is not None):
         given = "--thickness" if job.thickness is not None else "--depth"
-        raise OptionError(f"--through and {given}: both say how deep the holes are; leave one out")
+        raise OptionError(f"--through and {given}: both set the depth of the holes; leave one out")
     boxes, issues = fixture_boxes(options.fixture), list[Issue]()
     if fixture is not None:
         fixture, issues = checked_fixture(fixture, mesh)
@@ -384,8 +384,8 @@ def _add_wide_tools(
     issue = Issue(
         "L217",
         f"{count_of(holes, 'hole')} with a counterbore, countersink or undercut, as at {hole.x:g}, {hole.y:g} "
-        f"(\u00d8 {wide_part.diameter:g}, {wide_part.depth:.3f} mm deep): the narrow part is drilled, the wide one is "
-        "not made; "
+        f"(\u00d8 {wide_part.diameter:g}, {wide_part.depth:.3f} mm deep): the narrow part is drilled, the wide part "
+        f"is not machined; "
         "add an end mill of its diameter or a chamfer mill of its angle to --tools",
         missing=MissingWork("wide part", len(unmade), tuple((hole.x, hole.y) for hole, _ in unmade)),
     )
@@ -440,8 +440,8 @@ def _tops(part: Part, options: DrillOptions) -> tuple[NDArray[np.float64], list[
     heights = HeightCount.of((hole.x, hole.y, hole.z) for hole in part.holes)
     if heights.differ:
         raise PlanError(
-            f"{part.name}: the holes are drawn at different heights: {heights}; all are drilled from one surface, Z0: "
-            "give --hole-heights drawn, choose those of one height (--layers), or draw them at one"
+            f"{part.name}: the holes are drawn at different heights: {heights}; all are drilled from the same "
+            f"surface, Z0: use --hole-heights drawn, select a single height (--layers), or draw them at the same height"
         )
     return np.zeros(len(part.holes)), heights.notes("holes")
 
@@ -477,9 +477,9 @@ def _far_below(
         message = f"{label} exits up to {farthest:.2f} mm below the board: use a thicker backing board"
         return [Issue("L402", message, severity=Severity.NOTE)]
     message = (
-        f"{label} at {point[0]:g}, {point[1]:g} comes out {farthest:.2f} mm below the part "
-        f"({count_of(count, 'place')} with more than {FAR_BELOW:g} mm): leave room below it for the tip, or give a "
-        "smaller --break-through"
+        f"{label} at {point[0]:g}, {point[1]:g} exits {farthest:.2f} mm below the part "
+        f"({count_of(count, 'place')} with more than {FAR_BELOW:g} mm): leave room below it for the tip, or use a "
+        f"smaller --break-through"
     )
     return [Issue("L404", message)]
 
@@ -647,11 +647,11 @@ def _cycle_name(tool: Tool, options: DrillOptions) -> str:
 def _clean_cycle(cycle: DrillCycle, tool: Tool) -> DrillCycle:
     """Return the cycle with only its own parameters; raise `PlanError` if one is missing."""
     if cycle.name in ("G83", "G73") and not cycle.peck:
-        raise PlanError(f"{tool.label}: {cycle.name} needs the depth of a peck; give --peck, or peck in the library")
+        raise PlanError(f"{tool.label}: {cycle.name} needs a peck depth; set --peck, or peck in the library")
     if cycle.name == "G82" and not cycle.dwell:
-        raise PlanError(f"{tool.label}: G82 needs a dwell; give --dwell, or dwell in the library")
+        raise PlanError(f"{tool.label}: G82 needs a dwell; set --dwell, or dwell in the library")
     if cycle.name == "G84" and tool.kind is not ToolKind.TAP:
-        raise PlanError(f"{tool.label}: G84 taps a thread, and this tool is not a tap; give another --cycle")
+        raise PlanError(f"{tool.label}: G84 taps a thread, and this tool is not a tap; choose another --cycle")
     return DrillCycle(
         name=cycle.name,
         r_plane=cycle.r_plane,
@@ -672,7 +672,7 @@ def _check_speeds(operations: tuple[DrillOperation, ...], machine: Machine, job:
                 f"the spindle of {machine.name} turns {machine.spindle_min_rpm:g} to {machine.spindle_max_rpm:g} rpm"
             )
             if tool.assumed and tool.spindle_rpm == job.spindle_speed:
-                raise PlanError(f"--spindle-speed {tool.spindle_rpm:g}: {limits}; give a speed of these")
+                raise PlanError(f"--spindle-speed {tool.spindle_rpm:g}: {limits}; choose a speed in this range")
             demand = f"{tool.label} wants {tool.spindle_rpm:g} rpm, but {limits}"
             if tool.spindle_rpm < machine.spindle_min_rpm:
                 raise PlanError(f"{demand}: mill the hole, or change the speed in the tool library")

@@ -154,7 +154,7 @@ def fixture_boxes(texts: Sequence[str]) -> NDArray[np.float64]:
         except ValueError:
             numbers = []
         if text.lower().endswith((".stl", ".step", ".stp")):
-            raise OptionError(f'--fixture "{text}": takes boxes; give a file with --fixture-file')
+            raise OptionError(f'--fixture "{text}": boxes only; set a file with --fixture-file')
         if len(numbers) != 6 or not np.isfinite(numbers).all():
             raise OptionError(f'--fixture "{text}": needs six numbers, x0 y0 z0 x1 y1 z1, in mm')
         low, high = np.minimum(numbers[:3], numbers[3:]), np.maximum(numbers[:3], numbers[3:])
@@ -183,7 +183,7 @@ def checked_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:
             f"{length:.4g} mm long"
         )
         if other_unit:
-            raise PlanError(f"{message}; in {other_unit} it would stand at it: save it in the unit of the surface")
+            raise PlanError(f"{message}; in {other_unit} it would be next to it: save it in the unit of the surface")
         raise PlanError(f"{message}: check its unit (--surface-unit) and its zero")
     issues = [
         Issue(
@@ -197,14 +197,14 @@ def checked_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:
         message = (
             f"{fixture.name} is {fixture_length:.4g} mm long and the surface {length:.4g} mm; in {other_unit} it "
             "would stand at the "
-            "surface, too: look whether it has the unit of the surface, in which both are read (--surface-unit)"
+            "surface, too: check whether it has the unit of the surface, in which both are read (--surface-unit)"
         )
         issues.append(Issue("L445", message))
     if not fixture.closed:
         issues.append(
             Issue(
                 "L443",
-                f"{fixture.name} is not closed, so its whole bounding box counts",
+                f"{fixture.name} is not closed, so its whole bounding box is used",
                 severity=Severity.WARNING,
             )
         )
@@ -437,7 +437,7 @@ def tops_of(
         issues.append(
             Issue(
                 "L443",
-                f"{ground.mesh.name} is not closed; missing parts count as air",
+                f"{ground.mesh.name} is not closed; missing parts are treated as air",
                 severity=Severity.WARNING,
             )
         )
@@ -499,7 +499,8 @@ def _unit_issues(part: Part, mesh: Mesh, thickness: NDArray[np.float64], radius:
     for factor in OTHER_UNITS.values():
         if factor < 1.0 and _contains_holes(part, mesh, factor) and (deep or _similar_length(part, mesh, factor)):
             message = (
-                f"{_describe_lengths(part, mesh)}, in a corner of it: look whether --surface-unit and --units are right"
+                f"{_describe_lengths(part, mesh)}, in a corner of it: check whether --surface-unit and --units are "
+                f"right"
             )
             return [Issue("L445", message)]
     return []

@@ -242,7 +242,7 @@ class ToolChooser:
         assert self.library is not None
         drills = [t.diameter for t in self.library.tools if t.kind is ToolKind.DRILL]
         near = min(drills, key=lambda d: abs(d - diameter), default=None)
-        advice = f"the nearest is {near:g} mm" if near is not None else "it has no drill at all"
+        advice = f"the nearest is {near:g} mm" if near is not None else "it has no drill"
         return (
             f"{self.library.source}: no drill of {diameter:g} mm for the hole at {hole.x:g}, {hole.y:g}"
             f" (layer '{hole.layer}'); {advice}; add a tool or a recipe, or raise --diameter-tolerance"
@@ -280,7 +280,7 @@ class ToolChooser:
         return Issue(
             "L401",
             f"{tool.label} makes {targets} of Ø{low}{'' if low == high else f' to {high}'}: within "
-            f"--diameter-tolerance {self.job.diameter_tolerance:g} mm the nearest catalogue size counts",
+            f"--diameter-tolerance {self.job.diameter_tolerance:g} mm the nearest catalogue size is used",
             severity=Severity.NOTE,
         )
 
@@ -332,10 +332,10 @@ class ToolChooser:
         right = _rpm(self._fastest, tool.diameter)
         lowest = self.machine.spindle_min_rpm
         if tool.spindle_rpm > MAX_SPEED_RATIO * right and not self.job.feed:
-            return f"; {right:.0f} rpm would be right for that"
+            return f"; {right:.0f} rpm would be suitable"
         if self.job.spindle_speed or tool.spindle_rpm != lowest or lowest <= FAST * right:
             return ""
-        return f"; {right:.0f} rpm would be right, but the spindle of {self.machine.name} turns at least {lowest:g}"
+        return f"; {right:.0f} rpm would be suitable, but the spindle of {self.machine.name} turns at least {lowest:g}"
 
 
 def _rpm(surface_speed: float, diameter: float) -> float:

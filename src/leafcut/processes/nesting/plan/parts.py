@@ -25,7 +25,7 @@ def parts_of(sheet: Sheet, quantity: int, rotations: tuple[float, ...] | None) -
         contours_by_part.setdefault(contour.part, []).append(replace(contour, depth=0, parent=-1))
     strays = [] if any(c.part == 0 for c in outlines) else contours_by_part.pop(0, [])
     if not outlines:
-        raise PlanError(f"{sheet.name}: no closed outline of a part; join its lines, or name its layer")
+        raise PlanError(f"{sheet.name}: no closed outline of a part; join its lines, or select its layer")
     several = len(contours_by_part) > 1
     parts = [
         NestPart(f"{sheet.name}-{number}" if several else sheet.name, tuple(contours), quantity, rotations)

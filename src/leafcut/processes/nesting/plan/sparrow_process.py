@@ -105,7 +105,7 @@ def solve(task: dict[str, Any]) -> dict[str, Any]:
             return search.answer()
         if not working:
             if search.best is None:
-                raise SystemExit("the search ended without an answer")
+                raise SystemExit("the search ended without a result")
             search.reason = "end"
             return search.answer()
         time.sleep(POLL)

@@ -159,5 +159,5 @@ def _parse_answer(output: bytes, errors: bytes) -> dict[str, Any]:
         lines = [" ".join(line.split()) for line in errors.decode(errors="replace").splitlines() if line.strip()]
         after_panic = [b for a, b in pairwise(lines) if "panicked" in a]
         reason = (after_panic or lines[-1:] or ["no reason given"])[0]
-        raise NesterError(f"the nester gave no answer ({reason[:120]})") from None
+        raise NesterError(f"the nester returned no result ({reason[:120]})") from None
     return answer

@@ -111,7 +111,7 @@ class _Work:
         helix = min(HELIX * self.rules.radius, radius)
         if helix < 10.0 * self.rules.tolerance:
             raise PlanError(
-                "the widest place of a pocket is as narrow as the tool: its engagement cannot be limited; choose a "
+                "the widest part of a pocket is as narrow as the tool: its engagement cannot be limited; choose a "
                 "smaller --tool-diameter or another --strategy"
             )
         circle = Polyline.circle(x, y, helix, clockwise=self.turn < 0)
@@ -180,7 +180,7 @@ class _Work:
                 if self.fronts.holds(x, y, self._radius(end), FILM * self.rules.tolerance):
                     return cleared  # the wall pass cuts the film in the tip of a corner
                 raise PlanError(
-                    f"the engagement cannot be kept near ({x:.2f}, {y:.2f}), where the tool has hardly room to turn; "
+                    f"the engagement cannot be kept near ({x:.2f}, {y:.2f}), where the tool hardly has room to turn; "
                     "choose a larger --max-engagement or a smaller --tool-diameter"
                 )
             spot, good = cleared, on

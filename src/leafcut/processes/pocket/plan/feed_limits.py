@@ -79,7 +79,7 @@ def _unlimited(settings: Settings, tool: Tool, material: WorkMaterial | None) ->
         return Issue("L705", "power and torque do not limit feeds: give --material", severity=Severity.NOTE)
     if material is None:
         name = settings.job.material
-        words = f"power and torque do not limit feeds: the force that '{name}' needs is not known"
+        words = f"power and torque do not limit feeds: the cutting force of '{name}' is unknown"
         return Issue("L705", f"{words}; name a material of `leafcut list materials`", severity=Severity.NOTE)
     words = f"power and torque do not limit feeds of {tool.label}: give the number of teeth with --tools"
     return Issue("L705", words, severity=Severity.NOTE)
@@ -105,17 +105,17 @@ def _check_stated(settings: Settings, tool: Tool, mill: Tool | None) -> None:
     speed = settings.job.spindle_speed or (mill.spindle_rpm if mill else 0.0)
     if not feed and not speed:
         raise OptionError(
-            f"--feeds: feed and spindle speed of {tool.label} are not stated, so that its chips are not known; give "
+            f"--feeds: feed and spindle speed of {tool.label} are not stated, so its chip load is unknown; give "
             "--feed and --spindle-speed, or a library that states both with --tools"
         )
     if not feed:
         raise OptionError(
-            f"--feeds: the feed of {tool.label} is not stated, so that its chips are not known; give --feed, "
+            f"--feeds: the feed of {tool.label} is not stated, so its chip load is unknown; give --feed, "
             "or a library that states it with --tools"
         )
     if not speed:
         raise OptionError(
-            f"--feeds: the spindle speed of {tool.label} is not stated, so that its chips are not known; give "
+            f"--feeds: the spindle speed of {tool.label} is not stated, so its chip load is unknown; give "
             "--spindle-speed, or a library that states it with --tools"
         )
 

@@ -83,7 +83,7 @@ def rules_of(
     if options.stock > widest:
         raise OptionError(
             f"--stock {options.stock:g} mm is more than the step-over of {widest:.4g} mm: the finishing pass would "
-            "cut wider than any other; give less stock or a larger --step-over"
+            f"cut wider than any other; use less stock or a larger --step-over"
         )
     if options.strategy == "adaptive" and options.max_engagement is None:
         raise OptionError("--strategy adaptive needs an engagement limit; give --max-engagement")
@@ -122,12 +122,12 @@ def levels_of(
     if thickness is not None and depth > thickness + beyond + 1e-9:
         raise OptionError(
             f"a pocket of {depth:g} mm is below the plate of --thickness {thickness:g} mm by more than "
-            f"--break-through {beyond:g} mm: the tool would mill what the plate lies on"
+            f"--break-through {beyond:g} mm: the tool would mill the table"
         )
     step, high = step_down or 0.5 * diameter, depth + begin
     count = max(math.ceil(high / step - 1e-9), 1)
     if count > MOST_LEVELS:
-        raise OptionError(f"--step-down {step:g} mm gives {count:,} levels; {MOST_LEVELS:,} are the most")
+        raise OptionError(f"--step-down {step:g} mm gives {count:,} levels; the maximum is {MOST_LEVELS:,}")
     return PocketLevels(begin, tuple(begin - high * level / count for level in range(1, count + 1)))
 
 
@@ -164,7 +164,7 @@ def milled_pockets(part: Part, depth: float | None, diameter: float | None) -> t
         )
     if left := len(wide) - len(chosen):
         words = (
-            f"{count_of(left, 'pocket')} of another depth left out, as --depth {depth:g} mm asks for: the solid has "
+            f"{count_of(left, 'pocket')} of other depths left out because of --depth {depth:g} mm: the solid has "
             f"{there}"
         )
         issues.append(Issue("L219", words, severity=Severity.NOTE))

@@ -60,9 +60,7 @@ def library_mill(
     """
     tool = _numbered(library, number) if number is not None else _fitting(library, asked)
     if asked is not None and abs(tool.diameter - asked) > tolerance + 1e-9:
-        raise PlanError(
-            f"{library.source}: {tool.label} is not as wide as --tool-diameter {asked:g} mm says; {_others(library)}"
-        )
+        raise PlanError(f"{library.source}: {tool.label} differs from --tool-diameter {asked:g} mm; {_others(library)}")
     if depth is not None and tool.flute_length is not None and depth > tool.flute_length + 1e-9:
         raise PlanError(
             f"{tool.label} cuts {tool.flute_length:g} mm deep at most, but the deepest pocket has {depth:g} mm; "
@@ -135,7 +133,7 @@ def with_data(
     rpm = asked_rpm or float(round(min(max(careful, machine.spindle_min_rpm), machine.spindle_max_rpm)))
     if not machine.spindle_min_rpm <= rpm <= machine.spindle_max_rpm:
         whose = "--spindle-speed" if job.spindle_speed else f"{tool.label}, speed"
-        raise PlanError(f"{whose} {rpm:g}: {has}; give a speed of these")
+        raise PlanError(f"{whose} {rpm:g}: {has}; choose a speed in this range")
     per_tooth = min(FEED_PER_TOOTH * tool.diameter, MOST_PER_TOOTH)
     feed = asked_feed or min(per_tooth * (tool.teeth or TEETH) * rpm / 60.0, machine.max_feed)
     if feed > machine.max_feed * (1 + 1e-9):
@@ -153,7 +151,7 @@ def with_data(
     if too_fast:
         # The feed was assumed for a material that does not stand the requested speed.
         lowest = f", but the spindle of {machine.name} turns at least {rpm:.0f}"
-        words += f"; {careful:.0f} rpm would be right{' for that' if asked_rpm else lowest}"
+        words += f"; {careful:.0f} rpm would be suitable{' for that' if asked_rpm else lowest}"
     return tool, [Issue("L401", words, severity=Severity.WARNING if too_fast else Severity.NOTE)]
 
 

@@ -151,8 +151,8 @@ def _beyond(level: _Places, written: Toolpath, limits: FeedLimits) -> Iterator[D
     )
     for cut, at in thick:
         words = (
-            f"{_at(cut, written)} makes a chip of {level.chip[at]:.4g} mm a revolution near {place(*cut.path[-1])}; "
-            f"{limits.chip:.4g} mm at most are allowed"
+            f"{_at(cut, written)} makes a chip of {level.chip[at]:.4g} mm per revolution near {place(*cut.path[-1])}; "
+            f"{limits.chip:.4g} mm are allowed"
         )
         yield Difference("feed", 0, cut.line, words)
     for cut, at in strong:

@@ -228,7 +228,7 @@ def step_over_differences(
             0,
             0,
             f"{pockets[level.number].label} at Z{level.z:.3f}: passes are {level.step_over:.3f} mm apart, "
-            f"{rules.step_over:.4g} mm at most are allowed",
+            f"{rules.step_over:.4g} mm are allowed",
         )
         for level in simulated
         if not rules.keeps(level.step_over)
@@ -411,7 +411,7 @@ def _rapids(
     wrong += [(row, f"a rapid may go below Z{retract:.3f} only over cleared area") for row in blind]
     return [
         Difference(
-            "rapid in the material",
+            "rapid in material",
             0,
             int(path.line[row]),
             f"{text}; this one goes from {place(*before[row])} to {place(*path.end[row])}",
@@ -508,5 +508,5 @@ def stock_top_differences(
         height = (pocket.top or 0.0) + top
         if meets_area(triangles, area, radius - _ROOM, height + _ROOM):
             words = f"{pocket.label}: the solid is higher than Z{height:.3f}, the assumed top of its material"
-            wrong.append(Difference("rapid in the material", 0, 0, words))
+            wrong.append(Difference("rapid in material", 0, 0, words))
     return wrong

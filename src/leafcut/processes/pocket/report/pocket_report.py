@@ -173,7 +173,7 @@ class PocketReport(PathReport[PocketDetail]):
         if m.feed_mm > 0.0 and m.air_mm >= _AIR * m.feed_mm:
             path, tool = outcome.path_after, outcome.operations[0].tool
             fast = float(path.value[np.isin(path.kind, _FEEDS)].max(initial=tool.feed))
-            share, template = percent_words(100.0 * m.air_mm / m.feed_mm), "{share} of the path cuts nothing"
+            share, template = percent_words(100.0 * m.air_mm / m.feed_mm), "{share} of the path cuts air"
             if fast > tool.feed * (1.0 + 1e-6):
                 template += ", at up to {feed} mm/min"
             air = said(template, share=share, feed=number_words(feed_mm_min(fast)))
@@ -258,7 +258,7 @@ class PocketReport(PathReport[PocketDetail]):
         outcome = self.outcome
         if not self.compared:
             alone = all(len(plan.results) == 1 for plan in outcome.detail.plans)
-            words = "Only this strategy was tried; best compares all." if alone else "What most shops run."
+            words = "Only this strategy was tried; best compares all of them." if alone else "What most shops run."
             by = f"by {self.chosen}"
             figure = time_words(outcome.after.time_s)
             return {"figure": figure, "worse": False, "words": by, "percent": words, "gap": ""}
