@@ -452,7 +452,7 @@ def stock(
     program, dialect
         As in `simulate`.
     same_as
-        Another program; the result lists the places where it leaves different stock.
+        Another program; the result lists the positions where it leaves different stock.
     options
         Options by their names: ``workpiece="0,0,-10,80,60,0", tools="shop.toml"``.
 

@@ -19,7 +19,7 @@ MOST_MEETING, MEETING_PER_SHAPE = 20_000, 8
 
 
 class Conflict(NamedTuple):
-    """Two outlines whose edges meet: ``same``, ``overlap`` or ``touch``; and a place where they do."""
+    """Two outlines whose edges meet: ``same``, ``overlap`` or ``touch``; and a position where they do."""
 
     first: int
     second: int

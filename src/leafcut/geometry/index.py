@@ -51,7 +51,7 @@ def near_pairs(points: Points, distance: float) -> tuple[Indices, Indices, NDArr
     Raises
     ------
     PlanError
-        Hundreds of points lie in one place.
+        Hundreds of points lie at the same position.
     """
     shapes = shapely.points(points)
     batches = [np.zeros((2, 0), dtype=np.int64)]

@@ -21,7 +21,7 @@ DOUBLED_BACK = 1e-3
 
 
 class Joined(NamedTuple):
-    """A path, the indices of its members from its start on, and the closed gaps (place, mm)."""
+    """A path, the indices of its members from its start on, and the closed gaps (position, mm)."""
 
     path: Polyline
     members: list[int]
@@ -30,7 +30,7 @@ class Joined(NamedTuple):
 
 @dataclass
 class Joining:
-    """Result of joining, in drawing order, and the branches: places where more than two ends meet.
+    """Result of joining, in drawing order, and the branches: positions where more than two ends meet.
 
     At a branch, the drawing order decides which ends belong together, which is a guess.
     """
@@ -49,7 +49,7 @@ def join(paths: Sequence[Polyline], tolerance: float) -> Joining:
     Raises
     ------
     PlanError
-        Hundreds of ends lie in one place.
+        Hundreds of ends lie at the same position.
     """
     result = Joining([Joined(p, [i], []) for i, p in enumerate(paths) if p.closed])
     members = [i for i, p in enumerate(paths) if not p.closed]
@@ -78,7 +78,7 @@ def join(paths: Sequence[Polyline], tolerance: float) -> Joining:
 def _mates(
     paths: Sequence[Polyline], first: Indices, second: Indices, gaps: NDArray[np.float64], same_path: NDArray[np.bool_]
 ) -> Indices:
-    """Return the end that each end is joined to, or -1: nearest first; among ends in one place, by drawing order."""
+    """Return the end that each end is joined to, or -1. The nearest pair is joined first; ties go by drawing order."""
     distance = np.where(gaps <= EXACT, 0.0, gaps)
     follow = np.abs(first // 2 - second // 2) == 1
     # The end of one line and the start of the next in the drawing: i is even for a start, odd for an end.
@@ -113,7 +113,7 @@ def _inward_direction(path: Polyline, at_end: bool) -> Point:
 
 
 def _branches(ends: Points, mate: Indices, first: Indices, second: Indices, gaps: NDArray[np.float64]) -> list[Point]:
-    """Return the places where three or more ends meet, or where an end found no free partner."""
+    """Return the positions where three or more ends meet, or where an end found no free partner."""
     partners = np.bincount(np.concatenate([first, second]), minlength=len(ends))
     close = gaps <= EXACT
     exact = np.bincount(np.concatenate([first[close], second[close]]), minlength=len(ends))

@@ -30,7 +30,7 @@ SLACK = 0.01
 #: Maximum number of corners for a path, and of rounds that add the polygons that it meets.
 MOST_CORNERS, MOST_ROUNDS = 120, 3
 
-#: Identifies places of a graph: the number of a polygon, or a point and whether the path starts or ends there.
+#: Identifies positions of a graph: the number of a polygon, or a point and whether the path starts or ends there.
 _Key: TypeAlias = int | tuple[Point, bool]
 #: Places for corners of paths, float64[n, 2], mm: the corners of a polygon, or a single point.
 _Nodes: TypeAlias = tuple[_Key, Points]
@@ -134,7 +134,7 @@ class ObstacleMap:
         return None
 
     def _steps_away(self, place: Point, standing: set[int], radius: float, seen: set[int]) -> list[Point]:
-        """Return places straight away from each standing polygon near a place, at its radius."""
+        """Return positions straight away from each standing polygon near a position, at its radius."""
         point, away = shapely.Point(place), list[Point]()
         for k in self._whole.query(point, predicate="dwithin", distance=radius).tolist() if radius > 0.0 else ():
             number = self._numbers[k]
@@ -174,7 +174,7 @@ class ObstacleMap:
         return self._corners[number, beside]
 
     def _met_between(self, nodes: Sequence[_Nodes], radius: float) -> NDArray[np.int64]:
-        """Return the polygons that straight lines between nodes cross or approach, as rows (place, place, polygon).
+        """Return the polygons that straight lines between nodes cross or approach, as rows (node, node, polygon).
 
         The result does not depend on the standing polygons, and hardly on the ends of the path: it is computed once.
         """
@@ -231,5 +231,5 @@ class ObstacleMap:
 
 
 def _pairs(n: int, m: int, same: bool) -> NDArray[np.int64]:
-    """Return all pairs of n places and m others, or of two different places of the same n: int64[2, k]."""
+    """Return all pairs of n positions and m others, or of two different positions of the same n: int64[2, k]."""
     return np.array(np.triu_indices(n, 1) if same else np.indices((n, m)).reshape(2, -1))

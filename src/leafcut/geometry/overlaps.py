@@ -26,7 +26,7 @@ _FULL = 2.0 * np.pi
 
 
 class Uncovered(NamedTuple):
-    """Remaining paths, each with the index of its source path, and the places of the removed pieces."""
+    """Remaining paths, each with the index of its source path, and the positions of the removed pieces."""
 
     paths: list[tuple[Polyline, int]]
     removed: list[Point]

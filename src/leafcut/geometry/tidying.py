@@ -29,13 +29,13 @@ WIDEST_PROPOSED_JOIN = 0.5
 
 @dataclass
 class Tidy(Joining):
-    """Paths made of strokes, branches, and the places of duplicates."""
+    """Paths made of strokes, branches, and the positions of duplicates."""
 
     doubles: list[Point] = field(default_factory=list)
 
 
 def join_advice(number: int, paths: Sequence[Polyline]) -> str:
-    """Return the place of the end nearest to an open path's ends, and how to close the gap.
+    """Return the position of the end nearest to an open path's ends, and how to close the gap.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def tidy(strokes: Sequence[Polyline], tolerance: float) -> Tidy:
     Raises
     ------
     PlanError
-        Hundreds of ends or lines lie in one place.
+        Hundreds of ends or lines lie at the same position.
     """
     first = join(strokes, tolerance)
     sound = [joined for joined in first.paths if strokes[joined.members[0]].closed]

@@ -13,7 +13,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-#: Maximum number of points of a tile, unless too many lie in one place.
+#: Maximum number of points of a tile, unless too many lie at the same position.
 MOST_POINTS = 64
 #: Maximum number of halvings of a shape.
 MAX_DEPTH = 24

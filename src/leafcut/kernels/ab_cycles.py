@@ -31,7 +31,7 @@ class Assembly(NamedTuple):
     lists  int32[4, 2n+2]   rows WALK: nodes of the walk; CYCLES: nodes of all AB-cycles, an edge of A
                             follows each even position; BEGIN: start of each cycle; ORDER: start nodes
                             of walks, then cycles to try
-    pieces int32[4, m]      rows CUT: places after which A is cut, ascending; JOINED: the end that each
+    pieces int32[4, m]      rows CUT: positions after which A is cut, ascending; JOINED: the end that each
                             end is joined to; SUBTOUR of each piece; SIZE of each subtour
     log    int32[m, 3]      (node, slot, previous neighbour) of every change of the child's links
     ====== ================ ==========================================================================

@@ -23,7 +23,7 @@ MOST, LONGEST = 10, 6
 #: Probability of keeping a cluster near the first removed cluster, and of skipping a gap.
 SPARED, BLINK = 0.3, 0.01
 
-#: Distance from a changed place within which nodes are chosen again, places.
+#: Distance from a changed position within which nodes are chosen again, in positions.
 REACH = 2
 
 
@@ -58,7 +58,7 @@ def find_places(layers: Clusters, walk: AntPath, count: int, n_removed: int, sta
 
 @part
 def spread_dirty(walk: AntPath) -> None:
-    """Mark the neighbours of marked places, `REACH` times. Changes: dirty."""
+    """Mark the neighbours of marked positions, `REACH` times. Changes: dirty."""
     m, dirty = len(walk.trial), walk.dirty
     for _ in range(REACH):
         first, previous = dirty[0], dirty[m - 1]
@@ -72,7 +72,7 @@ def spread_dirty(walk: AntPath) -> None:
 
 @part
 def choose_dirty(layers: Clusters, walk: AntPath, states: NDArray, k: int) -> None:
-    """Choose the nodes at all marked places again; if all are marked, a random one is kept.
+    """Choose the nodes at all marked positions again; if all are marked, a random one is kept.
 
     Changes: trial, dirty, sums, links, states[k].
     """

@@ -2,8 +2,9 @@
 
 Take two tours A and B. An AB-cycle alternates between edges of A and edges of B in which they differ. Replacing its
 edges of A by its edges of B keeps two edges at every node, but may create subtours. Each subtour is joined to the rest
-by an exchange of two edges. The result differs from A in few places and consists of edges that were good in one of the
-two tours. Apart from two passes over the nodes to find the AB-cycles, the effort of a cycle depends only on its size.
+by an exchange of two edges. The result differs from A in few positions and consists of edges that were good in one of
+the two tours. Apart from two passes over the nodes to find the AB-cycles, the effort of a cycle depends only on its
+size.
 
 Source: Y. Nagata and S. Kobayashi, INFORMS J. Computing 25 (2013), section 3 (edge assembly) and section 4.1 (its
 localised form with single AB-cycles). Differs: every improving cycle is applied at once, where the paper generates 30
@@ -40,7 +41,7 @@ LONGEST_CYCLE = 1000
 #: Maximum number of log entries: two for every edge of A, and four for every joined subtour.
 MOST_CHANGES = 6 * LONGEST_CYCLE
 
-#: Number of places from the ends of its pieces in which a subtour is searched for a join.
+#: Number of positions from the ends of its pieces in which a subtour is searched for a join.
 REACH = 200
 
 #: Maximum number of candidates of a node tried for a join.
@@ -80,7 +81,7 @@ def sort_few(values: NDArray, count: int) -> None:
 
 @part
 def piece_at(cut: NDArray, count: int, place: int) -> int:
-    """Return the piece that contains a place: piece s ends at cut[s]; piece 0 continues after the last cut."""
+    """Return the piece that contains a position: piece s ends at cut[s]; piece 0 continues after the last cut."""
     low, high = 0, count
     while low < high:
         middle = (low + high) >> 1
@@ -176,7 +177,7 @@ def _join(
             if i == REACH and length > 2 * REACH:
                 i = length - REACH
             i += 1
-            u = node[cut[s] - length + i]  # a negative place counts from the end, where piece 0 starts
+            u = node[cut[s] - length + i]  # a negative position counts from the end, where piece 0 starts
             for slot in range(2):
                 v = a.links[u, slot]
                 removed = travel(cost, u, v)

@@ -97,7 +97,7 @@ def _radians(degrees_minutes: float) -> float:
 
 @part
 def geographical(xi: float, yi: float, xj: float, yj: float) -> float:
-    """Return the integer kilometres between two places in degrees.minutes.
+    """Return the integer kilometres between two points in degrees.minutes.
 
     Source: TSPLIB 95 (Reinelt), section 2.4.
     """
@@ -151,7 +151,7 @@ def crosses(zones: NDArray, k: int, xi: float, yi: float, xj: float, yj: float) 
 
 @part
 def overlaps(zones: NDArray, k: int, xi: float, yi: float, xj: float, yj: float) -> bool:
-    """Return whether the bounding box of two places touches the closed rectangle ``zones[k]``."""
+    """Return whether the bounding box of two points touches the closed rectangle ``zones[k]``."""
     if max(xi, xj) < zones[k, 0] or min(xi, xj) > zones[k, 2]:
         return False
     return not (max(yi, yj) < zones[k, 1] or min(yi, yj) > zones[k, 3])
@@ -161,7 +161,7 @@ def overlaps(zones: NDArray, k: int, xi: float, yi: float, xj: float, yj: float)
 def distance(
     code: int, xi: float, yi: float, xj: float, yj: float, vx: float, vy: float, ax: float, ay: float, per_mm: float
 ) -> float:
-    """Return the cost between two places by the metric alone."""
+    """Return the cost between two points by the metric alone."""
     dx, dy = abs(xi - xj), abs(yi - yj)
     if code == EUCLIDEAN:
         return math.sqrt(dx * dx + dy * dy)
@@ -178,7 +178,7 @@ def distance(
 
 @part
 def highest_of_box(table: NDArray, xi: float, yi: float, xj: float, yj: float) -> float:
-    """Return the maximum safe height of the tiles that the bounding box of two places touches, −∞ for none."""
+    """Return the maximum safe height of the tiles that the bounding box of two points touches, −∞ for none."""
     x0, y0, side, above = table[0, 0], table[0, 1], table[0, 2], 1 + int(table[0, 5])
     first_c = max(math.floor((min(xi, xj) - x0) / side), 0)
     last_c = min(math.floor((max(xi, xj) - x0) / side), int(table[0, 6]) - 1)
@@ -266,7 +266,7 @@ def _special(cost: CostModel, i: int, j: int) -> float:
         # Fixed direction, because rounding decides whether a move just touches a zone.
         xi, yi, xj, yj = xj, yj, xi, yi
     for k in range(cost.zones.shape[0]):
-        # Unsynchronised axes leave the straight line, so the whole box between the places counts.
+        # Unsynchronised axes leave the straight line, so the whole box between the points counts.
         if overlaps(cost.zones, k, xi, yi, xj, yj) and (cost.code == DOGLEG or crosses(cost.zones, k, xi, yi, xj, yj)):
             return base + cost.lift
     return base

@@ -54,9 +54,9 @@ def fill_directed_candidates(
 def lay_route(
     cost: CostModel, route: Route, rules: Rules, open_nodes: NDArray, open_index: NDArray, missing: NDArray
 ) -> None:
-    """Build a path from the node at place 0, always to the cheapest node whose predecessors are all on the path.
+    """Build a path from the node at position 0, always to the cheapest node whose predecessors are all on the path.
 
-    Symbols: open_ int32[n], nodes that may come next, without the node at place 0; spot int32[n], index of each node
+    Symbols: open_ int32[n], nodes that may come next, without the node at position 0; spot int32[n], index of each node
     there, -1 for the others; missing int32[n], number of predecessors that are not on the path yet. The precedence has
     no cycles. Candidates are tried first; if none may come next, all open nodes.
     Changes: node, place, open_nodes, open_index, missing.

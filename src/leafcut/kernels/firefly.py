@@ -57,7 +57,7 @@ def fly(costs: NDArray, tour: NDArray, place: NDArray, moves: int, longest: int,
     longest int           nodes of the longest run, 2 … h - 2; lengths from 2 on are equally likely
     ======= ============= ==================================================================
 
-    Changes: tour, place, states[k] (one step of `random.uniform` per inversion: its halves give place and length).
+    Changes: tour, place, states[k] (one step of `random.uniform` per inversion: its halves give position and length).
     """
     h, total, word = len(tour), 0.0, states[k]
     places, lengths = np.uint64(h), np.uint64(longest - 1)
@@ -88,7 +88,7 @@ def fly(costs: NDArray, tour: NDArray, place: NDArray, moves: int, longest: int,
 
 @part
 def places_apart(tour: NDArray, second: NDArray) -> int:
-    """Return the number of places at which two tours int32[h] differ (Hamming distance)."""
+    """Return the number of positions at which two tours int32[h] differ (Hamming distance)."""
     count = 0
     for k in range(len(tour)):
         if tour[k] != second[k]:
@@ -217,7 +217,7 @@ def apply_results(cost: CostModel, tours: NDArray, kept: NDArray, moved: NDArray
 
 @part
 def invert(cost: CostModel, tour: Tour, first: int, length: int) -> float:
-    """Invert the run of `length` places from `first` on; return the added cost.
+    """Invert the run of `length` positions from `first` on; return the added cost.
 
     Changes: tour.
     """

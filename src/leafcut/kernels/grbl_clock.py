@@ -377,7 +377,7 @@ def grbl_clock(
     words      int64[n]           words of that line
     stops      bool[n]            the machine must stop before the item
     wait       float64[n]         dwell after the stop, s
-    place      float64[m + 1, 3]  move i goes from place i to place i + 1, mm
+    place      float64[m + 1, 3]  move i goes from position i to position i + 1, mm
     feed       float64[m]         mm/s; inf for a rapid
     chords     int64[m]           chords of the move
     spin       float64[m]         angle per chord of an arc, rad

@@ -1,9 +1,9 @@
-"""Remove clusters from a path and reinsert them at the cheapest place.
+"""Remove clusters from a path and reinsert them at the cheapest position.
 
 Source: G. Schrimpf et al., J. Computational Physics 159 (2000) (ruin and recreate); J. Christiaens and G. Vanden
-Berghe, Transportation Science 54 (2020) (removed pieces of the path near a place, blinks on reinsertion); S. L. Smith
-and F. Imeson, Computers & Operations Research 87 (2017) (GLNS: removal and insertion of sets).
-Differs: precedence bounds the places of a cluster; gaps are pruned by the minimum cost between clusters.
+Berghe, Transportation Science 54 (2020) (removed pieces of the path near a position, blinks on reinsertion); S. L.
+Smith and F. Imeson, Computers & Operations Research 87 (2017) (GLNS: removal and insertion of sets). Differs:
+precedence bounds the positions of a cluster; gaps are pruned by the minimum cost between clusters.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ class AntPath(NamedTuple):
     path    int32[m]       the path: nodes in the order of visit
     trial   int32[m]       trial path
     best    int32[m]       best path so far
-    place   int32[m]       place of each cluster in `trial`, -1 if removed
+    place   int32[m]       position of each cluster in `trial`, -1 if removed
     out     int32[m]       removed clusters
-    dirty   uint8[m]       1 for places of `trial` whose nodes are to be chosen again
+    dirty   uint8[m]       1 for positions of `trial` whose nodes are to be chosen again
     costs   float64[2]     costs of path and best
     sums    float64[2, w]  w is the maximum number of nodes of a cluster
     links   int32[m, w]
@@ -66,7 +66,7 @@ def take_piece(layers: Clusters, walk: AntPath, c: int, length: int, count: int,
 
 @part
 def close_path(layers: Clusters, walk: AntPath) -> int:
-    """Close the gaps of the removed clusters; return the number of remaining places.
+    """Close the gaps of the removed clusters; return the number of remaining positions.
 
     Changes: trial, place, dirty.
     """
@@ -93,7 +93,7 @@ def close_path(layers: Clusters, walk: AntPath) -> int:
 def find_gap(
     layers: Clusters, walk: AntPath, c: int, count: int, blink: float, states: NDArray, k: int
 ) -> tuple[int, int]:
-    """Return the cheapest place among `count` for cluster c, and the node to use there.
+    """Return the cheapest position among `count` for cluster c, and the node to use there.
 
     Each gap that precedence allows is skipped with probability `blink`. Changes: states[k].
     """
@@ -121,7 +121,7 @@ def find_gap(
 
 @part
 def put_back(layers: Clusters, walk: AntPath, c: int, count: int, blink: float, states: NDArray, k: int) -> None:
-    """Insert cluster c at the cheapest place of the path of `count` places. Changes: trial, place, dirty, states[k]."""
+    """Insert cluster c at the cheapest of `count` positions of the path. Changes: trial, place, dirty, states[k]."""
     trial, place, dirty = walk.trial, walk.place, walk.dirty
     gap, node = find_gap(layers, walk, c, count, blink, states, k)
     for index in range(count, gap, -1):

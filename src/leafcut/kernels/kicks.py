@@ -21,7 +21,7 @@ LONGEST_PIECE = 50
 
 @part
 def segment_kick(cost: CostModel, tour: Tour, states: NDArray, k: int) -> float:
-    """Swap two adjacent pieces of 1 … 50 nodes at a random place; return the added cost.
+    """Swap two adjacent pieces of 1 … 50 nodes at a random position; return the added cost.
 
     Changes: tour, states[k].
     """

@@ -1,8 +1,8 @@
 """Order of clusters with a chosen node per cluster: the data structure of `insertion` and `annealing`.
 
 A path is an array of nodes, one per cluster. The cluster of each node is known, so the array also is the order of the
-clusters. It is a ring: the first place follows the last. An open path has an additional cluster, its anchor, at place
-0. Leaving it costs the travel from the start, returning to it the travel to the end.
+clusters. It is a ring: the first position follows the last. An open path has an additional cluster, its anchor, at
+position 0. Leaving it costs the travel from the start, returning to it the travel to the end.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Clusters(NamedTuple):
     after        int32[k]       after[after_begin[c] … after_begin[c + 1] - 1]
     before_begin int32[m + 1]   likewise the clusters that must come before
     before       int32[k]
-    anchored     int64[1]       1: the cluster at place 0 stays there
+    anchored     int64[1]       1: the cluster at position 0 stays there
     ============ ============== =====================================================================================
     """
 
@@ -83,7 +83,7 @@ def ring_length(layers: Clusters, path: NDArray) -> float:
 
 @part
 def choose_between(layers: Clusters, path: NDArray, first: int, last: int, sums: NDArray, links: NDArray) -> None:
-    """Choose the nodes of the clusters at the places first … last again to minimize the length of the path.
+    """Choose the nodes of the clusters at the positions first … last again to minimize the length of the path.
 
     The nodes before and after are fixed. Places may exceed the end of the array, where the ring continues at its start.
     Dynamic programming, layer by layer.

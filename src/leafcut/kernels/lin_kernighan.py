@@ -1,8 +1,8 @@
 """Sequential exchanges of up to five edges, found depth first along candidate edges (Lin and Kernighan's idea).
 
 A move removes k edges and adds k: t0–t1 is removed, t1–t2 added, t2–t3 removed, … and t(2k-1)–t0 closes the tour. The
-search does not change the tour. The sorted places of the 2k nodes determine whether the move yields a single tour, so
-intermediate steps may split it. Only improving moves are made: all pieces except the longest are rewritten, and the
+search does not change the tour. The sorted positions of the 2k nodes determine whether the move yields a single tour,
+so intermediate steps may split it. Only improving moves are made: all pieces except the longest are rewritten, and the
 overwritten entries are logged for undo.
 
 Source: S. Lin and B. W. Kernighan, Operations Research 21 (1973); K. Helsgaun, European J. Operational Research 126
@@ -47,13 +47,13 @@ class Tour(NamedTuple):
 
     ======== =============== ==========================================================================
     node     int32[n]        nodes in the order of the tour
-    place    int32[n]        place of each node in it
+    place    int32[n]        position of each node in it
     queue    int32[n]        ring buffer of nodes to examine; counts[0] is its first, counts[1] its length
     queued   uint8[n]        1 for nodes in the queue, WAITING for those whose move was too long for the buffer
     counts   int64[4]        first of the queue, length of the queue, entries in the log, 1 if the log was too small
-    log      int32[m, 2]     (place, previous node) of every overwritten entry; m = 0 without a log
-    buffer   int32[b]        pieces being moved; a move that writes more places is not made
-    move     int64[4, 2·DEPTH]  of a move: rows ENDS t0, t1, …; ORDER, their indices by place; RANK, its inverse; KEY
+    log      int32[m, 2]     (position, previous node) of every overwritten entry; m = 0 without a log
+    buffer   int32[b]        pieces being moved; a move that writes more positions is not made
+    move     int64[4, 2·DEPTH]  of a move: rows ENDS t0, t1, …; ORDER, their indices by position; RANK, its inverse; KEY
     gain     float64[1]      gain of a move
     ======== =============== ==========================================================================
     """
@@ -106,7 +106,7 @@ def before(node: NDArray, place: NDArray, v: int) -> int:
 
 @part
 def sort_ends(place: NDArray, move: NDArray, k: int) -> None:
-    """Sort the 2k ends of the k removed edges by place, starting directly after the first removed edge.
+    """Sort the 2k ends of the k removed edges by position, starting directly after the first removed edge.
 
     Even ranks then start a piece of the tour and odd ranks end one; a piece of one node has both, the start first.
     Changes: rows ORDER, RANK, KEY of move.
@@ -259,13 +259,13 @@ def edge_and_return(cost: CostModel, c: int, d: int, t0: int, leaves: bool) -> t
 
 @part
 def beside(node: NDArray, at: int) -> tuple[int, int]:
-    """Return the successor and the predecessor of a place."""
+    """Return the successor and the predecessor of a position."""
     return node[at + 1 if at + 1 < len(node) else 0], node[at - 1]
 
 
 @part
 def steps_between(at: int, start: int, direction: int, n: int) -> int:
-    """Return the number of places from `start` to `at`: forward for direction 0, backward for 1."""
+    """Return the number of positions from `start` to `at`: forward for direction 0, backward for 1."""
     r = at - start if direction == 0 else start - at
     return r if r >= 0 else r + n
 
@@ -302,9 +302,9 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
     breadth    int64[DEPTH]    candidates tried at each depth; entry 0 is not used
     ========== =============== ==========================================================
 
-    Symbols: r is the number of places of a node after t1, in the direction away from t0; `on` is 1 if the tour in this
-    direction reaches the even end of a removed edge first; m is the distance of the start of that edge.
-    Changes: move, gain.
+    Symbols: r is the number of positions of a node after t1, in the direction away from t0; `on` is 1 if the tour in
+    this direction reaches the even end of a removed edge first; m is the distance of the start of that edge. Changes:
+    move, gain.
     """
     ends, code, xy, n = move[ENDS], cost.code, cost.xy, len(node)
     free, tied_a, tied_b = cost.free, cost.tied_a, cost.tied_b
@@ -329,7 +329,7 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
             ends[2] = t2
             for side1 in range(2):
                 t3 = ahead1 if side1 == 0 else behind1
-                # With two edges the direction decides; with more, the order of the places.
+                # With two edges the direction decides; with more, the order of the positions.
                 leaves = side1 != direction
                 if quick and _is_plain(free, tied_a, tied_b, t2) and _is_plain(free, tied_a, tied_b, t3):
                     removed, back = straight(xy, code, t2, t3), straight(xy, code, t3, t0)

@@ -111,7 +111,7 @@ def _within(tour: NDArray, place: NDArray, a: int, length: int, forward: bool, n
 
 @part
 def or_opt_move(cost: CostModel, tour: NDArray, place: NDArray, candidates: NDArray, a: int, touched: NDArray) -> bool:
-    """Move a run of 1 … 3 nodes that starts at a to a better place, in either direction, if that improves the tour.
+    """Move a run of 1 … 3 nodes that starts at a to a better position, in either direction, if that improves the tour.
 
     Symbols: the run is a … e, p the node before a, q the node after e; it goes between c and d, with a next to c.
     Changes: tour, place, touched int32[≥6].

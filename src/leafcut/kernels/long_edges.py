@@ -22,7 +22,7 @@ from leafcut.kernels.lin_kernighan import Tour, after, before, push
 
 @part
 def turn(tour: Tour, first: int, last: int) -> int:
-    """Reverse the part of a tour from node `first` to `last`, or its complement; return the number of places.
+    """Reverse the part of a tour from node `first` to `last`, or its complement; return the number of positions.
 
     Changes: node, place.
     """
@@ -45,7 +45,7 @@ def turn(tour: Tour, first: int, last: int) -> int:
 def _step(tour: Tour, fixed: int, moving: int, target: int) -> int:
     """Replace the edge fixed–moving and the edge before `target` by moving–target and the edge of the new end.
 
-    The new end, next to `fixed`, is the node before `target`. Return the number of places. Changes: node, place.
+    The new end, next to `fixed`, is the node before `target`. Return the number of positions. Changes: node, place.
     """
     if after(tour.node, tour.place, fixed) == moving:
         return turn(tour, moving, before(tour.node, tour.place, target))
@@ -111,7 +111,7 @@ def bring_home(
     edges      int32[m, 2]     the edges; those that no longer exist are skipped
     joined_to  int32[n]        node that an end walked to, -1 for none, also afterwards
     steps      int32[most, 2]  steps of one walk: the walking end and its destination
-    places     int             approximate maximum number of places to write
+    places     int             approximate maximum number of positions to write
     ========== =============== ==========================================================
 
     Touched nodes are queued. Changes: tour, joined_to, steps.

@@ -130,7 +130,7 @@ def choose_all(layers: Clusters, order: NDArray, path: NDArray, trial: NDArray, 
 
 @part
 def may_invert(layers: Clusters, order: NDArray, place: NDArray, first: int, last: int) -> bool:
-    """Return whether the places first … last of an order may be inverted: they contain no precedence pair."""
+    """Return whether the positions first … last of an order may be inverted: they contain no precedence pair."""
     for at in range(first, last):
         c = order[at]
         for e in range(layers.after_begin[c], layers.after_begin[c + 1]):
@@ -143,7 +143,7 @@ def may_invert(layers: Clusters, order: NDArray, place: NDArray, first: int, las
 def invert_runs(
     layers: Clusters, order: NDArray, place: NDArray, runs: int, longest: int, states: NDArray, k: int
 ) -> None:
-    """Invert `runs` nearby runs of 2 … `longest` clusters at a random place, as far as the precedence allows.
+    """Invert `runs` nearby runs of 2 … `longest` clusters at a random position, as far as the precedence allows.
 
     A run does not wrap around the end of an order, nor contain the fixed first cluster, if any.
     Changes: order, place int32[m], states[k].

@@ -1,9 +1,9 @@
 """A directed path under improvement: exchanges and undo.
 
-The path is an array with an anchor at place 0 (the depot of an open path), treated as a circle: the first place follows
-the last. An exchange cuts it after up to three places p < q < r into A = … p, B = p + 1 … q, C = q + 1 … r and
-D = r + 1 …, and reassembles it with B and C swapped, reversed, or both. The cost of reversing a piece is the difference
-of two prefix sums, so it is known without walking the piece.
+The path is an array with an anchor at position 0 (the depot of an open path), treated as a circle: the first position
+follows the last. An exchange cuts it after up to three positions p < q < r into A = … p, B = p + 1 … q, C = q + 1 … r
+and D = r + 1 …, and reassembles it with B and C swapped, reversed, or both. The cost of reversing a piece is the
+difference of two prefix sums, so it is known without walking the piece.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from leafcut.kernels import kernel, part
 from leafcut.kernels.cost import CostModel, travel
 
-#: log2 of the number of places that share one entry of `Route.shift`.
+#: log2 of the number of positions that share one entry of `Route.shift`.
 BLOCK = 8
 
 #: Columns of `Route.move`: the three cuts, and the changes of the two pieces between them.
@@ -34,18 +34,18 @@ class Route(NamedTuple):
 
     ======== =============== ==========================================================================
     node     int32[n]        nodes in the order of the path
-    place    int32[n]        place of each node in it
+    place    int32[n]        position of each node in it
     enter    int32[n]        row of `CostModel.xy` (or of its matrix) at which a node is entered
     leave    int32[n]        row at which it is left
     bias     float64[n]      with shift: excess cost of travel back to the anchor over travel from it
     shift    float64[b]      added to `bias` of 2**BLOCK places each
     flags    int64[2]        TWISTED: some travel is asymmetric, otherwise bias is not used;
-                             RING: the path may start anywhere, otherwise the node at place 0 is fixed
+                             RING: the path may start anywhere, otherwise the node at position 0 is fixed
     queue    int32[n]        ring buffer of nodes to examine; counts[0] is its first, counts[1] its length
     queued   uint8[n]        1 for nodes in the queue
     counts   int64[4]        first of the queue, length of the queue, entries in the log, 1 if the log was too small
     log      int32[m]        overwritten entries, the last on top; m = 0 without a log
-    buffer   int32[b]        pieces being moved; an exchange that writes more places is not made
+    buffer   int32[b]        pieces being moved; an exchange that writes more positions is not made
     move     int64[6]        the exchange that was found
     ======== =============== ==========================================================================
     """
@@ -142,7 +142,7 @@ def leg(cost: CostModel, route: Route, u: int, v: int, s: int) -> float:
 
 @part
 def set_bias(cost: CostModel, route: Route, low: int, high: int) -> None:
-    """Update bias and shift after changes of the nodes at the places low … high. Changes: bias, shift."""
+    """Update bias and shift after changes of the nodes at the positions low … high. Changes: bias, shift."""
     node, bias, shift, n = route.node, route.bias, route.shift, len(route.node)
     value = bias[low - 1] + shift[(low - 1) >> BLOCK] if low > 0 else 0.0
     for at in range(low, min(high + 2, n)):
@@ -196,7 +196,7 @@ def keeps_order(route: Route, rules: Rules, p: int, q: int, r: int, swapped: boo
 
 @part
 def log_exchange(route: Route, p: int, r: int) -> bool:
-    """Log the nodes at the places p + 1 … r; return whether there was space. Changes: log, counts."""
+    """Log the nodes at the positions p + 1 … r; return whether there was space. Changes: log, counts."""
     log, top = route.log, route.counts[2]
     if len(log) == 0:
         return True

@@ -9,8 +9,8 @@ for exchanges with a gain. All functions are written for one direction and used 
 path as well. There, the coordinate of a node is its distance from the anchor against the direction.
 
 Source: L. M. Gambardella and M. Dorigo, INFORMS J. Computing 12 (2000) (path-preserving exchanges of three edges, with
-precedence). Differs: candidate lists and gains along the exchange instead of labels in a search over all places; pieces
-may be reversed; kicks as in `kernels.kicks`.
+precedence). Differs: candidate lists and gains along the exchange instead of labels in a search over all positions;
+pieces may be reversed; kicks as in `kernels.kicks`.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ from leafcut.kernels.route import (
     visit_cost,
 )
 
-#: Maximum length of a piece moved by a kick, and maximum number of draws for a place that precedence allows.
+#: Maximum length of a piece moved by a kick, and maximum number of draws for a position that precedence allows.
 LONGEST_PIECE, DRAWS = 50, 12
 
 #: Share of kicks that switch the option of a node, if nodes have several options.
@@ -284,7 +284,7 @@ def improve_route(
 
 @part
 def swap_pieces(cost: CostModel, route: Route, rules: Rules, states: NDArray, k: int) -> float:
-    """Swap two adjacent pieces at a random place that precedence allows; return the added cost.
+    """Swap two adjacent pieces at a random position that precedence allows; return the added cost.
 
     Changes: route, states[k].
     """
@@ -322,7 +322,7 @@ def change_option(cost: CostModel, route: Route, rules: Rules, states: NDArray, 
 
 @part
 def kick(cost: CostModel, route: Route, rules: Rules, states: NDArray, k: int, times: int) -> float:
-    """Change the path at random places; return the added cost. Changes: route, states[k]."""
+    """Change the path at random positions; return the added cost. Changes: route, states[k]."""
     added = 0.0
     for _ in range(times):
         if len(rules.way) > len(route.node) and uniform(states, k) < OPTION_SHARE:

@@ -1,4 +1,4 @@
-"""Moving minimum along a path: a feed is reduced before and after the place that requires it."""
+"""Moving minimum along a path: a feed is reduced before and after the position that requires it."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ _TILE = 64
 
 
 class StockDifference(NamedTuple):
-    """A place where two fields differ: position of the largest difference, both heights there, mm, and cell count."""
+    """A difference of two fields: where it is largest, both heights there, mm, and the number of cells."""
 
     x: float
     y: float
@@ -24,10 +24,10 @@ class StockDifference(NamedTuple):
 
 
 def stock_differences(before: HeightField, after: HeightField, tolerance: float) -> list[StockDifference]:
-    """Return the differences of two height fields with the same cells, largest places first.
+    """Return the differences of two height fields with the same cells, largest positions first.
 
     A cell differs if its height is more than `tolerance`, mm, outside the range of the other field in the cell and its
-    eight neighbours. A wall moved by less than a cell therefore counts as equal. Nearby cells are one place.
+    eight neighbours. A wall moved by less than a cell therefore counts as equal. Adjacent cells are reported together.
 
     Raises
     ------

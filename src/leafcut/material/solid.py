@@ -37,7 +37,7 @@ _BESIDE, _LEAST_BESIDE, _MOST_BESIDE, _BELOW = 0.06, 1.0, 12.0, 1.0
 _THICK = 0.03
 #: Maximum number of displayed collisions.
 _MOST_COLLISIONS = 500
-#: Number of places along a rapid that are tested for being in the block.
+#: Number of positions along a rapid that are tested for being in the block.
 _PLACES = 65
 
 

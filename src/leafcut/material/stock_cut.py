@@ -73,8 +73,8 @@ class StockCut:
     rapids, collisions
         Rapids in the material, by line; shanks and holders in it, by tool and line.
     same_as, differences
-        The other program (None without one), and the places where it leaves different stock, largest first: `before` is
-        the height of the other.
+        The other program (None without one), and the positions where it leaves different stock, largest first: `before`
+        is the height of the other.
     issues
         Dangers of the program, and assumptions.
     defaults

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Floats
 
 #: Tiles along the longer side of a part; fewer for unsynchronised rapids, for which every tile of the box between two
-#: places counts. 8 bytes each: half a megabyte.
+#: positions counts. 8 bytes each: half a megabyte.
 TILES, TILES_DOGLEG = 256, 64
 #: Minimum size of a tile, mm, and maximum number within the reach of a tool, to limit the run time.
 FINEST_TILE, MOST_IN_REACH = 0.2, 24

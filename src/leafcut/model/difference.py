@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Difference:
-    """One difference between two toolpaths, or one unsafe place in a toolpath.
+    """One difference between two toolpaths, or one unsafe position in a toolpath.
 
     Attributes
     ----------

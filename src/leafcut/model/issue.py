@@ -1,4 +1,4 @@
-"""Problems that a reader or planner noticed and worked around: numbered, with their place."""
+"""Problems that a reader or planner noticed and worked around: numbered, with their position."""
 
 from __future__ import annotations
 
@@ -177,7 +177,7 @@ _SOME_WORK = MissingWork("feature")
 
 @dataclass(frozen=True, slots=True)
 class Issue:
-    """One noticed problem: a code of `CODES`, a one-line message, and its place (file, line, handle) if known.
+    """One noticed problem: a code of `CODES`, a one-line message, and its position (file, line, handle) if known.
 
     `missing` is the work that is not done; the message states why. Issues with it have the severity `Severity.MISSING`,
     and vice versa.

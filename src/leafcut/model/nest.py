@@ -221,7 +221,7 @@ class Nest:
         return (left, self._cost, self.used_length) if self.layouts else (left, math.inf, 0.0)
 
     def contours(self, layout: Layout) -> Iterator[Contour]:
-        """Yield every contour of a sheet in its place; contours of the same part share a number, from 1."""
+        """Yield every contour of a sheet in its position; contours of the same part share a number, from 1."""
         for number, placement in enumerate(layout.placements, 1):
             for contour in self.parts[placement.part].contours:
                 yield Contour(placement.placed(contour.path), contour.kind, contour.layer, contour.handle, number)

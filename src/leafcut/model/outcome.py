@@ -24,7 +24,7 @@ class OperationOutcome:
 
     `hole_order` are indices into `Part.holes` (or `Part.slots` if `slots`), in machining order. The others apply to a
     program of another CAM: `cuts` is the number of cuts ordered with the holes, `lines` the first and the last line of
-    their section, and `staying` the holes that the tool drills in their original places.
+    their section, and `staying` the holes that the tool drills in their original positions.
     """
 
     tool: Tool
@@ -38,7 +38,7 @@ class OperationOutcome:
 
     @property
     def holes(self) -> tuple[int, ...]:
-        """All holes that the tool drills here (or slots), those with fixed places last."""
+        """All holes that the tool drills here (or slots), those with fixed positions last."""
         return self.hole_order + self.staying
 
 
@@ -109,7 +109,7 @@ class Outcome(Generic[D]):
 
     @property
     def missing(self) -> tuple[Issue, ...]:
-        """Issues about requested work that the program does not do, with place and reason."""
+        """Issues about requested work that the program does not do, with position and reason."""
         return missing_work(self.issues)
 
     @property

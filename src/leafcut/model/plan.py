@@ -55,7 +55,7 @@ class Order:
     solutions
         Cost, bound and history of each stage; empty if no search found the order.
     kept
-        Tasks that keep their place in the input, as (stage, task), with the reason.
+        Tasks that keep their position in the input, as (stage, task), with the reason.
     unchanged
         The input is used unchanged.
     """

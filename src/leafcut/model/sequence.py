@@ -16,7 +16,7 @@ from leafcut.model.issue import Issue
 
 
 class Stay(NamedTuple):
-    """Reason why one task keeps its place.
+    """Reason why one task keeps its position.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class Stay(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Staying:
-    """Tasks that keep their place for the same reason.
+    """Tasks that keep their position for the same reason.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Staying:
     first_line, word
         First line of a cause, and its text, "" if it is the task itself.
     text
-        The reason and its first place, in words.
+        The reason and its first position, in words.
     """
 
     reason: str
@@ -159,7 +159,7 @@ class Sequence:
     mergeable
         Number of tool changes that joining sections would save, if that was not requested.
     stays
-        Why tasks outside of the sections keep their place, one entry for each.
+        Why tasks outside of the sections keep their position, one entry for each.
     """
 
     items: tuple[Kept | Section, ...]

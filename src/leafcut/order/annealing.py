@@ -1,4 +1,4 @@
-"""Simulated annealing of a path: remove some clusters and insert each at its cheapest place.
+"""Simulated annealing of a path: remove some clusters and insert each at its cheapest position.
 
 With precedence among few clusters of many nodes, exchanges along candidate lists do not reach every good path. Removal
 and insertion do, with the nodes chosen by dynamic programming. A step examines the whole path, so the method suits

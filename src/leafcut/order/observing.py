@@ -28,7 +28,7 @@ def on_lists(points: Points, owner: Ints, lists: Ints, trails: NDArray[np.float6
     """Return the pheromone float64[n, k] on edges from clusters int32[n] to clusters int32[n, k] (-1 or more: none).
 
     The strength of an edge is its share of all pheromone at an end, times two, since a path has two edges at every
-    place. The larger of both ends counts.
+    position. The larger of both ends counts.
     """
     there = (lists >= 0) & (lists < len(points)) & (lists != owner[:, None])
     amount = np.where(there, trails, 0.0)

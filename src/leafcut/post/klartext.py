@@ -32,7 +32,7 @@ class KlartextWriter(Writer):
         lines = self.out.lines
         lines.append(f"BEGIN PGM {_NAME} MM")
         low, high = self.path.extents
-        # A blank must have a size, even if all holes are at one place.
+        # A blank must have a size, even if all holes are at one position.
         for corner, values, margin in (("0.1 Z", low, -1.0), ("0.2", high, 1.0)):
             words = [f"{axis}{self._length(v + margin)}" for axis, v in zip("XYZ", values, strict=True)]
             lines.append(" ".join([f"BLK FORM {corner}", *words]))

@@ -191,7 +191,7 @@ class Process(Work, Protocol):
         Raises
         ------
         ReadError, OptionError, PlanError
-            One line with the error, its place and the remedy.
+            One line with the error, its position and the remedy.
         """
         ...
 

@@ -29,7 +29,7 @@ def run_process(process: Process, job: Job, sources: Sequence[Source], asked: st
     Raises
     ------
     ReadError, OptionError, PlanError, SolveError, PostError, VerifyError
-        One line with the error, its place and the remedy.
+        One line with the error, its position and the remedy.
     """
     with announced(job.report):
         plan = process.plan(job, sources, asked)
@@ -61,7 +61,7 @@ def _refuse_early(plan: Plan, given: Candidate) -> None:
 
 
 def _prove_order(process: Process, plan: Plan, order: Order, given: Candidate, nearest: Candidate | None) -> Candidate:
-    """Return the proved program of the best order; tasks refused by a proof keep their place in the next trial."""
+    """Return the proved program of the best order; tasks refused by a proof keep their position in the next trial."""
     trial = 0
     while True:
         try:

@@ -1,4 +1,4 @@
-"""Dangers in a program of unknown origin: one issue per kind, with the number and the first place."""
+"""Dangers in a program of unknown origin: one issue per kind, with the number and the first position."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ INSUNITS = {
 }
 UNIT_NAMES = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 9: "mil", 13: "µm"}
 
-#: ezdxf repair that guesses a number: a hole would be in the wrong place.
+#: ezdxf repair that guesses a number: a hole would be in the wrong position.
 GUESSED_NUMBER = 117
 #: ezdxf repairs that change no geometry: sections and tables invalid in R12, the root dictionary, a character.
 TRIVIAL_REPAIRS = (9, 10, 14, 111)

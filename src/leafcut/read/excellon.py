@@ -180,7 +180,7 @@ def _check_whole(source: Source, prepared: _Prepared, issues: list[Issue]) -> No
     if last is None or prepared.lines[last] in ("M30", "M00"):
         return
     if prepared.lines[last][0] in "XYG" and not source.data.endswith((b"\n", b"\r")):
-        # Half a number is still a number: the hole would be in the wrong place.
+        # Half a number is still a number: the hole would be in the wrong position.
         reason = "the file is incomplete: its last line is cut off; export or send it again"
         raise ReadError(source.path, reason, prepared.numbers[last])
     issues.append(Issue("L101", "the file does not end with M30: it may be incomplete, with holes missing"))

@@ -315,7 +315,7 @@ class _Walk:
         )
 
     def _viewport(self, element: Any, context: _Context) -> _Context:
-        """Return the place inside a nested drawing or a symbol, with its own corner and view box."""
+        """Return the position inside a nested drawing or a symbol, with its own corner and view box."""
         frame = self.page.frame
         x, y = length(element.get("x", "0"), frame.width), length(element.get("y", "0"), frame.height)
         w = length(element.get("width", "100%"), frame.width)

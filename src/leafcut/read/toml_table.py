@@ -1,4 +1,4 @@
-"""Strict access to leafcut's TOML files: every wrong key or value raises an error that names its place."""
+"""Strict access to leafcut's TOML files: every wrong key or value raises an error that names its position."""
 
 from __future__ import annotations
 

@@ -286,7 +286,7 @@ def _numbers(scene: Scene, path: Trace, stops: NDArray[np.float64], words: list[
 
 
 def _radii(scene: Scene, places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the drawn radius of the largest hole at each place, 0 without a hole (the end of a slot)."""
+    """Return the drawn radius of the largest hole at each position, 0 without a hole (the end of a slot)."""
     sizes: dict[tuple[int, int], float] = {}
     for x, y, radius in scene.discs.tolist():
         key = (round(x * STEPS), round(y * STEPS))

@@ -143,7 +143,7 @@ def issues_as_json(issues: Iterable[Issue]) -> list[dict[str, str]]:
 
 
 def missing_as_json(issues: Iterable[Issue]) -> list[dict[str, Any]]:
-    """Return missing work as plain values: kind, count, places (mm, program coordinates), and reason."""
+    """Return missing work as plain values: kind, count, positions (mm, program coordinates), and reason."""
     return [
         {
             "what": i.missing.what,
@@ -174,7 +174,7 @@ def _measure(measure: Measure) -> dict[str, float | None]:
 def _tool(operation: OperationOutcome, beam: bool) -> dict[str, Any]:
     """Return one operation's tool; a tool with two operations (holes and slots) has two entries.
 
-    `staying` is the number of its holes that keep their old places. A `beam` has a power.
+    `staying` is the number of its holes that keep their old positions. A `beam` has a power.
     """
     tool = operation.tool
     return {

@@ -1,4 +1,4 @@
-"""Marks over the paths of a drawing: arrow heads, first and last place."""
+"""Marks over the paths of a drawing: arrow heads, first and last position."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def head(middle: tuple[float, float], along: tuple[float, float], reach: float) 
 def end_marks(
     first: tuple[float, float, float], last: tuple[float, float, float], size: tuple[float, ...]
 ) -> list[str]:
-    """Return a ring around the first place and a square around the last, each as x, y and radius, user units.
+    """Return a ring around the first position and a square around the last, each as x, y and radius, user units.
 
     `size` is width and height of the drawing to add the words "start" and "end", otherwise empty.
     """

@@ -190,7 +190,7 @@ class PathReport(Generic[D]):
         return views.saved(self.outcome, self.came_in, self.bound_words())
 
     def staying(self) -> list[str]:
-        """Return the work that keeps its place, with the reason; empty for drawings."""
+        """Return the work that keeps its position, with the reason; empty for drawings."""
         return []
 
     def size(self, scene: Scene) -> str:

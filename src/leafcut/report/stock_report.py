@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _FILES = (".png", ".stl")
 _MM3_PER_CM3 = 1000.0
 _BYTES_PER_MB = 1e6
-#: Maximum number of differing places listed.
+#: Maximum number of differing positions listed.
 _MAX_PLACES = 10
 
 

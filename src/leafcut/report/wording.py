@@ -251,7 +251,7 @@ class IssueGroup:
 
 
 def limits(issues: Iterable[Issue]) -> list[tuple[str, str]]:
-    """Return the limits of the verification, as pairs of name and text: assumptions, and places that are not cut.
+    """Return the limits of the verification, as pairs of name and text: assumptions, and areas that are not cut.
 
     All are listed, because a hidden assumption would be taken for a fact.
     """

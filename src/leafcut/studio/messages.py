@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 #: Maximum depth of messages within messages.
 _DEEPEST = 6
-#: Maximum number of places at which a line is split.
+#: Maximum number of positions at which a line is split.
 _MAX_PARTS = 8
 _GAP = "{}"
 #: Separators of a message's parts: file and problem; problem and advice; a remark.

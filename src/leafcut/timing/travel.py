@@ -1,4 +1,4 @@
-"""Cost of travel between two places on a machine: the metric of the search, and the same in plain Python."""
+"""Cost of travel between two positions on a machine: the metric of the search, and the same in plain Python."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from leafcut.model.machine import Machine
 from leafcut.model.problem import Metric, Relief
 from leafcut.timing.profile import trapezoid_time
 
-#: Cost of travel between two places, s or mm.
+#: Cost of travel between two positions, s or mm.
 Travel = Callable[[Point, Point], float]
 
 #: Many orders of a grid take equally long, because the faster axis waits. A millionth of a second per mm selects the
@@ -93,10 +93,10 @@ def travel_cost(metric: Metric, a: Point, b: Point) -> float:
 
 
 def way_height(relief: Relief, a: Point, b: Point, dogleg: bool) -> float:
-    """Return the travel height between two places, mm: the higher of the two, or more.
+    """Return the travel height between two positions, mm: the higher of the two, or more.
 
     For a straight move, the tiles that it touches count, with a small tolerance; with unsynchronised axes (`dogleg`),
-    the whole box between the places.
+    the whole box between the positions.
     """
     ends = relief.at(np.array([a, b], dtype=np.float64))
     (x0, y0), (x1, y1) = sorted([a, b], key=lambda point: (point[1], point[0]))

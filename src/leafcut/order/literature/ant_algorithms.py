@@ -51,7 +51,7 @@ def run_ants(instance: Instance | DirectedInstance, run: AlgorithmRun) -> Search
     c_nn = moves.start(best)
     set_budget_of_visits(stop, options, parameters.ants * instance.n)
     if best.cost <= 0.0:
-        return SearchResult(moves.result(best.tour))  # all nodes in one place: nothing to gain
+        return SearchResult(moves.result(best.tour))  # all nodes at the same position: nothing to gain
     with ExitStack() as stack:
         if run.aco.parallel in ("processes", "exchange"):
             ants: AntColony = stack.enter_context(closing(AntProcesses(moves, run, parameters, c_nn)))

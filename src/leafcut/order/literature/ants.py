@@ -1,4 +1,4 @@
-"""Ant algorithms on the search loop: ants construct tours of places or orders of choices, and deposit pheromone."""
+"""Ant algorithms on the search loop: ants construct tours of points or orders of choices, and deposit pheromone."""
 
 from __future__ import annotations
 

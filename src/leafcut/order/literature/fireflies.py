@@ -66,7 +66,7 @@ MOST_NODES = 5000
 
 
 class PlaceFireflies(Swarm):
-    """Closed tours of places.
+    """Closed tours of points.
 
     The flight of a firefly depends on the seed, the iteration and the swarm only, not on the number of threads.
     """
@@ -269,6 +269,6 @@ def run_fireflies(instance: Instance | DirectedInstance, run: AlgorithmRun) -> S
         stop.patience = flight.patience
         swarm.start(best)
         if best.cost <= 0.0:
-            return SearchResult(swarm.result(best.tour))  # all nodes in one place: nothing to gain
+            return SearchResult(swarm.result(best.tour))  # all nodes at the same position: nothing to gain
         iterations = search(swarm, best)
     return SearchResult(swarm.result(best.tour), iterations, swarm.log.figures())

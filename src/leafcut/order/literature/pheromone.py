@@ -51,7 +51,7 @@ MOST_ANTS = 1000
 #: λ of the branching factor.
 BRANCHING_SHARE = 0.05
 
-#: Number of next places shown to an observer, the most probable first.
+#: Number of next nodes shown to an observer, the most probable first.
 MOST_CHOICES = 5
 
 # First word of the random stream of the first trails.
@@ -126,7 +126,7 @@ class Trails:
             # From 0 to twice the mean, the level to which trails of Ant Colony System decay.
             self.pheromone *= 2.0 * _random_shares(lists, one_way, seed)
         self.nearness, self.weights = np.zeros(lists.shape), np.zeros(lists.shape)
-        # A thousandth of the mean edge: the attraction between nodes at the same place is finite.
+        # A thousandth of the mean edge: the attraction between nodes at the same position is finite.
         self.offset = max(1e-12, 1e-3 * c_nn / len(lists))
         self.depositor, self.iteration_best = "", math.inf
         self.changes: list[Deposit] | None = None
@@ -187,7 +187,7 @@ class Trails:
         return float(trails.branching(self.lists, self.pheromone, BRANCHING_SHARE))
 
     def step(self, best: Best, here: int = 0, choices: tuple[NextPlace, ...] = ()) -> SearchStep:
-        """Return the variables of the last iteration, and an example: a place and its next places."""
+        """Return the variables of the last iteration, and an example: a node and its next nodes."""
         p = self.parameters
         values = {
             "alpha": p.alpha, "beta": p.beta, "rho": p.rate, "m": p.ants, "tau_0": self.initial,

@@ -1,4 +1,4 @@
-"""The move set of places: ants construct closed tours on candidate lists and improve them by 2-opt and Or-opt."""
+"""The move set of points: ants construct closed tours on candidate lists and improve them by 2-opt and Or-opt."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def first_tour(instance: Instance, local_search: bool, stop: Stop, best: Best) -
 
 
 class Places:
-    """Closed tours of places, with the buffers of each worker."""
+    """Closed tours of points, with the buffers of each worker."""
 
     #: Whether several workers can share one object, and whether the two directions of an edge have separate trails.
     parallel, one_way = True, False
@@ -123,7 +123,7 @@ class Places:
         return {"pheromone": pheromone, "step": trails.step(best, *self._example(trails))}
 
     def _example(self, trails: Trails) -> tuple[int, tuple[NextPlace, ...]]:
-        """Return the first place, and the most probable next places of an ant that starts there."""
+        """Return the first node, and the most probable next nodes of an ant that starts there."""
         instance = self.instance
         here = int(np.flatnonzero(instance.label == 0)[0])
         near = instance.candidates[here]

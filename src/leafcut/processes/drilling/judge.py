@@ -1,4 +1,4 @@
-"""Check that a program drills the drawing: each hole once, in the right place, with the right tool, to the right depth.
+"""Check that a program drills each hole of the drawing once, in the right position and depth, with the right tool.
 
 The judge sees the part as read, the options, and the program as read back, never the plan or the post. It determines
 tools, depths and positions with its own code, so a planning error is not repeated here.

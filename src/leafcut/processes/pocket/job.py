@@ -107,13 +107,13 @@ class PocketMotion:
     path: Toolpath
     descents: tuple[Descent, ...]
     measure: Measure
-    #: Uncut places, and the chips if feeds follow the load; set by the proof.
+    #: Uncut areas, and the chips if feeds follow the load; set by the proof.
     left: Sequence[Issue] = ()
     chips: MeasuredChips | None = None
 
 
 def holes(descents: Sequence[Descent]) -> dict[Point, float]:
-    """Return the holes that the program needs: place → height of the bottom, mm."""
+    """Return the holes that the program needs: position → height of the bottom, mm."""
     bottoms: dict[Point, float] = {}
     for descent in descents:
         if descent.kind == "predrilled":

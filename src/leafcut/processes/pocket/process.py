@@ -186,7 +186,7 @@ class Pocketing(Process):
         return (OperationOutcome(plan.tools[0], "", (), False, solution, cuts=len(solution.nodes)),)
 
     def issues(self, plan: Plan, best: Candidate) -> Sequence[Issue]:
-        """Return changed entries, required holes, stops, and uncut places."""
+        """Return changed entries, required holes, stops, and uncut areas."""
         from leafcut.processes.pocket.proving import entry_issues, stops
 
         return (*entry_issues(best.detail.descents), *stops(plan.work.job), *best.detail.left)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from leafcut.processes.pocket.proof.chips import MeasuredChips
 
 
-#: Number of uncut places whose position is reported.
+#: Number of uncut areas whose position is reported.
 NAMED_PLACES = 3
 
 

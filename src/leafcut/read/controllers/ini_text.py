@@ -15,7 +15,7 @@ MOST_FILES = 200
 
 @dataclass(frozen=True)
 class Entry:
-    """A value, and its place as text: ``line 12``, or ``limits.inc, line 3``."""
+    """A value, and its position as text: ``line 12``, or ``limits.inc, line 3``."""
 
     text: str
     place: str

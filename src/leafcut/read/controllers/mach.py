@@ -183,7 +183,7 @@ def _motor(ini: Ini, values: Values, axis: int) -> str:
 def _motor_values(
     ini: Ini, values: Values, motors: list[str], key: str, unit: str
 ) -> tuple[tuple[float, ...], str, str]:
-    """Return a value per motor, converted from counts to `unit`; then the unit, and the places as text."""
+    """Return a value per motor, converted from counts to `unit`; then the unit, and the positions as text."""
     numbers, sources = [], []
     for motor in motors:
         entry, counts = ini.get(key, motor), ini.get("CountsPerUnit", motor)

@@ -92,7 +92,7 @@ _BY_NAME = {question.name: question for question in QUESTIONS}
 
 
 def answers_of(file: Path) -> tuple[dict[str, Any], dict[str, str]]:
-    """Read a TOML file of answers. Return them, and their places: name → file and line.
+    """Read a TOML file of answers. Return them, and their positions: name → file and line.
 
     Raises
     ------

@@ -4,7 +4,7 @@ The scene is of kind ``differences`` (format: `studio.drawing.scene`). Its heade
 line in the original and in the new program (0: none) of each. Its blocks are
 
 =========== ======== ============================================================================================
-``mark``    f4 × 4   place, index of the difference, and change (0 missing, 1 added, 2 changed)
+``mark``    f4 × 4   position, index of the difference, and change (0 missing, 1 added, 2 changed)
 ``missing`` f4 × 2   points of moves that only the original has, separated by NaN
 ``added``   f4 × 2   points of moves that only the new program has, separated by NaN
 =========== ======== ============================================================================================

@@ -381,7 +381,7 @@ def _tool_words(label: str, diameter: float) -> str:
 
 
 def _issues(issues: Iterable[Issue]) -> list[list[str]]:
-    """Return code, severity, message and place of the first issues."""
+    """Return code, severity, message and position of the first issues."""
     return [[i.code, i.severity.value, clean(i.message), clean(i.place)] for i in list(issues)[:MAX_ISSUES]]
 
 

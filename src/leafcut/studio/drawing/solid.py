@@ -3,15 +3,15 @@
 A scene (`studio.drawing.scene`) of the kind ``solid``. Its header has
 
 - ``refused``: why the stock cannot be shown; the header then has no other key;
-- ``origin``: x and y, mm, subtracted from all places;
+- ``origin``: x and y, mm, subtracted from all positions;
 - ``grid``: ``x`` and ``y`` of the middle of the first cell and ``cell``, its side, mm; ``rows`` and ``columns``;
 - ``of``: number of rows of the toolpath's scene;
 - ``top`` and ``floor`` of the block, mm;
 - ``tools``: number → ``words``, ``shape`` (radius, flat, corner, reach, rise, slope: `kernels.sweep.ToolShape`),
   ``length`` of its cutting part, mm, and ``bodies``, the known parts above: kind, lower end above the tip, radius;
 - ``collisions``: kind and line of each;
-- ``differs``: None for a single program. For two programs: ``count``, the number of places with different heights, and
-  ``places``, the x, y and the heights in both programs of the largest differences, mm.
+- ``differs``: None for a single program. For two programs: ``count``, the number of positions with different
+  heights, and ``places``, the x, y and the heights in both programs of the largest differences, mm.
 
 Blocks, a row for each straight move except in the last four:
 
@@ -24,7 +24,7 @@ Blocks, a row for each straight move except in the last four:
 ``rapid``       u1      1 for a rapid
 ``width``       u1      width of cut; 255: the tool's diameter
 ``chip``        u1      thickest chip; 255: the feed per tooth
-``collision``   f4 × 4  place and depth of each collision, mm
+``collision``   f4 × 4  position and depth of each collision, mm
 ``start``       f4      height of every cell before the first move, mm; empty if all are at the top
 ``differs``     u1      1 for cells that the other program leaves lower, 2 for cells that it leaves higher; empty if
                         none differ
@@ -63,7 +63,7 @@ from leafcut.studio.drawing.scene import Columns, packed
 _FLUTES = 3.0
 #: Maximum number of pieces of a shank and a holder that are drawn.
 _MAX_BODIES = 4
-#: Heights that differ by less are equal, mm; maximum number of different places that are listed.
+#: Heights that differ by less are equal, mm; maximum number of different positions that are listed.
 _TOLERANCE, _MAX_PLACES = 0.01, 200
 
 
@@ -81,7 +81,7 @@ def compared_solid_scenes(
     second: tuple[Toolpath, Machine, ShownStock],
     measured: tuple[Measure | None, Measure | None] = (None, None),
 ) -> tuple[bytes, bytes]:
-    """Return a block cut by each of two toolpaths with the different places, or the reason why it is not shown.
+    """Return a block cut by each of two toolpaths with the different positions, or the reason why it is not shown.
 
     `measured` gives the times.
     """
@@ -114,7 +114,7 @@ def _refusal(problem: LeafcutError) -> bytes:
 
 
 def _scenes(first: _ShownRun, second: _ShownRun) -> tuple[bytes, bytes]:
-    """Return the scenes of two toolpaths that cut one block, with the places where they differ."""
+    """Return the scenes of two toolpaths that cut one block, with the positions where they differ."""
     try:
         blocks = [shown_block(run.path, run.stock) for run in (first, second)]
     except LeafcutError as problem:

@@ -106,7 +106,7 @@ def form(
     """Return the form of a kind of work as groups with fields, in plain values.
 
     `machines` is name → label; `tools` the names of the user's own libraries; `menus` the suggestions beside typing;
-    `usual` the place of a user's own default; `kept` the options taken over from an earlier input.
+    `usual` the position of a user's own default; `kept` the options taken over from an earlier input.
     """
     own_choices = _own_choices(machines, work, tools)
     groups = [

@@ -39,7 +39,7 @@ def saving(answer: dict[str, Any], words: Words) -> Headline:
 
 
 def _why_same(answer: dict[str, Any], words: Words) -> str:
-    """Return why a program is as fast as before: why most tasks keep their place, or that no order is better."""
+    """Return why a program is as fast as before: why most tasks keep their position, or that no order is better."""
     groups = answer.get("staying", [])
     n_kept, n_tasks = sum(group["count"] for group in groups), answer["counts"].get("pieces", 0)
     if not groups or n_kept < n_tasks:

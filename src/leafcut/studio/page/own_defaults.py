@@ -1,4 +1,4 @@
-"""The user's own defaults (`leafcut defaults`) as initial values of a form, with their places in the file."""
+"""The user's own defaults (`leafcut defaults`) as initial values of a form, with their positions in the file."""
 
 from __future__ import annotations
 

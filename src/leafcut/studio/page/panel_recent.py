@@ -26,7 +26,7 @@ class RecentPanel:
         self.place: Element | None = None
 
     def draw(self) -> None:
-        """Show the whole list, folded, in its initial place."""
+        """Show the whole list, folded, in its initial position."""
         if self.place is None:
             self.place = box("div", "recent")
         w, rows = self.view.words, self.view.studio.recent.newest()

@@ -278,7 +278,7 @@ class ResultPanel:
             text("p", w("result.certificate", counted=counted), "quiet small")
 
     def _staying(self, answer: dict[str, Any]) -> None:
-        """Show why tasks of a program keep their place."""
+        """Show why tasks of a program keep their position."""
         w, groups = self.view.words, answer.get("staying", [])
         if not groups:
             return

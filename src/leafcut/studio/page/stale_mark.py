@@ -29,7 +29,7 @@ class StaleMark:
         self._programs: list[tuple[TextElement, str, str]] = []
 
     def draw(self, record: JobRecord) -> None:
-        """Add the place for the mark to the current container; badges and programs are added later."""
+        """Add the placeholder of the mark to the current container; badges and programs are added later."""
         self._record = record
         self._badges, self._programs = [], []
         self.place = box("div", "stale", role="status", aria_live="polite")

@@ -134,7 +134,7 @@ class Filling:
         return offered + (share_of(remaining - only_here, packer.weight, area) if area > 0.0 else Counter())
 
     def _single_piece(self, stock: int) -> list[PlacedPiece]:
-        """Return the largest piece in the corner of a sheet, if a packer found no place for any."""
+        """Return the largest piece in the corner of a sheet, if a packer found no position for any."""
         if self.task.stocks[stock].edge:
             return []
         length, width = self.task.inner(stock)

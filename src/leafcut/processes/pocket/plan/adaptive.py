@@ -231,7 +231,7 @@ class _Work:
         return self.limit - min(film / (tool * math.sin(self.limit)), 0.5 * self.limit)
 
     def _clear(self, at: Floats, spot: _Spot) -> _Spot:
-        """Clear the disc at a place by its arcs, if anything remains in it."""
+        """Clear the disc at a position by its arcs, if anything remains in it."""
         (x, y), radius = at.tolist(), self._radius(at)
         arcs = self._left(x, y, radius)
         if not arcs:
@@ -246,17 +246,17 @@ class _Work:
         return _Spot(self.disc, at)
 
     def _touching(self, place: tuple[float, float], first: int) -> int:
-        """Return a disc that contains a place, preferably `first`."""
+        """Return a disc that contains a position, preferably `first`."""
         x, y, radius = self.fronts.discs[first].tolist()
         return first if math.dist(place, (x, y)) <= radius + 1e-7 else self.fronts.nearest(*place)
 
     def _link(self, to: tuple[float, float], disc: int) -> None:
-        """Move through the cleared area to a place in a disc."""
+        """Move through the cleared area to a position in a disc."""
         discs = self._discs_between(self.disc, disc)
         places = [self.at, *(self._between(a, b) for a, b in pairwise(discs)), to]
         corners, i = [places[0]], 0
         while i < len(places) - 1:
-            # The line from place k to place k + 1 lies in disc k of `discs`.
+            # The line from position k to position k + 1 lies in disc k of `discs`.
             j = len(places) - 1
             while j > i + 1 and not self.fronts.clear(places[i], places[j], discs[i:j]):
                 j = i + 1 + (j - i - 1) // 2
@@ -275,7 +275,7 @@ class _Work:
         return up + down[-2::-1]
 
     def _between(self, a: int, b: int) -> tuple[float, float]:
-        """Return a place in both of two overlapping discs: the middle of their common part of the line of centres."""
+        """Return a point in two overlapping discs: the middle of their common part on the line of centres."""
         (ax, ay, ar), (bx, by, br) = self.fronts.discs[[a, b]].tolist()
         far = math.dist((ax, ay), (bx, by))
         middle = 0.5 * (max(-ar, far - br) + min(ar, far + br)) / far if far else 0.0

@@ -51,8 +51,8 @@ def best(
     Parameters
     ----------
     too_wide
-        Returns the places of a path, float64[n, 2], where passes are further apart than the step-over. There the rings
-        are not shortened, and joints are moved.
+        Returns the positions of a path, float64[n, 2], where passes are further apart than the step-over. There the
+        rings are not shortened, and joints are moved.
     stopped
         Returns whether the search must stop. The path then clears everything, but may be longer, or wider somewhere.
 

@@ -29,7 +29,7 @@ SHORTEST_ARC = 0.01
 SHORTEST = 1e-6
 #: Entries that are tried for each requested entry.
 _IN_PLACE_OF = {"ramp": ("ramp", "helix"), "helix": ("helix", "ramp"), "plunge": (), "predrilled": ()}
-#: Rounding of places on the boundary of a region, mm.
+#: Rounding of positions on the boundary of a region, mm.
 TOUCH = 1e-6
 
 
@@ -54,7 +54,7 @@ def come_down(
     climb: bool,
     ring: Polyline | None = None,
 ) -> Descent:
-    """Lower the tool from the start of `way`, at or above `top`, to `bottom` at the same place.
+    """Lower the tool from the start of `way`, at or above `top`, to `bottom` at the same position.
 
     A ramp goes forth and back along the path and ends at its start. If the path starts with a `ring` that is shorter
     than the ramp, the tool circles along it. A helix turns beside the path, inside `allowed` (shapely geometry of tool

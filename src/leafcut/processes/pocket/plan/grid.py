@@ -4,7 +4,7 @@ Source: the published system for pockets by a discrete firefly algorithm has the
 (0.5 D < DP < 0.7 D), and separate paths for roughing and finishing. Its points are pixels of a picture. Differs: our
 points lie on the exact region, and the finishing pass follows the walls, not points.
 
-Nothing remains uncut: every place is within DP/√2 of a point of the unbounded grid. If that
+Nothing remains uncut: every position is within DP/√2 of a point of the unbounded grid. If that
 point is in the region, the tool visits it; if not, the boundary lies between the two, and the finishing pass follows
 the boundary. With stock, this pass keeps that distance from the walls, and another pass finishes them (`walls`).
 """
@@ -246,7 +246,7 @@ def _over_points(context: GridContext, nodes: list[int]) -> list[PocketPiece]:
 
 
 def _along_walls(context: GridContext, at: int) -> tuple[float, list[PocketPiece]]:
-    """Return the cost of links, mm, and the pieces from a place along every wall, the nearest first."""
+    """Return the cost of links, mm, and the pieces from a position along every wall, the nearest first."""
     paths, retract = context.paths, context.retract
     left, rules = set(range(len(paths.rings))), context.region.rules
     spent, pieces = 0.0, []
@@ -274,7 +274,7 @@ def _along_walls(context: GridContext, at: int) -> tuple[float, list[PocketPiece
 
 
 def _loop(walls: list[Points], place: Points, climb: bool) -> Points:
-    """Return the nearest wall as a loop from its point nearest to a place, float64[k, 2].
+    """Return the nearest wall as a loop from its point nearest to a position, float64[k, 2].
 
     Outer walls are counter-clockwise and islands clockwise, with the wall on the right: climb milling.
     """

@@ -1,4 +1,4 @@
-"""Regions of allowed tool centres in a pocket, and the places that the tool cannot reach."""
+"""Regions of allowed tool centres in a pocket, and the areas that the tool cannot reach."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from leafcut.geometry.regions import polygons, region, swept, tool_centres
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.pocket import Pocket, PocketRules
 
-#: Smaller unreachable places are not reported, share of the tool's area: corners of pixels.
+#: Smaller unreachable areas are not reported, share of the tool's area: corners of pixels.
 SMALL = 0.001
-#: Number of unreachable places that are reported one by one.
+#: Number of unreachable areas that are reported one by one.
 NAMED_PLACES = 4
 #: Thinner films along walls are differences between chords, tolerances.
 _THIN = 2.0
@@ -66,9 +66,9 @@ class CentreRegion:
 
 @dataclass(frozen=True, eq=False)
 class Unreached:
-    """A place of a pocket that the tool cannot clear: shapely geometry, its area in mm², a point in it.
+    """An area of a pocket that the tool cannot clear: shapely geometry, its area in mm², a point in it.
 
-    A `corner` opens to the cleared area in one mouth and narrows from there. Any other place is cut off: a passage, or
+    A `corner` opens to the cleared area in one mouth and narrows from there. Any other area is cut off: a passage, or
     a part behind an entrance that is too narrow.
     """
 
@@ -90,7 +90,7 @@ def pocket_region(pocket: Pocket, tolerance: float = 0.01) -> Any:
 
 
 def centre_regions(pocket: Pocket, rules: PocketRules) -> tuple[list[CentreRegion], list[Issue]]:
-    """Return the regions of allowed tool centres, the largest first, and issues about unreachable places.
+    """Return the regions of allowed tool centres, the largest first, and issues about unreachable areas.
 
     Raises
     ------
@@ -111,7 +111,7 @@ def centre_regions(pocket: Pocket, rules: PocketRules) -> tuple[list[CentreRegio
 
 
 def unreached(shape: Any, rules: PocketRules) -> list[Unreached]:
-    """Return the places of a pocket that the tool cannot clear, without tiny ones, the largest first."""
+    """Return the areas of a pocket that the tool cannot clear, without tiny ones, the largest first."""
     ground, thin = reachable(shape, rules), _THIN * rules.tolerance
     rest, near = shape.difference(ground), ground.buffer(thin)
     places = []
@@ -123,7 +123,7 @@ def unreached(shape: Any, rules: PocketRules) -> list[Unreached]:
 
 
 def _is_corner(piece: Any, near: Any, thin: float) -> bool:
-    """Return whether an unreached place is a corner: it has one mouth, and no circle as wide as the mouth fits in it.
+    """Return whether an uncleared area is a corner: it has one mouth, and no circle as wide as the mouth fits in it.
 
     Between straight walls at an angle of 2α, the mouth is 2 r cos α wide, and the largest circle behind it has the
     radius r (1 − sin α) / (1 + sin α): a quarter of half the mouth at 90°, half of it at 40°. Between parallel walls,
@@ -143,7 +143,7 @@ def _lines(shape: Any) -> list[Any]:
 
 
 def _issues(name: str, places: list[Unreached], rules: PocketRules) -> list[Issue]:
-    """Return an issue for each of the largest places that are cut off, one for the rest, and one for all corners."""
+    """Return an issue for each of the largest areas that are cut off, one for the rest, and one for all corners."""
     tool = f"a tool of {rules.tool_diameter:g} mm"
     corners, off = ([u for u in places if u.corner is kind] for kind in (True, False))
     issues = [

@@ -30,7 +30,7 @@ FAR = 2.5
 TINY = 3.0
 #: Cost of a turn inside the gap of a joint, step-overs per radian: keeps gaps out of corners.
 TURN_PENALTY = 0.3
-#: Joints within this distance of avoided places, step-overs, get this penalty, step-overs.
+#: Joints within this distance of avoided positions, step-overs, get this penalty, step-overs.
 AVOIDED, AVOIDED_PENALTY = 2.0, 4.0
 
 
@@ -180,7 +180,7 @@ class RingLinks:
     def ways(self, avoided: Points) -> list[Points]:
         """Return the path through all rings, float64[n, 2], then paths for rings without a free joint.
 
-        Joints keep away from the places `avoided`, float64[n, 2], if that costs little.
+        Joints keep away from the positions `avoided`, float64[n, 2], if that costs little.
         """
         self._clear()
         self.avoided = shapely.multipoints(avoided)

@@ -59,12 +59,12 @@ class Ring:
         return float(self.stations[-1])
 
     def at(self, station: float) -> Points:
-        """Return the place at a station, which may exceed the length, float64[2]."""
+        """Return the position at a station, which may exceed the length, float64[2]."""
         place: Points = self.places(np.array([station]))[0]
         return place
 
     def places(self, stations: Points) -> Points:
-        """Return the places at stations, float64[n, 2]."""
+        """Return the positions at stations, float64[n, 2]."""
         return self.track.places(stations % self.length)
 
     def stretch(self, start: float, end: float) -> Points:
@@ -79,11 +79,11 @@ class Ring:
         return np.vstack([*parts, self.at(end)[None]])
 
     def nearest(self, places: Points) -> tuple[Points, Points]:
-        """Return the distances of places, float64[n, 2], from the ring, and the stations of its nearest points."""
+        """Return the distances of positions, float64[n, 2], from the ring, and the stations of its nearest points."""
         return self.track.nearest(places)
 
     def station_of(self, place: Points) -> float:
-        """Return the station of the point nearest to a place."""
+        """Return the station of the point nearest to a position."""
         return float(self.nearest(np.asarray(place)[None, :2])[1][0])
 
 

@@ -97,7 +97,7 @@ def chamfer(
 
 
 def _near_some(path: Points, places: Points, distance: float) -> NDArray[np.bool_]:
-    """Return whether each point of a path is within a distance of any of the places, bool[n]."""
+    """Return whether each point of a path is within a distance of any of the positions, bool[n]."""
     near = np.zeros(len(path), dtype=bool)
     spots: Any = shapely.points(places)
     near[shapely.STRtree(spots).query(shapely.points(path), predicate="dwithin", distance=distance)[0]] = True
@@ -109,7 +109,7 @@ def _length(path: Points) -> float:
 
 
 class _Bends:
-    """One round over all bends of a path, or only over bends that the places `changed`, float64[n, 2], affect."""
+    """One round over all bends of a path, or only over bends that the positions `changed`, float64[n, 2], affect."""
 
     reaches: tuple[float, ...] = REACHES
     least = BEND
@@ -238,7 +238,7 @@ class _Bends:
         self.count[who[shapely.distance(line, self.geoms[who]) <= self.places.limits[who]]] += 1
 
     def changed(self) -> Points:
-        """Return places along all replaced stretches and their replacements, float64[n, 2]."""
+        """Return positions along all replaced stretches and their replacements, float64[n, 2]."""
         places = [part for a, b, curve in self.edits for part in (self.path[a : b + 1], curve)]
         return np.vstack([np.zeros((0, 2)), *places])
 
@@ -342,11 +342,11 @@ class _Cells:
         self.key = key[self.order]
 
     def cell(self, place: Points) -> tuple[int, int]:
-        """Return the column and row of the cell of a place."""
+        """Return the column and row of the cell of a position."""
         return math.floor((place[0] - self.low[0]) / self.side), math.floor((place[1] - self.low[1]) / self.side)
 
     def near(self, place: Points) -> Indices:
-        """Return the indices of points in the cell of a place and the cells around it, sorted."""
+        """Return the indices of points in the cell of a position and the cells around it, sorted."""
         column, row = self.cell(place)
         middle = (row + 1 + np.arange(-1, 2)) * self.wide + column + 1
         first, end = np.searchsorted(self.key, middle - 1), np.searchsorted(self.key, middle + 1, side="right")

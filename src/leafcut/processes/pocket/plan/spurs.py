@@ -13,15 +13,15 @@ from leafcut.geometry.regions import polygons, quarter, swept
 from leafcut.model.pocket import PocketRules
 from leafcut.processes.pocket.plan.track import Track
 
-#: Smaller uncut places are ignored, share of the tool's area: they come from the chords of rings.
+#: Smaller uncut areas are ignored, share of the tool's area: they come from the chords of rings.
 SPECK = 1e-5
 #: Extra length of a spur, tool radii: it clears more, so fewer spurs are needed.
 DEEPER = 0.1
-#: Maximum distance of passes from an uncut place, tool radii; a pass is within two of it.
+#: Maximum distance of passes from an uncut area, tool radii; a pass is within two of it.
 FAR = 4.0
 #: Rounding of a spur along the edge of the region, mm.
 ROUNDING = 1e-6
-#: Maximum number of spurs for one place.
+#: Maximum number of spurs for an area.
 MOST = 60
 
 
@@ -33,9 +33,9 @@ def uncut(ground: Any, passes: list[Any], rules: PocketRules) -> list[Any]:
 
 
 def with_spurs(paths: list[Points], ground: Any, rules: PocketRules) -> list[Points]:
-    """Return paths that clear all of `ground`, with spurs from the points nearest to uncut places.
+    """Return paths that clear all of `ground`, with spurs from the points nearest to uncut areas.
 
-    A spur leads straight towards the most distant point of a place until the tool clears it, and back. More spurs
+    A spur leads straight towards the most distant point of an area until the tool clears it, and back. More spurs
     follow while anything remains. Spurs stay in `ground`: if one from the nearest pass would leave it, the next pass
     is tried.
     """
@@ -68,7 +68,7 @@ def _worth(shape: Any, rules: PocketRules) -> list[Any]:
 
 
 def _spur(places: list[Any], track: Track, rules: PocketRules, room: Any) -> tuple[float, Points] | None:
-    """Return the station and the tip of a spur from a track to the most distant point of places.
+    """Return the station and the tip of a spur from a track to the most distant point of areas.
 
     None if the spur leaves `room` (shapely).
     """

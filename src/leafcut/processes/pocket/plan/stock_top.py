@@ -1,4 +1,4 @@
-"""Top of the material of a solid's pockets: the highest place of the surface over and around each."""
+"""Top of the material of a solid's pockets: the highest point of the surface over and around each."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def stock_tops(
 ) -> list[float]:
     """Return the height of the material of each pocket before milling, mm: 0 at the top, negative below.
 
-    It is the highest place of the solid over the pocket and a rim as wide as the tool's radius. A pocket in another
+    It is the highest point of the solid over the pocket and a rim as wide as the tool's radius. A pocket in another
     pocket is filled up to the rim of the outer one, whether that is milled or not.
 
     Parameters

@@ -75,7 +75,7 @@ class Clearing:
 
 @dataclass(frozen=True, eq=False)
 class PocketHeights:
-    """Heights and places of a program, mm.
+    """Heights and positions of a program, mm.
 
     `zones`, float64[k, 4], are keep-out zones above the retract height, crossed at the clearance height only. They are
     grown by the overhang of a shank or holder that is below their height during a rapid at the retract height.
@@ -200,7 +200,7 @@ class _PocketMotion:
         return distance / feed <= lifted and bool(allowed.buffer(TOUCH).covers(shapely.LineString([here, place])))
 
     def _height(self, here: Point, place: Point) -> float:
-        """Return the height of a rapid from place to place."""
+        """Return the height of a rapid between two positions."""
         crossing = touches_any_zone([here], [place], self.zones, dogleg=self.machine.rapid_style == "dogleg")[0]
         high = self.heights.always_clearance or bool(crossing)
         return self.heights.clearance if high else self.heights.retract
@@ -223,7 +223,7 @@ class _PocketMotion:
         *,
         walls: bool = False,
     ) -> None:
-        """Descend to z, in air if the place is cleared, else into the material below `top`; follow the run."""
+        """Descend to z, in air if the position is cleared, else into the material below `top`; follow the run."""
         builder, data = self.builder, self.data
         floor = z if opened is Opened.CLEAR else top
         if floor < 0.0 and builder.position[2] > floor + ABOVE:
@@ -309,7 +309,7 @@ _FILM = 0.5
 
 
 class Opened(IntEnum):
-    """Whether a place is cleared for a descent: no, except for a sliver, or completely."""
+    """Whether a position is cleared for a descent: no, except for a sliver, or completely."""
 
     NO = 0
     NEARLY = 1

@@ -1,4 +1,4 @@
-"""A path as a line with stations: places along it, and its nearest points to other places."""
+"""A path as a line with stations: positions along it, and its nearest points to other positions."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Track:
         return stations
 
     def places(self, stations: Points) -> Points:
-        """Return the places at stations, float64[m, 2]."""
+        """Return the positions at stations, float64[m, 2]."""
         return np.column_stack([np.interp(stations, self.stations, self.points[:, k]) for k in range(2)])
 
     @cached_property
@@ -35,7 +35,7 @@ class Track:
         return shapely.STRtree(steps)
 
     def nearest(self, places: Points) -> tuple[Points, Points]:
-        """Return the distances of places, float64[m, 2], from the track, and the stations of its nearest points."""
+        """Return the distances of positions, float64[m, 2], from the track, and the stations of its nearest points."""
         (row, step), away = self._steps.query_nearest(shapely.points(places), return_distance=True, all_matches=False)
         along = (self.points[1:] - self.points[:-1])[step]
         long = np.maximum((along**2).sum(axis=1), 1e-18)

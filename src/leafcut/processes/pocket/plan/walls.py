@@ -15,7 +15,7 @@ from leafcut.processes.pocket.plan.region import CentreRegion
 
 #: Candidate radii of lead-in and lead-out arcs, tool radii.
 LEADS = (0.8, 0.5, 0.3, 0.15)
-#: Maximum number of places of a wall where leads are tried.
+#: Maximum number of positions of a wall where leads are tried.
 MOST_PLACES = 60
 #: Tolerance of a lead at the chords of a wall, share of the tolerance.
 TOUCH = 0.1
@@ -60,7 +60,7 @@ def _in_order(rings: list[Points]) -> list[Points]:
 
 
 def _pass(ring: Points, room: Any, roughed: Any, climb: bool, radius: float) -> Polyline:
-    """Return the pass along a ring with its leads, at a place with room for the widest lead."""
+    """Return the pass along a ring with its leads, at a position with room for the widest lead."""
     side = 1.0 if climb else -1.0
     best: tuple[int, Polyline, Polyline] | None = None
     for part in LEADS:

@@ -63,7 +63,7 @@ class _Places:
 def measured_chips(
     written: Toolpath, rules: PocketRules, limits: FeedLimits, tool: Tool, levels: Sequence[float]
 ) -> MeasuredChips:
-    """Return the chips of a program, and the places where chips, power or feed exceed the limits.
+    """Return the chips of a program, and the positions where chips, power or feed exceed the limits.
 
     1. No chip is thicker than with the tool's own feed and speed, and no cut needs more power than the spindle has
        (`material.chip_feeds`): at every sample of the program, with its feed and speed.
