@@ -45,7 +45,7 @@ class Cells:
 
 
 def numbered(points: Points, side: float) -> Indices:
-    """Return a number for every point of float64[n, 2], int64[n]: equal if both round alike to `side`, mm."""
+    """Return a number for every point, int64[n]; points that are equal after rounding to `side`, mm, share a number."""
     if not len(points):
         return np.zeros(0, np.int64)
     column, row = np.round(points / side).astype(np.int64).T

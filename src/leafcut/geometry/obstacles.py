@@ -65,9 +65,9 @@ def shortest_path(
 
 
 class ObstacleMap:
-    """Polygons that a head keeps away from by its radius if they stand, and walls that its middle never crosses.
+    """Obstacles for a head: it keeps its radius from standing polygons, and its centre never crosses a wall.
 
-    Results for a move are kept for other sets of standing polygons.
+    Results are cached for any set of standing polygons.
     """
 
     def __init__(self, polygons: Mapping[int, Any], walls: Mapping[int, Any]) -> None:
@@ -81,7 +81,8 @@ class ObstacleMap:
         self._crossed: dict[tuple[Point, Point], frozenset[int]] = {}
         self._met: dict[tuple[Point, Point, float], frozenset[int]] = {}
         self._between: dict[tuple[_Key, _Key, float], NDArray[np.int64]] = {}
-        # Paths by their ends and radius: the polygons that influenced one, those of them that stood, and its corners.
+        # Cached paths by ends and radius: the polygons that influenced the path, those of them that stood, and its
+        # corners.
         self._paths: dict[
             tuple[Point, Point, float], list[tuple[frozenset[int], frozenset[int], list[Point] | None]]
         ] = {}
@@ -134,7 +135,9 @@ class ObstacleMap:
         return None
 
     def _steps_away(self, place: Point, standing: set[int], radius: float, seen: set[int]) -> list[Point]:
-        """Return positions straight away from each standing polygon near a position, at its radius."""
+        """Return the points at the radius around standing polygons near a position, each straight away from its
+        polygon.
+        """
         point, away = shapely.Point(place), list[Point]()
         for k in self._whole.query(point, predicate="dwithin", distance=radius).tolist() if radius > 0.0 else ():
             number = self._numbers[k]

@@ -19,7 +19,7 @@ _REACHES = 2
 
 
 class TooWide:
-    """Returns the points of a path whose nearer neighbour is farther away than the step-over, float64[n, 2], mm.
+    """Finds the points of a path whose nearer neighbour is farther away than the step-over, float64[n, 2], mm.
 
     A path that differs from the previous one in a few positions is only searched there.
 

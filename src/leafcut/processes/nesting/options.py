@@ -14,7 +14,7 @@ from leafcut.units import parse_angles
 
 @dataclass(frozen=True)
 class NestOptions(OptionGroup):
-    """How parts are laid on sheets.
+    """Options for placing parts on sheets.
 
     `SolveOptions` holds the seed, the time limit and the iterations.
     """

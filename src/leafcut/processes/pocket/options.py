@@ -11,7 +11,7 @@ from leafcut.options.option_spec import OptionGroup, option
 
 @dataclass(frozen=True)
 class PocketOptions(OptionGroup):
-    """How pockets are cleared.
+    """Options for clearing pockets.
 
     `JobOptions` has depth, safe height, retract height, spindle speed, and start and end points.
     """

@@ -36,7 +36,7 @@ def stages_of(
 
     Parameters
     ----------
-    wanted
+    first_nodes
         Operation → choices to visit first.
     """
     height = 0.0 if plan.always_initial else plan.clearance_height - plan.retract_height

@@ -364,7 +364,7 @@ def tops_of(
     ----------
     radius
         float64[n]: radius of the widest tool of each hole, mm. The highest point within it is the top.
-    bite
+    cut_radius
         Function from the height of the surface above the top of each hole, float64[n], to the widest radius cut, mm.
         The part must cover this radius.
     drawn

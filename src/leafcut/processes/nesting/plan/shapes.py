@@ -141,7 +141,7 @@ class ShapePacker:
 
     def _fits(self, piece: int) -> bool:
         """Return whether a grown outline fits the strip; pieces that fit the sheet exactly do not (see
-        `_single_piece`)."""
+        `Filling._single_piece`)."""
         return self.extent(piece)[0] < self.length
 
     def _extent(self, piece: int) -> tuple[float, float]:

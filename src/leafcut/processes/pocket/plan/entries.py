@@ -54,7 +54,7 @@ def come_down(
     climb: bool,
     ring: Polyline | None = None,
 ) -> Descent:
-    """Lower the tool from the start of `way`, at or above `top`, to `bottom` at the same position.
+    """Lower the tool from the start of `path`, at or above `top`, to `bottom` at the same position.
 
     A ramp goes forth and back along the path and ends at its start. If the path starts with a `ring` that is shorter
     than the ramp, the tool circles along it. A helix turns beside the path, inside `allowed` (shapely geometry of tool
@@ -62,7 +62,7 @@ def come_down(
 
     Parameters
     ----------
-    way
+    path
         Open path in the plane, which the tool follows at the bottom.
     ring
         The first piece of the path if it is closed.
