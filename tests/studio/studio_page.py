@@ -104,8 +104,11 @@ def at_rest(page: Page) -> None:
 
 
 def downloaded(page: Page, name: str) -> tuple[str, bytes]:
+    link, menu = page.get_by_role("link", name=name, exact=True), page.locator(".files .menu:not([open]) > summary")
+    if menu.count() and not link.count():
+        menu.click()
     with page.expect_download() as waiting:
-        page.get_by_role("link", name=name, exact=True).click()
+        link.click()
     return waiting.value.suggested_filename, Path(waiting.value.path()).read_bytes()
 
 

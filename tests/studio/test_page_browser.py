@@ -406,3 +406,39 @@ def test_missing_work_comes_first_in_red_and_is_hatched_in_the_drawing(page: Pag
     red, green, blue = map(int, re.findall(r"\d+", colours[0])[:3])
     assert colours[0] == colours[1]
     assert red > 2 * max(green, blue)
+
+
+def test_a_picture_is_asked_for_its_width_on_the_drawing(page: Page) -> None:
+    """A picture of 520 pixels that is 104 mm wide has pixels of 0.2 mm."""
+    opened(page, PLATE.with_name("pocket.png"))
+    expect(page.locator(".inviting")).to_contain_text("520 × 360 pixels")
+    expect(page.locator("#said")).to_be_empty()
+    width = page.get_by_label("Width of the picture", exact=True)
+    width.fill("wide")
+    width.press("Enter")
+    expect(page.locator("#said")).to_contain_text("'wide' is not a number")
+    width.fill("104")
+    width.press("Enter")
+    expect(page.get_by_label("Pixel size", exact=True)).to_have_value("0.2mm")
+    expect(page.locator(".about-part")).to_contain_text("Pockets")
+    expect(page.locator("#said")).to_be_empty()
+
+
+def test_the_keys_of_the_page_work_after_a_file_was_chosen_in_the_dialog(page: Page) -> None:
+    """The focus is then on the field of the file."""
+    page.locator("#open-file").focus()
+    page.keyboard.press("2")
+    expect(page.locator("#view-jobs")).to_be_visible()
+
+
+def test_rarely_used_files_are_in_a_menu_that_a_click_beside_it_closes(page: Page) -> None:
+    opened(page, PLATE)
+    page.get_by_label("Search effort", exact=True).select_option("fast")
+    run(page)
+    files = page.locator(".files")
+    expect(files.get_by_role("link")).to_have_text(["Program", "Report"])
+    files.get_by_text("More files").click()
+    expect(files.get_by_role("link", name="Picture after")).to_be_visible()
+    expect(files.get_by_role("link", name="JSON")).to_be_visible()
+    page.locator(".headline").click()
+    expect(files.get_by_role("link", name="JSON")).to_be_hidden()

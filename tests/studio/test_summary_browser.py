@@ -88,6 +88,21 @@ def test_each_strategy_of_a_pocket_is_shown_on_its_own(page: Page, tmp_path: Pat
     page.wait_for_function(f"({DRAWN})().then((found) => found[0] === 'pocket' && found[1] === 4)")
 
 
+def test_issues_are_grouped_by_severity_and_code_and_only_warnings_are_counted(page: Page) -> None:
+    opened(page, ROOT / "examples" / "cam_121.nc")
+    run(page)
+    tab = page.get_by_role("tab", name="Issues")
+    expect(tab).to_have_text("Issues 1")
+    tab.click()
+    panel = page.locator("#result-panel")
+    expect(panel.locator("h3")).to_have_text(["Warnings", "Notes"])
+    staying = panel.locator("li.note").filter(has_text="L501")
+    expect(staying).to_have_count(1)
+    expect(staying.locator("p:visible")).to_have_count(3)
+    staying.locator("summary").click()
+    expect(staying.locator("p:visible")).not_to_have_count(3)
+
+
 def test_a_nest_that_goes_on_tells_what_is_being_tried(page: Page, tmp_path: Path) -> None:
     drawings = {"plate.svg": PLATE, "angle.svg": ANGLE}
     for name, data in drawings.items():

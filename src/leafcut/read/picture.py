@@ -121,6 +121,18 @@ def _pockets(
 # -- the file --------------------------------------------------------------------------------------------------------
 
 
+def size_in_pixels(source: Source) -> tuple[int, int]:
+    """Return the width and height of a picture, px.
+
+    Raises
+    ------
+    ReadError
+        The file is not a supported picture, or it is damaged, animated or too large.
+    """
+    width, height = _open_picture(source).size
+    return width, height
+
+
 def _open_picture(source: Source) -> Any:
     """Open the picture without decoding its pixels."""
     from PIL import Image, UnidentifiedImageError

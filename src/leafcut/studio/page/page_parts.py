@@ -52,6 +52,9 @@ class InputPart(Protocol):
     def move_zero(self, x: float, y: float) -> Any:
         """Move program zero by a distance in mm."""
 
+    def scale_picture(self, width: str) -> Any:
+        """Set the pixel size of the open picture from its width."""
+
     async def restore(self, task: Task) -> bool:
         """Restore the choices of a task; return False if the user chose something else meanwhile."""
 

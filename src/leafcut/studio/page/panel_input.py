@@ -27,6 +27,7 @@ from leafcut.studio.page.panel_reading import PreviewReading
 from leafcut.studio.page.panel_recent import RecentPanel
 from leafcut.studio.page.preview import Preview
 from leafcut.studio.page.work_choice import WorkChoice, cards, why_suggested
+from leafcut.units import parse_quantity
 
 if TYPE_CHECKING:
     from leafcut.studio.page.page_parts import PageParts
@@ -298,7 +299,7 @@ class InputPanel:
         if line and not work:
             view.source = view.name = ""
         if seen is not None:
-            line = seen.error
+            line = "" if seen.pixels else seen.error  # the drawing asks for the size of a picture
             fits = work in (*seen.works, "nest")
             if not work and seen.whole.machine and not view.values.get("machine"):
                 view.put_for_input("machine", seen.whole.machine)
@@ -340,6 +341,18 @@ class InputPanel:
             return None
         self._begin_reading()  # at once, since Run may be pressed before the reading starts
         return self.read(view.work)
+
+    def scale_picture(self, width: str) -> Awaitable[bool] | None:
+        """Set the pixel size of the open picture from its width, a length as options take it."""
+        seen = self.view.seen
+        if seen is None or seen.pixels is None:
+            return None
+        try:
+            size = parse_quantity(width, "mm") / seen.pixels[0]
+        except LeafcutError as problem:
+            self.page.show_message(str(problem), True)
+            return None
+        return self._put("pixel_size", f"{size:.6g}mm", "")
 
     def move_zero(self, x: float, y: float) -> Awaitable[bool] | None:
         """Move program zero by a distance in mm; the option takes drawing coordinates."""

@@ -24,6 +24,7 @@ from leafcut.units import fixed, format_length, format_time
 
 if TYPE_CHECKING:
     from nicegui.element import Element
+    from nicegui.elements.mixins.text_element import TextElement
 
     from leafcut.studio.page.page_parts import PageParts
     from leafcut.studio.page.preview import Preview
@@ -37,8 +38,12 @@ _MAX_ISSUES = 200
 _MAX_WARNINGS = 2
 #: Maximum number of reasons for fixed tasks of a program.
 _MAX_REASONS = 20
-#: Files in the order in which they are offered.
-_FILES = ("program", "tour", "report", "plan", "norms", "order", "given", "list", "picture-before", "picture-after")
+#: Files with a button of their own, and files in the menu, in order.
+_MAIN_FILES = ("program", "tour", "report")
+_MORE_FILES = ("plan", "norms", "order", "given", "list", "picture-before", "picture-after")
+#: Severities in the order in which their issues are listed; their number of issues shown before the rest is folded.
+_SEVERITIES = ("danger", "missing", "warning", "note")
+_UNFOLDED = 3
 
 
 class ResultPanel:
@@ -170,7 +175,7 @@ class ResultPanel:
             self.tab = "summary"
         with box("div", "tabs", role="tablist", aria_label=w("right.title")):
             for tab in tabs:
-                number = len(_issues(answer)) if tab == "issues" else 0
+                number = len(_warnings(answer)) if tab == "issues" else 0
                 words = w(f"result.{tab}") + (f" {number}" if number else "")
                 classes = "tab warned" if tab == "issues" and _warnings(answer) else "tab"
                 chosen = "true" if tab == self.tab else "false"
@@ -355,24 +360,42 @@ class ResultPanel:
         issues = _issues(answer)
         if not issues:
             text("p", w("result.no_issues"), "quiet")
-        with box("ul", "issue-list"):
+        for severity in _SEVERITIES:
+            by_code: dict[str, list[dict[str, str]]] = {}
             for issue in issues[:_MAX_ISSUES]:
-                with box("li", issue["severity"]):
-                    text("code", issue["code"])
-                    meaning = w.issue(issue["code"])
-                    if meaning:
-                        text("b", f"{meaning}.")
-                    text(
-                        "span",
-                        w.plain(issue["message"]),
-                        "meant" if meaning else "",
-                        dir="auto",
-                        lang=w.language_of(issue["message"]),
-                    )
-                    if issue["place"]:
-                        text("span", w.plain(issue["place"]), "quiet small")
-            if len(issues) > _MAX_ISSUES:
-                text("li", w("open.more", number=len(issues) - _MAX_ISSUES))
+                if issue["severity"] == severity:
+                    by_code.setdefault(issue["code"], []).append(issue)
+            if by_code:
+                text("h3", w(f"severity.{severity}"))
+                with box("ul", "issue-list"):
+                    for code, alike in by_code.items():
+                        with box("li", severity):
+                            self._issues_of_code(code, alike)
+        if len(issues) > _MAX_ISSUES:
+            text("p", w("open.more", number=len(issues) - _MAX_ISSUES), "quiet small")
+
+    def _issues_of_code(self, code: str, issues: list[dict[str, str]]) -> None:
+        """Show issues of one code and severity; many of them are folded."""
+        w = self.view.words
+        text("code", code)
+        with box("div"):
+            if meaning := w.issue(code):
+                text("b", f"{meaning}.")
+            limit = _UNFOLDED if len(issues) > _UNFOLDED + 1 else len(issues)
+            for issue in issues[:limit]:
+                self._issue(issue)
+            if issues[limit:]:
+                with box("details", "issues"):
+                    text("summary", w("open.more", number=len(issues) - limit))
+                    for issue in issues[limit:]:
+                        self._issue(issue)
+
+    def _issue(self, issue: dict[str, str]) -> None:
+        w = self.view.words
+        with box("p"):
+            text("span", w.plain(issue["message"]), dir="auto", lang=w.language_of(issue["message"]))
+            if issue["place"]:
+                text("span", w.plain(issue["place"]), "quiet small")
 
     def _program(self, record: JobRecord, answer: dict[str, Any]) -> None:
         if not show_made(self.view, self.page.run.canvas, record, answer):
@@ -385,28 +408,31 @@ class ResultPanel:
     def _files(self, record: JobRecord) -> None:
         w = self.view.words
         files = self.view.studio.history.artefacts(record.id)
+        job = f"/api/jobs/{record.id}"
+
+        def download(name: str, classes: str) -> TextElement:
+            return link(w(f"file.{name}"), f"{job}/files/{name}", classes, download=files[name], title=files[name])
+
         with box("footer", "foot files"):
-            for name in _FILES:
-                if name not in files:
-                    continue
-                address = f"/api/jobs/{record.id}/files/{name}"
-                words = w(f"file.{name}")
-                classes = "button primary" if name in ("program", "tour") else "button"
-                anchor = link(words, address, classes, download=files[name], title=files[name])
-                if name in ("program", "tour"):
-                    self.mark.add_program(anchor, files[name])
-            link(
-                "JSON", f"/api/jobs/{record.id}/answer", "button", download=f"{record.id}.json", title=w("file.answer")
-            )
+            for name in _MAIN_FILES:
+                if name in files:
+                    anchor = download(name, "button" if name == "report" else "button primary")
+                    if name != "report":
+                        self.mark.add_program(anchor, files[name])
+            with box("details", "menu"):
+                text("summary", w("file.more"), "button")
+                with box("div"):
+                    for name in _MORE_FILES:
+                        if name in files:
+                            download(name, "")
+                    link("JSON", f"{job}/answer", download=f"{record.id}.json", title=w("file.answer"))
+                    if "report" in files:
+                        shown = f"{job}/files/report?show=true"
+                        link(w("file.show"), shown, target="_blank", rel="noopener")
             if can_be_edited(self.view.studio.history, record, files):
                 button(w("edit.begin"), lambda: self.page.run.edit.start(record), "", id="edit-begin")
             elif any(record.task.options.get(name) for name in ("chains", "common_lines")):
                 text("p", w("edit.not_joined"), "quiet small")
-            if "report" in files:
-                link(
-                    w("file.show"), f"/api/jobs/{record.id}/files/report?show=true", "quiet small",
-                    target="_blank", rel="noopener",
-                )  # fmt: skip
 
 
 def _issues(answer: dict[str, Any]) -> list[dict[str, str]]:

@@ -73,9 +73,30 @@ class RunPanel:
             if not unseen[0]:
                 self._invite()
                 return
+            if view.seen is not None and view.seen.pixels is not None:
+                self._ask_for_width(*view.seen.pixels)
+                return
             with box("div", "inviting"):
                 text("h2", view.words("empty.unseen", name=unseen[0]), "", dir="auto")
                 text("p", view.words.plain(unseen[1]), "quiet")
+
+    def _ask_for_width(self, width: int, height: int) -> None:
+        """Ask for the width of a picture whose scale is unknown."""
+        w = self.view.words
+        with box("div", "inviting"):
+            text("h2", w("empty.how_wide"))
+            text("p", w("empty.pixels", width=f"{width:,}", height=f"{height:,}"), "quiet")
+            with box("form", "to-place") as form:
+                text("label", w("empty.width"), for_="picture-width")
+                with box("span", "box"):
+                    box("input", "", id="picture-width", type="text", inputmode="decimal", autocomplete="off")
+                    text("span", "mm", "unit", aria_hidden="true")
+                button(w("empty.use_width"), None, "primary").props("type=submit")
+            form.on(
+                "submit",
+                lambda event: self.page.input.scale_picture(str(event.args)),
+                js_handler="(e) => { e.preventDefault(); emit(e.target.querySelector('input').value); }",
+            )
 
     def _invite(self) -> None:
         """Show the suggestions of an empty page."""

@@ -53,6 +53,8 @@ class Preview:
         Travel of the machine.
     broken
         Whether the file itself is invalid, so that no option or kind of work would help.
+    pixels
+        Width and height of a picture whose scale is unknown, px; None for all other inputs.
     """
 
     format: str
@@ -67,6 +69,7 @@ class Preview:
     zero: Zero = None
     travel: MachineTravel | None = None
     broken: bool = False
+    pixels: tuple[int, int] | None = None
 
 
 #: A drawing and a program that use the most common modules.
@@ -110,7 +113,12 @@ def read_preview(
             return replace(_drawing(loaded, format_.name, kind, settings, whole, progress), works=kinds)
         except LeafcutError as problem:
             error, broken = error or str(problem), broken and isinstance(problem, ReadError)
-    return Preview(format_.name, kinds, error=error, broken=broken, whole=whole)
+    pixels = None
+    if format_.name == "picture" and not broken and not (options or {}).get("pixel_size"):
+        from leafcut.read.picture import size_in_pixels
+
+        pixels = size_in_pixels(loaded)
+    return Preview(format_.name, kinds, error=error, broken=broken, whole=whole, pixels=pixels)
 
 
 def _drawing(

@@ -40,6 +40,12 @@
     if (at) at.search = new URLSearchParams({ ...Object.fromEntries(new URLSearchParams(location.search)), lang: at.lang });
   });
   const seen = (e) => e.getClientRects().length > 0;
+  // A click beside an open menu, or on one of its links, closes it.
+  document.addEventListener("click", (event) => {
+    for (const menu of document.querySelectorAll(".menu[open]")) {
+      if (!menu.contains(event.target) || event.target.closest("a")) menu.open = false;
+    }
+  });
 
   document.addEventListener("click", async (event) => {
     const at = event.target.closest?.("[data-theme-switch], [data-copy], [data-dialog], [data-close]");
@@ -108,7 +114,7 @@
     if (event.altKey || document.querySelector("dialog[open]")) return;
     const undo = { z: event.shiftKey ? "y" : "u", y: "y" }[event.key.toLowerCase()], held = event.ctrlKey || event.metaKey;
     if (held && !undo) return;
-    if (event.target.closest?.("input:not([type=checkbox]), select, textarea, [contenteditable]")) return;
+    if (event.target.closest?.("input:not([type=checkbox], [type=file]), select, textarea, [contenteditable]")) return;
     if (event.defaultPrevented) return;
     if (event.shiftKey && !held && /^[a-z]$/i.test(event.key)) return; // letters with Shift belong to the drawing
     const key = held ? undo : event.key === "Escape" ? "esc" : event.key.toLowerCase();
