@@ -321,6 +321,6 @@ class PocketPlan:
 
     @property
     def usual(self) -> PocketResult:
-        """Baseline of the program: the first possible strategy of `USUAL`, else the chosen strategy."""
-        possible = {r.strategy: r for r in self.results if r.path is not None}
-        return next((possible[name] for name in USUAL if name in possible), self.result)
+        """Baseline of the program: the faster of the plain strategies `USUAL`, else the chosen strategy."""
+        plain = [r for r in self.results if r.path is not None and r.strategy in USUAL]
+        return min(plain, key=lambda result: result.program_s, default=self.result)

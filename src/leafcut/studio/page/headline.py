@@ -34,8 +34,17 @@ def saving(answer: dict[str, Any], words: Words) -> Headline:
         )
     percent = f"{abs(answer['saved_percent'] or 0.0):.1f}"
     if seconds > 0:
-        return Headline(format_time(seconds), words("result.less", percent=percent))
+        other = compared_strategy(answer)
+        small = (
+            words("result.less_than", percent=percent, other=other) if other else words("result.less", percent=percent)
+        )
+        return Headline(format_time(seconds), small)
     return Headline(format_time(-seconds), words("result.longer", percent=percent), "worse")
+
+
+def compared_strategy(answer: dict[str, Any]) -> str:
+    """Return the plain strategies that a program of pockets is compared with; "" for other programs."""
+    return " + ".join(row["strategy"] for row in answer.get("strategies", ()) if row.get("usual"))
 
 
 def _why_same(answer: dict[str, Any], words: Words) -> str:

@@ -247,8 +247,14 @@ class ResultPanel:
         if missing := headline.missing_words(answer, w):
             self.mark.add_badge(text("p", missing, "badge no"))
         self._badge(answer["verified"], answer.get("certificate"))
+        other = headline.compared_strategy(answer)
         rows = [
-            [w(f"result.{name}"), _seconds(m["time_s"]), _metres(m["travel_mm"]), _metres(m["cut_mm"])]
+            [
+                (name == "before" and other) or w(f"result.{name}"),
+                _seconds(m["time_s"]),
+                _metres(m["travel_mm"]),
+                _metres(m["cut_mm"]),
+            ]
             for name in ("before", "nearest", "after")
             if (m := answer[name]) is not None
         ]

@@ -115,6 +115,17 @@ def test_the_written_and_the_usual_strategy_have_the_times_of_their_programs(poc
     assert (times[chosen], times[usual]) == (77.0, 91.0)
 
 
+def test_a_program_is_compared_with_the_faster_of_the_plain_strategies() -> None:
+    """Neither with a slower one nor with a strategy that only leafcut has."""
+    zigzag, contour = (replace(r, program_s=s) for r, s in zip(PLAN.results[:2], (90.0, 60.0), strict=True))
+    own = replace(contour, strategy="connected", program_s=50.0)
+    plan = replace(PLAN, results=(zigzag, contour, own), chosen=2)
+    assert plan.usual == contour
+    assert {row.name for row in figures([plan]) if row.usual} == {"contour"}
+    assert replace(plan, results=(zigzag, own), chosen=1).usual == zigzag
+    assert replace(plan, results=(own,), chosen=0).usual == own
+
+
 def test_json_has_the_way_over_one_level_and_every_strategy(pocketed: Outcome) -> None:
     answer = as_json(report_of(pocketed))
     pocket = answer["pocket"]
@@ -122,7 +133,12 @@ def test_json_has_the_way_over_one_level_and_every_strategy(pocketed: Outcome) -
     assert (pocket["uncovered_percent"], pocket["gouge_mm2"], pocket["max_step_over"]) == (0.0, 0.0, 6.0)
     assert [s["strategy"] for s in answer["strategies"]] == ["zigzag", "contour", "adaptive"]
     assert answer["strategies"][0]["uncovered_percent"] == pytest.approx(0.5)
-    assert answer["strategies"][2] == {"strategy": "adaptive", "chosen": False, "refused": "no <limit> is given"}
+    assert answer["strategies"][2] == {
+        "strategy": "adaptive",
+        "chosen": False,
+        "usual": False,
+        "refused": "no <limit> is given",
+    }
     assert answer["counts"]["pockets"] == 1
 
 

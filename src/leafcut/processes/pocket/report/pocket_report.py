@@ -341,7 +341,7 @@ def _strategy(row: StrategyFigures) -> dict[str, Any]:
     """Return a strategy for the JSON answer."""
     measured = {} if row.measures is None else {**plain_measures(row.measures), "time_s": plain_number(row.program_s)}
     reasons = {name: clean(getattr(row, name)) for name in ("refused", "passed_over") if getattr(row, name)}
-    return {"strategy": row.name, "chosen": row.chosen, **measured, **reasons}
+    return {"strategy": row.name, "chosen": row.chosen, "usual": row.usual, **measured, **reasons}
 
 
 def _cells(row: StrategyFigures) -> tuple[str, ...]:

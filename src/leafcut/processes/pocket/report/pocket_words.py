@@ -26,6 +26,7 @@ class StrategyFigures:
 
     `mean_engagement` is averaged over the feed length; `program_s` is the time of a program of all pockets.
     `passed_over` is the reason why a cheaper strategy is not written, from the first pocket that has one.
+    `usual`: the written program is compared with it in some pocket.
     """
 
     name: str
@@ -34,6 +35,7 @@ class StrategyFigures:
     refused: str = ""
     program_s: float = 0.0
     passed_over: str = ""
+    usual: bool = False
 
 
 def strategy_figures(outcome: Outcome[PocketDetail]) -> list[StrategyFigures]:
@@ -64,7 +66,8 @@ def figures(plans: Sequence[PocketPlan], programs: Sequence[PocketProgram] = ())
         found = None if refused else _between(added(known), whole.get(name))
         time_s = whole[name].time_s if name in whole else sum(r.program_s for r in mine)
         passed_over = next((r.passed_over for r in mine if r.passed_over), "")
-        rows.append(StrategyFigures(name, chosen, found, refused, time_s, passed_over))
+        usual = any(plan.usual.strategy == name for plan in plans)
+        rows.append(StrategyFigures(name, chosen, found, refused, time_s, passed_over, usual))
     return rows
 
 
