@@ -25,7 +25,7 @@ from leafcut.read.plan_file import load_plan
 from leafcut.report.json_answer import as_json
 from rs274_moves import run_rs274
 
-FAST: dict[str, Any] = {"process": "cut", "thickness": "6", "iterations": 20, "threads": 1}
+FAST: dict[str, Any] = {"process": "cut", "thickness": "6", "iterations": 5, "threads": 1}
 
 
 @pytest.fixture(scope="module")
