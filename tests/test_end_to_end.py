@@ -142,7 +142,9 @@ def test_twenty_thousand_circles_become_a_program(tmp_path: Path) -> None:
     head = "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n"
     drawing = tmp_path / "many.dxf"
     drawing.write_text(f"{head}0\nSECTION\n2\nENTITIES\n{text}0\nENDSEC\n0\nEOF\n")
-    outcome = leafcut.optimize(drawing, machine="pcb-drill", objective="distance", preset="fast", bound=False)
+    outcome = leafcut.optimize(
+        drawing, machine="pcb-drill", depth=1, depth_to="tip", objective="distance", preset="fast", bound=False
+    )
     distinct = len({(x, y) for x, y in rows.tolist()})
     assert 0.99 * distinct <= len(drilled(outcome.text, outcome.dialect)) <= distinct
     # The shortest tour of many random points is 0.7124 √(nA) long (Johnson and McGeoch 1996).

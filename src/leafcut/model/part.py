@@ -222,6 +222,11 @@ class Part:
     besides: tuple[Issue, ...] = ()
 
     @property
+    def has_hole_depths(self) -> bool:
+        """Whether the holes have depths and heights of their own, as in a solid."""
+        return any(hole.depth is not None for hole in self.holes)
+
+    @property
     def hole_xy(self) -> NDArray[np.float64]:
         """Centres of the holes, float64[n, 2], mm."""
         return np.array([(h.x, h.y) for h in self.holes], dtype=np.float64).reshape(-1, 2)

@@ -214,8 +214,7 @@ def _required_holes(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Cut
     """Yield every cut of every hole, in the required order of its tools."""
     part, job = request.part, request.job
     steps = [_tools_of(request, used, hole, k) for k, hole in enumerate(part.holes)]
-    solid = any(hole.depth is not None for hole in part.holes)
-    tops, underside = _tops(request, steps, solid)
+    tops, underside = _tops(request, steps)
     for k, (hole, tools) in enumerate(zip(part.holes, steps, strict=True)):
         x, y = request.points[k].tolist()
         drill_point = max((_point_length(tool) for tool in tools if tool.kind is ToolKind.DRILL), default=0.0)
@@ -254,12 +253,12 @@ def _required_slots(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Slo
 
 
 def _tops(
-    request: DrillingRequest, steps: Sequence[Sequence[Tool]], solid: bool
+    request: DrillingRequest, steps: Sequence[Sequence[Tool]]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
     """Return the height of the top of each hole, and the underside of the part if the surface determines it, mm."""
     holes = request.part.holes
     drawn = np.array([hole.z for hole in holes], dtype=np.float64)
-    use_drawn = solid or request.options.hole_heights == "drawn"
+    use_drawn = request.part.has_hole_depths or request.options.hole_heights == "drawn"
     if request.surface is None:
         return (drawn if use_drawn else np.zeros(len(holes))), None
     if use_drawn and not request.options.through:

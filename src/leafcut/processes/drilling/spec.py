@@ -34,7 +34,7 @@ def _with_missing_work(part: Part, job: Job, source: Source, everything: bool) -
     chosen = "concentric" in job.settings.given
     issues = [issue.as_note() if issue.code == "L302" and chosen else issue for issue in part.issues]
     besides = [*part.besides]
-    if everything and any(hole.depth is not None for hole in part.holes):
+    if everything and part.has_hole_depths:
         from leafcut.read.step import work_besides_holes
 
         besides += work_besides_holes(source, job.settings.read)
@@ -45,8 +45,7 @@ def _with_missing_work(part: Part, job: Job, source: Source, everything: bool) -
 def _meshes(job: Job, source: Source, part: Part, of_step: bool) -> tuple[Mesh | None, Mesh | None]:
     """Return the surface and the fixture, in the axes and with the zero of the part."""
     drill_options, solid_number = job.settings.of(DrillOptions), job.settings.read.solid
-    solid = any(hole.depth is not None for hole in part.holes)
-    if drill_options.surface is None and drill_options.fixture_file is None and not solid:
+    if drill_options.surface is None and drill_options.fixture_file is None and not part.has_hole_depths:
         return None, None
     from leafcut.processes.placing import upright_mesh
     from leafcut.read.meshes import load_mesh
@@ -59,7 +58,7 @@ def _meshes(job: Job, source: Source, part: Part, of_step: bool) -> tuple[Mesh |
         if solid_number is not None and of_step and format_name(drill_options.surface) != part.format:
             solid_number = None  # the number refers to a solid of the drawing
         surface = load_mesh(drill_options.surface, drill_options.surface_unit, which=solid_number)
-    elif solid:
+    elif part.has_hole_depths:
         job.report("reading the surface")
         surface = Mesh(step_mesh(source.path, source.data, solid_number), part.name)
     if drill_options.fixture_file is not None:
@@ -103,8 +102,7 @@ def planned(job: Job, sources: Sequence[Source], everything: bool) -> tuple[Dril
 
         part = read_drill_files(sources, reading, on_progress)
     part = _with_missing_work(part, job, sources[0], everything)
-    solid = any(hole.depth is not None for hole in part.holes)
-    if solid and "hole_heights" in job.settings.asked and drill_options.hole_heights == "one":
+    if part.has_hole_depths and "hole_heights" in job.settings.asked and drill_options.hole_heights == "one":
         raise OptionError("--hole-heights one: the holes of a solid have individual heights; leave it out")
     surface, fixture = _meshes(job, sources[0], part, of_step)
     mesh, fixture = (
@@ -116,9 +114,9 @@ def planned(job: Job, sources: Sequence[Source], everything: bool) -> tuple[Dril
         "" if mesh is None else placing_words(str(drill_options.surface or sources[0].path), part, job.settings.read)
     )
     part = placed(part, job.settings.read)
-    if not solid and mesh is not None:
+    if not part.has_hole_depths and mesh is not None:
         part = replace(part, zero=replace(part.zero or ProgramZero(), level="surface", z=float(mesh.high[2])))
-    elif not solid and drill_options.hole_heights == "drawn" and part.holes:
+    elif not part.has_hole_depths and drill_options.hole_heights == "drawn" and part.holes:
         part = replace(
             part, zero=replace(part.zero or ProgramZero(), level="holes", z=max(hole.z for hole in part.holes))
         )

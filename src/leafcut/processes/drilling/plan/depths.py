@@ -94,9 +94,7 @@ def refuse_unknown_depth(part: Part, job: JobOptions, options: DrillOptions) -> 
     OptionError
         Names the options to give.
     """
-    if job.depth is not None or job.thickness is not None or options.through:
-        return
-    if not any(hole.depth is not None for hole in part.holes):
+    if job.depth is None and job.thickness is None and not options.through and not part.has_hole_depths:
         raise OptionError(
             f"{part.name}: drilling needs a depth; give --thickness 6mm (through holes), --depth 5mm (blind holes), or "
             "--depth 1mm --depth-to tip (spots only)"

@@ -131,7 +131,7 @@ def surface_tops(plan: DrillPlan, drawn: bool) -> NDArray[np.float64] | None:
 
     If heights are `drawn` or taken from a solid, they come from the drawing, not from the plan.
     """
-    if drawn or plan.solid:
+    if drawn or plan.part.has_hole_depths:
         return np.array([(hole.x, hole.y, hole.z) for hole in plan.part.holes], dtype=np.float64).reshape(-1, 3)
     return None if plan.ground is None else np.column_stack([plan.part.hole_xy, plan.tops])
 

@@ -109,11 +109,6 @@ class DrillPlan:
     made_for: str = ""
 
     @property
-    def solid(self) -> bool:
-        """Whether a solid determines the heights and depths of the holes."""
-        return any(hole.depth is not None for hole in self.part.holes)
-
-    @property
     def tools(self) -> tuple[Tool, ...]:
         """The tools in order of use, without duplicates."""
         return tuple({o.tool.number: o.tool for o in self.operations}.values())
@@ -168,7 +163,6 @@ def plan_drilling(
         )
     chooser = ToolChooser(library, machine, job, options, board=part.format == "excellon")
     deeper = np.zeros(len(part.holes))
-    solid = any(hole.depth is not None for hole in part.holes)
     underside = np.full(len(part.holes), -np.inf)
     if ground is None:
         tops, height_issues = _tops(part, options)
@@ -178,7 +172,7 @@ def plan_drilling(
         work = _collect_targets(part, chooser)
     else:
         work = _collect_targets(part, chooser)
-        drawn = options.hole_heights == "drawn" or solid
+        drawn = options.hole_heights == "drawn" or part.has_hole_depths
         radii = _radii(part, work)
         measured = tops_of(part, ground, radii, _cut_radius_function(part, work, radii), drawn)
         tops, surface, height_issues = measured.tops, np.maximum(measured.tops, measured.surface), measured.issues
@@ -189,7 +183,7 @@ def plan_drilling(
             thickness = tops - measured.under
             job = replace(job, thickness=float(thickness.min()))
             deeper = thickness - thickness.min()
-        elif solid and job.depth is None and job.thickness is None:
+        elif part.has_hole_depths and job.depth is None and job.thickness is None:
             job, deeper = _own_depths(part, work, job)
     wide, wide_issues = _add_wide_tools(part, chooser, work, ground)
     highest = float(tops.max(initial=0.0)) if ground is None else max(ground.highest, 0.0)
@@ -309,13 +303,12 @@ def _check_ground(
     ground: Ground,
 ) -> None:
     """Refuse holes in which a tool would hit a fixture, or cut into the finished surface."""
-    finished = any(hole.depth is not None for hole in part.holes)
     widths = np.array([max([hole.diameter, *(step.diameter for step in hole.steps)]) for hole in part.holes])
     for operation in operations:
         points, lowest = part.hole_xy[operation.targets], operation.bottoms(tops, deeper)
         check_bodies(operation.tool, points, tops[operation.targets], lowest, ground)
         check_fixture(points, lowest, 0.5 * operation.tool.diameter, ground)
-        if finished:
+        if part.has_hole_depths:
             check_beside(operation.tool, points, widths[operation.targets], tops[operation.targets], lowest, ground)
 
 
