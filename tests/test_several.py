@@ -102,7 +102,6 @@ def test_a_dry_run_of_several_programs_writes_nothing(shop: Path, capsys: pytest
             "page.html: not a folder; with several inputs --report names a folder",
         ),
         (2, ["a.nc", "b.nc", "--save-plan", "p.toml"], "--save-plan: names one file"),
-        (2, ["a.nc", "b.nc", "--process", "cut", "--save-norms", "n.csv"], "--save-norms: names one file"),
         (2, ["a.nc", "b.nc", "--machine", "haas-vf3"], "did you mean 'haas-vf2'"),
         (1, ["z*.nc", "a.nc"], "z*.nc: no file matches"),
         (2, ["a.nc", "-o", "-", "--json"], "--json and -o - both write to standard output"),

@@ -77,7 +77,8 @@ def optimize(
         A drawing, a map of points, the name of an example such as ``example:plate-70``, or a G-code program of any
         CAM. Several drill files, such as the files for plated and non-plated holes, become one program.
     output, report
-        Files to write: the program and the report page. Without them, no file is written.
+        Files to write: the program and the report page, or the table of times per part of a sheet (``.csv``). Without
+        them, no file is written.
     process
         ``drill``, ``cut`` or ``pocket`` for a drawing; ``drill``, ``mill``, ``laser`` or ``plasma`` for a program.
         ``auto`` chooses by the file, and makes pockets from a picture.
@@ -128,11 +129,11 @@ def optimize(
         )
         for target in outputs:
             check_output(target, _profile_files(run.machine.controller))
-        done, outcome = _run_process(run, sources, process)
+        done, outcome = _run_process(run, sources, process, table=_is_table(report))
     outcome = replace(outcome, output=str(output or ""), report=str(report or ""))
     compiled = compile_seconds() - compiled
     outcome = replace(outcome, seconds=time.perf_counter() - start - compiled, compile_seconds=compiled)
-    page = _report_page(outcome) if report else ""  # before anything is written: it may fail
+    page = _report_text(outcome, report) if report else ""  # before anything is written: it may fail
     texts = {str(output): outcome.text} if output else {}
     texts |= done.files(outcome, settings)
     if report:
@@ -219,13 +220,19 @@ def _with_usual_options(settings: Settings, word: str) -> Settings:
     return work.usual(settings) if work else settings
 
 
-def _run_process(run: Job, sources: Sequence[Input], process_word: str) -> tuple[Process, Outcome[Any]]:
-    """Run the process that suits the inputs; options that it does not use are refused."""
+def _is_table(report: str | Path | None) -> bool:
+    return str(report or "").lower().endswith(".csv")
+
+
+def _run_process(run: Job, sources: Sequence[Input], process_word: str, *, table: bool) -> tuple[Process, Outcome[Any]]:
+    """Run the process that suits the inputs; options that it does not use are refused, like a table that it lacks."""
     from leafcut.read.registry import read_source
 
     registry.check_asked(process_word)
     inputs = [read_source(source) for source in sources]
     process = registry.process_for(inputs, process_word)
+    if table and not process.tabulates:
+        raise OptionError(f"--report: {process.title} has no table of parts; give a name that ends in .html")
     settings = settings_for(run.settings, process, inputs[0][0].name)
     run = replace(run, settings=replace(settings, process=registry.needed_word(inputs, process_word)))
     outcome = run_process(process, run, [loaded for _, loaded in inputs], process_word)
@@ -248,10 +255,11 @@ def _noting_defaults(settings: Settings) -> Iterator[None]:
         raise
 
 
-def _report_page(outcome: Outcome[Any]) -> str:
+def _report_text(outcome: Outcome[Any], file: str | Path) -> str:
     from leafcut.report.page import write_page
 
-    return write_page(registry.report_of(outcome))
+    report = registry.report_of(outcome)
+    return report.norms() if _is_table(file) else write_page(report)
 
 
 def nest(

@@ -59,7 +59,11 @@ def optimize(
     ] = None,
     dry_run: Annotated[bool, switch("--dry-run", help="write no program")] = False,
     report: Annotated[
-        File | None, Parameter(name="--report", help="report page to write (HTML); for several inputs, a folder")
+        File | None,
+        Parameter(
+            name="--report",
+            help="report page to write (HTML), or the times per part of a sheet (.csv); for several inputs, a folder",
+        ),
     ] = None,
     process: str = "auto",
     options_file: OptionsFile = None,

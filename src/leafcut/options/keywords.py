@@ -347,10 +347,10 @@ class _CutOptions1(TypedDict, total=False):
     """Common-line cutting: cut edges one kerf apart once for both parts."""
     heat_distance: Quantity | None
     """Minimum distance between consecutive starts (mm)."""
-    sweep: Literal["free", "x", "y", None]
-    """Cut parts in bands along an axis, to keep the rest of the sheet flat (default: free)."""
-    start_corner: Literal["free", "lower-left", "lower-right", "upper-left", "upper-right", None]
-    """Sheet corner where cutting starts (default: free)."""
+    sweep: Literal["free", "x", "y", "-x", "-y", None]
+    """Cut parts in bands along an axis, in its direction or against it, to keep the rest of the sheet flat
+    (default: free).
+    """
     sheet_size: str | None
     """Sheet size, such as 3000x1500, with its lower left corner at 0,0 (default: the outline in the drawing, else
     unknown).
@@ -359,8 +359,6 @@ class _CutOptions1(TypedDict, total=False):
     """Plan file with fixed choices to keep (default: none)."""
     save_plan: str | Path | None
     """Plan file to write (default: none)."""
-    save_norms: str | Path | None
-    """CSV file to write: norms of time and consumption by part, sheet and batch (default: none)."""
     quantity: int | None
     """Number of sheets in the batch (default: 1)."""
     cutting_rate: float | None

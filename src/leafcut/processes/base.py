@@ -146,6 +146,8 @@ class Process(Work, Protocol):
         Heads that can do the work; empty for any.
     pictured
         Style of thumbnails: ``holes`` as dots, ``lines``, or filled ``areas``.
+    tabulates
+        Whether a report may be a table of the parts (CSV).
     with_nearest
         Whether the outcome compares with the nearest-neighbour order.
     """
@@ -164,6 +166,7 @@ class Process(Work, Protocol):
     form: ClassVar[FormGroups] = ()
     heads: ClassVar[tuple[Head, ...]] = ()
     pictured: ClassVar[str] = "lines"
+    tabulates: ClassVar[bool] = False
     with_nearest: ClassVar[bool] = True
 
     def used(self) -> Mapping[str, Conditions]:

@@ -457,8 +457,8 @@ def test_distance_as_the_literature_counts_it_can_be_what_is_made_small(drawing:
     assert after.sheet.perimeter_mm == pytest.approx(4 * (480 + 2 * 3.14159265 * 31 + 30), rel=1e-6)
 
 
-def test_sweep_corner_and_heat_are_kept(drawing: Path) -> None:
-    found = api.optimize(drawing, sweep="x", start_corner="lower-right", heat_distance="30", **FAST)
+def test_sweep_and_heat_are_kept(drawing: Path) -> None:
+    found = api.optimize(drawing, sweep="-x", start_point="310,0", heat_distance="30", **FAST)
     columns = [c.path.start[0] < 155 for c in found.detail.plan.cuts]
     assert columns == sorted(columns)  # the right column first
     assert [i.code for i in found.issues].count("L614") == 1

@@ -151,14 +151,8 @@ class CutOptions(OptionGroup):
     sweep: str = option(
         "text",
         "free",
-        "cut parts in bands along an axis, to keep the rest of the sheet flat",
-        choices=("free", "x", "y"),
-    )
-    start_corner: str = option(
-        "text",
-        "free",
-        "sheet corner where cutting starts",
-        choices=("free", "lower-left", "lower-right", "upper-left", "upper-right"),
+        "cut parts in bands along an axis, in its direction or against it, to keep the rest of the sheet flat",
+        choices=("free", "x", "y", "-x", "-y"),
     )
     sheet_size: str | None = option(
         "text",
@@ -170,14 +164,6 @@ class CutOptions(OptionGroup):
     plan: Path | None = option("path", None, "plan file with fixed choices to keep", default_words="none", of_file=True)
     save_plan: Path | None = option(
         "path", None, "plan file to write", default_words="none", changes_program=False, of_file=True
-    )
-    save_norms: Path | None = option(
-        "path",
-        None,
-        "CSV file to write: norms of time and consumption by part, sheet and batch",
-        default_words="none",
-        changes_program=False,
-        of_file=True,
     )
     quantity: int = option("whole", 1, "number of sheets in the batch", minimum=1, maximum=1_000_000, of_file=True)
     cutting_rate: float = option("number", 0.0, "gas, power and consumables cost per hour of cutting", minimum=0)

@@ -17,7 +17,6 @@ from leafcut.options import (
     SheetOptions,
     SpeedOptions,
 )
-from leafcut.options.condition import one_of
 from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, Process, all_of, use
 from leafcut.processes.cutting_machines import for_cutting
 from leafcut.processes.sheet.options import CutOptions
@@ -54,7 +53,7 @@ class SheetCutting(Process):
     title = "cutting a sheet"
     options = (CutOptions,)
     uses = use(ReadOptions, but=("z_zero",)) | use(SheetOptions) | use(MachineOptions)
-    uses |= use(JobOptions, *_JOB, start_point=(one_of("start_corner", "free"),)) | use(CutDataOptions)
+    uses |= use(JobOptions, *_JOB, "start_point") | use(CutDataOptions)
     uses |= use(SpeedOptions, "shop_rate")
     uses |= ORDERED | use(PostOptions, but=("coolant",))
     helps = {  # noqa: RUF012  # the protocol says that it is of the class
@@ -62,6 +61,7 @@ class SheetCutting(Process):
         "material": ("material of the sheet, by its name in the cut chart", ""),
     }
     command = "cut"
+    tabulates = True
     help = "Cut the contours of a drawing from sheet, by plasma, laser, oxyfuel or waterjet."
     asked_as = ("cut",)
     reads = "drawing"
@@ -70,7 +70,7 @@ class SheetCutting(Process):
     form = (
         ("main", _MAIN),
         ("search", SEARCH),
-        ("cut", (*_CUT, *all_of(CutOptions, (*_MAIN, *_CUT, "save_plan", "save_norms")), "shop_rate")),
+        ("cut", (*_CUT, *all_of(CutOptions, (*_MAIN, *_CUT, "save_plan")), "shop_rate")),
         ("place", (*PLACE, *_PLACES, "work_offset")),
         ("sheet", all_of(SheetOptions)),
         ("read", ("units", "layers", "min_diameter", "max_diameter", "concentric", "solid", "up", "strict")),
@@ -173,17 +173,16 @@ class SheetCutting(Process):
         return SheetDetail((given.detail[0], None if nearest is None else nearest.detail[0], best.detail[0]))
 
     def other_outputs(self, settings: Settings) -> list[Path]:
-        """Return the paths of the plan file and the table of norms, if wanted."""
-        options = settings.of(CutOptions)
-        return [file for file in (options.save_plan, options.save_norms) if file is not None]
+        """Return the path of the plan file, if wanted."""
+        plan = settings.of(CutOptions).save_plan
+        return [plan] if plan else []
 
     def files(self, outcome: Outcome[SheetDetail], settings: Settings) -> dict[str, str]:
-        """Return the plan file and the table of norms."""
+        """Return the plan file."""
         from leafcut.read.plan_file import plan_text
 
-        options = settings.of(CutOptions)
-        files = {str(options.save_plan): plan_text(outcome.detail.plan.file)} if options.save_plan else {}
-        return files | ({str(options.save_norms): self.report(outcome).norms()} if options.save_norms else {})
+        plan = settings.of(CutOptions).save_plan
+        return {str(plan): plan_text(outcome.detail.plan.file)} if plan else {}
 
     def report(self, outcome: Outcome[SheetDetail]) -> SheetReport:
         """Return the facts and pictures of an outcome."""

@@ -44,7 +44,7 @@ from leafcut.processes.sheet.plan.detached_parts import DetachableParts
 from leafcut.processes.sheet.plan.moved_starts import clear_pierces, leads_apart
 from leafcut.processes.sheet.plan.narrow_shapes import with_narrow_shapes
 from leafcut.processes.sheet.plan.plan_file import follow_plan, plan_order
-from leafcut.processes.sheet.plan.sheet import corner_point, prepare_sheet, with_chosen_holes, with_options
+from leafcut.processes.sheet.plan.sheet import prepare_sheet, with_chosen_holes, with_options
 from leafcut.processes.sheet.plan.toolpath import TORCH_ON, TorchSetup
 from leafcut.processes.sheet.post import check_words
 from leafcut.processes.sheet.proof.laid_runs import Asked
@@ -114,7 +114,7 @@ def planned(job: Job, source: Source) -> Plan:
     head = HeadTravel(
         travel_metric(job.machine, settings.solve.objective),
         _overhead(job.machine, torch) if words.moves_z else 0.0,
-        corner_point(sheet, options.start_corner) or _xy(settings.job.start_point),
+        _xy(settings.job.start_point),
         _xy(settings.job.end_point),
     )
     known, given, fits = _given(cutting, file, options, head)

@@ -44,7 +44,7 @@ from leafcut.processes.sheet.plan.cutting import (
 from leafcut.processes.sheet.plan.heat import spread_starts, too_near
 from leafcut.processes.sheet.plan.moved_starts import slide_starts
 from leafcut.processes.sheet.plan.plan_file import check_fit, follow_plan, plan_order
-from leafcut.processes.sheet.plan.sheet import corner_point, parse_size, with_options
+from leafcut.processes.sheet.plan.sheet import parse_size, with_options
 from leafcut.read.plan_file import load_plan, plan_text
 
 DISTANCE = Metric()
@@ -208,14 +208,8 @@ def test_a_sweep_goes_from_band_to_band_with_all_that_is_in_a_part() -> None:
     cutting = cutting_of(sheet)
     assert bands(cutting, CutOptions()) == [[0, 1, 2, 3]]
     assert bands(cutting, CutOptions(sweep="x")) == [[1, 2], [3], [0]]
-    assert bands(cutting, CutOptions(sweep="x", start_corner="lower-right")) == [[0], [3], [1, 2]]
+    assert bands(cutting, CutOptions(sweep="-x")) == [[0], [3], [1, 2]]
     assert bands(cutting, CutOptions(sweep="y")) == [[0, 1, 2, 3]]
-
-
-def test_the_start_corner_is_that_of_the_sheet() -> None:
-    assert corner_point(part_in_hole(), "upper-right") == (200.0, 200.0)
-    assert corner_point(two_squares(), "lower-left") == (20.0, 20.0)
-    assert corner_point(two_squares(), "free") is None
 
 
 def test_a_part_outside_the_sheet_of_the_given_size_is_named() -> None:

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from leafcut import api
-from leafcut.errors import LeafcutError
+from leafcut.errors import LeafcutError, OptionError
 from leafcut.model.cutting import CutMeasures, CutTimes, PartTimes
 from leafcut.processes.registry import report_of
 from leafcut.processes.sheet.report.norms import norm_rows, norms_text
@@ -58,7 +58,7 @@ def test_the_table_that_is_written_says_the_same(tmp_path: Path) -> None:
         process="cut",
         thickness=6,
         chart=chart,
-        save_norms=table,
+        report=table,
         algorithm="nn",
         bound=False,
     )
@@ -69,9 +69,10 @@ def test_the_table_that_is_written_says_the_same(tmp_path: Path) -> None:
     assert {(row["nozzle"], row["gas"], row["material"], row["abrasive_kg"]) for row in rows} == {
         ("fine", "air", "mild_steel", "")
     }
-    assert "save-norms" not in (tmp_path / "a.ngc").read_text()  # it changes nothing of the program
     with pytest.raises(LeafcutError, match="never overwritten"):
-        api.optimize(SHEET, tmp_path / "b.ngc", process="cut", thickness=6, chart=chart, save_norms=chart)
+        api.optimize(SHEET, tmp_path / "b.ngc", process="cut", thickness=6, chart=chart, report=chart)
+    with pytest.raises(OptionError, match="--report: drilling has no table of parts"):
+        api.optimize("example:plate-10", process="drill", depth=3, report=tmp_path / "b.csv")
 
 
 def part(number: int, area: float, name: str = "") -> PartTimes:

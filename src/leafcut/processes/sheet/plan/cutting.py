@@ -367,21 +367,20 @@ def route_length(start: Point | None, order: Sequence[CutStart], travel: Any = m
 
 
 def bands(cutting: Cutting, options: CutOptions, width: float = 0.0) -> list[list[int]]:
-    """Return the contours by band along the sweep axis, from the start corner on; without a sweep, in a single band.
+    """Return the contours by band in the direction of the sweep; without a sweep, in a single band.
 
     A chain counts with its first contour. All contours of a part are in the band at the centre of its outline. `width`
     of a band in mm; 0: a fifth of the sheet, or its largest part.
     """
     if options.sweep == "free":
         return [cutting.heads]
-    axis = 0 if options.sweep == "x" else 1
+    axis, backward = "xy".index(options.sweep[-1]), options.sweep.startswith("-")
     position = {i: k for k, c in enumerate(cutting.contours) if not c.common for i in c.indices}
     outlines = {c.source.part: k for k, c in enumerate(cutting.contours) if c.has_leads and not c.hole}
     roots = [_root(cutting, k, position, outlines) for k in range(len(cutting.contours))]
     spans = {k: cutting.contours[k].path.extents for k in set(roots)}
     low, high = min(s[axis] for s in spans.values()), max(s[axis + 2] for s in spans.values())
     width = width or max((high - low) / 5.0, *(s[axis + 2] - s[axis] for s in spans.values()), 1.0)
-    backward = ("right", "upper")[axis] in options.start_corner
     found: dict[int, list[int]] = {}
     for k, root in enumerate(roots):
         middle = 0.5 * (spans[root][axis] + spans[root][axis + 2])

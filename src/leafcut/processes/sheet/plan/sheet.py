@@ -531,23 +531,6 @@ def _start_of(contour: Contour) -> str:
     return f"({x:g}, {y:g})"
 
 
-def corner_point(sheet: Sheet, corner: str) -> Point | None:
-    """Return the corner of the sheet, or of its contours, at which cutting starts; None for any corner."""
-    if corner == "free":
-        return None
-    low_x, low_y, high_x, high_y = _extents(sheet)
-    return (high_x if "right" in corner else low_x, high_y if "upper" in corner else low_y)
-
-
-def _extents(sheet: Sheet) -> tuple[float, float, float, float]:
-    if sheet.outline is not None:
-        return sheet.outline.extents
-    spans = np.array([c.path.extents for c in sheet.contours])
-    low_x, low_y = spans[:, :2].min(axis=0).tolist()
-    high_x, high_y = spans[:, 2:].max(axis=0).tolist()
-    return low_x, low_y, high_x, high_y
-
-
 def with_options(sheet: Sheet, options: CutOptions, zones: NDArray[np.float64]) -> Sheet:
     """Return the sheet with the size in `options`, and keep-out zones, float64[k, 4], mm.
 
