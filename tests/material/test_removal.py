@@ -13,7 +13,6 @@ from leafcut.geometry.regions import as_polyline
 from leafcut.material.engagement import engagement
 from leafcut.material.removal import removal
 from leafcut.material.tool_steps import way_of
-from leafcut.model.machine import Machine
 from leafcut.model.pocket import Pocket, PocketMeasures, PocketPath, PocketPiece, PocketRules
 from leafcut.processes.pocket.measures import measure_path
 
@@ -228,32 +227,6 @@ def test_passes_on_both_sides_of_an_island_are_no_neighbours() -> None:
     pocket = Pocket(box(-50, -30, 50, 30), (box(-20, -0.5, 20, 0.5).reversed(),))
     m = measure_path(pocket, path_of([(-10, 5.6), (10, 5.6)], [(-10, -5.6), (10, -5.6)]), RULES)
     assert m.max_step_over == 0.0 and m.gouge_mm2 == 0.0
-
-
-def test_time_is_that_of_every_piece_from_rest_to_rest_with_lifts_between(slow: Machine) -> None:
-    path = path_of([(0, 0), (50, 0)], [(50, 20), (0, 20)])
-    m = measure_path(WIDE, path, RULES, slow, feed=10.0, lift=5.0)
-    # Ramps of 10 mm/s at 100 mm/s²: 0.1 s on each move beside length over velocity; rapids at 50 mm/s: 0.5 s more.
-    feeds = 2 * (50 / 10 + 0.1) + (5 / 10 + 0.1)
-    up = 2 * math.sqrt(5.0 / 100.0)
-    across = 2 * math.sqrt(20.0 / 100.0)
-    assert m.time_s == pytest.approx(feeds + up + across, rel=1e-6)
-    assert measure_path(WIDE, path, RULES).time_s == 0.0
-
-
-@pytest.fixture
-def slow() -> Machine:
-    """A machine with round numbers that ends its rapids in position."""
-    return Machine(
-        "slow",
-        "",
-        "haas",
-        rapid_velocity=(50.0, 50.0, 50.0),
-        acceleration=(100.0, 100.0, 100.0),
-        max_feed=40.0,
-        travel_min=(-500.0, -500.0, -500.0),
-        travel_max=(500.0, 500.0, 500.0),
-    )
 
 
 def test_an_empty_path_leaves_everything_and_a_plunge_clears_a_disc() -> None:

@@ -19,3 +19,8 @@ Ints = NDArray[np.int32]
 Indices = NDArray[np.int64]
 #: Selected rows.
 Mask = NDArray[np.bool_]
+
+
+def segments(points: Points) -> Floats:
+    """Return the straight segments between successive points, float64[n - 1, 2, …]."""
+    return np.stack([points[:-1], points[1:]], axis=1)

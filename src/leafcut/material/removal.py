@@ -9,7 +9,8 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from leafcut.geometry.regions import FINE, quarter, region, swept, tool_centres
+from leafcut.geometry.arrays import Floats, segments
+from leafcut.geometry.regions import FINE, quarter, swept, tool_centres
 from leafcut.material.engagement import Engaged, engagement
 from leafcut.material.tool_steps import ToolWay, way_of
 from leafcut.model.pocket import Pocket, PocketPath, PocketRules
@@ -54,11 +55,11 @@ def removal(pocket: Pocket, path: PocketPath, rules: PocketRules) -> Removal:
     PlanError
         The pocket's outline or islands cross themselves or touch.
     """
-    shape = region(pocket.outline, pocket.islands, rules.tolerance, pocket.name or "the pocket")
+    shape = pocket.region(rules.tolerance)
     centres = tool_centres(shape, rules.radius, rules.tolerance)
     reachable = swept(centres, rules.radius, rules.tolerance).intersection(shape)
     steps = _steps(path, rules)
-    cleared = capsules(steps, rules.radius, rules)
+    cleared = cleared_area(steps, rules)
     uncleared, film = reachable.difference(cleared), 0.5 * rules.tolerance
     uncovered = uncleared.buffer(-film).buffer(film, join_style="mitre").intersection(uncleared)
     gouges = _gouges(shape, steps, rules) if len(steps) else shapely.Polygon()
@@ -86,31 +87,43 @@ def much_wider(rules: PocketRules) -> float:
     return rules.step_over + 0.5 * min(rules.step_over, rules.tool_diameter - rules.step_over)
 
 
-def _steps(path: PocketPath, rules: PocketRules) -> Any:
+def _steps(path: PocketPath, rules: PocketRules) -> Floats:
     """Return the chords of all pieces, float64[n, 2, 2]; a piece without motion is a chord of length 0."""
     fine, chords = FINE * rules.tolerance, [np.zeros((0, 2, 2))]
     for piece in path.pieces:
         points = piece.path.flattened(fine)
         points = np.repeat(points, 2, axis=0) if len(points) == 1 else points
-        chords.append(np.stack([points[:-1], points[1:]], axis=1))
+        chords.append(segments(points))
     result = np.concatenate(chords)
     return np.unique(result, axis=0) if len(result) else result
 
 
-def capsules(steps: Any, radius: float, rules: PocketRules) -> Any:
-    """Return the union of the capsules of all steps."""
-    chords = quarter(radius, FINE * rules.tolerance)
+def cleared_area(steps: Floats, rules: PocketRules) -> Any:
+    """Return the area that a tool clears along straight steps, float64[n, 2, 2], within an eighth of the tolerance."""
+    return swept_area(steps, rules.radius, quarter(rules.radius, FINE * rules.tolerance))
+
+
+def steps_near(steps: Floats, places: Floats, rules: PocketRules) -> Floats:
+    """Return the steps, float64[n, 2, 2], whose boxes are within a tool diameter of the box of some places."""
+    corners = places.reshape(-1, 2)
+    low, high = corners.min(axis=0) - rules.tool_diameter, corners.max(axis=0) + rules.tool_diameter
+    near: Floats = steps[((steps.max(axis=1) >= low) & (steps.min(axis=1) <= high)).all(axis=1)]
+    return near
+
+
+def swept_area(steps: Floats, radius: float, quad_segs: int) -> Any:
+    """Return the union of the capsules of all steps: a buffer of their whole line would round concave corners."""
     # In GEOS a line of length 0 has no buffer: use a point.
     moving = (steps[:, 0] != steps[:, 1]).any(axis=1)
     lines = np.concatenate([shapely.linestrings(steps[moving]), shapely.points(steps[~moving, 0])])
     unions = [
-        shapely.union_all(shapely.buffer(lines[first : first + _BATCH], radius, quad_segs=chords))
+        shapely.union_all(shapely.buffer(lines[first : first + _BATCH], radius, quad_segs=quad_segs))
         for first in range(0, len(lines), _BATCH)
     ]
     return shapely.union_all(unions) if unions else shapely.Polygon()
 
 
-def _gouges(shape: Any, steps: Any, rules: PocketRules) -> Any:
+def _gouges(shape: Any, steps: Floats, rules: PocketRules) -> Any:
     """Return the area that the steps cut beyond the walls by more than the tolerance."""
     lines, walls = shapely.linestrings(steps), shape.boundary
     shapely.prepare(shape)
@@ -119,7 +132,7 @@ def _gouges(shape: Any, steps: Any, rules: PocketRules) -> Any:
     near = shapely.dwithin(walls, lines, rules.radius - rules.tolerance) | ~shapely.intersects(shape, lines)
     if not near.any():
         return shapely.Polygon()
-    outside = capsules(steps[near], rules.radius, rules).difference(shape)
+    outside = cleared_area(steps[near], rules).difference(shape)
     violating = outside.difference(shape.buffer(rules.tolerance))
     # The shallow part of a gouge belongs to it; films along intact walls do not.
     return outside.intersection(violating.buffer(2.0 * rules.tolerance))

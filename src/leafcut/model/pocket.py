@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from leafcut.geometry.polyline import Polyline
+from leafcut.geometry.regions import region
 
 #: Common strategies in order of preference; the baseline of a pocket's program.
 USUAL = ("zigzag", "contour")
@@ -55,6 +57,16 @@ class Pocket:
         if self.name.lower() in ("", "pocket"):
             return "the pocket"
         return self.name if "pocket" in self.name.lower() else f"pocket {self.name}"
+
+    def region(self, tolerance: float = 0.01, *, filled: bool = False) -> Any:
+        """Return the pocket as a valid shapely Polygon (`geometry.regions.region`); `filled`: with its islands.
+
+        Raises
+        ------
+        PlanError
+            The outline or an island crosses itself, or an island touches the wall or another island.
+        """
+        return region(self.outline, () if filled else self.islands, tolerance, self.label)
 
     @property
     def area(self) -> float:
@@ -225,8 +237,6 @@ class PocketMeasures:
         Length of feed in air, mm.
     floor_mm
         Area of the permitted tool centres divided by the step-over: no path of constant pitch is much shorter.
-    time_s
-        Time at feed and rapid with the machine's acceleration, s; 0 without a machine.
     """
 
     feed_mm: float
@@ -244,7 +254,6 @@ class PocketMeasures:
     wide_mm: float = 0.0
     air_mm: float = 0.0
     floor_mm: float = 0.0
-    time_s: float = 0.0
 
     @property
     def uncovered_percent(self) -> float:

@@ -137,7 +137,7 @@ def _tried(
         return PocketResult(strategy.name, refused=str(problem)), [], []
     path = PocketPath(strategy.name, tuple(piece for c in clearings for piece in c.path.pieces))
     steps, engaged = engaged_way(path, job.exact)
-    measures = measure_path(job.part.pockets[number], path, job.exact, looked=(steps, engaged))
+    measures = measure_path(job.part.pockets[number], path, job.exact, (steps, engaged))
     if job.data.air_feed > job.data.tool.feed:
         divided = iter(with_air(path.pieces, steps, engaged, job.exact))
         clearings = [_aired(clearing, divided) for clearing in clearings]

@@ -23,7 +23,6 @@ from leafcut.options import FeedOptions, JobOptions, Settings
 from leafcut.processes.job import Job, check_dialect_options, library_of, refuse_missing, refuse_too_large
 from leafcut.processes.pocket.job import PocketJob, PocketSolid, raised
 from leafcut.processes.pocket.options import PocketOptions
-from leafcut.processes.pocket.plan.region import pocket_region
 from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
 
 if TYPE_CHECKING:
@@ -231,7 +230,7 @@ def refuse_clamps(
     zones: Any = [shapely.box(*zone) for zone in parse_zones(keep_out)]
     heights = crossing_heights(keep_out, clearance).tolist()
     for pocket, floor in zip(pockets, floors, strict=True) if zones else ():
-        centres = tool_centres(pocket_region(pocket, rules.tolerance), rules.radius + rules.stock, rules.tolerance)
+        centres = tool_centres(pocket.region(rules.tolerance), rules.radius + rules.stock, rules.tolerance)
         if centres.is_empty:
             continue
         for text, zone, height in zip(keep_out, zones, heights, strict=True):

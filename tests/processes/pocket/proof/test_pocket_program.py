@@ -66,6 +66,16 @@ def test_a_move_into_a_wall_an_island_or_the_floor_is_found(move: tuple[float, f
     assert what in found(laid(move))
 
 
+@pytest.mark.hazard
+def test_a_cut_from_or_to_a_place_that_is_not_stated_is_found() -> None:
+    builder = ToolpathBuilder()
+    builder.rapid(z=2.0)
+    builder.feed(z=-2.0, feed=5.0)  # X and Y are unknown
+    builder.feed(5.0, 5.0, feed=10.0)
+    builder.feed(5.0, 25.0, feed=10.0)
+    assert found(builder.build()) == ["gouge", "gouge"]
+
+
 def test_less_than_the_tolerance_is_no_gouge() -> None:
     assert found(laid((4.995, 25.0, -2.0))) == []
 

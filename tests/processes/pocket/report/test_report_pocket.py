@@ -62,9 +62,8 @@ MEASURES = PocketMeasures(
     mean_engagement=math.pi / 2,
     air_mm=1.0,
     floor_mm=80.0,
-    time_s=20.0,
 )
-BETTER = replace(MEASURES, feed_mm=175.0, rapid_mm=0.0, retracts=0, uncovered_mm2=0.0, time_s=15.0)
+BETTER = replace(MEASURES, feed_mm=175.0, rapid_mm=0.0, retracts=0, uncovered_mm2=0.0)
 PLAN = PocketPlan(
     POCKET,
     RULES,
@@ -93,7 +92,7 @@ def pocketed(empty_outcome: Outcome) -> Outcome:
 
 def test_figures_of_several_pockets_are_sums_and_the_largest() -> None:
     both = added([MEASURES, BETTER])
-    assert (both.feed_mm, both.rapid_mm, both.retracts, both.time_s) == (275.0, 51.0, 1, 35.0)
+    assert (both.feed_mm, both.rapid_mm, both.retracts) == (275.0, 51.0, 1)
     assert both.uncovered_percent == pytest.approx(0.25)
     assert both.max_engagement == math.pi
     other = replace(PLAN, results=(*PLAN.results[:1], PocketResult("contour", refused="no"), PLAN.results[2]), chosen=0)

@@ -12,7 +12,7 @@ import numpy as np
 import shapely
 
 from leafcut.errors import PlanError
-from leafcut.geometry.arrays import Points
+from leafcut.geometry.arrays import Points, segments
 from leafcut.geometry.regions import as_polyline
 from leafcut.model.pocket import PocketPath, PocketPiece
 from leafcut.processes.pocket.plan.coverage_points import CoverageGrid
@@ -109,7 +109,7 @@ def _ground(region: CentreRegion, paths: list[Points]) -> CoverageGrid:
     """Return sample points with a limit of half the step-over, or their distance from `paths` if larger."""
     step = region.rules.step_over
     short = [fine(path, LONGEST_LOOKED * step) for path in paths]
-    steps: Any = shapely.linestrings(np.concatenate([np.stack([w[:-1], w[1:]], axis=1) for w in short]))
+    steps: Any = shapely.linestrings(np.concatenate([segments(path) for path in short]))
     tree = shapely.STRtree(steps)
 
     def limit(points: Points, pitch: float) -> Points:

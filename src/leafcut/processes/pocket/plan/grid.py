@@ -27,6 +27,7 @@ from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketPiece, PocketRule
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.region_paths import RegionPaths, length_of
+from leafcut.processes.pocket.plan.rings import Ring
 
 #: Usual and minimum distance between points, tool diameters; closer points would clear the same area twice. The centre
 #: of four points is 0.71 distances away, so it is cleared if points are less than 0.7 diameters apart.
@@ -278,15 +279,11 @@ def _loop(walls: list[Points], place: Points, climb: bool) -> Points:
 
     Outer walls are counter-clockwise and islands clockwise, with the wall on the right: climb milling.
     """
-    lines = [shapely.LineString(np.concatenate([wall, wall[:1]])) for wall in walls]
-    point = shapely.Point(place)
-    line = min(lines, key=point.distance)
-    at, corners = line.project(point), np.asarray(line.coords)
-    along = np.concatenate([[0.0], np.hypot(*np.diff(corners, axis=0).T).cumsum()])
-    k = int(np.searchsorted(along, at, side="right"))
-    start = np.asarray(line.interpolate(at).coords)
-    around = _without_repeats(np.concatenate([start, corners[k:-1], corners[:k], start]))
-    return around if climb else around[::-1]
+    rings = [Ring(wall, 0) for wall in walls]
+    ring = min(rings, key=lambda ring: ring.line.distance(shapely.Point(place)))
+    start = ring.station_of(place)
+    loop = _without_repeats(ring.stretch(start, start + ring.length))
+    return loop if climb else loop[::-1]
 
 
 def _without_repeats(path: Points) -> Points:

@@ -11,7 +11,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from leafcut.geometry.arrays import Floats, Points
+from leafcut.geometry.arrays import Floats, Points, segments
 
 #: A branch that ends within this distance of the edge, in samples, leads into a corner.
 _IN_CORNER = 4.0
@@ -61,7 +61,7 @@ def middle_axis(polygon: Any, spacing: float, tolerance: float) -> Axis:
     """
     points = _sampled(polygon, spacing)
     lines = shapely.voronoi_polygons(shapely.MultiPoint(points), only_edges=True)
-    ends = np.concatenate([_edges(np.asarray(g.coords)) for g in getattr(lines, "geoms", [lines])])
+    ends = np.concatenate([segments(np.asarray(g.coords)) for g in getattr(lines, "geoms", [lines])])
     shapely.prepare(polygon)
     ends = ends[shapely.contains_properly(polygon, shapely.linestrings(ends))]
     if not len(ends):  # a circle: all edges of the diagram meet in its centre
@@ -72,10 +72,6 @@ def middle_axis(polygon: Any, spacing: float, tolerance: float) -> Axis:
     order, parent = _tree(xy, width, names.reshape(-1, 2))
     axis = Axis(xy[order], width[order], parent)
     return _pruned(_into_corners(axis, polygon, _IN_CORNER * spacing), tolerance)
-
-
-def _edges(points: Points) -> Points:
-    return np.stack([points[:-1], points[1:]], axis=1)
 
 
 def _sampled(polygon: Any, spacing: float) -> Points:

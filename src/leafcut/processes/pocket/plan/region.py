@@ -11,7 +11,7 @@ import shapely
 
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Points
-from leafcut.geometry.regions import polygons, region, swept, tool_centres
+from leafcut.geometry.regions import polygons, swept, tool_centres
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.pocket import Pocket, PocketRules
 
@@ -78,17 +78,6 @@ class Unreached:
     corner: bool = True
 
 
-def pocket_region(pocket: Pocket, tolerance: float = 0.01) -> Any:
-    """Return the pocket as a valid shapely Polygon (`geometry.regions.region`).
-
-    Raises
-    ------
-    PlanError
-        The outline or an island crosses itself, or an island touches the wall or another island.
-    """
-    return region(pocket.outline, pocket.islands, tolerance, pocket.label)
-
-
 def centre_regions(pocket: Pocket, rules: PocketRules) -> tuple[list[CentreRegion], list[Issue]]:
     """Return the regions of allowed tool centres, the largest first, and issues about unreachable areas.
 
@@ -97,7 +86,7 @@ def centre_regions(pocket: Pocket, rules: PocketRules) -> tuple[list[CentreRegio
     PlanError
         The tool fits nowhere.
     """
-    shape = pocket_region(pocket, rules.tolerance)
+    shape = pocket.region(rules.tolerance)
     allowed = tool_centres(shape, rules.radius + rules.stock, rules.tolerance)
     pieces = sorted((p for p in polygons(allowed) if p.area > 0.0), key=lambda p: -p.area)
     if not pieces:

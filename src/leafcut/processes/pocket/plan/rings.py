@@ -123,22 +123,35 @@ def contour(region: CentreRegion) -> PocketPath:
     inner: dict[int, set[int]] = {a: set() for a in range(len(cut))}
     for a, b in neighbours(cut, rules.step_over):
         inner[a].add(b)
-    tool = _first_place(cut)
-    pieces: list[PocketPiece] = []
+    path = LinkedPath(region, _first_place(cut))
     left = set(range(len(cut)))
     while left:
         ready = sorted(a for a in left if not inner[a] & left)
-        here = shapely.Point(tool)
+        here = shapely.Point(path.end)
         a = min(ready, key=lambda r: (round(cut[r].line.distance(here), 6), -cut[r].level))
-        start = cut[a].station_of(tool)
-        way = cut[a].stretch(start, start + cut[a].length)
-        link = shapely.LineString([tool, way[0]])
-        if pieces and 0.0 < link.length <= LINK_STEPS * rules.step_over and free(region, link):
-            pieces.append(PocketPiece(as_polyline(link.coords), "link"))
-        pieces.append(PocketPiece(as_polyline(way), kind_of(cut[a], rules)))
-        tool = way[-1]
+        start = cut[a].station_of(path.end)
+        path.go(cut[a].stretch(start, start + cut[a].length), kind_of(cut[a], rules))
         left.remove(a)
-    return PocketPath("contour", tuple(pieces))
+    return PocketPath("contour", tuple(path.pieces))
+
+
+class LinkedPath:
+    """A path of successive pieces, linked at depth if the straight link is short and free.
+
+    `end` is the place of the tool, float64[2]: the start of the search, then the end of the last piece.
+    """
+
+    def __init__(self, region: CentreRegion, start: Points) -> None:
+        self.region, self.end = region, start
+        self.pieces: list[PocketPiece] = []
+
+    def go(self, path: Points, kind: str) -> None:
+        """Append a path, with a link to it if possible."""
+        link = shapely.LineString([self.end, path[0]])
+        if self.pieces and 0.0 < link.length <= LINK_STEPS * self.region.rules.step_over and free(self.region, link):
+            self.pieces.append(PocketPiece(as_polyline(link.coords), "link"))
+        self.pieces.append(PocketPiece(as_polyline(path), kind))
+        self.end = path[-1]
 
 
 def never() -> bool:

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from leafcut.errors import OptionError, PlanError, count_of
-from leafcut.geometry.regions import region
 from leafcut.material.chip_feeds import plunge_feed, ramp_feed
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.heights import SAME_HEIGHT
@@ -203,7 +202,7 @@ def lying_in(pockets: Sequence[Pocket], tolerance: float) -> list[int | None]:
 
     Material that remains in a pocket is an island, so the outer pocket clears everything above the inner one.
     """
-    shapes = [region(pocket.outline, pocket.islands, tolerance, pocket.label) for pocket in pockets]
+    shapes = [pocket.region(tolerance) for pocket in pockets]
     around: list[int | None] = []
     for pocket, shape in zip(pockets, shapes, strict=True):
         deep = pocket.depth or 0.0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable
 from typing import Any
@@ -200,7 +199,7 @@ class _Bends:
                 continue
             if self._covered(a, b, curve) and self._inside(curve):
                 self._remove(a, b)
-                self._add(curve)
+                self._add(a, curve)
                 self.done[a:b] = True
                 self.edits.append((a, b, curve))
                 return
@@ -232,7 +231,7 @@ class _Bends:
     def _remove(self, a: int, b: int) -> None:
         np.subtract.at(self.count, self._points_of(a, b), 1)
 
-    def _add(self, curve: Points) -> None:
+    def _add(self, a: int, curve: Points) -> None:
         line = shapely.LineString(curve)
         who = self.tree.query(line, predicate="dwithin", distance=float(self.places.limits.max(initial=0.0)))
         self.count[who[shapely.distance(line, self.geoms[who]) <= self.places.limits[who]]] += 1
@@ -268,8 +267,10 @@ class _Corners(_Bends):
 
     def __init__(self, path: Points, ground: CoverageGrid, rules: PocketRules, allowed: Any) -> None:
         super().__init__(path, ground, rules, allowed)
-        self.cells = _Cells(path, LOOKED * self.step)
-        self.chords: dict[tuple[int, int], list[Points]] = {}
+        points: Any = shapely.points(path)
+        self.points = shapely.STRtree(points)
+        #: Chamfers by the point of the path at which they start.
+        self.chamfers: dict[int, Points] = {}
         self.gone = np.zeros(len(path), dtype=bool)
 
     def _curve(self, a: int, i: int, b: int) -> Points | None:
@@ -296,11 +297,12 @@ class _Corners(_Bends):
         p, q, r = self.path[a], self.path[i], self.path[b]
         normal = np.array([p[1] - r[1], r[0] - p[0]]) / max(math.dist(p, r), 1e-9)
         normal *= math.copysign(1.0, (q - p) @ normal)
-        rows = self.cells.near(q)
-        rows = rows[(rows < a) | (rows > b)]
-        rows = rows[~self.gone[rows] & (np.abs(self.path[rows] - q).max(axis=1, initial=0.0) < LOOKED * self.step)]
-        chords = [chord for chord in self._chords_near(q) if np.abs(chord[0] - q).max() < LOOKED * self.step]
-        others = np.vstack([self.path[rows], *chords])
+        reach = LOOKED * self.step
+        rows = np.sort(self.points.query(shapely.box(*(q - reach), *(q + reach))))
+        rows = rows[np.abs(self.path[rows] - q).max(axis=1, initial=0.0) < reach]
+        chamfers = [self.chamfers[row] for row in rows.tolist() if row in self.chamfers]
+        rows = rows[((rows < a) | (rows > b)) & ~self.gone[rows]]
+        others = np.vstack([self.path[rows], *chamfers])
         if not len(others):
             return True
         for share, side in ((0.1, 1.0), (0.5, 1.0), (0.9, 1.0), (0.1, -1.0), (0.5, -1.0), (0.9, -1.0)):
@@ -318,36 +320,7 @@ class _Corners(_Bends):
         super()._remove(a, b)
         self.gone[a + 1 : b] = True
 
-    def _add(self, curve: Points) -> None:
-        super()._add(curve)
+    def _add(self, a: int, curve: Points) -> None:
+        super()._add(a, curve)
         share = np.linspace(0.0, 1.0, CURVE + 1)[:, None]
-        chord = (1.0 - share) * curve[0] + share * curve[-1]
-        self.chords.setdefault(self.cells.cell(chord[0]), []).append(chord)
-
-    def _chords_near(self, q: Points) -> list[Points]:
-        column, row = self.cells.cell(q)
-        around = itertools.product((column - 1, column, column + 1), (row - 1, row, row + 1))
-        return [chord for cell in around for chord in self.chords.get(cell, ())]
-
-
-class _Cells:
-    """Points, float64[n, 2], in square cells."""
-
-    def __init__(self, points: Points, side: float) -> None:
-        self.low, self.side = points.min(axis=0), side
-        column, row = np.floor((points - self.low) / side).astype(np.int64).T
-        self.wide = int(column.max()) + 3
-        key = (row + 1) * self.wide + column + 1
-        self.order = np.argsort(key, kind="stable")
-        self.key = key[self.order]
-
-    def cell(self, place: Points) -> tuple[int, int]:
-        """Return the column and row of the cell of a position."""
-        return math.floor((place[0] - self.low[0]) / self.side), math.floor((place[1] - self.low[1]) / self.side)
-
-    def near(self, place: Points) -> Indices:
-        """Return the indices of points in the cell of a position and the cells around it, sorted."""
-        column, row = self.cell(place)
-        middle = (row + 1 + np.arange(-1, 2)) * self.wide + column + 1
-        first, end = np.searchsorted(self.key, middle - 1), np.searchsorted(self.key, middle + 1, side="right")
-        return np.sort(np.concatenate([self.order[a:b] for a, b in zip(first, end, strict=True)]))
+        self.chamfers[a] = (1.0 - share) * curve[0] + share * curve[-1]

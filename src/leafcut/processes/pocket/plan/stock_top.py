@@ -9,7 +9,6 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from leafcut.geometry.regions import region
 from leafcut.model.pocket import Pocket
 
 #: Triangles with a smaller projected area are vertical, mm²; another triangle shares their upper edge.
@@ -31,10 +30,10 @@ def stock_tops(
     triangles
         Surface of the solid, float64[n, 3, 3], mm.
     """
-    filled = [region(pocket.outline, (), name=pocket.label) for pocket in of_solid]
+    filled = [pocket.region(filled=True) for pocket in of_solid]
     tops = []
     for pocket in pockets:
-        own = region(pocket.outline, (), name=pocket.label)
+        own = pocket.region(filled=True)
         area = shapely.union_all([own, *(other for other in filled if other.intersects(own))])
         highest = highest_over(triangles, area.buffer(radius))
         tops.append(round(min(highest - (pocket.top or 0.0), 0.0), 6))
@@ -51,7 +50,7 @@ def filled(triangles: NDArray[np.float64], of_solid: Sequence[Pocket], tops: Seq
     """
     lids = [triangles]
     for pocket, top in zip(of_solid, tops, strict=True):
-        flat = shapely.get_parts(shapely.constrained_delaunay_triangles(region(pocket.outline, (), name=pocket.label)))
+        flat = shapely.get_parts(shapely.constrained_delaunay_triangles(pocket.region(filled=True)))
         xy = shapely.get_coordinates(flat).reshape(-1, 4, 2)[:, :3]
         lids.append(np.concatenate([xy, np.full((len(xy), 3, 1), (pocket.top or 0.0) + top)], axis=2))
     return np.concatenate(lids)

@@ -13,10 +13,11 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
-from leafcut.geometry.arrays import Point
+from leafcut.geometry.arrays import Point, segments
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.geometry.regions import FINE, quarter
 from leafcut.geometry.zones import touches_any_zone, widened
+from leafcut.material.removal import cleared_area, steps_near
 from leafcut.model.machine import Machine
 from leafcut.model.pocket import FILM, SAME_PLACE, PocketLevels, PocketPath, PocketPiece, PocketRules
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
@@ -320,26 +321,22 @@ class ClearedArea:
     """The area that successive runs clear."""
 
     def __init__(self, rules: PocketRules) -> None:
-        self.rules = rules
-        self._chords: list[Any] = []
+        self.rules, self._steps = rules, np.zeros((0, 2, 2))
 
     def after(self, run: Polyline) -> Opened:
         """Return whether the start of a run is cleared; then add the area that the run clears."""
-        opened = self._opened(shapely.Point(run.start))
-        points = run.flattened(FINE * self.rules.tolerance)
-        self._chords.append(shapely.linestrings(np.stack([points[:-1], points[1:]], axis=1)))
+        opened = self._opened(run.start)
+        self._steps = np.concatenate([self._steps, segments(run.flattened(FINE * self.rules.tolerance))])
         return opened
 
     def cleared(self) -> Any:
         """Return the area that all runs clear (shapely geometry)."""
-        return shapely.union_all(shapely.buffer(np.concatenate([[], *self._chords]), self.rules.radius, quad_segs=32))
+        return cleared_area(self._steps, self.rules)
 
-    def _opened(self, start: Any) -> Opened:
-        radius, tolerance = self.rules.radius, self.rules.tolerance
-        near = [chords[shapely.dwithin(chords, start, 2.0 * radius)] for chords in self._chords]
-        chords = quarter(radius, FINE * tolerance)
-        # Chord by chord: a buffer of the whole line would round its concave side.
-        cleared = shapely.union_all(shapely.buffer(np.concatenate([[], *near]), radius, quad_segs=chords))
-        if cleared.covers(start.buffer(radius - _FILM * tolerance, quad_segs=chords)):
+    def _opened(self, start: Point) -> Opened:
+        radius, fine = self.rules.radius, _FILM * self.rules.tolerance
+        cleared = cleared_area(steps_near(self._steps, np.array(start), self.rules), self.rules)
+        place = shapely.Point(start)
+        if cleared.covers(place.buffer(radius - fine, quad_segs=quarter(radius, FINE * self.rules.tolerance))):
             return Opened.CLEAR
-        return Opened.NEARLY if cleared.covers(start.buffer((1.0 - _SLIVER) * radius)) else Opened.NO
+        return Opened.NEARLY if cleared.covers(place.buffer((1.0 - _SLIVER) * radius)) else Opened.NO

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from leafcut.geometry.arrays import Points
+from leafcut.geometry.arrays import Points, segments
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class Track:
     @cached_property
     def _steps(self) -> Any:
         """Spatial index of the segments."""
-        steps: Any = shapely.linestrings(np.stack([self.points[:-1], self.points[1:]], axis=1))
+        steps: Any = shapely.linestrings(segments(self.points))
         return shapely.STRtree(steps)
 
     def nearest(self, places: Points) -> tuple[Points, Points]:

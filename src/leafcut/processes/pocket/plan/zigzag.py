@@ -10,11 +10,11 @@ import numpy as np
 import shapely
 from shapely.affinity import rotate
 
-from leafcut.geometry.arrays import Points
+from leafcut.geometry.arrays import Points, segments
 from leafcut.geometry.regions import as_polyline, polygons, shrunk
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.processes.pocket.plan.region import CentreRegion
-from leafcut.processes.pocket.plan.rings import LINK_STEPS, free, kind_of, never, rings
+from leafcut.processes.pocket.plan.rings import LINK_STEPS, LinkedPath, free, kind_of, never, rings
 from leafcut.processes.pocket.plan.spurs import with_spurs
 
 #: Number of angles to try.
@@ -67,9 +67,9 @@ def _at(region: CentreRegion, angle: float, margin: float) -> tuple[PocketPath, 
     runs = [run for part in polygons(inner) for run in _runs(region, part, angle, rules)]
     walls = [ring for ring in rings(region) if ring.level == 0]
     far = _far_beside(runs, [ring.stretch(0.0, ring.length) for ring in walls], rules.step_over)
-    path = _Path(region)
+    path = LinkedPath(region, region.rings[0][0])
     while runs:
-        line = path.nearest([line for run in runs for line in (run, run[::-1])])
+        line = _nearest(path, [line for run in runs for line in (run, run[::-1])])
         runs = [run for run in runs if run is not line and not np.array_equal(run[::-1], line)]
         path.go(line, "rough")
     while walls:
@@ -89,7 +89,7 @@ def _far_beside(runs: list[Points], walls: list[Points], step_over: float) -> in
     """
     if not runs or not walls:
         return 0
-    lines = np.concatenate([np.stack([run[:-1], run[1:]], axis=1) for run in runs])
+    lines = np.concatenate([segments(run) for run in runs])
     lines = lines[np.hypot(*(lines[:, 1] - lines[:, 0]).T) > 0.0]
     sampled = [
         shapely.get_coordinates(shapely.segmentize(shapely.LineString(wall), LOOKED * step_over)) for wall in walls
@@ -145,30 +145,10 @@ def _run(region: CentreRegion, rows: list[list[Points]], row: int, turned: Point
     return joined
 
 
-class _Path:
-    """A path of successive pieces, linked at depth if the straight link is short and free."""
-
-    def __init__(self, region: CentreRegion) -> None:
-        self.region = region
-        self.pieces: list[PocketPiece] = []
-
-    @property
-    def end(self) -> Points:
-        """Position of the tool at the end of the last piece."""
-        return np.array(self.pieces[-1].path.end) if self.pieces else self.region.rings[0][0]
-
-    def nearest(self, paths: list[Points]) -> Points:
-        """Return the path that starts nearest to the tool; the first path must have room for an entry ramp."""
-        if self.pieces:
-            return min(paths, key=lambda path: math.dist(self.end, path[0]))
-        lengths = [float(np.hypot(*np.diff(path, axis=0).T).sum()) for path in paths]
-        enough = min(ENTRY_ROOM * self.region.rules.tool_diameter, max(lengths))
-        return next(path for path, length in zip(paths, lengths, strict=True) if length >= enough)
-
-    def go(self, path: Points, kind: str) -> None:
-        """Append a path."""
-        if self.pieces:
-            link = shapely.LineString([self.end, path[0]])
-            if 0.0 < link.length <= LINK_STEPS * self.region.rules.step_over and free(self.region, link):
-                self.pieces.append(PocketPiece(as_polyline(link.coords), "link"))
-        self.pieces.append(PocketPiece(as_polyline(path), kind))
+def _nearest(path: LinkedPath, lines: list[Points]) -> Points:
+    """Return the line that starts nearest to the tool; the first line must have room for an entry ramp."""
+    if path.pieces:
+        return min(lines, key=lambda line: math.dist(path.end, line[0]))
+    lengths = [float(np.hypot(*np.diff(line, axis=0).T).sum()) for line in lines]
+    enough = min(ENTRY_ROOM * path.region.rules.tool_diameter, max(lengths))
+    return next(line for line, length in zip(lines, lengths, strict=True) if length >= enough)

@@ -17,7 +17,7 @@ from leafcut.model.pace_change import FeedLimit, ToolPace
 from leafcut.model.pocket import PocketRules
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.processes.pocket.proof.pocket import ROOM, PocketCut, cuts_of, engaged_levels, thinnest
+from leafcut.processes.pocket.proof.pocket import ROOM, EarlierCuts, PocketCut, cuts_of, engaged_levels, thinnest
 from leafcut.proof.difference import place, shorten
 from leafcut.units import SECONDS_PER_MINUTE
 
@@ -198,18 +198,13 @@ def _plunges(cuts: list[PocketCut], written: Toolpath, rules: PocketRules, limit
     """Yield plunges into material that earlier moves did not clear, except for a sliver."""
     if limits.material is None:
         return
-    lines = [shapely.LineString(cut.path[:, :2]) if _across(cut) > _SAME else None for cut in cuts]
-    for number, cut in enumerate(cuts):
-        bottom = float(cut.path[-1, 2])
+    earlier = EarlierCuts(cuts, rules)
+    for cut in cuts:
+        place, bottom = cut.path[-1, :2], float(cut.path[-1, 2])
         if _across(cut) > _SAME or not cut.path[0, 2] > bottom + _SAME:
             continue
-        disc = shapely.Point(cut.path[-1, :2]).buffer((1.0 - _SLIVER) * rules.radius)
-        before = [
-            line
-            for line, other in zip(lines[:number], cuts[:number], strict=True)
-            if line is not None and other.path[:, 2].max() <= bottom + ROOM and line.dwithin(disc, rules.radius)
-        ]
-        if not shapely.union_all(shapely.buffer(before, rules.radius, quad_segs=64)).covers(disc):
+        disc = shapely.Point(place).buffer((1.0 - _SLIVER) * rules.radius)
+        if not earlier.cleared(place, cut.row, bottom + ROOM).covers(disc):
             yield _Ramp(cut, power_on_plunge(limits, float(written.value[cut.row])))
 
 

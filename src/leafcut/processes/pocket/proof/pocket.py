@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from leafcut.geometry.arrays import Points
+from leafcut.geometry.arrays import Floats, Points, segments
 from leafcut.geometry.polyline import Polyline
-from leafcut.geometry.regions import FINE, quarter, region
+from leafcut.geometry.regions import FINE, quarter
 from leafcut.material.engagement import Engaged, engagement
-from leafcut.material.removal import Removal, capsules, removal
+from leafcut.material.removal import Removal, cleared_area, removal, steps_near
 from leafcut.material.step_over import widest_gaps
+from leafcut.material.straight_moves import straight_moves
 from leafcut.material.tool_steps import ToolWay, way_of
 from leafcut.model.difference import Difference
 from leafcut.model.pocket import FILM, Pocket, PocketPath, PocketPiece, PocketRules
@@ -29,7 +30,6 @@ ROOM = 0.002
 OVER = 0.4
 #: Width of a film that does not count as material, share of the diameter.
 AIR_FILM = 0.01
-_CUTTING = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,8 @@ def check_pockets(
 
     1. No feed move is deeper than its pocket, and no feed move below the surface, whether it clears, enters or links,
        takes the tool more than the tolerance beyond a wall.
-    2. Rapids below the R plane are vertical. A rapid down below the R plane ends above an area that earlier feed moves
+    2. Each feed move starts and ends at a known place.
+    3. Rapids below the R plane are vertical. A rapid down below the R plane ends above an area that earlier feed moves
        cleared under the whole tool, or above a pocket whose material starts lower.
 
     Parameters
@@ -75,7 +76,8 @@ def check_pockets(
     """
     cuts = list(cuts_of(written, rules.tolerance))
     low = _begin_lower(pockets, tops, rules)
-    return shorten([*_rapids(written, cuts, rules, retract, low), *_beyond_walls(cuts, pockets, rules, depths)])
+    wrong = [*_unknown_places(written), *_rapids(written, cuts, rules, retract, low)]
+    return shorten([*wrong, *_beyond_walls(cuts, pockets, rules, depths)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +103,7 @@ def simulated_levels(
     the lower level, which the program cut before.
     """
     cuts = list(cuts_of(written, rules.tolerance))
-    shapes = [_shape(pocket, rules) for pocket in pockets]
+    shapes = [pocket.region(rules.tolerance) for pocket in pockets]
     opened = _opened(written, cuts, rules)
     known: dict[tuple[int, bytes], tuple[Removal, float]] = {}
     rows = []
@@ -253,9 +255,7 @@ def depth_differences(
         new = level.steps[~np.isin(_names(level.steps), _names(above))]
         if not len(new):
             continue
-        low, high = new.min(axis=(0, 1)) - rules.tool_diameter, new.max(axis=(0, 1)) + rules.tool_diameter
-        near = ((above.max(axis=1) >= low) & (above.min(axis=1) <= high)).all(axis=1)
-        left = capsules(new, rules.radius, rules).difference(capsules(above[near], rules.radius, rules))
+        left = cleared_area(new, rules).difference(cleared_area(steps_near(above, new, rules), rules))
         left = left.difference(shapely.union_all([shape for top, shape in lower if top <= level.z + step + ROOM]))
         wide = left.buffer(-FILM * rules.radius - 2.0 * rules.tolerance)
         if not wide.is_empty:
@@ -288,7 +288,7 @@ def _levels(cuts: Sequence[PocketCut]) -> list[_Level]:
         z = float(cut.path[-1, 2])
         if not levels or abs(levels[-1].z - z) > ROOM:
             levels.append(_Level(z, cut.line))
-        levels[-1].parts.append(np.stack([cut.path[:-1, :2], cut.path[1:, :2]], axis=1))
+        levels[-1].parts.append(segments(cut.path[:, :2]))
     return levels
 
 
@@ -302,10 +302,6 @@ def _names(steps: NDArray[np.float64]) -> NDArray[Any]:
     return np.ascontiguousarray(rounded.reshape(-1, 4)).view("V32").ravel()
 
 
-def _shape(pocket: Pocket, rules: PocketRules) -> Any:
-    return region(pocket.outline, pocket.islands, rules.tolerance, pocket.name or "the pocket")
-
-
 def _lies_in(points: Points, shape: Any) -> bool:
     return bool(shape.intersects(shapely.Point(points[0, :2])))
 
@@ -315,43 +311,23 @@ def _lies_in(points: Points, shape: Any) -> bool:
 
 def cuts_of(path: Toolpath, tolerance: float) -> Iterator[PocketCut]:
     """Yield the feed moves that reach below the surface, arcs as fine chords."""
-    before = path.before
-    for row in np.flatnonzero(np.isin(path.kind, [int(k) for k in _CUTTING])).tolist():
-        begin, end = before[row], path.end[row]
-        if min(begin[2], end[2]) >= -ROOM:
-            continue
-        flat = _flat(path, row, begin[:2], end[:2], FINE * tolerance)
-        heights = np.linspace(begin[2], end[2], len(flat))
-        yield PocketCut(row, int(path.line[row]), np.column_stack([flat, heights]), _bulge(path, row, flat))
+    moves = straight_moves(replace(path, line=np.arange(len(path), dtype=np.int32)), FINE * tolerance, np.inf)
+    firsts = np.flatnonzero(np.diff(moves.row, prepend=-1))
+    for ends in np.split(np.arange(len(moves)), firsts[1:]):
+        row = int(moves.path.line[moves.row[ends[0]]]) if len(ends) else 0
+        points = np.concatenate([moves.ends[ends[:1], :3], moves.ends[ends, 3:]])
+        if len(ends) and not moves.rapid[ends[0]] and min(points[0, 2], points[-1, 2]) < -ROOM:
+            yield PocketCut(row, int(path.line[row]), points, _bulge(path, row, points[:, :2]))
 
 
-def _bulge(path: Toolpath, row: int, flat: Points) -> float:
+def _bulge(path: Toolpath, row: int, points: Points) -> float:
     """Return the bulge of an arc of at most half a turn, else 0."""
     if path.kind[row] == Kind.FEED:
         return 0.0
     centre = np.array(path.arcs[int(path.ref[row])].center[:2])
-    angles = np.unwrap(np.arctan2(*(flat - centre).T[::-1]))
+    angles = np.unwrap(np.arctan2(*(points - centre).T[::-1]))
     turn = float(angles[-1] - angles[0])
     return float(np.tan(0.25 * turn)) if abs(turn) <= np.pi else 0.0
-
-
-def _flat(path: Toolpath, row: int, begin: Points, end: Points, tolerance: float) -> Points:
-    """Return points along one move in the plane, float64[k, 2]."""
-    if path.kind[row] == Kind.FEED:
-        return np.array([begin, end])
-    centre = np.array(path.arcs[int(path.ref[row])].center[:2])
-    side = -1.0 if path.kind[row] == Kind.ARC_CW else 1.0
-    first, last = (np.arctan2(*(p - centre)[::-1]) for p in (begin, end))
-    turn = side * ((side * (last - first)) % (2.0 * np.pi))
-    if abs(turn) < 1e-9:
-        turn = side * 2.0 * np.pi
-    turn += side * 2.0 * np.pi * (path.arcs[int(path.ref[row])].turns - 1)
-    radius = float(np.hypot(*(begin - centre)))
-    step = 2.0 * np.arccos(max(1.0 - tolerance / max(radius, tolerance), 0.0))
-    angles = first + turn * np.linspace(0.0, 1.0, max(int(np.ceil(abs(turn) / step)), 2) + 1)
-    points = centre + radius * np.column_stack([np.cos(angles), np.sin(angles)])
-    points[-1] = end
-    return points
 
 
 def _pieces(cuts: Sequence[PocketCut], z: float) -> Iterator[Points]:
@@ -380,7 +356,7 @@ def _begin_lower(pockets: Sequence[Pocket], tops: Sequence[float], rules: Pocket
     """Return the height of the material, mm, and the shape of each pocket whose material starts below 0."""
     if not tops:
         return []
-    return [(top, _shape(one, rules)) for one, top in zip(pockets, tops, strict=True) if top < 0.0]
+    return [(top, pocket.region(rules.tolerance)) for pocket, top in zip(pockets, tops, strict=True) if top < 0.0]
 
 
 def _lines(cuts: Sequence[PocketCut]) -> Any:
@@ -394,8 +370,16 @@ def _lines(cuts: Sequence[PocketCut]) -> Any:
 # -- checks ----------------------------------------------------------------------------------------------------------
 
 
+def _unknown_places(path: Toolpath) -> list[Difference]:
+    """Return the feed moves from or to a place that the program does not state."""
+    feeds = np.isin(path.kind, [int(kind) for kind in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)])
+    known = np.isfinite(np.concatenate([path.before, path.end], axis=1)).all(axis=1)
+    words = "the tool cuts from or to a place that the program does not state"
+    return [Difference("gouge", 0, int(path.line[row]), words) for row in np.flatnonzero(feeds & ~known).tolist()]
+
+
 def _rapids(
-    path: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules, retract: float, open_: Sequence[tuple[float, Any]]
+    path: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules, retract: float, lower: Sequence[tuple[float, Any]]
 ) -> list[Difference]:
     """Return the rapids below the R plane that move sideways, or down to an area that is not cleared."""
     before = path.before
@@ -407,7 +391,7 @@ def _rapids(
         (row, f"a rapid may move sideways only at Z{retract:.3f} or above")
         for row in np.flatnonzero(rapid & low & sideways).tolist()
     ]
-    blind = _uncleared(path, before, np.flatnonzero(rapid & down).tolist(), cuts, rules, open_)
+    blind = _uncleared(path, np.flatnonzero(rapid & down).tolist(), cuts, rules, lower)
     wrong += [(row, f"a rapid may go below Z{retract:.3f} only over cleared area") for row in blind]
     return [
         Difference(
@@ -421,32 +405,42 @@ def _rapids(
 
 
 def _uncleared(
-    path: Toolpath, before: Points, rows: Sequence[int], cuts: Sequence[PocketCut], rules: PocketRules,
-    open_: Sequence[tuple[float, Any]],
-) -> list[int]:  # fmt: skip
+    path: Toolpath,
+    rows: Sequence[int],
+    cuts: Sequence[PocketCut],
+    rules: PocketRules,
+    lower: Sequence[tuple[float, Any]],
+) -> list[int]:
     """Return the vertical rapids that end less than `OVER` above an area that earlier feed moves cleared.
 
-    A disc of the tool's radius less the tolerance must be cleared. `open_` has shapes with the height of their
+    A disc of the tool's radius less the tolerance must be cleared. `lower` has shapes with the height of their
     material.
     """
-    if not rows or not cuts:
-        return list(rows)
-    lines = _lines(cuts)
-    when, top = np.array([cut.row for cut in cuts]), np.array([cut.path[:, 2].max() for cut in cuts])
+    before, earlier, uncleared = path.before, EarlierCuts(cuts, rules), []
     chords = quarter(rules.radius, FINE * rules.tolerance)
-    uncleared = []
     for row in rows:
-        at, z = shapely.Point(np.where(np.isnan(before[row]), path.end[row], before[row])[:2]), path.end[row, 2]
-        known = lines[(when < row) & (top <= z - OVER + ROOM)]
-        near = known[shapely.dwithin(known, at, 2.0 * rules.radius)]
-        if shapely.dwithin(near, at, 0.1 * rules.tolerance).any():
-            continue  # the tool's centre has been here before
-        steps = [shapely.linestrings(np.stack([p[:-1], p[1:]], axis=1)) for p in map(shapely.get_coordinates, near)]
-        swept = shapely.buffer(np.concatenate([[], *steps]), rules.radius, quad_segs=chords)
-        cleared = shapely.union_all([*swept, *(shape for top, shape in open_ if top <= z - OVER + ROOM)])
-        if not cleared.covers(at.buffer(rules.radius - rules.tolerance, quad_segs=chords)):
+        place, height = np.where(np.isnan(before[row]), path.end[row], before[row])[:2], path.end[row, 2] - OVER + ROOM
+        disc = shapely.Point(place).buffer(rules.radius - rules.tolerance, quad_segs=chords)
+        cleared = [earlier.cleared(place, row, height), *(shape for top, shape in lower if top <= height)]
+        if not shapely.union_all(cleared).covers(disc):
             uncleared.append(row)
     return uncleared
+
+
+class EarlierCuts:
+    """Feed moves in order, for the area around a place that some of them cleared."""
+
+    def __init__(self, cuts: Sequence[PocketCut], rules: PocketRules) -> None:
+        self.rules, parts = rules, [segments(cut.path[:, :2]) for cut in cuts]
+        count = [len(part) for part in parts]
+        self._steps = np.concatenate([np.zeros((0, 2, 2)), *parts])
+        self._row = np.repeat(np.array([cut.row for cut in cuts], dtype=np.int64), count)
+        self._top = np.repeat(np.array([cut.path[:, 2].max() for cut in cuts], dtype=np.float64), count)
+
+    def cleared(self, place: Floats, row: int, height: float) -> Any:
+        """Return the area around a place that moves before a row cleared down to a height, mm, without plunges."""
+        steps = steps_near(self._steps[(self._row < row) & (self._top <= height)], place, self.rules)
+        return cleared_area(steps[(steps[:, 0] != steps[:, 1]).any(axis=1)], self.rules)
 
 
 def _beyond_walls(
@@ -456,7 +450,7 @@ def _beyond_walls(
     if not cuts:
         return []
     reach = rules.radius - rules.tolerance
-    rooms = np.array([_shape(p, rules).buffer(-reach, quad_segs=64) for p in pockets], dtype=object)
+    rooms = np.array([pocket.region(rules.tolerance).buffer(-reach, quad_segs=64) for pocket in pockets], dtype=object)
     lines, low, wrong = _lines(cuts), np.array([float(cut.path[:, 2].min()) for cut in cuts]), []
     deep = low[:, None] >= -np.asarray(depths) - ROOM
     everywhere = shapely.union_all(rooms)
@@ -502,8 +496,8 @@ def stock_top_differences(
     """
     wrong = []
     for pocket, top in zip(pockets, tops, strict=True):
-        own = region(pocket.outline, (), name=pocket.label)
-        around = [region(other.outline, (), name=other.label) for other in of_solid]
+        own = pocket.region(filled=True)
+        around = [other.region(filled=True) for other in of_solid]
         area = shapely.union_all([own, *(other for other in around if other.distance(own) <= 0.0)])
         height = (pocket.top or 0.0) + top
         if meets_area(triangles, area, radius - _ROOM, height + _ROOM):

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import shapely
 
-from leafcut.geometry.arrays import Points
+from leafcut.geometry.arrays import segments
 from leafcut.geometry.polyline import Polyline
-from leafcut.geometry.regions import polygons, region, shrunk, swept
+from leafcut.geometry.regions import polygons, shrunk, swept
+from leafcut.material.removal import swept_area
 from leafcut.model.issue import Issue
 from leafcut.model.pocket import Pocket, PocketPath, PocketPlan, PocketRules
 from leafcut.report.frame import Frame
@@ -60,19 +60,11 @@ def build_pocket_scene(plans: Sequence[PocketPlan], missing: tuple[Issue, ...] =
 
 def shapes_of(pocket: Pocket, path: PocketPath, rules: PocketRules) -> PocketShapes:
     """Return the uncut areas of a pocket, without films as thin as the tolerance."""
-    whole = region(pocket.outline, pocket.islands, _SEEN)
+    whole = pocket.region(_SEEN)
     reachable = swept(shrunk(whole, rules.radius, _SEEN), rules.radius, _SEEN).intersection(whole)
-    lines = [shapely.LineString(piece.path.flattened(0.5 * _SEEN)) for piece in path.pieces]
-    discs = [shapely.buffer(line, rules.radius + _SEEN, quad_segs=24) for line in _short(lines)]
-    ground = shapely.union_all(discs)
-    return PocketShapes(_thick(whole.difference(reachable)), _thick(reachable.difference(ground)))
-
-
-def _short(lines: list[Any]) -> list[Any]:
-    """Return the segments of lines: a buffer of a long line would round its concave side."""
-    coordinates = [shapely.get_coordinates(line) for line in lines]
-    parts: list[Any] = [shapely.linestrings(np.stack([c[:-1], c[1:]], axis=1)) for c in coordinates]
-    return [part for some in parts for part in some]
+    steps = np.concatenate([segments(piece.path.flattened(0.5 * _SEEN)) for piece in path.pieces])
+    cleared = swept_area(steps, rules.radius + _SEEN, 24)
+    return PocketShapes(_thick(whole.difference(reachable)), _thick(reachable.difference(cleared)))
 
 
 def _thick(shape: Any) -> Any:
@@ -156,15 +148,11 @@ def _hatch(frame: Frame, shape: Any) -> str:
 
 def _areas(frame: Frame, shape: Any) -> str:
     rings = [ring for p in polygons(shape) for ring in (p.exterior, *p.interiors)]
-    return "".join(f"{lines_data(_segments(frame.place(np.asarray(r.coords)[:, :2])))}z" for r in rings)
+    return "".join(f"{lines_data(segments(frame.place(np.asarray(r.coords)[:, :2])))}z" for r in rings)
 
 
 def _line(frame: Frame, path: Polyline) -> str:
-    return lines_data(_segments(frame.place(path.flattened(_CHORDS / frame.scale))))
-
-
-def _segments(points: Points) -> Points:
-    return np.stack([points[:-1], points[1:]], axis=1)
+    return lines_data(segments(frame.place(path.flattened(_CHORDS / frame.scale))))
 
 
 # -- the tool path ---------------------------------------------------------------------------------------------------

@@ -97,7 +97,6 @@ def added(every: Sequence[PocketMeasures]) -> PocketMeasures:
         mean_engagement=sum(m.mean_engagement * m.feed_mm for m in every) / feed if feed > 0.0 else 0.0,
         air_mm=sum(m.air_mm for m in every),
         floor_mm=sum(m.floor_mm for m in every),
-        time_s=sum(m.time_s for m in every),
     )
 
 
