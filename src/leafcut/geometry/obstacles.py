@@ -29,6 +29,8 @@ MARGIN, BESIDE = 1.0, 0.02
 SLACK = 0.01
 #: Maximum number of corners for a path, and of rounds that add the polygons that it meets.
 MOST_CORNERS, MOST_ROUNDS = 120, 3
+#: Radius of the surroundings of an end that are searched for a way out, in radii of the head.
+ENCLOSING = 2.0
 
 #: Identifies positions of a graph: the number of a polygon, or a point and whether the path starts or ends there.
 _Key: TypeAlias = int | tuple[Point, bool]
@@ -119,6 +121,9 @@ class ObstacleMap:
         """Find the result of `path_around`; add the polygons that influence it to `seen`."""
         met = self.met(a, b, radius) if radius > 0.0 else self.crossed(a, b)
         seen |= met
+        apart = math.dist(a, b) > (ENCLOSING + 1.0) * radius > 0.0
+        if apart and any(self._is_enclosed(end, standing, radius, seen) for end in (a, b)):
+            return None
         blocking = set(met & standing)
         away = [*self._steps_away(a, standing, radius, seen), *self._steps_away(b, standing, radius, seen)]
         ends: list[_Nodes] = [((point, k < 2), np.array([point])) for k, point in enumerate([a, b, *away])]
@@ -134,13 +139,27 @@ class ObstacleMap:
             blocking |= hit
         return None
 
+    def _is_enclosed(self, place: Point, standing: set[int], radius: float, seen: set[int]) -> bool:
+        """Return whether standing polygons leave the head no way out of the surroundings of a place."""
+        point, reach = shapely.Point(place), ENCLOSING * radius
+        near = self._numbers_near(point, reach + radius)
+        seen.update(near)
+        blocked = shapely.union_all([self.shapes[n].buffer(radius - SLACK) for n in near if n in standing])
+        surroundings = point.buffer(reach)
+        free = shapely.get_parts(shapely.difference(surroundings, blocked))
+        ways_out = shapely.dwithin(free, point, radius) & shapely.dwithin(free, surroundings.boundary, SLACK)
+        return not ways_out.any()
+
+    def _numbers_near(self, point: Any, distance: float) -> list[int]:
+        """Return the polygons, without walls, within a distance of a shapely point."""
+        return [self._numbers[k] for k in self._whole.query(point, predicate="dwithin", distance=distance).tolist()]
+
     def _steps_away(self, place: Point, standing: set[int], radius: float, seen: set[int]) -> list[Point]:
         """Return the points at the radius around standing polygons near a position, each straight away from its
         polygon.
         """
         point, away = shapely.Point(place), list[Point]()
-        for k in self._whole.query(point, predicate="dwithin", distance=radius).tolist() if radius > 0.0 else ():
-            number = self._numbers[k]
+        for number in self._numbers_near(point, radius) if radius > 0.0 else ():
             x, y = shapely.get_coordinates(shapely.shortest_line(self.shapes[number], point))[0]
             far = math.hypot(place[0] - x, place[1] - y)
             seen.add(number)
@@ -207,9 +226,11 @@ class ObstacleMap:
         self, lines: NDArray[np.float64], ends: NDArray[np.bool_], radius: float
     ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return pairs, in the order of the lines, of a line and a polygon that it crosses or approaches."""
-        at, what = self._inner.query(shapely.linestrings(lines), predicate="intersects")
+        # A line whose ends are no ends of the path comes within the radius of all polygons that it crosses.
+        some = np.flatnonzero(ends.any(axis=1) | (radius <= DEPTH))
+        at, what = self._inner.query(shapely.linestrings(lines[some]), predicate="intersects")
         near, by = self._approached(lines, ends, radius)
-        which, parts = np.concatenate([at, near]), np.concatenate([what, by])
+        which, parts = np.concatenate([some[at], near]), np.concatenate([what, by])
         order = np.argsort(which, kind="stable")
         return which[order], parts[order]
 

@@ -13,6 +13,8 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from leafcut.geometry.index import unique_pairs
+
 #: Maximum number of points of a tile, unless too many lie at the same position.
 MOST_POINTS = 64
 #: Maximum number of halvings of a shape.
@@ -33,11 +35,8 @@ class Tiles:
 
     def near(self, points: Any, distance: float) -> NDArray[np.int64]:
         """Return pairs (point, shape) within `distance`, mm, int64[2, k], each once, sorted."""
-        pairs = np.atleast_2d(
-            self._tree.query(np.asarray(points, dtype=object), predicate="dwithin", distance=distance)
-        )
-        owners: NDArray[np.int64] = np.unique(np.stack([pairs[0], self.owner[pairs[1]]]), axis=1)
-        return owners
+        point, tile = self._tree.query(np.asarray(points, dtype=object), predicate="dwithin", distance=distance)
+        return unique_pairs(point, self.owner[tile]).T
 
 
 def _tiles(shape: Any) -> list[Any]:

@@ -213,11 +213,13 @@ def apart_along(a: float, b: float, length: float) -> float:
 
 
 def flat_line(path: Polyline) -> Any:
-    """Return a path as a shapely line of chords."""
+    """Return a path as a shapely line of chords, prepared for distances."""
     points = path.flattened(FLATNESS)
     if len(points) < 2:
         points = np.repeat(points, 2, axis=0)
-    return shapely.LineString(points)
+    line = shapely.LineString(points)
+    shapely.prepare(line)
+    return line
 
 
 def names_of(contours: Sequence[CutContour]) -> str:

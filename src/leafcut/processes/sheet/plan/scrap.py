@@ -105,7 +105,7 @@ class Scrap:
         Outwards from the contour, the distance must grow until the two kerfs are apart, and they must stay apart.
         """
         fine = _dense(leads, 0.25 * self.rules.kerf)
-        away = shapely.distance(shapely.points(fine), owner.line)
+        away = shapely.distance(owner.line, shapely.points(fine))
         apart = away >= self.rules.kerf - ROUNDING
         left = np.maximum.accumulate(apart, axis=1)
         # The pierce must be at least half a kerf away, otherwise its hole would reach the part.
