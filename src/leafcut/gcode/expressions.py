@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 from leafcut.gcode.words import (
     MAX_NUMBER,
+    NUMBER,
     Block,
     BlockError,
     Word,
@@ -48,7 +49,7 @@ _SPECIAL = re.compile(r"[#\[\]=<>*$@^/]")
 #: Letters of positions, feeds, speeds and times, whose numbers may be computed.
 _MAY_BE_COMPUTED = frozenset("XYZIJKRFSQP")
 _SPACE = re.compile(r"[ \t]*")
-_NUMBER = re.compile(r"[+-]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)")
+_NUMBER = re.compile(NUMBER)
 _NAME = re.compile(r"<((?:_(?:hal|ini)\[[^<>\[\]#]*\][^<>\[\]#]*)|[^<>\[\]#]*)>", re.IGNORECASE)
 _LETTERS = re.compile(r"[A-Za-z]+")
 _OPERATOR = re.compile(r"\*\*|[*/+-]|MOD|EQ|NE|GT|GE|LT|LE|AND|OR|XOR", re.IGNORECASE)

@@ -12,7 +12,7 @@ from itertools import pairwise
 from typing import overload
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from leafcut.gcode.active_comments import ControllerSetting
 from leafcut.model.toolpath import Toolpath
@@ -183,7 +183,7 @@ class Program:
         """Direction of the spindle after the block of each row of `path`, int64[n]: 1 for M3, -1 for M4, 0 for M5."""
         if not len(self.modals):
             return np.zeros(len(self.path), dtype=np.int64)
-        block = np.searchsorted(self.first, np.arange(len(self.path)), side="right") - 1
+        block = self.blocks_of(np.arange(len(self.path)))
         active = self.before[np.clip(block + 1, 0, len(self.before) - 1)]
         return np.array([modal.spindle for modal in self.modals], dtype=np.int64)[active]
 
@@ -194,6 +194,14 @@ class Program:
         for begin, end in self.calls:
             line[begin:end] = line[begin]
         return line
+
+    def block_of(self, row: int) -> int:
+        """Return the block of a row of `path`."""
+        return int(self.blocks_of(row))
+
+    def blocks_of(self, rows: ArrayLike) -> NDArray[np.int64]:
+        """Return the blocks of rows of `path`, int64[k]."""
+        return np.asarray(self.first.searchsorted(rows, side="right")) - 1
 
     def modal(self, block: int) -> Modal:
         """Return the modal state before a block; for `n_blocks`: at the end."""

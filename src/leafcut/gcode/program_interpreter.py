@@ -43,6 +43,7 @@ from leafcut.gcode.words import (
     Word,
     has_nested_comment,
     split_line,
+    without_word,
     words_of,
 )
 from leafcut.model.heartbeat import Heartbeat, unseen
@@ -522,10 +523,10 @@ class _ProgramReader:
     def _read_block(self, line: str, number: int) -> Reading:
         """Parse the block of a line; its feed may come from the controller's material table."""
         feeds = self.feeds
-        if feeds is None or feeds.word not in line or feeds.word not in split_line(line, nested=True)[0]:
+        rest = None if feeds is None else without_word(line, feeds.word)
+        if feeds is None or rest is None:
             return read_block(line, number, self.parameters)
-        before, _, after = line.partition(feeds.word)
-        reading = read_block(f"{before} {after}", number, self.parameters)
+        reading = read_block(rest, number, self.parameters)
         stated = {_UNIT_OF[w.value] for w in reading.block.words if w.letter == "G" and w.value in _UNIT_OF}
         unit = stated.pop() if len(stated) == 1 else self.state.unit or self.state.default_unit or 1.0
         feed = feeds.feed_at(number, unit)

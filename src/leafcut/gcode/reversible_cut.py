@@ -12,8 +12,6 @@ import math
 import re
 from dataclasses import dataclass
 
-import numpy as np
-
 from leafcut.gcode.program import Program
 from leafcut.gcode.words import Block, BlockError, tokenise
 from leafcut.model.toolpath import Kind
@@ -66,7 +64,7 @@ class _CutReader:
         cuts = [row for row in range(low, high) if self.path.kind[row] in _CUTS and not self._stands(row)]
         if not cuts or any(b in self.program.fixed for b in range(self.begin, self.end)):
             return None
-        first = np.searchsorted(self.program.first, [cuts[0], cuts[-1]], side="right") - 1
+        first = self.program.blocks_of([cuts[0], cuts[-1]])
         body, tail = int(first[0]), int(first[1]) + 1
         blocks = self._blocks(body, tail)
         if body == self.begin or blocks is None:

@@ -17,11 +17,11 @@ import re
 
 from leafcut.gcode.state import InterpreterState
 from leafcut.gcode.word_groups import SortedBlock
-from leafcut.gcode.words import Block, BlockError, Word, words_of
+from leafcut.gcode.words import NUMBER, Block, BlockError, Word, words_of
 from leafcut.model.toolpath import DrillCycle
 
 _CALL = re.compile(r"(?:N\d+\s*)?MCALL(?:\s+(CYCLE8[1-3])\s*\(([^()]*)\))?\s*", re.IGNORECASE)
-_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)")
+_NUMBER = re.compile(NUMBER)
 _TOOL = re.compile(r'\bT\s*=\s*"(\d{1,5})"', re.IGNORECASE)
 _RADIUS = re.compile(r"\bCR\s*=\s*", re.IGNORECASE)
 _SUPA = re.compile(r"\bSUPA\b", re.IGNORECASE)

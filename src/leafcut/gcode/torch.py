@@ -15,7 +15,7 @@ from leafcut.errors import PostError
 from leafcut.gcode.dialects import Dialect, Torch
 from leafcut.gcode.state import InterpreterState, whole
 from leafcut.gcode.word_groups import SortedBlock
-from leafcut.gcode.words import Block, BlockError, Word, split_line, tokenise
+from leafcut.gcode.words import Block, BlockError, Word, tokenise, without_word
 from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Arc, Kind, Motion, Toolpath
 from leafcut.units import SECONDS_PER_MINUTE
 
@@ -53,10 +53,10 @@ def material_block(state: InterpreterState, line: str, number: int) -> Block:
         As in `words.tokenise`; or no material is selected, or its feed is unknown.
     """
     word = "" if state.dialect.torch is None else state.dialect.torch.material_feed
-    if not word or word not in line or word not in split_line(line)[0]:
-        return tokenise(line, number)
-    before, _, after = line.partition(word)
-    block = tokenise(f"{before} {after}", number)
+    rest = without_word(line, word)
+    block = tokenise(line if rest is None else rest, number)
+    if rest is None:
+        return block
     if state.material is None or state.material not in (state.material_feeds or {}):
         chosen = (
             "no material is selected" if state.material is None else f"that of material {state.material} is not known"

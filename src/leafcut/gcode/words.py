@@ -19,8 +19,9 @@ MAX_LINE = 10_000
 #: Maximum absolute value of a number, in any unit.
 MAX_NUMBER = 1e9
 
-# The possessive `++` keeps a line of a thousand digits linear in its length.
-_WORD = re.compile(r"[ \t]*([A-Za-z$])[ \t]*([+-]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++))")
+#: A number. The possessive `++` keeps a line of a thousand digits linear in its length.
+NUMBER = r"[+-]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)"
+_WORD = re.compile(rf"[ \t]*([A-Za-z$])[ \t]*({NUMBER})")
 COMMENT = re.compile(r"\([^()]*\)|;.*")
 _SHORT_NUMBER = r"([+-]?(?:[0-9]{1,8}+(?:\.[0-9]{0,20}+)?|\.[0-9]{1,20}+))"
 
@@ -113,6 +114,14 @@ def split_line(line: str, nested: bool = False) -> tuple[str, tuple[str, ...]]:
     if "(" in line or ")" in line or ";" in line:
         body, comments = _without_comments(_flattened(line) if nested else line)
     return body.strip(), comments
+
+
+def without_word(line: str, word: str) -> str | None:
+    """Return a line without a word of its controller, or None if the word is empty or only in comments."""
+    if not word or word not in line or word not in split_line(line, nested=True)[0]:
+        return None
+    before, _, after = line.partition(word)
+    return f"{before} {after}"
 
 
 def has_nested_comment(line: str) -> bool:

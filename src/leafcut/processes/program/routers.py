@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from leafcut.gcode.words import COMMENT
 from leafcut.model.toolpath import Kind
 
 if TYPE_CHECKING:
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
 
 #: Number of lines at the top of a program whose comments may name the machine.
 _TOP = 200
-_COMMENT = re.compile(r"\([^()]*\)|;.*")
 #: Router software and controllers in comments, with the profile; makers come before firmware.
 #: "Carbide" alone would match the material of a tool.
 _NAMED = (
@@ -45,7 +45,7 @@ _ROUTER_RPM = (12_000.0, 30_000.0)
 
 def router_for(program: Program) -> tuple[str, str] | None:
     """Return the router profile that a program indicates, and the indicating word; or None."""
-    top = " ".join(text for line in program.lines[:_TOP] for text in _COMMENT.findall(line))
+    top = " ".join(text for line in program.lines[:_TOP] for text in COMMENT.findall(line))
     for name, machine in _NAMED:
         if named := name.search(top):
             return machine, named[0]

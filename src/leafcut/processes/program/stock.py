@@ -32,9 +32,11 @@ from leafcut.processes.program.workpiece import (
     in_other_unit,
     in_unit_words,
     other_tools,
+    smallest_tool,
     solid_file,
     told_of,
     tools_of,
+    whole_moves,
 )
 from leafcut.read.step import ChosenSolid
 
@@ -71,7 +73,7 @@ class _Cuts(NamedTuple):
     @property
     def smallest(self) -> float:
         """Diameter of the smallest tool, mm."""
-        return 2.0 * min(cutter.radius for cutter in self.cutters.values())
+        return smallest_tool(self.cutters)
 
 
 def cut_stock(
@@ -176,7 +178,6 @@ def _dangers(one: _Cuts, assumed: StockBlock | None, in_part: bool) -> list[Issu
 
 def _read(program: Input, settings: Settings, machine: Machine, words: Dialect, look: Heartbeat) -> _Cuts:
     """Return a program with the shapes of its tools."""
-    from leafcut.material.straight_moves import straight_moves
     from leafcut.processes.program.reading import read_foreign
 
     source = str(program)
@@ -187,11 +188,8 @@ def _read(program: Input, settings: Settings, machine: Machine, words: Dialect, 
     if not tools:
         raise PlanError(f"{source}: the program cuts nothing, so the stock stays whole")
     cutters = {number: cutter_of(tool) for number, tool in tools.items()}
-    smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
-    # Moves that do not cut, such as a probe, have no tool here.
-    whole = straight_moves(read.program.path, 0.01 * smallest, np.inf).of_tools(cutters)
     bodies = {number: body_of(tool) for number, tool in tools.items()}
-    return _Cuts(source, read, tools, cutters, bodies, whole)
+    return _Cuts(source, read, tools, cutters, bodies, whole_moves(read.program, cutters))
 
 
 def _cut(one: _Cuts, field: HeightField, look: Heartbeat) -> tuple[HeightField, StraightMoves, Removed]:

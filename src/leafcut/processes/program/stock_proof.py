@@ -4,15 +4,21 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
-
 from leafcut.errors import OptionError, PlanError
 from leafcut.material.height_field import usual_cell
 from leafcut.model.cutter import body_of, cutter_of
 from leafcut.model.issue import Issue
 from leafcut.model.kinds import BEAMS
 from leafcut.processes.program.model import StockProof
-from leafcut.processes.program.workpiece import block_around, block_of, field_of, known_tools, told_of
+from leafcut.processes.program.workpiece import (
+    block_around,
+    block_of,
+    field_of,
+    known_tools,
+    smallest_tool,
+    told_of,
+    whole_moves,
+)
 from leafcut.read.step import ChosenSolid
 
 if TYPE_CHECKING:
@@ -48,7 +54,6 @@ def stock_judge(run: Job, program: Program, source: str, process: str) -> Judgin
         The stock has too many cells.
     """
     from leafcut.gcode.dialects import dialect
-    from leafcut.material.straight_moves import straight_moves
     from leafcut.processes.program.proof.stock_judge import StockJudge
 
     if process in BEAMS:
@@ -61,10 +66,10 @@ def stock_judge(run: Job, program: Program, source: str, process: str) -> Judgin
         why = why if unknown else "nothing is cut"
         return Judging(proof=StockProof(unknown=left_out, reason=why))
     cutters = {number: cutter_of(tool) for number, tool in tools.items()}
-    smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
+    smallest = smallest_tool(cutters)
     options = run.settings.stock
     try:
-        whole = straight_moves(program.path, 0.01 * smallest, np.inf).of_tools(cutters)
+        whole = whole_moves(program, cutters)
         which = ChosenSolid.of(run.settings.read)
         block = block_of(options.workpiece, which) if options.workpiece else block_around(whole, cutters)
         if block is None:

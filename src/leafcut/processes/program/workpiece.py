@@ -210,7 +210,7 @@ def _tools_in_use(program: Program, settings: Settings, machine: Machine) -> lis
     library = whole.by_number if whole is not None else {}
     kind = program.path.kind
     works = np.flatnonzero((kind >= Kind.FEED) & (kind <= Kind.DRILL))
-    blocks = np.searchsorted(program.first, works, side="right") - 1
+    blocks = program.blocks_of(works)
     number_of = program.path.tool[works]
     _, first_of = np.unique(number_of, return_index=True)
     firsts = np.sort(first_of).tolist()
@@ -241,6 +241,18 @@ def known_tools(
     return found, unknown
 
 
+def smallest_tool(cutters: Mapping[int, Cutter]) -> float:
+    """Return the diameter of the smallest tool, mm."""
+    return 2.0 * min(cutter.radius for cutter in cutters.values())
+
+
+def whole_moves(program: Program, cutters: Mapping[int, Cutter]) -> StraightMoves:
+    """Return the undivided moves of the cutting tools; other moves, such as a probe, are left out."""
+    from leafcut.material.straight_moves import straight_moves
+
+    return straight_moves(program.path, 0.01 * smallest_tool(cutters), np.inf).of_tools(cutters)
+
+
 def block_around(moves: StraightMoves, cutters: Mapping[int, Cutter]) -> StockBlock | None:
     """Return a block around the cuts below Z0, or None without such cuts, since the top is then unknown."""
     deep = ~moves.rapid & (np.minimum(moves.ends[:, 2], moves.ends[:, 5]) < 0.0)
@@ -256,13 +268,13 @@ def stock_before(run: Job, program: Program, cutters: Mapping[int, Cutter]) -> S
     from leafcut.material.straight_moves import straight_moves
 
     options = run.settings.stock
-    smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
+    smallest = smallest_tool(cutters)
     if options.workpiece:
         which = ChosenSolid.of(run.settings.read)
         block = block_of(options.workpiece, which)
         field = field_of(options, block, options.cell or usual_cell(block, smallest), which)
         return StockBefore(field, block.low[2], True)
-    whole = straight_moves(program.path, 0.01 * smallest, np.inf).of_tools(cutters)
+    whole = whole_moves(program, cutters)
     low, high = whole.extent(~whole.rapid, cutters)
     cell = options.cell or usual_cell(
         StockBlock((float(low[0]), float(low[1]), float(low[2]) - _BELOW),
@@ -338,10 +350,7 @@ def beyond(program: Program, cutters: Mapping[int, Cutter], block: StockBlock) -
 
     A tool may start outside the block by its diameter and a lead.
     """
-    from leafcut.material.straight_moves import straight_moves
-
-    smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
-    moves = straight_moves(program.path, 0.01 * smallest, np.inf).of_tools(cutters)
+    moves = whole_moves(program, cutters)
     across = np.abs(moves.ends[:, 3:5] - moves.ends[:, :2]).max(axis=1) > 0
     fed = ~moves.rapid & across & (np.maximum(moves.ends[:, 2], moves.ends[:, 5]) < block.high[2])
     if not fed.any():

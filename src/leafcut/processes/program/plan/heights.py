@@ -14,7 +14,7 @@ from leafcut.model.obstacles import Obstacles
 from leafcut.model.pace import CycleReturn, Lowered
 from leafcut.model.toolpath import MOTIONS, Kind
 from leafcut.processes.program.plan.corners import longest_rounding, rounds_freely
-from leafcut.processes.program.plan.plain_blocks import block_of_row, is_plain, words_of_row
+from leafcut.processes.program.plan.plain_blocks import is_plain, words_of_row
 
 #: Smallest reduction worth a change, mm.
 _WORTH = 0.25
@@ -428,7 +428,7 @@ class LowWays:
         return abs(float(self.path.before[row, 2]) - plane) < _SAME
 
     def _block(self, row: int) -> int:
-        return block_of_row(self.program, row)
+        return self.program.block_of(row)
 
     def _letters(self, row: int) -> set[str]:
         return {word.letter for word in words_of_row(self.program, row)}

@@ -6,14 +6,9 @@ from leafcut.gcode.program import Program
 from leafcut.gcode.words import BlockError, Word, tokenise
 
 
-def block_of_row(program: Program, row: int) -> int:
-    """Return the block of a row of the path."""
-    return int(program.first.searchsorted(row, side="right")) - 1
-
-
 def words_of_row(program: Program, row: int) -> tuple[Word, ...]:
     """Return the words of the line of a row of the path; none if they are not plain words."""
-    line = program.lines[int(program.line[block_of_row(program, row)]) - 1]
+    line = program.lines[int(program.line[program.block_of(row)]) - 1]
     try:
         return tokenise(line.rstrip("\r\n")).words
     except BlockError:
@@ -22,7 +17,7 @@ def words_of_row(program: Program, row: int) -> tuple[Word, ...]:
 
 def is_plain(program: Program, row: int) -> bool:
     """Return whether a row is the only effect of its block: absolute, uncompensated, and run exactly once."""
-    block = block_of_row(program, row)
+    block = program.block_of(row)
     if int(program.first[block + 1]) - int(program.first[block]) != 1:
         return False
     if block in program.fixed or block in program.said or program.text_line[block] != program.line[block]:

@@ -6,12 +6,12 @@ import re
 from collections.abc import Mapping, Sequence
 
 from leafcut.errors import PostError
+from leafcut.gcode.words import COMMENT, NUMBER
 
-_COMMENT = re.compile(r"\([^()]*\)|;.*")
 _FRONT = re.compile(r"[ \t]*/?[ \t]*(?:[Nn][ \t]*[0-9]+(?:\.[0-9]+)?)?[ \t]*")
 _NUMBER = re.compile(r"([ \t]*+/?[ \t]*+[Nn][ \t]*+)([0-9]+)(?![0-9.])")
 _LETTER = re.compile(r"[A-Za-z]")
-_WORD = re.compile(r"([A-Za-z])[ \t]*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))")
+_WORD = re.compile(rf"([A-Za-z])[ \t]*({NUMBER})")
 _JUMP = re.compile(r"GOTO|M\s*97(?![0-9])|M\s*99\s*P", re.IGNORECASE)
 #: Modal words that may stand in a block of their own without causing a motion.
 _STANDS_ALONE = frozenset(("G17", "G18", "G19", "G90", "G91", "G90.1", "G91.1", "G98", "G99"))
@@ -27,7 +27,7 @@ def line_end(lines: Sequence[str]) -> str:
 
 def code_of(line: str) -> str:
     """Return a line without its line ending, with comments replaced by spaces."""
-    return _COMMENT.sub(lambda m: " " * len(m.group()), line.rstrip("\r\n"))
+    return COMMENT.sub(lambda m: " " * len(m.group()), line.rstrip("\r\n"))
 
 
 def insert_words(line: str, front: Sequence[str], back: Sequence[str]) -> str:
@@ -105,7 +105,7 @@ def with_words(line: str, words: Sequence[str]) -> str:
     assert begin is not None  # the pattern also matches an empty string
     start, stop = begin.end(), len(code.rstrip())
     body = code[start:stop]
-    inside = [match.group() for match in _COMMENT.finditer(line, start, max(stop, start))]
+    inside = [match.group() for match in COMMENT.finditer(line, start, max(stop, start))]
     space = "" if len(_LETTER.findall(body)) > 1 and not re.search(r"[ \t]", body) else " "
     said = space.join(words)
     said = said.lower() if body.islower() else said

@@ -88,9 +88,7 @@ class _PaceWriter:
         """Return the text of the whole program."""
         program = self.program
         rows = np.array(sorted(self.pace.stretches), dtype=np.int64)
-        edited = dict(
-            zip((np.searchsorted(program.first, rows, side="right") - 1).tolist(), rows.tolist(), strict=True)
-        )
+        edited = dict(zip(program.blocks_of(rows).tolist(), rows.tolist(), strict=True))
         lines = list(program.lines)
         if not edited:
             return "".join(lines)

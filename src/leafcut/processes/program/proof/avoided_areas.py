@@ -139,7 +139,7 @@ def _joined(ways: Sequence[_Ways]) -> _Ways:
 
 def _apart(ways: _Ways, program: Program, number: dict[object, int]) -> _Ways:
     """Shift the moves of each work offset by a separate distance, since their coordinates are not comparable."""
-    block = np.searchsorted(program.first, ways.row, side="right") - 1
+    block = program.blocks_of(ways.row)
     modals = program.before[block]
     of_modal = {}
     for k in np.unique(modals).tolist():

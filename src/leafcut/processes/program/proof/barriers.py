@@ -99,7 +99,7 @@ def barriers_of(program: Program, path: Toolpath, source: Indices, states: State
     marks = []
     for row in rows.tolist():
         motion = path[row]
-        block = int(np.searchsorted(program.first, source[row], side="right")) - 1
+        block = program.block_of(source[row])
         said, text = program.said.get(block, ""), ""
         context: tuple[object, ...] = ()
         if motion.kind in _SAYING:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.gcode.program import Modal, Program
+from leafcut.gcode.words import COMMENT
 from leafcut.geometry.arrays import Floats, Indices, Ints, Mask
 from leafcut.model.toolpath import SPEED_ALONE, DrillCycle, Kind, Toolpath, last_rows
 
@@ -241,7 +242,7 @@ def states_of_program(program: Program) -> States:
     if not len(program.modals):
         return states_of_path(path)
     rows = np.arange(len(path))
-    block = np.searchsorted(program.first, rows, side="right") - 1
+    block = program.blocks_of(rows)
     active = program.before[np.clip(block + 1, 0, len(program.before) - 1)]
 
     def column(take: Callable[[Modal], float]) -> Floats:
@@ -321,13 +322,12 @@ def first_with_units(program: Program) -> int:
     """Return the first block that states the units, or the number of blocks."""
     for block, line in enumerate(program.line.tolist()):
         text = program.lines[line - 1]
-        if ("2" in text or "7" in text) and _UNITS.search(_COMMENT.sub("", text)):
+        if ("2" in text or "7" in text) and _UNITS.search(COMMENT.sub("", text)):
             return block
     return program.n_blocks
 
 
 _UNITS = re.compile(r"G\s*0*(?:20|21|70|71)(?![0-9.])", re.IGNORECASE)
-_COMMENT = re.compile(r"\([^()]*\)|;.*")
 
 
 def features_of(path: Toolpath, states: States, which: Mask, before: Floats | None = None) -> Features:

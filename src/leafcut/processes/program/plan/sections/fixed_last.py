@@ -73,7 +73,7 @@ def follows_compensation(program: Program, row: int) -> bool:
     before = next((r for r in range(row - 1, -1, -1) if kind[r] <= Kind.DRILL), -1)
     if before < 0:
         return False
-    block = int(np.searchsorted(program.first, before, side="right")) - 1
+    block = program.block_of(before)
     return program.modal(block + 1).radius != 40
 
 

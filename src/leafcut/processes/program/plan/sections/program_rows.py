@@ -102,7 +102,7 @@ def read_rows(program: Program, process: str) -> Rows:
     """
     path = program.path
     before = path.before
-    block = np.repeat(np.arange(program.n_blocks, dtype=np.int32), np.diff(program.first))
+    block = program.blocks_of(np.arange(len(path))).astype(np.int32)
     feed = np.isin(path.kind, [Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW])
     rapid, drill = path.kind == Kind.RAPID, path.kind == Kind.DRILL
     with np.errstate(invalid="ignore"):
@@ -148,7 +148,7 @@ def _beam(program: Program) -> NDArray[np.bool_]:
     switched = path.kind == Kind.SPINDLE
     on = path.value != 0.0
     if switched.any() and not on[switched].any():
-        block = np.repeat(np.arange(program.n_blocks), np.diff(program.first))
+        block = program.blocks_of(np.arange(len(path)))
         on = np.array([program.modals[k].spindle != 0 for k in program.before[1:].tolist()], dtype=bool)[block]
     last = last_rows(switched)
     beam: NDArray[np.bool_] = (last >= 0) & on[last]
@@ -204,7 +204,7 @@ def find_barriers(program: Program, rows: Rows) -> dict[int, str]:
     barriers: dict[int, str] = {}
     path = program.path
     hard = np.isin(path.kind, [int(k) for k in _BARRIERS])
-    block = np.repeat(np.arange(program.n_blocks), np.diff(program.first))
+    block = program.blocks_of(np.arange(len(path)))
     for row in np.flatnonzero(hard).tolist():
         barriers.setdefault(int(block[row]), _BARRIERS[Kind(int(path.kind[row]))])
     before = program.before
